@@ -281,8 +281,8 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     assert_eq!(code, Some(0), "{out}\n{err}");
     let recorded = fs::read_to_string(trace.join("executions.csv")).unwrap();
     let mut lines = recorded.lines();
-    assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order"));
-    assert_eq!(lines.next(), Some("(from tables),0,,,,"));
+    assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns"));
+    assert_eq!(lines.next(), Some("(from tables),0,,,,,,"));
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");
 

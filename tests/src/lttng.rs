@@ -224,7 +224,7 @@ impl Event {
     /// All that its other half has in common with it.
     fn key(&self) -> (&str, &str, Vec<(&String, &String)>) {
         // Only the begin of a period has the scheduling of its thread.
-        let own = ["cpu_id", "phase", "cpu_ns", "priority", "cpus"];
+        let own = ["cpu_id", "phase", "cpu_ns", "priority", "cpus", "waits"];
         let fields = self.fields.iter().filter(|(name, _)| !own.contains(&name.as_str()));
         (&self.provider, &self.name, fields.collect())
     }

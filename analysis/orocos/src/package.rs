@@ -155,6 +155,7 @@ mod tests {
             "-codels.hpp",
             "-task.hpp",
             "-trace.hpp",
+            "-lock.hpp",
             "-tp.c",
             "-tp.h",
             "-component.hpp",

@@ -32,19 +32,21 @@
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
+use mauve_hir::item_tree::Feature;
 use mauve_hir::{Decl, ModelDb, ProgramId};
 
 use crate::escape::cpp_string;
 use crate::generated_file::GeneratedFile;
 use crate::library::Library;
 
-/// Returns the header, the events and their provider; none for a library without components.
+/// Returns the header, that of locks, the events and their provider; none for a library without components.
 pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     if library.components.is_empty() {
         return Vec::new();
     }
     let files = [
         ("include/{lib}/{lib}-trace.hpp", include_str!("../templates/trace.hpp")),
+        ("include/{lib}/{lib}-lock.hpp", include_str!("../templates/lock.hpp")),
         ("tracing/{lib}-tp.h", include_str!("../templates/tp.h")),
         ("tracing/{lib}-tp.c", include_str!("../templates/tp.c")),
     ];
@@ -54,6 +56,11 @@ pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
 /// Returns the name of a codel in a trace, as a C++ literal.
 pub(crate) fn codel_key(db: &dyn ModelDb, codel: Decl<'_>) -> String {
     cpp_string(&codel.qualified(db))
+}
+
+/// Returns the name of a port in a trace, as a C++ literal: that of its component, a dot and its own.
+pub(crate) fn port_key(db: &dyn ModelDb, component: Decl<'_>, port: &Feature) -> String {
+    cpp_string(&format!("{}.{}", component.qualified(db), port.name.name))
 }
 
 /// Returns the names of a program in a trace, as C++ literals: component, state, transition and program.

@@ -9,6 +9,7 @@
 #include <sched.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #define TRACEPOINT_CREATE_PROBES
@@ -20,6 +21,12 @@ static uint64_t cpu_ns(void) {
   struct timespec used;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
   return (uint64_t)used.tv_sec * 1000000000u + (uint64_t)used.tv_nsec;
+}
+
+// How often this thread has given up the CPU by its own will so far. A preempted thread does not.
+static uint64_t waits(void) {
+  struct rusage usage;
+  return getrusage(RUSAGE_THREAD, &usage) == 0 ? (uint64_t)usage.ru_nvcsw : 0;
 }
 
 // The real-time priority of this thread: 0 with another scheduler, -1 if it is unknown.
@@ -69,6 +76,28 @@ bool mauve_{lib}_program(
 
 bool mauve_{lib}_codel(const char* instance, const char* codel, int phase) {
   if (!tracepoint_enabled(mauve_{lib}, codel)) return false;
-  do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_ns());
+  // The arguments of a call have no order: this system call is in no execution time.
+  if (phase == 0) {
+    const uint64_t waits_before = waits();
+    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_ns(), waits_before);
+  } else {
+    const uint64_t cpu_after = cpu_ns();
+    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_after, waits());
+  }
   return true;
+}
+
+bool mauve_{lib}_access(const char* instance, const char* port, int phase) {
+  if (!tracepoint_enabled(mauve_{lib}, access)) return false;
+  do_tracepoint(mauve_{lib}, access, instance, port, phase, cpu_ns());
+  return true;
+}
+
+bool mauve_{lib}_records_locks(void) { return tracepoint_enabled(mauve_{lib}, lock); }
+
+uint64_t mauve_{lib}_waits(void) { return waits(); }
+
+void mauve_{lib}_lock(const char* lock, uint64_t cpu, uint64_t elapsed_ns, uint64_t blocked_ns,
+                      uint64_t waits_for_it) {
+  do_tracepoint(mauve_{lib}, lock, lock, cpu, elapsed_ns, blocked_ns, waits_for_it);
 }

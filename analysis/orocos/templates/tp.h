@@ -42,15 +42,43 @@ TRACEPOINT_EVENT(
         ctf_integer(uint8_t, phase, phase)
         ctf_integer(uint64_t, cpu_ns, cpu_ns)))
 
-// A call of a codel.
+// A call of a codel. waits: how often the thread has given up the CPU by its own will so far, to wait for
+// something.
 TRACEPOINT_EVENT(
     mauve_{lib}, codel,
-    TP_ARGS(const char*, instance, const char*, codel, int, phase, uint64_t, cpu_ns),
+    TP_ARGS(const char*, instance, const char*, codel, int, phase, uint64_t, cpu_ns, uint64_t, waits),
     TP_FIELDS(
         ctf_string(instance, instance)
         ctf_string(codel, codel)
         ctf_integer(uint8_t, phase, phase)
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)
+        ctf_integer(uint64_t, waits, waits)))
+
+// A read or a write of a port, named by its component and its own name.
+TRACEPOINT_EVENT(
+    mauve_{lib}, access,
+    TP_ARGS(const char*, instance, const char*, port, int, phase, uint64_t, cpu_ns),
+    TP_FIELDS(
+        ctf_string(instance, instance)
+        ctf_string(port, port)
+        ctf_integer(uint8_t, phase, phase)
         ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+
+// A lock that a thread leaves, with the CPU time and the time for which the thread had it, how often the
+// thread gave up the CPU to get it, and for how long it waited. One event has both ends (phase 1), since
+// locks may be left in any order.
+TRACEPOINT_EVENT(
+    mauve_{lib}, lock,
+    TP_ARGS(const char*, lock, uint64_t, cpu_ns, uint64_t, elapsed_ns, uint64_t, blocked_ns,
+            uint64_t, waits),
+    TP_FIELDS(
+        ctf_string(instance, "-")
+        ctf_string(lock, lock)
+        ctf_integer(uint8_t, phase, 1)
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)
+        ctf_integer(uint64_t, elapsed_ns, elapsed_ns)
+        ctf_integer(uint64_t, blocked_ns, blocked_ns)
+        ctf_integer(uint64_t, waits, waits)))
 
 #endif
 

@@ -1,7 +1,7 @@
 // {generated}
 //
-// Spans of components, programs and codels, recorded by LTTng-UST if MAUVE_TRACING is defined.
-// Without Orocos, MAUVE's own runtime (MAUVE_RUNTIME) measures programs and codels, too.
+// Spans of components, programs, codels and accesses of ports, recorded by LTTng-UST if MAUVE_TRACING is
+// defined. Without Orocos, MAUVE's own runtime (MAUVE_RUNTIME) measures them, too.
 // Otherwise the macros expand to nothing.
 
 #pragma once
@@ -14,11 +14,15 @@
   const ::mauve::ProgramExecution mauve_program_execution(component, state, transition, program)
 #define MAUVE_EXECUTE_CODEL(codel, ...) \
   ::mauve::execute_codel(codel, [&] { return __VA_ARGS__; })
+#define MAUVE_EXECUTE_READ(key, port, sample) ::mauve::read_port(key, port, sample)
+#define MAUVE_EXECUTE_WRITE(key, port, ...) ::mauve::write_port(key, port, __VA_ARGS__)
 
 #else
 
 #define MAUVE_EXECUTE_PROGRAM(component, state, transition, program) static_cast<void>(0)
 #define MAUVE_EXECUTE_CODEL(codel, ...) (__VA_ARGS__)
+#define MAUVE_EXECUTE_READ(key, port, sample) (port).read(sample)
+#define MAUVE_EXECUTE_WRITE(key, port, ...) (port).write(__VA_ARGS__)
 
 #endif
 
@@ -34,6 +38,7 @@ bool mauve_{lib}_program(
     const char* instance, const char* component, const char* state, const char* transition,
     const char* program, int phase);
 bool mauve_{lib}_codel(const char* instance, const char* codel, int phase);
+bool mauve_{lib}_access(const char* instance, const char* port, int phase);
 }
 
 namespace {lib} {
@@ -106,11 +111,43 @@ class CodelSpan {
   bool is_recorded_;
 };
 
+class AccessSpan {
+ public:
+  AccessSpan(const std::string& instance, const char* port)
+      : instance_(instance.c_str()), port_(port) {
+    is_recorded_ = mauve_{lib}_access(instance_, port_, 0);
+  }
+  ~AccessSpan() {
+    if (is_recorded_) mauve_{lib}_access(instance_, port_, 1);
+  }
+  AccessSpan(const AccessSpan&) = delete;
+  AccessSpan& operator=(const AccessSpan&) = delete;
+
+ private:
+  const char* instance_;
+  const char* port_;
+  bool is_recorded_;
+};
+
 // Returns the result of a call, in a span.
 template <typename Call>
 auto traced(const std::string& instance, const char* codel, Call call) -> decltype(call()) {
   const CodelSpan span(instance, codel);
   return call();
+}
+
+// Reads or writes a port, in a span. What computes the value to write is no part of it.
+template <typename Port, typename Sample>
+auto read(const std::string& instance, const char* key, Port& port, Sample& sample)
+    -> decltype(port.read(sample)) {
+  const AccessSpan span(instance, key);
+  return MAUVE_EXECUTE_READ(key, port, sample);
+}
+
+template <typename Port, typename Sample>
+void write(const std::string& instance, const char* key, Port& port, const Sample& sample) {
+  const AccessSpan span(instance, key);
+  MAUVE_EXECUTE_WRITE(key, port, sample);
 }
 
 }  // namespace trace
@@ -127,6 +164,10 @@ namespace mauve_trace = ::{lib}::trace;
   MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
 #define MAUVE_TRACE_CODEL(instance, codel, ...) \
   ::mauve_trace::traced(instance, codel, [&] { return MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__); })
+#define MAUVE_TRACE_READ(instance, key, port, sample) \
+  ::mauve_trace::read(instance, key, port, sample)
+#define MAUVE_TRACE_WRITE(instance, key, port, ...) \
+  ::mauve_trace::write(instance, key, port, __VA_ARGS__)
 
 #else
 
@@ -134,5 +175,7 @@ namespace mauve_trace = ::{lib}::trace;
 #define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
   MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
 #define MAUVE_TRACE_CODEL(instance, codel, ...) MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__)
+#define MAUVE_TRACE_READ(instance, key, port, sample) MAUVE_EXECUTE_READ(key, port, sample)
+#define MAUVE_TRACE_WRITE(instance, key, port, ...) MAUVE_EXECUTE_WRITE(key, port, __VA_ARGS__)
 
 #endif

@@ -219,46 +219,47 @@ fn a_shell_is_checked_and_frozen() {
         "component.cpp",
         &from,
         expect![[r#"
-                K::K(const std::string& name_)
-                    : MauveTask(name_) {
-                  addProperty("name", name).doc("property name: string");
-                  addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
-                  addProperty("led", led).doc("property led: uint8 [0; 7]");
-                  addProperty("width", width_property).doc("constant width: double");
-                  addProperty("class", class_).doc("property class: string");
-                  addPort("scan", scan).doc("input port scan: LaserScan");
-                  addPort("to_", to).doc("output port to: float");
-                  addOperation("mauve_set", &K::mauve_set, this, RTT::ClientThread)
-                      .doc("Sets properties of types that scripts cannot set.").arg("property", "")
-                      .arg("text", "a whole number");
-                  mauve_add_period_port("period");
-                }
-                bool K::configureHook() {
-                  // property gap: double [0; 2 * width]: model.mal:5
-                  if (!(gap >= 0.0 && gap <= 2 * width_property)) {
-                    RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
-                                         << 2 * width_property << "]" << RTT::endlog();
-                    return false;
-                  }
-                  // property led: uint8 [0; 7]: model.mal:6
-                  if (!(led <= 7)) {
-                    RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
-                                         << ", and must be in [0; 7]" << RTT::endlog();
-                    return false;
-                  }
-                  // Constants keep their present values from here on.
-                  width = width_property;
-                  scan_status = RTT::NoData;
-                  echoes = {};
-                  return true;
-                }
-                void K::update_program() {
-                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
-                  if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
-                    to.write(0.1f);
-                  }
-                }
-            "#]],
+            K::K(const std::string& name_)
+                : MauveTask(name_) {
+              addProperty("name", name).doc("property name: string");
+              addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
+              addProperty("led", led).doc("property led: uint8 [0; 7]");
+              addProperty("width", width_property).doc("constant width: double");
+              addProperty("class", class_).doc("property class: string");
+              addPort("scan", scan).doc("input port scan: LaserScan");
+              addPort("to_", to).doc("output port to: float");
+              addOperation("mauve_set", &K::mauve_set, this, RTT::ClientThread)
+                  .doc("Sets properties of types that scripts cannot set.").arg("property", "")
+                  .arg("text", "a whole number");
+              mauve_add_period_port("period");
+            }
+            bool K::configureHook() {
+              // property gap: double [0; 2 * width]: model.mal:5
+              if (!(gap >= 0.0 && gap <= 2 * width_property)) {
+                RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
+                                     << 2 * width_property << "]" << RTT::endlog();
+                return false;
+              }
+              // property led: uint8 [0; 7]: model.mal:6
+              if (!(led <= 7)) {
+                RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
+                                     << ", and must be in [0; 7]" << RTT::endlog();
+                return false;
+              }
+              // Constants keep their present values from here on.
+              width = width_property;
+              scan_status = RTT::NoData;
+              echoes = {};
+              return true;
+            }
+            void K::update_program() {
+              MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+              if ((scan_status = MAUVE_TRACE_READ(getName(), "motion.K.scan", scan, echoes)) == RTT::NewData &&
+                  scan_status != RTT::NoData) {
+                MAUVE_TRACE_WRITE(getName(), "motion.K.to", to, 0.1f);
+              }
+            }
+        "#]],
     );
 }
 
@@ -424,7 +425,7 @@ fn what_is_left_to_cpp_is_evaluated_from_left_to_right() {
     check_update(
         "b = read(goal, n) == status(goal);",
         expect![[r#"
-            const auto read_result = (goal_status = goal.read(n));
+            const auto read_result = (goal_status = MAUVE_TRACE_READ(getName(), "lab.K.goal", goal, n));
             b = read_result == goal_status;
         "#]],
     );
@@ -526,20 +527,20 @@ fn names_hide_what_they_hide_in_the_model() {
     check_update(
         "var n: int = n + 1; { var n: int = n; m = n; { var State: string = t; t = State; } } var x: int; x = n; write(next, limit);",
         expect![[r#"
-                int n_ = n + 1;
-                {
-                  int n_0_ = n_;
-                  m = n_0_;
-                  {
-                    std::string State = t;
-                    t = State;
-                  }
-                }
-                int x_{};
-                static_cast<void>(x_);
-                x_ = n_;
-                next.write(limit);
-            "#]],
+            int n_ = n + 1;
+            {
+              int n_0_ = n_;
+              m = n_0_;
+              {
+                std::string State = t;
+                t = State;
+              }
+            }
+            int x_{};
+            static_cast<void>(x_);
+            x_ = n_;
+            MAUVE_TRACE_WRITE(getName(), "lab.K.next", next, limit);
+        "#]],
     );
 }
 

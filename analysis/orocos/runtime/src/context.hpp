@@ -3,7 +3,9 @@
 #ifndef MAUVE_CONTEXT_HPP
 #define MAUVE_CONTEXT_HPP
 
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -44,6 +46,18 @@ class ExecutionTimes {
   std::vector<Entry> entries_;
 };
 
+// What the executions of one codel in one thread were like.
+struct CodelStatistics {
+  const char* codel;
+  // The greatest CPU time.
+  Nanoseconds execution;
+  // The executions that waited for something, and the greatest time that one of them was off the CPU. It may have been preempted, too.
+  std::uint64_t waits;
+  Nanoseconds wait;
+  // The greatest time that one execution waited for locks.
+  Nanoseconds blocked;
+};
+
 // Of one thread, which alone uses it while it runs, except for `codel`.
 struct Context {
   Worker* worker = nullptr;
@@ -58,13 +72,26 @@ struct Context {
   std::atomic<const char*> codel{nullptr};
   // Whether a program with a time of its own is being executed: then its codels take none.
   bool is_timed_program = false;
-  // The CPU time of the codels so far.
-  Nanoseconds codel_cpu = 0;
+  // The CPU time of the codels and the accesses of ports so far.
+  Nanoseconds measured_cpu = 0;
+  // How often the thread has waited by its own will so far, as far as that was read, without the waits for locks.
+  std::int64_t waits = 0;
+  // How often, and for how long, it has waited for locks: see mauve/lock.hpp.
+  std::int64_t lock_waits = 0;
+  Nanoseconds blocked = 0;
+  // Of the first codels that it has executed.
+  std::array<CodelStatistics, 64> codels{};
+
+  void note(const char* name, Nanoseconds execution, Nanoseconds wait, Nanoseconds waited_for_locks);
 };
 
 // The context of the calling thread; none where it is that of no activity.
 Context* present_context();
 void set_present_context(Context* context);
+
+// How often the calling thread has waited by its own will: for a device, a lock, a sleep, a page on the disk. A thread that is
+// preempted does not.
+std::int64_t voluntary_waits();
 
 }  // namespace mauve
 

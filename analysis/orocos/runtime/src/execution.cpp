@@ -2,6 +2,8 @@
 
 #include "mauve/execution.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstring>
 #include <tuple>
@@ -11,6 +13,9 @@
 
 namespace mauve {
 namespace {
+
+// A thread that waits is off the CPU for longer.
+constexpr Nanoseconds least_wait = 5000;
 
 thread_local Context* context_of_thread = nullptr;
 
@@ -31,6 +36,23 @@ void take(Context& context, Nanoseconds time, Nanoseconds cpu_before) {
 
 Context* present_context() { return context_of_thread; }
 void set_present_context(Context* context) { context_of_thread = context; }
+
+std::int64_t voluntary_waits() {
+  rusage usage = {};
+  return getrusage(RUSAGE_THREAD, &usage) == 0 ? usage.ru_nvcsw : 0;
+}
+
+void Context::note(const char* name, Nanoseconds execution, Nanoseconds wait, Nanoseconds waited_for_locks) {
+  for (CodelStatistics& it : codels) {
+    if (it.codel == nullptr) it.codel = name;
+    if (it.codel != name) continue;
+    it.execution = std::max(it.execution, execution);
+    if (wait > 0) ++it.waits;
+    it.wait = std::max(it.wait, wait);
+    it.blocked = std::max(it.blocked, waited_for_locks);
+    return;
+  }
+}
 
 void ExecutionTimes::add(Key key, Nanoseconds time) {
   const auto is_before = [](const Entry& one, const Key& other) {
@@ -66,6 +88,9 @@ CodelExecution::CodelExecution(const char* codel) : context_(present_context()),
   if (context_ == nullptr) return;
   outer_ = context_->codel.load(std::memory_order_relaxed);
   context_->codel.store(codel, std::memory_order_relaxed);
+  blocked_before_ = context_->blocked;
+  // These system calls are in no execution time.
+  if (context_->trace != nullptr && !timeline().is_virtual()) waits_before_ = voluntary_waits() - context_->lock_waits;
   began_ = now();
   cpu_before_ = cpu_time();
 }
@@ -76,14 +101,53 @@ CodelExecution::~CodelExecution() {
     take(*context_, context_->times->codel(codel_), cpu_before_);
   }
   const Nanoseconds execution = cpu_time() - cpu_before_;
+  const Nanoseconds ended = now();
   // A codel in the arguments of another one is counted with it.
-  if (outer_ == nullptr) context_->codel_cpu += execution;
+  if (outer_ == nullptr) context_->measured_cpu += execution;
+  const Nanoseconds blocked = context_->blocked - blocked_before_;
+  std::int64_t waits = -1;
+  if (!timeline().is_virtual()) {
+    const Nanoseconds off_cpu = ended - began_ - execution - blocked;
+    // Unless executions are recorded, the system is asked only after something that may have been a wait.
+    const bool is_recorded = context_->trace != nullptr;
+    if (is_recorded || off_cpu > least_wait) {
+      const std::int64_t before = is_recorded ? waits_before_ : context_->waits;
+      context_->waits = voluntary_waits() - context_->lock_waits;
+      waits = context_->waits - before;
+    }
+    context_->note(codel_, execution, waits > 0 ? off_cpu : 0, blocked);
+  }
   if (context_->trace != nullptr) {
-    const Nanoseconds ended = now();
-    context_->trace->push({TraceRecord::Codel, context_->instance.c_str(), execution, ended - began_, ended, codel_, "", "", "", -1,
-                           -1, -1, -1});
+    TraceRecord record = TraceRecord::of(TraceRecord::Codel, context_->instance.c_str(), codel_, execution, began_, ended);
+    record.waits = waits;
+    record.blocked = blocked;
+    context_->trace->push(record);
   }
   context_->codel.store(outer_, std::memory_order_relaxed);
+}
+
+PortAccess::PortAccess(const char* port, bool is_small) : context_(present_context()), port_(port) {
+  if (context_ == nullptr) return;
+  const bool is_recorded = context_->trace != nullptr;
+  if (timeline().is_virtual() || (is_small && !is_recorded)) {
+    context_ = nullptr;
+    return;
+  }
+  began_ = now();
+  if (is_recorded) cpu_before_ = cpu_time();
+}
+
+PortAccess::~PortAccess() {
+  if (context_ == nullptr) return;
+  if (context_->trace == nullptr) {
+    // The clock of the CPU time needs a system call. If the thread is preempted here, this is too much, and the overhead of another
+    // period is the greatest one.
+    context_->measured_cpu += now() - began_;
+    return;
+  }
+  const Nanoseconds execution = cpu_time() - cpu_before_;
+  context_->measured_cpu += execution;
+  context_->trace->push(TraceRecord::of(TraceRecord::Access, context_->instance.c_str(), port_, execution, began_, now()));
 }
 
 ProgramExecution::ProgramExecution(const char* component, const char* state, const char* transition, const char* program)
@@ -110,9 +174,11 @@ ProgramExecution::~ProgramExecution() {
   }
   if (context_->trace != nullptr) {
     const Nanoseconds execution = cpu_time() - cpu_before_;
-    const Nanoseconds ended = now();
-    context_->trace->push({TraceRecord::Program, context_->instance.c_str(), execution, ended - began_, ended, component_, state_,
-                           transition_, program_, -1, -1, -1, -1});
+    TraceRecord record = TraceRecord::of(TraceRecord::Program, context_->instance.c_str(), component_, execution, began_, now());
+    record.state = state_;
+    record.transition = transition_;
+    record.program = program_;
+    context_->trace->push(record);
   }
 }
 

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "context.hpp"
 #include "mauve/clock.hpp"
+#include "other_threads.hpp"
 
 namespace mauve {
 
@@ -16,6 +18,8 @@ struct Row {
   std::string instance;
   // 0 in the background.
   int priority;
+  // A bit for each; 0 for any.
+  std::uint64_t cpus;
   Nanoseconds period, deadline;
   // `no_bound` if there is none.
   Nanoseconds bound;
@@ -26,6 +30,19 @@ struct Row {
 
 // Returns the table, in lines that end with a newline.
 std::string table(const std::vector<Row>& rows);
+
+// What a codel was like in one instance.
+struct CodelRow {
+  // The index of its instance among the rows.
+  std::size_t instance;
+  CodelStatistics statistics;
+  // Its time in the timing tables, or -1.
+  Nanoseconds time;
+};
+
+// Says why instances were late, what a bound does not count, and what to write: lines that end with a newline.
+std::string explanation(const std::vector<Row>& rows, const std::vector<CodelRow>& codels, const std::vector<Work>& work,
+                        Nanoseconds length);
 
 // Returns a time in milliseconds, to the microsecond.
 std::string milliseconds(Nanoseconds time);

@@ -13,12 +13,14 @@
 #include <cstring>
 #include <iostream>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "context.hpp"
 #include "mauve/stub.hpp"
 #include "options.hpp"
+#include "other_threads.hpp"
 #include "report.hpp"
 #include "rtt/Activity.hpp"
 #include "rtt/Logger.hpp"
@@ -155,6 +157,7 @@ struct Robot::State {
   std::vector<Row> rows() const;
   bool is_live() const;
   void show(bool is_first) const;
+  std::vector<CodelRow> codel_rows() const;
   int report() const;
   int run();
   void end_releases();
@@ -179,6 +182,8 @@ struct Robot::State {
   Options options;
   std::unique_ptr<VirtualClock> virtual_clock;
   std::unique_ptr<TraceFile> trace;
+  OtherThreads other_threads_of_process;
+  std::vector<Work> work;
   std::map<std::string, std::unique_ptr<RTT::TaskContext>> tasks;
   // In the order of `activities`.
   std::vector<PeriodicThread*> threads;
@@ -382,6 +387,11 @@ void Robot::State::release_until(Nanoseconds end) {
 void Robot::State::wait_for_end() {
   doing_with = nullptr;
   doing = "run";
+  if (!options.simulates_time) {
+    std::set<int> numbers;
+    for (const PeriodicThread* thread : threads) numbers.insert(thread->number());
+    other_threads_of_process.begin(numbers);
+  }
   if (options.simulates_time) {
     bool is_ending = false;
     const auto look = [&] {
@@ -402,12 +412,14 @@ void Robot::State::wait_for_end() {
     for (int moment = 0; !supervisor->should_end(); ++moment) {
       if (is_live() && moment % 50 == 0) show(moment == 0);
       if (trace) trace->write();
+      if (moment % 50 == 0) other_threads_of_process.look();
       for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
     }
     // What was released before the end is a part of the run. The supervisor ends it if that takes too long.
     const auto has_open = [](const PeriodicThread* thread) { return thread->has_open_period(); };
     for (int pauses = 0; pauses < 20000 && std::any_of(threads.begin(), threads.end(), has_open); ++pauses) pause();
   }
+  if (!options.simulates_time) work = other_threads_of_process.end();
   ended = supervisor->is_interrupted() ? std::max(now(), began.load()) : began + options.length;
 }
 
@@ -448,9 +460,19 @@ std::vector<Row> Robot::State::rows() const {
   for (std::size_t index = 0; index < threads.size(); ++index) {
     const ActivityData& it = activities[index];
     const Statistics& statistics = threads[index]->statistics();
-    rows.push_back({it.instance, it.priority, it.period, it.priority > 0 ? std::max<Nanoseconds>(it.deadline, 0) : 0, it.bound, statistics.periods,
+    rows.push_back({it.instance, it.priority, it.cpus, it.period, it.priority > 0 ? std::max<Nanoseconds>(it.deadline, 0) : 0, it.bound, statistics.periods,
                     statistics.misses + (threads[index]->is_late() ? 1 : 0), statistics.overruns, statistics.latency, statistics.response,
                     has_failed(task(it.instance))});
+  }
+  return rows;
+}
+
+std::vector<CodelRow> Robot::State::codel_rows() const {
+  std::vector<CodelRow> rows;
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    for (const CodelStatistics& it : threads[index]->context().codels) {
+      if (it.codel != nullptr) rows.push_back({index, it, times.codel(it.codel)});
+    }
   }
   return rows;
 }
@@ -473,19 +495,17 @@ int Robot::State::report() const {
             << ", times in ms\n"
             << table(rows);
   bool is_fine = true;
-  for (const Row& row : rows) {
-    is_fine = is_fine && row.misses == 0 && !row.has_thrown;
-    if (row.bound != no_bound && row.response > row.bound && row.priority > 0) {
-      std::cout << "  " << row.instance << " responded after " << milliseconds(row.response) << " ms, later than its bound of "
-                << milliseconds(row.bound)
-                << " ms: an execution time in the tables is too short, or the computer had other work\n";
-    }
+  for (const Row& row : rows) is_fine = is_fine && row.misses == 0 && !row.has_thrown;
+  std::cout << explanation(rows, codel_rows(), work, ended - began);
+  std::size_t most = 0;
+  const auto overhead_of = [this](std::size_t index) { return threads[index]->statistics().overhead.load(); };
+  for (std::size_t index = 1; index < threads.size(); ++index) {
+    if (overhead_of(index) > overhead_of(most)) most = index;
   }
-  Nanoseconds measured = 0;
-  for (const PeriodicThread* thread : threads) measured = std::max(measured, thread->statistics().overhead.load());
-  if (measured > 0) {
-    std::cout << "  overhead: at most " << milliseconds(measured) << " ms of CPU time for a period besides its codels; for a timing "
-              << "table in ms: [overhead] dispatch = " << milliseconds(measured) << "\n";
+  if (!threads.empty() && overhead_of(most) > 0) {
+    std::cout << "  overhead: at most " << milliseconds(overhead_of(most)) << " ms of CPU time for a period besides its codels and "
+              << "ports, in " << activities[most].instance << "; for a timing table in ms: [overhead] dispatch = "
+              << milliseconds(overhead_of(most)) << "\n";
   }
   std::cout << std::flush;
   return is_fine ? 0 : 1;
@@ -513,6 +533,7 @@ int Robot::State::run() {
     // On the virtual clock, the thread of the scheduler does it.
     if (!options.simulates_time && has_threads) end_releases();
   }, [this] { return stuck(); }));
+  other_threads_of_process.ignore_present();
   create_instances();
   for (const ValueData& it : values) set(it);
   for (const Parameter& it : options.parameters) set({it.instance, it.property, it.value});
@@ -539,6 +560,7 @@ int Robot::State::run() {
   flush_log();
   int exit_code = report();
   if (trace) {
+    for (const Work& it : work) trace->work(it.name, it.cpu, ended - began);
     const std::string problem = trace->finish();
     if (!problem.empty()) {
       std::cerr << "error: " << problem << std::endl;

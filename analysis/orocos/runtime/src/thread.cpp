@@ -2,6 +2,8 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -75,6 +77,8 @@ struct PeriodicThread::State {
   Statistics statistics;
   std::thread thread;
   std::atomic<std::thread::id> id{std::thread::id()};
+  // The system's number of the thread; 0 while there is none.
+  std::atomic<int> number{0};
   std::atomic<bool> is_active{false}, stops{false}, is_triggered{false}, is_busy{false};
   std::atomic<Nanoseconds> period{0};
   std::atomic<std::uint64_t> cpus{0};
@@ -115,6 +119,7 @@ void PeriodicThread::State::prepare() {
 
 void PeriodicThread::State::run() {
   id = std::this_thread::get_id();
+  number = static_cast<int>(syscall(SYS_gettid));
   prepare();
   set_present_context(&context);
   timeline().begin(worker);
@@ -168,6 +173,7 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   const Nanoseconds began = now();
   const Nanoseconds latency = began - release;
   const bool is_real = !timeline().is_virtual();
+  if (is_real) context.waits = voluntary_waits() - context.lock_waits;
   if (!is_real && overhead > 0) timeline().spend(worker, overhead);
   const bool was_running = runner->step();
   const Nanoseconds ended = now();
@@ -181,10 +187,10 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   if (is_real) {
     const Nanoseconds cpu = cpu_time();
     if (was_running && cpu_after_period >= 0) {
-      note_greatest(statistics.overhead, cpu - cpu_after_period - context.codel_cpu);
+      note_greatest(statistics.overhead, cpu - cpu_after_period - context.measured_cpu);
     }
     cpu_after_period = cpu;
-    context.codel_cpu = 0;
+    context.measured_cpu = 0;
   }
   if (was_running) {
     increment(statistics.periods);
@@ -199,7 +205,8 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
 
 // Begins the record of a period. Its system calls neither wait nor allocate.
 TraceRecord PeriodicThread::State::period_record(Nanoseconds release) const {
-  TraceRecord record = {TraceRecord::Period, context.instance.c_str(), 0, 0, 0, "", "", "", "", release, -1, -1, -1};
+  TraceRecord record = TraceRecord::of(TraceRecord::Period, context.instance.c_str(), "", 0, 0, 0);
+  record.release = release;
   if (timeline().is_virtual()) {
     record.priority = worker.scheduling.priority;
     record.cpus = static_cast<std::int64_t>(cpus.load());
@@ -315,6 +322,7 @@ bool PeriodicThread::is_late() const {
 }
 
 bool PeriodicThread::is_busy() const { return state_->is_busy; }
+int PeriodicThread::number() const { return state_->number; }
 const char* PeriodicThread::codel() const { return state_->context.codel.load(std::memory_order_relaxed); }
 Context& PeriodicThread::context() { return state_->context; }
 

@@ -12,7 +12,9 @@ namespace {
 
 // The key of a codel or a program in a timing table.
 std::string key_of(const TraceRecord& it) {
-  if (it.kind != TraceRecord::Program) return it.name;
+  if (it.kind == TraceRecord::Codel) return it.name;
+  if (it.kind == TraceRecord::Access) return std::string("(access) ") + it.name;
+  if (it.kind == TraceRecord::Lock) return std::string("(lock ") + it.name + ") " + it.program;
   const std::string component = std::string(it.name) + "/", state = it.state, transition = it.transition;
   if (state.empty()) return component + (transition.empty() ? it.program : transition.c_str());
   return component + state + (transition.empty() ? "" : "." + transition) + "." + it.program;
@@ -40,12 +42,15 @@ TraceFile::TraceFile(const std::string& folder, bool is_from_tables, std::string
       return;
     }
   }
-  if (!begin(executions_, folder + "/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order\n", problem)) return;
+  if (!begin(executions_, folder + "/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n",
+             problem)) {
+    return;
+  }
   if (!begin(periods_, folder + "/periods.csv",
              "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
     return;
   }
-  if (is_from_tables && std::fputs("(from tables),0,,,,\n", executions_.file) < 0) error_ = errno;
+  if (is_from_tables && std::fputs("(from tables),0,,,,,,\n", executions_.file) < 0) error_ = errno;
   taken_.reserve(1 << 16);
 }
 
@@ -85,7 +90,7 @@ void TraceFile::write() {
   if (lost > lost_) {
     const Nanoseconds to = now(), from = taken_.empty() ? to : taken_.front().ended;
     const auto count = static_cast<unsigned long long>(lost - lost_), order = static_cast<unsigned long long>(order_++);
-    if (std::fprintf(executions_.file, "(lost),%llu,,%lld,%lld,%llu\n", count, static_cast<long long>(std::max<Nanoseconds>(to - from, 0)),
+    if (std::fprintf(executions_.file, "(lost),%llu,,%lld,%lld,%llu,,\n", count, static_cast<long long>(std::max<Nanoseconds>(to - from, 0)),
                      static_cast<long long>(to), order) < 0) {
       error_ = errno;
     }
@@ -101,8 +106,20 @@ bool TraceFile::write(const TraceRecord& it) {
                         number(it.ended - it.elapsed), number(it.ended), number(it.execution), known(it.priority).c_str(),
                         known(it.cpus).c_str(), known(it.cpu).c_str(), order) >= 0;
   }
-  return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu\n", key_of(it).c_str(), number(it.execution), it.instance,
-                      number(it.elapsed), number(it.ended), order) >= 0;
+  return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu,%s,%s\n", key_of(it).c_str(), number(it.execution), it.instance,
+                      number(it.elapsed), number(it.ended), order, known(it.waits).c_str(),
+                      it.blocked > 0 ? known(it.blocked).c_str() : "") >= 0;
+}
+
+void TraceFile::work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed) {
+  if (executions_.file == nullptr || error_ != 0) return;
+  std::string quoted;
+  // A thread may have any name.
+  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c == '\n' ? ' ' : c);
+  if (std::fprintf(executions_.file, "\"(work) %s\",%lld,,%lld,%lld,%llu,,\n", quoted.c_str(), static_cast<long long>(cpu),
+                   static_cast<long long>(elapsed), static_cast<long long>(now()), static_cast<unsigned long long>(order_++)) < 0) {
+    error_ = errno;
+  }
 }
 
 std::string TraceFile::finish() {

@@ -16,12 +16,13 @@ namespace mauve {
 
 // An execution. Its texts stay valid.
 struct TraceRecord {
-  enum Kind { Codel, Program, Period };
+  enum Kind { Codel, Program, Period, Access, Lock };
   Kind kind;
   const char* instance;
   // CPU time; time from its beginning to its end; the instant of its end.
   Nanoseconds execution, elapsed, ended;
-  // The name of the codel, or the component, state, transition and kind of the program.
+  // The name of the codel or the port; the component, state, transition and kind of the program; or the name of the lock, and in
+  // `program` the codel that held it.
   const char *name, *state, *transition, *program;
   // Of a period: its release, the real-time priority of its thread, the CPUs that the thread may use, and the CPU where it began;
   // -1 where they are unknown.
@@ -29,6 +30,15 @@ struct TraceRecord {
   int priority;
   std::int64_t cpus;
   int cpu;
+  // Of a codel: how often its thread waited by its own will, without the waits for locks, -1 where that is unknown; and for how
+  // long it waited for locks.
+  std::int64_t waits;
+  Nanoseconds blocked;
+
+  static TraceRecord of(Kind kind, const char* instance, const char* name, Nanoseconds execution, Nanoseconds began,
+                        Nanoseconds ended) {
+    return {kind, instance, execution, ended - began, ended, name, "", "", "", -1, -1, -1, -1, -1, 0};
+  }
 };
 
 // Where the threads of a robot put records.
@@ -54,6 +64,8 @@ class TraceFile {
   TraceQueue& queue() { return queue_; }
   // To be called now and then, by one thread.
   void write();
+  // Before `finish`: the CPU time that threads of this name, which are no activities, used within this time.
+  void work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed);
   // Completes the files. Returns what is wrong with them, or an empty text. What was written of files that could not be completed stays.
   std::string finish();
 

@@ -22,7 +22,7 @@ use super::obvious::{are_obvious, comparison, is_obvious};
 use super::{Class, LastCall, Member};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::cpp_type::is_large;
-use crate::trace::codel_key;
+use crate::trace::{codel_key, port_key};
 
 /// A line of a program.
 #[derive(Debug, Clone)]
@@ -541,14 +541,19 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
     fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Option<Code> {
-        let port = self.class.member_in(arguments)?;
+        let class = self.class;
+        let port = class.member_in(arguments)?;
         Some(match (function, arguments.get(1)) {
             (Builtin::Write, Some(value)) => {
                 let value = self.value(value, &port.ty);
-                Code::primary(format!("{}.write({})", port.name, value.text), Type::Void)
+                let key = port_key(class.model.db, class.component, port.data);
+                let write = format!("MAUVE_TRACE_WRITE(getName(), {key}, {}, {})", port.name, value.text);
+                Code::primary(write, Type::Void)
             }
             (Builtin::Read, Some(variable)) => {
-                let read = format!("{}.read({})", port.name, self.expr(variable).text);
+                let key = port_key(class.model.db, class.component, port.data);
+                let variable = self.expr(variable).text;
+                let read = format!("MAUVE_TRACE_READ(getName(), {key}, {}, {variable})", port.name);
                 match &port.status {
                     Some(status) => {
                         Code::new(format!("{status} = {read}"), Level::Assignment, Type::PortStatus)

@@ -22,8 +22,9 @@ impl<'a, 'db> Class<'a, 'db> {
         let mut names = CppNames::of_component();
         names.declare(name);
         names.declare(&model.library.package);
-        let macros = ["MAUVE_TRACE_COMPONENT", "MAUVE_TRACE_PROGRAM", "MAUVE_TRACE_CODEL"];
-        macros.iter().for_each(|it| drop(names.declare(it)));
+        for it in ["COMPONENT", "PROGRAM", "CODEL", "READ", "WRITE"] {
+            names.declare(&format!("MAUVE_TRACE_{it}"));
+        }
         // A member would hide a type of the same name.
         for external in external_types(db, model.workspace()).values() {
             let words = external.cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');

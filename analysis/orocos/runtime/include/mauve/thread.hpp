@@ -33,7 +33,8 @@ struct Statistics {
   // The greatest times from a release to the end of its period, and to its beginning.
   std::atomic<Nanoseconds> response{0};
   std::atomic<Nanoseconds> latency{0};
-  // The greatest CPU time from the end of a period to the end of the next, without that of codels.
+  // The greatest CPU time from the end of a period to the end of the next, without that of codels, and of ports
+  // where that is measured.
   std::atomic<Nanoseconds> overhead{0};
 };
 
@@ -79,6 +80,8 @@ class PeriodicThread {
   // Whether a period or a call is being executed, and the codel that is, if one is.
   bool is_busy() const;
   const char* codel() const;
+  // The system's number of the thread; 0 before it has begun.
+  int number() const;
 
   // For the library alone.
   Context& context();
