@@ -13,6 +13,7 @@ use mauve_orocos::packages;
 use mauve_pwcet::samples::{Samples, Series};
 use mauve_tests::orocos::{COMPILERS, build, configure, run};
 use mauve_tests::{Recorder, Span, scratch, spans};
+use mauve_timing::Observed;
 use serde_json::Value;
 
 /// Which program says that it has which number: its component, state, transition and kind.
@@ -124,6 +125,7 @@ fn key(span: &Span) -> Option<String> {
     match span.begin.name.as_str() {
         "codel" => Some(field("codel").to_owned()),
         "program" => Some(of_program(field("component"))),
+        "access" => Some(format!("(access) {}", field("port"))),
         _ => None,
     }
 }
@@ -203,6 +205,15 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
     }
     assert_eq!(imported(&recorder.output(), recorder.folder()), expected);
 
+    // The operation sleeps in `mark`, and `work` is preempted.
+    let text = std::fs::read_to_string(recorder.folder().join("robot.observed.toml")).unwrap();
+    let (observed, errors) = Observed::parse(&text);
+    assert_eq!(errors, []);
+    let [mark, work] = ["probe.mark", "probe.work"].map(|codel| &observed.codels[codel]);
+    assert!(mark.is_wait_known && (60_000_000..1_000_000_000).contains(&mark.wait), "{text}");
+    assert!(work.is_wait_known && work.wait < 9_000_000, "{text}");
+    assert_eq!(observed.accesses.len(), 2, "{text}");
+
     // `mauve trace check`: the threads have no real-time priority, and `work` takes longer than its time. What else is found
     // depends on the computer, but no program, state, codel or CPU is another one.
     let checked = checked(&recorder.output(), recorder.folder());
@@ -230,6 +241,7 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
     let programs: BTreeMap<u64, &str> = PROGRAMS.into();
     // The longest execution of each program and codel.
     let mut longest: BTreeMap<String, u64> = BTreeMap::new();
+    let mut ports: BTreeSet<String> = BTreeSet::new();
     for thread in threads {
         let called = calls.iter().filter(|(of, ..)| *of == thread);
         let mut called = called.map(|(_, codel, value)| (codel.as_str(), *value));
@@ -245,6 +257,16 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
                     assert!(around.is_none_or(|it| it.begin.name == "component"), "{span:?} in {around:?}");
                     let time = longest.entry(program(span)).or_default();
                     *time = span.cpu.max(*time);
+                }
+                "access" => {
+                    let port = span.begin.field("port");
+                    let expected = match port {
+                        "sensors.Source.value" => programs[&3],
+                        "motion.Pilot.value" => programs[&11],
+                        _ => panic!("{span:?}"),
+                    };
+                    assert_eq!(program(around.expect("it is executed in a program")), expected);
+                    ports.insert(port.to_owned());
                 }
                 // In the order in which the codels themselves say that they ran, each in its own program.
                 _ => {
@@ -269,6 +291,7 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
         }
         assert_eq!(called.next(), None, "not all codels that ran are in the trace");
     }
+    assert_eq!(ports.len(), 2);
     let measured: BTreeSet<&str> = longest.keys().map(String::as_str).collect();
     let expected: BTreeSet<&str> = programs.into_values().chain(["probe.mark", "probe.work"]).collect();
     assert_eq!(measured, expected);

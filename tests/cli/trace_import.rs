@@ -41,11 +41,14 @@ fn traces_become_runs() {
     assert_eq!(
         lines(&run.out),
         [
-            "codel instance executions least mean greatest",
+            "codel or port instance executions least mean greatest",
             "nav.plan — 1 1.500 µs 1.500 µs 1.500 µs",
             "nav.plan pilot 2 1.000 µs 1.500 µs 2.000 µs",
             "and 1 execution of 1 program: --programs lists them",
             "imported 4 executions in 2 runs; robot.samples has 4 executions in 2 runs",
+            "`robot.observed.toml` has what was observed; in mauve.toml, so that `mauve check` compares it with the timing tables:",
+            "[timing]",
+            "observed = [\"robot.observed.toml\"]",
         ]
     );
     // Each trace is imported once.

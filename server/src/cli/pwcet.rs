@@ -1,7 +1,7 @@
 //! `mauve pwcet SAMPLES…`: from measured executions to the times of a timing table.
 
 mod budgets;
-mod date;
+pub(super) mod date;
 mod document;
 mod estimates;
 mod report;
@@ -13,8 +13,11 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_hir::CONFIG_FILE;
 use mauve_pwcet::samples::Samples;
+use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
+
+pub(super) use self::write::put;
 
 use self::budgets::{Budgets, budgets};
 use self::estimates::{Estimates, Measured};
@@ -97,7 +100,11 @@ impl Pwcet {
         };
         let open = |path: &PathBuf| Samples::open(path).map_err(|error| unreadable_samples(path, &error));
         let mut files = self.samples.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let wanted = |key: &str| self.programs || !key.contains('/');
+        let wanted = |key: &str| match SpanKind::of(key) {
+            SpanKind::Codel | SpanKind::Access => true,
+            SpanKind::Program => self.programs,
+            SpanKind::Lock | SpanKind::Period => false,
+        };
         let measurements = measure(&mut files, wanted, &options)
             .map_err(|(index, error)| unreadable_samples(&self.samples[index], &error))?;
         if measurements.is_empty() {
@@ -150,7 +157,7 @@ impl Pwcet {
         }
         if let Some(path) = &self.report {
             let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
-            write::put(path, &report::report(&estimates, &self.samples, &fingerprints))?;
+            put(path, &report::report(&estimates, &self.samples, &fingerprints))?;
             say(&format!("`{}` has the report", path.display()));
         }
         match self.format {

@@ -160,7 +160,7 @@ fn relative(file: &Path, table: &Path) -> String {
 }
 
 /// Writes a file, or replaces it: a reader gets the old text, none, or the new one.
-pub(super) fn put(path: &Path, text: &str) -> Result<(), String> {
+pub(in crate::cli) fn put(path: &Path, text: &str) -> Result<(), String> {
     let written = match path.canonicalize() {
         Ok(real) => replace(&real, text),
         Err(_) => {

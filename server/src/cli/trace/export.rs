@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
-use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor};
+use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor, port_of};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
@@ -189,6 +189,8 @@ impl<W: Write> TraceWriter<W> {
                 (program.to_owned(), "program")
             }
             SpanKind::Codel => (name.key.clone(), "codel"),
+            SpanKind::Access => (port_of(&name.key).unwrap_or_default().to_owned(), "port"),
+            SpanKind::Lock => return Ok(()),
         };
         let mut args = json!({ "execution_ms": execution });
         let mut instants = Vec::new();

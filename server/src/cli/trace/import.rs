@@ -2,6 +2,7 @@
 
 mod follow;
 pub(super) mod messages;
+mod observed;
 mod recorder;
 mod table;
 mod watch;
@@ -12,13 +13,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use mauve_pwcet::samples::{SamplesError, SamplesWriter};
-use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
+use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
 
 use crate::cli::sample_file::samples_error;
 use crate::cli::text::counted;
 use crate::output::{Output, say};
 use messages::trace_error;
 pub(in crate::cli) use messages::warnings;
+use observed::Memory;
 use recorder::Recorder;
 use table::Imported;
 
@@ -59,6 +61,7 @@ impl Import {
             output: self.output.clone(),
             writer,
             imported: Imported::default(),
+            memory: Memory::default(),
             stop: Arc::new(AtomicBool::new(false)),
         };
         let result = match self.traces.as_slice() {
@@ -71,10 +74,9 @@ impl Import {
             result => {
                 let code = if result.is_ok() { 0 } else { 2 };
                 result.unwrap_or_else(|message| say(&message));
-                Ok(Output::escaped(
-                    session.imported.table(&self.output, session.writer.runs(), self.programs),
-                    code,
-                ))
+                let table = session.imported.table(&self.output, session.writer.runs(), self.programs);
+                let memory = session.memory.write(&self.output)?;
+                Ok(Output::escaped(table + &memory, code))
             }
         }
     }
@@ -85,6 +87,8 @@ struct Session {
     output: PathBuf,
     writer: SamplesWriter,
     imported: Imported,
+    /// What the traces showed, for the file beside the sample file.
+    memory: Memory,
     /// Whether the user wants the command to end.
     stop: Arc<AtomicBool>,
 }
@@ -117,6 +121,7 @@ impl Session {
             }
         }
         let mut outcomes = Vec::new();
+        let mut observation = Observation::default();
         let mut all = Summary::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
@@ -124,10 +129,12 @@ impl Session {
                 Source::Ctf { .. } => reader.read_chunk(chunk, to),
                 _ => reader.read(&source, to),
             };
-            let (outcome, summary) = self.run(&chunk.display().to_string(), &mut reader, is_last, read)?;
+            let name = chunk.display().to_string();
+            let (outcome, summary) = self.run(&name, &mut reader, &mut observation, is_last, read)?;
             outcomes.push(outcome);
             all.add(&summary);
         }
+        self.memory.add(trace, observation, &reader, self.digests(&outcomes));
         warn(trace, &all);
         let known: Vec<usize> = outcomes
             .iter()
@@ -155,12 +162,31 @@ impl Session {
         messages::known(trace, &self.output, earlier)
     }
 
+    /// Returns the digests of the runs that a trace has in the sample file.
+    fn digests(&self, outcomes: &[Outcome]) -> Vec<String> {
+        let mut added = outcomes.iter().filter(|it| matches!(it, Outcome::Added)).count();
+        let runs = self.writer.runs();
+        let digest = |outcome: &Outcome| {
+            let index = match outcome {
+                Outcome::Added => {
+                    added -= 1;
+                    runs.len().checked_sub(added + 1)?
+                }
+                Outcome::Known(run) => *run,
+                Outcome::Empty => return None,
+            };
+            Some(runs.get(index)?.digest())
+        };
+        outcomes.iter().filter_map(digest).collect()
+    }
+
     /// Adds what `read` reads as one run, and returns its summary if it is not known. The last run of a trace ends the spans
     /// that are open.
     fn run(
         &mut self,
         name: &str,
         reader: &mut TraceReader,
+        observation: &mut Observation,
         is_last: bool,
         read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
     ) -> Result<(Outcome, Summary), String> {
@@ -168,7 +194,7 @@ impl Session {
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
         self.writer.begin(name, date).map_err(said)?;
-        let mut recorder = Recorder::new(&mut self.writer, name);
+        let mut recorder = Recorder::new(&mut self.writer, observation, name);
         let result = read(reader, &mut recorder);
         let (series, error) = recorder.finish();
         if let Some(error) = error {

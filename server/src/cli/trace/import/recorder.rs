@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use mauve_pwcet::samples::{Execution, SamplesError, SamplesWriter, SeriesId};
-use mauve_pwcet::trace::{Names, Progress, Span, SpanKind, Visitor};
+use mauve_pwcet::trace::{Names, Observation, Progress, Span, SpanKind, Visitor};
 
 use super::table::Series;
 use crate::harmless::harmless_line;
@@ -16,6 +16,7 @@ const PAUSE: Duration = Duration::from_millis(200);
 /// Writes the executions of one run.
 pub(super) struct Recorder<'a> {
     writer: &'a mut SamplesWriter,
+    observation: &'a mut Observation,
     name: &'a str,
     /// By the number of the name in the trace; none for a period.
     series: Vec<Option<(SeriesId, Series)>>,
@@ -26,9 +27,14 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    pub(super) fn new(writer: &'a mut SamplesWriter, name: &'a str) -> Recorder<'a> {
+    pub(super) fn new(
+        writer: &'a mut SamplesWriter,
+        observation: &'a mut Observation,
+        name: &'a str,
+    ) -> Recorder<'a> {
         Recorder {
             writer,
+            observation,
             name,
             series: Vec::new(),
             error: None,
@@ -47,6 +53,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn add(&mut self, span: &Span, names: &Names) -> Result<(), SamplesError> {
+        self.observation.add(span, names);
         let name = names.get(span.name);
         if name.kind == SpanKind::Period {
             return Ok(());
@@ -84,6 +91,10 @@ impl Visitor for Recorder<'_> {
     /// Nothing of the recording is imported.
     fn times_are_from_tables(&mut self) -> ControlFlow<()> {
         ControlFlow::Break(())
+    }
+
+    fn work(&mut self, thread: &str, cpu: u64, elapsed: u64) {
+        self.observation.add_work(thread, cpu, elapsed);
     }
 
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use mauve_pwcet::samples::Run;
-use mauve_pwcet::trace::Summary;
+use mauve_pwcet::trace::{SpanKind, Summary, lock_of, port_of};
 
 use crate::cli::text::{columns, counted, duration};
 
@@ -70,18 +70,18 @@ impl Imported {
     /// Returns the executions in a table, and how many the file has. Lists programs only if they are wanted: there are many.
     pub(super) fn table(&self, output: &Path, runs: &[Run], with_programs: bool) -> String {
         let (programs, codels): (Vec<&Series>, Vec<&Series>) =
-            self.series.values().partition(|it| it.key.contains('/'));
+            self.series.values().partition(|it| SpanKind::of(&it.key) == SpanKind::Program);
         let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
         let rows: Vec<Vec<String>> = listed
             .map(|it| {
                 let instance = if it.instance.is_empty() { "—" } else { &it.instance };
                 let times = [it.least, it.mean(), it.greatest].map(duration);
                 let [least, mean, greatest] = times;
-                vec![it.key.clone(), instance.to_owned(), it.count.to_string(), least, mean, greatest]
+                vec![shown_key(&it.key), instance.to_owned(), it.count.to_string(), least, mean, greatest]
             })
             .collect();
         let header = [
-            if with_programs { "codel or program" } else { "codel" },
+            if with_programs { "codel, port or program" } else { "codel or port" },
             "instance",
             "executions",
             "least",
@@ -109,6 +109,15 @@ impl Imported {
                 &format!("not imported: {} at the start or the end of a recording\n", incomplete(self.cut));
         }
         out
+    }
+}
+
+/// Returns what was executed, as a table names it.
+fn shown_key(key: &str) -> String {
+    match (port_of(key), lock_of(key)) {
+        (Some(port), _) => format!("port {port}"),
+        (_, Some((lock, codel))) => format!("{codel} in lock {lock}"),
+        _ => key.to_owned(),
     }
 }
 

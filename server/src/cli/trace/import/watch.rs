@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
+use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::follow::Follow;
@@ -45,13 +45,15 @@ impl Session {
         let name = trace.display().to_string();
         let mut reader = TraceReader::default();
         let mut is_removed = false;
-        let outcome = self.run(&name, &mut reader, true, |reader, to| {
+        let mut observation = Observation::default();
+        let outcome = self.run(&name, &mut reader, &mut observation, true, |reader, to| {
             let result = reader.read_csv(file, None, to);
             is_removed = matches!(&result, Err(TraceError::Reading(error)) if error.kind() == std::io::ErrorKind::NotFound);
             result
         });
         match outcome.map(|(outcome, summary)| {
             warn(trace, &summary);
+            self.memory.add(trace, observation, &reader, self.digests(&[outcome]));
             outcome
         }) {
             Ok(Outcome::Added) => Ok(()),
@@ -65,7 +67,8 @@ impl Session {
     fn watch_chunks(&mut self, trace: &Path) -> Result<(), String> {
         let mut reader = TraceReader::default();
         let mut read: BTreeSet<PathBuf> = BTreeSet::new();
-        let mut known = 0;
+        let mut outcomes = Vec::new();
+        let mut observation = Observation::default();
         let mut all = Summary::default();
         let mut is_said = false;
         // Between two chunks, a session may seem to have ended.
@@ -88,9 +91,9 @@ impl Session {
                 idle = 0;
                 let name = chunk.display().to_string();
                 let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
-                let (outcome, summary) = self.run(&name, &mut reader, false, read)?;
+                let (outcome, summary) = self.run(&name, &mut reader, &mut observation, false, read)?;
                 all.add(&summary);
-                known += usize::from(matches!(outcome, Outcome::Known(_)));
+                outcomes.push(outcome);
             }
             idle += usize::from(!is_recording);
             if stops || idle > 2 {
@@ -101,6 +104,8 @@ impl Session {
         // The last chunk is committed: executions that are still open only count.
         self.imported.cut(&reader.finish());
         warn(trace, &all);
+        self.memory.add(trace, observation, &reader, self.digests(&outcomes));
+        let known = outcomes.iter().filter(|it| matches!(it, Outcome::Known(_))).count();
         if known > 0 {
             say(&known_chunks(trace, known));
         }

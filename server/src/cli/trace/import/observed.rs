@@ -1,0 +1,239 @@
+//! The file beside a sample file that keeps what recordings showed, `robot.observed.toml` beside `robot.samples`; and what an import
+//! says of waits.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use mauve_hir::CONFIG_FILE;
+use mauve_pwcet::trace::{Observation, SpanKind, TraceReader, Wait, lock_of, port_of};
+use mauve_timing::{Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, Time, digest_of};
+
+use crate::cli::pwcet::date::today;
+use crate::cli::pwcet::put;
+use crate::cli::text::duration;
+use crate::disk;
+use crate::output::say;
+
+/// Threads that are not those of instances, and that use less CPU time in a second, are not mentioned.
+const LEAST_WORK: u64 = 100_000;
+
+/// What the traces of one command showed.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    /// Each trace on its own: those that the file has are not counted again.
+    traces: Vec<Observed>,
+    /// The waits of each codel, of all traces, and how often it was executed.
+    waits: BTreeMap<String, (Wait, u64)>,
+}
+
+impl Memory {
+    /// Adds what a trace showed, whose runs have these digests.
+    pub(super) fn add(
+        &mut self,
+        trace: &Path,
+        observation: Observation,
+        reader: &TraceReader,
+        digests: Vec<String>,
+    ) {
+        if digests.is_empty() {
+            return;
+        }
+        let samples = match digests.as_slice() {
+            [one] => one.clone(),
+            several => digest_of(several.join(" ").as_bytes()),
+        };
+        let mut observed = Observed {
+            recordings: vec![Recording {
+                span: 0..0,
+                source: trace.display().to_string(),
+                date: today(),
+                host: host(),
+                samples,
+            }],
+            ..Observed::default()
+        };
+        for (thread, &per_second) in observation.work() {
+            observed.work.insert(thread.clone(), ObservedWork { span: 0..0, per_second });
+            if per_second >= LEAST_WORK {
+                say(&format!(
+                    "`{}`: threads named `{thread}`, which are no instances, used {} of CPU time in each second: no bound counts it; \
+                     describe it as [[platform.other]] in mauve.toml",
+                    trace.display(),
+                    duration(per_second)
+                ));
+            }
+        }
+        for it in observation.finish(reader.names()) {
+            let key = it.name.key;
+            let times = ObservedTimes { span: 0..0, executions: it.executions, greatest: it.greatest };
+            match it.name.kind {
+                SpanKind::Codel => self.add_codel(&mut observed, key, &times, it.wait),
+                SpanKind::Program => add(&mut observed.programs, key, times),
+                SpanKind::Access => {
+                    add(&mut observed.accesses, port_of(&key).unwrap_or_default().to_owned(), times);
+                }
+                SpanKind::Lock => {
+                    if let Some((lock, codel)) = lock_of(&key).filter(|(_, codel)| *codel != "-") {
+                        add(&mut observed.locks, (lock.to_owned(), codel.to_owned()), times);
+                    }
+                }
+                SpanKind::Period => {}
+            }
+        }
+        self.traces.push(observed);
+    }
+
+    /// Adds the executions of a codel in one instance.
+    fn add_codel(&mut self, observed: &mut Observed, key: String, times: &ObservedTimes, wait: Wait) {
+        let (all, executions) = self.waits.entry(key.clone()).or_default();
+        *executions += times.executions;
+        all.executions += wait.executions;
+        all.greatest = all.greatest.max(wait.greatest);
+        all.is_unknown |= wait.is_unknown;
+        let codel = ObservedCodel {
+            span: 0..0,
+            executions: times.executions,
+            greatest: times.greatest,
+            wait: wait.greatest,
+            is_wait_known: !wait.is_unknown,
+        };
+        let known =
+            observed.codels.entry(key).or_insert_with(|| ObservedCodel { executions: 0, ..codel.clone() });
+        known.executions += codel.executions;
+        known.greatest = known.greatest.max(codel.greatest);
+        known.wait = known.wait.max(codel.wait);
+        known.is_wait_known &= codel.is_wait_known;
+    }
+
+    /// Writes the file. Returns what the command prints of it.
+    pub(super) fn write(&self, samples: &Path) -> Result<String, String> {
+        let path = samples.with_extension("observed.toml");
+        let mut all = match path.try_exists() {
+            Ok(false) => Observed::default(),
+            _ => read(&path)?,
+        };
+        let mut is_new = false;
+        for trace in &self.traces {
+            is_new |= all.merge(trace.clone());
+        }
+        if is_new {
+            put(&path, &all.text())?;
+        }
+        let mut out = self.waits();
+        let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // Without a mauve.toml, the file will be beside the one that somebody makes.
+        let missing = configured(&path).unwrap_or_else(|| Some(name()));
+        out += &format!("`{}` has what was observed", path.display());
+        out += &match missing {
+            None => "\n".to_owned(),
+            Some(missing) => format!(
+                "; in mauve.toml, so that `mauve check` compares it with the timing tables:\n[timing]\nobserved = [\"{missing}\"]\n"
+            ),
+        };
+        Ok(out)
+    }
+
+    /// Says which codels waited, and what to write.
+    fn waits(&self) -> String {
+        let mut lines = String::new();
+        for (codel, (wait, executions)) in self.waits.iter().filter(|(_, (wait, _))| wait.greatest > 0) {
+            let of = format!("{} of {executions} executions", wait.executions);
+            let greatest = duration(wait.greatest);
+            if wait.is_unknown {
+                say(&format!(
+                    "codel `{codel}` was off the CPU for up to {greatest}, in {of}, and no period of the recording explains it: it waited, \
+                     or something that the recording does not have preempted it; a recording with the column `waits` tells \
+                     which (`mauve run --trace`, or packages of this version); if it waited, the timing table needs, in ms, [wait] \"{codel}\" = {}",
+                    two_digits(wait.greatest)
+                ));
+            } else {
+                lines += &format!("codel `{codel}` waited for up to {greatest}, in {of}\n");
+            }
+        }
+        let known = self.waits.iter().filter(|(_, (wait, _))| wait.greatest > 0 && !wait.is_unknown);
+        let entries: String = known
+            .map(|(codel, (wait, _))| format!("\"{codel}\" = {}\n", two_digits(wait.greatest)))
+            .collect();
+        if !entries.is_empty() {
+            lines += &format!(
+                "no bound counts a wait that is not in a timing table; for a table in ms:\n[wait]\n{entries}"
+            );
+        }
+        lines
+    }
+}
+
+fn add<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, key: K, times: ObservedTimes) {
+    let known = all.entry(key).or_default();
+    known.executions += times.executions;
+    known.greatest = known.greatest.max(times.greatest);
+}
+
+/// Reads the file, which must be one that this command has written.
+fn read(path: &Path) -> Result<Observed, String> {
+    let shown = path.display();
+    let bytes = disk::read(path, disk::LONGEST).map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let (observed, errors) = Observed::parse(&text);
+    match errors.first() {
+        None => Ok(observed),
+        Some(error) => {
+            let line = text.get(..error.span.start).unwrap_or_default().lines().count().max(1);
+            Err(format!(
+                "`{shown}`, line {line}, is not as this command writes it, so that nothing was added to this file: mend the line, or \
+                 remove the file and import all recordings again"
+            ))
+        }
+    }
+}
+
+/// Returns what `observed` of the next mauve.toml lacks: the path of the file, or none. None without a mauve.toml.
+fn configured(path: &Path) -> Option<Option<String>> {
+    let path = std::path::absolute(path).ok()?;
+    let folder = path.ancestors().skip(1).find(|it| it.join(CONFIG_FILE).is_file())?;
+    let text = disk::read(&folder.join(CONFIG_FILE), disk::LONGEST).ok()?;
+    let config: toml_edit::DocumentMut = str::from_utf8(&text).ok()?.parse().ok()?;
+    let observed = config.get("timing").and_then(|timing| timing.get("observed")?.as_array().cloned());
+    let named: Vec<PathBuf> =
+        observed.iter().flatten().filter_map(|it| Some(folder.join(it.as_str()?))).collect();
+    let is_named = named.iter().any(|it| *it == path || it.canonicalize().ok() == path.canonicalize().ok());
+    let relative = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+    Some((!is_named).then_some(relative))
+}
+
+/// Returns a time in milliseconds with two significant digits, rounded up: for a line that somebody copies.
+pub(in crate::cli) fn two_digits(nanoseconds: u64) -> String {
+    let mut unit = 1_000_u64;
+    while nanoseconds > unit.saturating_mul(99) {
+        unit = unit.saturating_mul(10);
+    }
+    Time::from_nanos(nanoseconds.div_ceil(unit).saturating_mul(unit)).number()
+}
+
+/// Returns the name of this computer.
+fn host() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    name.trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggested_times_are_not_shorter_than_observed_ones() {
+        for (nanoseconds, text) in
+            [(1, "0.001"), (8_060_000, "8.1"), (8_100_000, "8.1"), (99_001, "0.1"), (123_456_789, "130")]
+        {
+            assert_eq!(two_digits(nanoseconds), text);
+        }
+        for nanoseconds in (1..u64::MAX / 11).step_by(usize::MAX / 1000) {
+            let time = Time::parse(
+                &two_digits(nanoseconds),
+                mauve_timing::Unit::Milliseconds,
+                mauve_timing::Rounding::Up,
+            );
+            assert!(time.is_ok_and(|time| time.as_nanos() >= nanoseconds), "{nanoseconds}");
+        }
+    }
+}
