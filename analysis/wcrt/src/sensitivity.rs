@@ -1,8 +1,8 @@
 //! How far the time of each codel may grow, and how far each period may shrink, before the first deadline is missed.
 //!
 //! Each value changes alone: all others stay as they are. It counts for the deadlines that it *affects*: those of the
-//! activities that are not analysed if the demand of the activities that have the value is unknown. Where these deadlines are
-//! proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
+//! activities that are not analysed if the demand of the activities that have the value is unknown, and of those that are not
+//! proved then, and have a shorter bound with the best value. Where these deadlines are proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
 //!
 //! The response times are monotone in every time and in every period, with one exception: an activity that executes operations for
 //! others counts fewer calls in each job if its period is shorter.
@@ -285,7 +285,7 @@ impl<'db> LimitSearch<'_, 'db> {
             self.variants.with_times(&components, what_if)
         };
         let start = now.unwrap_or_default();
-        let (affected, unproved) = self.affected(&with(start), now.is_some())?;
+        let (affected, unproved) = self.affected(&with(start), &with(Time::ZERO), now.is_some())?;
         let holds = |time: Time| self.holds(&with(time), &affected, true);
         let limit = match (&unproved, start.as_nanos()) {
             (None, start) => {
@@ -346,7 +346,8 @@ impl<'db> LimitSearch<'_, 'db> {
             Limit::Last(period) if is_synchronised => Limit::Proved(period),
             limit => limit,
         };
-        let (affected, unproved) = self.affected(base, true)?;
+        let longest = with(Time::from_nanos(now.saturating_mul(MOST_LONGER)));
+        let (affected, unproved) = self.affected(base, &longest, true)?;
         let holds = |period: Time| self.holds(&with(period), &affected, true);
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
@@ -368,8 +369,13 @@ impl<'db> LimitSearch<'_, 'db> {
 
     /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
     /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if
-    /// `is_present`: then the response times are those of the report.
-    fn affected(&self, set: &Tasks, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
+    /// `is_present`: then the response times are those of the report; `best` has the best value.
+    fn affected(
+        &self,
+        set: &Tasks,
+        best: &Tasks,
+        is_present: bool,
+    ) -> Result<(Vec<usize>, Option<Name>), Limit> {
         let mut unknown = set.clone();
         for &index in self.of {
             if let Some(activity) = unknown.activities_mut().get_mut(index) {
@@ -380,9 +386,21 @@ impl<'db> LimitSearch<'_, 'db> {
         let is_brief = set.operations.is_empty();
         let now = self.variants.analysed(set, is_brief).ok_or(Limit::Exhausted)?;
         let without = self.variants.analysed(&unknown, is_brief).ok_or(Limit::Exhausted)?;
-        let affected = without.iter().zip(&now).enumerate().filter(|(_, (without, now))| {
-            let Some(because) = unknown_for(without) else { return false };
-            because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
+        let best = self.variants.analysed(best, is_brief).ok_or(Limit::Exhausted)?;
+        let is_met = |index: usize, response: &Response| {
+            set.activities().get(index).is_some_and(|it| response.status(it.deadline) == Status::Met)
+        };
+        let affected = without.iter().zip(&now).enumerate().filter(|(index, (without, now))| {
+            match unknown_for(without) {
+                Some(because) => {
+                    because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
+                }
+                // On several CPUs, the bound is the least of those of each CPU: one that is free of the value may miss the deadline.
+                None => {
+                    !is_met(*index, without)
+                        && best.get(*index).is_some_and(|best| best.bound != without.bound)
+                }
+            }
         });
         let affected: Vec<usize> = affected.map(|(index, _)| index).collect();
         if affected.is_empty() {
@@ -633,5 +651,174 @@ architecture C { instance o: CO }
         let expected = "four: proved 7 ms\none: proved 2.5 ms\ntwo: proved 8 ms\n\
                         s: proved 6.666667 ms, slack 4 ms, serves\nc: last 9 ms, slack 12 ms\n";
         assert_eq!(found, expected);
+    }
+
+    /// The instances of `A` whose deadlines are met with these times in nanoseconds and periods.
+    fn met(activities: &[Random], times: &[(&str, u64)]) -> Vec<String> {
+        let db = Database::default();
+        let (project, of) = random_project(&db, activities, times);
+        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+        let report = response_times(&db, project, of, query);
+        let met = report.activities.iter().filter(|it| it.verdict == Status::Met);
+        met.map(|it| it.instance.to_string()).collect()
+    }
+
+    fn random_project<'db>(
+        db: &'db Database,
+        activities: &[Random],
+        times: &[(&str, u64)],
+    ) -> (Project<'db>, Decl<'db>) {
+        let mut deployment = "architecture A activity d { priority = background }".to_owned();
+        for it in activities {
+            let Random { name, priority, period, deadline, mask } = it;
+            let _ = write!(
+                deployment,
+                " activity {name} {{ priority = {priority} period = {} deadline = {} affinity = {mask} }}",
+                milliseconds(*period),
+                milliseconds(*deadline)
+            );
+        }
+        let times: String =
+            times.iter().map(|(codel, time)| format!("{codel} = {}\n", milliseconds(*time))).collect();
+        let texts = [
+            ("/robot.mal", format!("{ROBOT}deployment D {{ {deployment} }}")),
+            (
+                "/mauve.toml",
+                "timing.tables = [\"t.toml\"]\nplatform.rt_throttling = false\nplatform.cpus = 2".to_owned(),
+            ),
+            ("/t.toml", format!("[codel]\n{times}")),
+        ];
+        let texts = texts.into_iter().map(|(path, text)| (path.into(), text));
+        let project = projects(db, Workspace::of_texts(db, "/".into(), texts))[0];
+        (project, names_of(db, project).anywhere(Kind::Deployment, "D")[0])
+    }
+
+    fn milliseconds(nanoseconds: u64) -> String {
+        format!("{}.{:06}", nanoseconds / MS, nanoseconds % MS)
+    }
+
+    const MS: u64 = 1_000_000;
+
+    /// An activity on one or two CPUs.
+    #[derive(Debug, Clone)]
+    struct Random {
+        name: &'static str,
+        priority: u64,
+        period: u64,
+        deadline: u64,
+        mask: u64,
+    }
+
+    impl Random {
+        fn new(name: &'static str, below: &mut impl FnMut(u64) -> u64) -> Random {
+            let period = 10 + below(60);
+            let deadline = period - below(period / 2);
+            let (period, deadline) = (period * MS, deadline * MS);
+            Random { name, priority: 1 + below(5), period, deadline, mask: 1 + below(3) }
+        }
+    }
+
+    /// Returns random numbers below a limit.
+    fn generator(mut state: u64) -> impl FnMut(u64) -> u64 {
+        move |limit| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % limit
+        }
+    }
+
+    /// The codels, each with its greatest time in milliseconds.
+    const TIMED: [(&str, u64); 4] = [("one", 6), ("two", 14), ("four", 14), ("rest", 1)];
+
+    /// The oracle analyses the printed value and the next one, as a user would. No deadline that is met with a time of 0 is missed
+    /// with the printed time, and one is with 1 ns more.
+    #[test]
+    fn the_next_value_misses_a_deadline_on_several_cpus() {
+        let mut below = generator(7);
+        let (mut checked, mut free) = (0, 0);
+        for round in 0..150 {
+            let activities = ["a", "b", "c"].map(|name| Random::new(name, &mut below));
+            let times = TIMED.map(|(name, most)| (name, (1 + below(most)) * MS));
+            let db = Database::default();
+            let (project, of) = random_project(&db, &activities, &times);
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+            let found = sensitivity(&db, project, of, query);
+            for it in &found.times {
+                let key = it.key(&db);
+                let with = |value: u64| {
+                    let times = times.map(|(name, time)| (name, if name == key { value } else { time }));
+                    met(&activities, &times)
+                };
+                match &it.limit {
+                    Limit::Last(last) => {
+                        let last = last.as_nanos();
+                        let least = with(0);
+                        assert_eq!(with(last), least, "{round}: {key} = {last} in {activities:?} {times:?}");
+                        assert_ne!(
+                            with(last + 1),
+                            least,
+                            "{round}: {key} > {last} in {activities:?} {times:?}"
+                        );
+                        checked += 1;
+                    }
+                    Limit::Any => {
+                        assert_eq!(with(1000 * MS), with(0), "{round}: {key} in {activities:?} {times:?}");
+                        free += 1;
+                    }
+                    _ => {}
+                }
+            }
+            for it in &found.activities {
+                let (Limit::Last(least), Some(index)) =
+                    (&it.limit, activities.iter().position(|random| it.instance == random.name))
+                else {
+                    continue;
+                };
+                let with = |period: u64| {
+                    let mut activities = activities.clone();
+                    activities[index].period = period;
+                    activities[index].deadline = activities[index].deadline.min(period);
+                    met(&activities, &times)
+                };
+                let least = least.as_nanos();
+                let (before, after) = (with(least), with(least.saturating_sub(1).max(1)));
+                assert!(
+                    least == 1 || before.iter().any(|it| !after.contains(it)),
+                    "{round}: {} {least} in {activities:?} {times:?}",
+                    it.instance
+                );
+                checked += 1;
+            }
+        }
+        assert!(checked > 300 && free > 50, "{checked} {free}");
+    }
+
+    /// The same for the time that a codel without one may take.
+    #[test]
+    fn the_next_time_of_a_missing_one_misses_a_deadline_on_several_cpus() {
+        let mut below = generator(11);
+        let mut checked = 0;
+        for round in 0..150 {
+            let activities = ["a", "b", "c"].map(|name| Random::new(name, &mut below));
+            let mut times = TIMED.map(|(name, most)| (name, (1 + below(most)) * MS)).to_vec();
+            let missing = times.remove(usize::try_from(below(3)).unwrap()).0;
+            let db = Database::default();
+            let (project, of) = random_project(&db, &activities, &times);
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+            for it in crate::budgets(&db, project, of, query) {
+                let with = |value: u64| met(&activities, &[&times[..], &[(missing, value)]].concat()).len();
+                match it.time.map(Time::as_nanos) {
+                    Some(most) => {
+                        assert_eq!(with(most), 3, "{round}: {missing} = {most} in {activities:?} {times:?}");
+                        assert!(
+                            with(most + 1) < 3,
+                            "{round}: {missing} > {most} in {activities:?} {times:?}"
+                        );
+                        checked += 1;
+                    }
+                    None => assert!(with(0) < 3, "{round}: {missing} in {activities:?} {times:?}"),
+                }
+            }
+        }
+        assert!(checked > 30, "{checked}");
     }
 }
