@@ -19,6 +19,7 @@
 //! | [`soak`] | a long session of random edits, files and requests |
 //! | [`standalone`] | `mauve run`, on the virtual clock and in real time |
 //! | [`tracing`] | a robot that LTTng records |
+//! | [`waits`] | a robot whose codels wait, share a lock and use other threads |
 
 #![allow(
     clippy::unwrap_used,
@@ -50,5 +51,7 @@ mod soak;
 mod standalone;
 #[cfg(target_os = "linux")]
 mod tracing;
+#[cfg(target_os = "linux")]
+mod waits;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");

@@ -16,18 +16,18 @@ use serde_json::Value;
 
 use crate::MAUVE;
 
-fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     scratch(env!("CARGO_TARGET_TMPDIR"), &format!("programs/{name}"))
 }
 
 /// `mauve run` of a project, with a cache of this test.
-fn mauve_run(project: &Path, cache: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn mauve_run(project: &Path, cache: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(MAUVE);
     command.arg("run").arg(project).args(arguments).env("XDG_CACHE_HOME", cache).stdin(Stdio::null());
     command.envs(RUNS_ONCE).output().unwrap()
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
@@ -170,13 +170,13 @@ fn robot(folder: &Path) -> PathBuf {
 }
 
 /// Whether threads of this user may be real-time threads, on a CPU that activities may have for themselves.
-fn has_real_time() -> bool {
+pub(crate) fn has_real_time() -> bool {
     let probe = Command::new("chrt").args(["-f", "31", "true"]).stderr(Stdio::null()).status();
     probe.is_ok_and(|status| status.success())
 }
 
 /// Runs the program, which ends soon, whatever happens.
-fn run_program(program: &Path, look: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
+pub(crate) fn run_program(program: &Path, look: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
     let began = Instant::now();
     let mut command = Command::new(program);
     let output = command.args(arguments).env("LOOK", look).stdin(Stdio::null()).output().unwrap();

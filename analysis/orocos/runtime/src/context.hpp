@@ -58,6 +58,12 @@ struct CodelStatistics {
   Nanoseconds blocked;
 };
 
+// The greatest time that reading or writing a port took: CPU time, or where executions are not recorded, elapsed time.
+struct PortStatistics {
+  const char* port;
+  Nanoseconds greatest;
+};
+
 // Of one thread, which alone uses it while it runs, except for `codel`.
 struct Context {
   Worker* worker = nullptr;
@@ -79,10 +85,12 @@ struct Context {
   // How often, and for how long, it has waited for locks: see mauve/lock.hpp.
   std::int64_t lock_waits = 0;
   Nanoseconds blocked = 0;
-  // Of the first codels that it has executed.
+  // Of the first codels and ports that it has used.
   std::array<CodelStatistics, 64> codels{};
+  std::array<PortStatistics, 64> ports{};
 
   void note(const char* name, Nanoseconds execution, Nanoseconds wait, Nanoseconds waited_for_locks);
+  void note_port(const char* name, Nanoseconds time);
 };
 
 // The context of the calling thread; none where it is that of no activity.

@@ -84,6 +84,16 @@ Nanoseconds ExecutionTimes::find(const char* component, const char* state, const
   return -1;
 }
 
+void Context::note_port(const char* name, Nanoseconds time) {
+  measured_cpu += time;
+  for (PortStatistics& it : ports) {
+    if (it.port == nullptr) it.port = name;
+    if (it.port != name) continue;
+    it.greatest = std::max(it.greatest, time);
+    return;
+  }
+}
+
 CodelExecution::CodelExecution(const char* codel) : context_(present_context()), codel_(codel) {
   if (context_ == nullptr) return;
   outer_ = context_->codel.load(std::memory_order_relaxed);
@@ -142,11 +152,11 @@ PortAccess::~PortAccess() {
   if (context_->trace == nullptr) {
     // The clock of the CPU time needs a system call. If the thread is preempted here, this is too much, and the overhead of another
     // period is the greatest one.
-    context_->measured_cpu += now() - began_;
+    context_->note_port(port_, now() - began_);
     return;
   }
   const Nanoseconds execution = cpu_time() - cpu_before_;
-  context_->measured_cpu += execution;
+  context_->note_port(port_, execution);
   context_->trace->push(TraceRecord::of(TraceRecord::Access, context_->instance.c_str(), port_, execution, began_, now()));
 }
 

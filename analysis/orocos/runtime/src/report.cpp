@@ -43,6 +43,7 @@ Cells cells(const Row& row) {
 
 // Less is in no bound either, and delays nobody noticeably.
 constexpr Nanoseconds least_work = 100000;
+constexpr Nanoseconds least_access = 20000;
 
 Nanoseconds work_per_second(const Work& work, Nanoseconds length) {
   return length <= 0 ? 0 : static_cast<Nanoseconds>(1e9 * static_cast<double>(work.cpu) / static_cast<double>(length));
@@ -55,26 +56,32 @@ std::string two_digits(Nanoseconds time) {
   return milliseconds((time + unit - 1) / unit * unit);
 }
 
-// Why an instance responded later than its bound.
-std::string reason(const Row& late, const std::vector<Row>& rows, const std::vector<CodelRow>& codels,
-                   const std::vector<Work>& work) {
-  std::string waiting, locked, longer;
-  for (const CodelRow& it : codels) {
-    const Row& row = rows[it.instance];
-    const bool shares_cpu = row.cpus == 0 || late.cpus == 0 || (row.cpus & late.cpus) != 0;
-    if (row.priority < late.priority || !shares_cpu) continue;
-    const std::string codel = std::string(it.statistics.codel) + " of " + row.instance;
-    if (it.statistics.wait > 0 && waiting.empty()) waiting = codel;
-    if (it.statistics.blocked > 0 && locked.empty()) locked = codel;
-    if (it.time >= 0 && it.statistics.execution > it.time && longer.empty()) longer = codel;
+// Why an instance responded later than its bound: what it or what may preempt it did.
+std::string reason(const Row& late, const std::vector<Row>& rows, const Causes& causes) {
+  const auto may_delay = [&](std::size_t instance) {
+    const Row& row = rows[instance];
+    return row.priority >= late.priority && (row.cpus == 0 || late.cpus == 0 || (row.cpus & late.cpus) != 0);
+  };
+  std::string waiting, locked, longer, port;
+  for (const CodelRow& it : causes.codels) {
+    if (!may_delay(it.instance)) continue;
+    const std::string codel = std::string("codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
+    if (it.statistics.wait > 0 && waiting.empty()) waiting = codel + " waited, see below";
+    if (it.statistics.blocked > 0 && locked.empty()) locked = codel + " waited for a lock, see below";
+    if (it.time >= 0 && it.statistics.execution > it.time && longer.empty()) longer = codel + " took longer than its time, see below";
   }
-  if (!waiting.empty()) return "codel " + waiting + " waited, see below";
-  if (!locked.empty()) return "codel " + locked + " waited for a lock, see below";
-  if (!longer.empty()) return "codel " + longer + " took longer than its time, see below";
-  for (const Work& it : work) {
-    if (it.cpu >= least_work) return "threads that are no instances may have preempted it, see below";
+  for (const PortRow& it : causes.ports) {
+    if (may_delay(it.instance) && it.statistics.greatest >= least_access && port.empty()) {
+      port = std::string("port ") + it.statistics.port + " of " + rows[it.instance].instance + " takes long, see below";
+    }
   }
-  return "no codel waited or took longer than its time; something that the model does not have preempted it, or a port takes long";
+  for (const std::string& it : {waiting, locked, longer, port}) {
+    if (!it.empty()) return it;
+  }
+  for (const Work& it : causes.work) {
+    if (work_per_second(it, causes.length) >= least_work) return "threads that are no instances may have preempted it, see below";
+  }
+  return "no codel waited or took longer than its time: something that the model does not have preempted it";
 }
 
 // The number of characters of a text in UTF-8.
@@ -95,36 +102,43 @@ std::string milliseconds(Nanoseconds time) {
   return shown;
 }
 
-std::string explanation(const std::vector<Row>& rows, const std::vector<CodelRow>& codels, const std::vector<Work>& work,
-                        Nanoseconds length) {
-  std::string out;
+std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
+  std::string out, waits, accesses;
   for (const Row& row : rows) {
     if (row.bound == no_bound || row.response <= row.bound || row.priority == 0) continue;
     out += "  " + row.instance + " responded after " + milliseconds(row.response) + " ms, later than its bound of " +
-           milliseconds(row.bound) + " ms: " + reason(row, rows, codels, work) + "\n";
+           milliseconds(row.bound) + " ms: " + reason(row, rows, causes) + "\n";
   }
-  std::string lines;
-  for (const CodelRow& it : codels) {
-    const std::string of = std::string("codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
+  const auto line = [](const char* key, Nanoseconds time) { return std::string("    \"") + key + "\" = " + two_digits(time) + "\n"; };
+  for (const CodelRow& it : causes.codels) {
+    const std::string of = std::string("  codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
     if (it.statistics.wait > 0) {
-      out += "  " + of + " waited for something in " + std::to_string(it.statistics.waits) +
-             " executions, and was off the CPU for up to " + milliseconds(it.statistics.wait) + " ms\n";
-      lines += std::string("    \"") + it.statistics.codel + "\" = " + two_digits(it.statistics.wait) + "\n";
+      out += of + " waited for something in " + std::to_string(it.statistics.waits) + " executions, and was off the CPU for up to " +
+             milliseconds(it.statistics.wait) + " ms\n";
+      waits += line(it.statistics.codel, it.statistics.wait);
     }
     if (it.statistics.blocked > 0) {
-      out += "  " + of + " waited for locks for up to " + milliseconds(it.statistics.blocked) + " ms\n";
+      out += of + " waited for locks for up to " + milliseconds(it.statistics.blocked) + " ms\n";
     }
     if (it.time >= 0 && it.statistics.execution > it.time) {
-      out += "  " + of + " took up to " + milliseconds(it.statistics.execution) + " ms of CPU time, longer than its " +
+      out += of + " took up to " + milliseconds(it.statistics.execution) + " ms of CPU time, longer than its " +
              milliseconds(it.time) + " ms in the timing tables\n";
     }
   }
-  if (!lines.empty()) {
-    out += "  a bound counts no wait that is not in a timing table; in ms, and with preemption (`mauve trace import` leaves it out):\n"
-           "    [wait]\n" + lines;
+  for (const PortRow& it : causes.ports) {
+    if (it.statistics.greatest < least_access) continue;
+    out += std::string("  port ") + it.statistics.port + " of " + rows[it.instance].instance + " took up to " +
+           milliseconds(it.statistics.greatest) + " ms\n";
+    accesses += line(it.statistics.port, it.statistics.greatest);
   }
-  for (const Work& it : work) {
-    const Nanoseconds per_second = work_per_second(it, length);
+  if (!waits.empty() || !accesses.empty()) {
+    out += "  a bound counts no wait and no port that is not in a timing table; for a table in ms, with what preemption adds to waits\n"
+           "  (`mauve trace import` of a recording leaves it out):\n";
+  }
+  if (!waits.empty()) out += "    [wait]\n" + waits;
+  if (!accesses.empty()) out += "    [access]\n" + accesses;
+  for (const Work& it : causes.work) {
+    const Nanoseconds per_second = work_per_second(it, causes.length);
     if (per_second < least_work) continue;
     out += "  threads named " + it.name + ", which are no instances, used " + milliseconds(per_second) +
            " ms of CPU time per second: no bound counts it; describe it as [[platform.other]] in mauve.toml\n";

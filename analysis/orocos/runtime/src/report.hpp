@@ -40,9 +40,22 @@ struct CodelRow {
   Nanoseconds time;
 };
 
+// What a port was like in one instance.
+struct PortRow {
+  std::size_t instance;
+  PortStatistics statistics;
+};
+
+// What a run was like, apart from the response times.
+struct Causes {
+  std::vector<CodelRow> codels;
+  std::vector<PortRow> ports;
+  std::vector<Work> work;
+  Nanoseconds length;
+};
+
 // Says why instances were late, what a bound does not count, and what to write: lines that end with a newline.
-std::string explanation(const std::vector<Row>& rows, const std::vector<CodelRow>& codels, const std::vector<Work>& work,
-                        Nanoseconds length);
+std::string explanation(const std::vector<Row>& rows, const Causes& causes);
 
 // Returns a time in milliseconds, to the microsecond.
 std::string milliseconds(Nanoseconds time);

@@ -157,7 +157,7 @@ struct Robot::State {
   std::vector<Row> rows() const;
   bool is_live() const;
   void show(bool is_first) const;
-  std::vector<CodelRow> codel_rows() const;
+  Causes causes() const;
   int report() const;
   int run();
   void end_releases();
@@ -467,14 +467,18 @@ std::vector<Row> Robot::State::rows() const {
   return rows;
 }
 
-std::vector<CodelRow> Robot::State::codel_rows() const {
-  std::vector<CodelRow> rows;
+Causes Robot::State::causes() const {
+  Causes causes = {{}, {}, work, ended - began};
   for (std::size_t index = 0; index < threads.size(); ++index) {
-    for (const CodelStatistics& it : threads[index]->context().codels) {
-      if (it.codel != nullptr) rows.push_back({index, it, times.codel(it.codel)});
+    const Context& context = threads[index]->context();
+    for (const CodelStatistics& it : context.codels) {
+      if (it.codel != nullptr) causes.codels.push_back({index, it, times.codel(it.codel)});
+    }
+    for (const PortStatistics& it : context.ports) {
+      if (it.port != nullptr) causes.ports.push_back({index, it});
     }
   }
-  return rows;
+  return causes;
 }
 
 // Whether a table is shown while the robot runs.
@@ -496,7 +500,7 @@ int Robot::State::report() const {
             << table(rows);
   bool is_fine = true;
   for (const Row& row : rows) is_fine = is_fine && row.misses == 0 && !row.has_thrown;
-  std::cout << explanation(rows, codel_rows(), work, ended - began);
+  std::cout << explanation(rows, causes());
   std::size_t most = 0;
   const auto overhead_of = [this](std::size_t index) { return threads[index]->statistics().overhead.load(); };
   for (std::size_t index = 1; index < threads.size(); ++index) {
