@@ -61,10 +61,17 @@ pub(super) fn report<'db>(
     missed: &Missed<'db>,
 ) -> Diagnostic<'db> {
     let message = match missed {
-        Missed::Alone { own } => format!(
+        Missed::Alone { own, wait: Time::ZERO } => format!(
             "`{name}` misses its deadline: its own execution time of {own} exceeds the deadline of {deadline}"
         ),
-        Missed::Late { response, heaviest, window } => {
+        Missed::Alone { own, wait } => {
+            let execution = own.checked_sub(*wait).unwrap_or_default();
+            format!(
+                "`{name}` misses its deadline: its own execution time of {execution} and the waits of {wait} exceed the \
+                 deadline of {deadline}"
+            )
+        }
+        Missed::Late { response, heaviest, blocking, window } => {
             let of_what = window.map_or_else(String::new, |(job, length)| {
                 format!(" in the busy window of {length}, {job} jobs of `{name}`")
             });
@@ -80,7 +87,11 @@ pub(super) fn report<'db>(
                     format!("; largest interference: `{}`, {} ({} {jobs}){of_what}", it.instance, it.time, it.jobs)
                 }
             };
-            format!("`{name}` misses its deadline: response time {response} > {deadline}{heaviest}")
+            let blocking = match *blocking {
+                Time::ZERO => String::new(),
+                blocking => format!("; lower priorities that hold locks delay it by {blocking}"),
+            };
+            format!("`{name}` misses its deadline: response time {response} > {deadline}{heaviest}{blocking}")
         }
         Missed::NoBound(reasons) => {
             let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();

@@ -20,8 +20,8 @@ use mauve_hir::{
     projects, relative_path, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
-    Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
-    timing_facts,
+    Query, TimingFact, WhatIfField, declared_locks, facts_if, missing_time_facts, priority_facts, system_of,
+    table_facts, timing_facts,
 };
 
 mod foreign_syntax;

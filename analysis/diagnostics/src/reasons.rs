@@ -7,8 +7,8 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, ModelDb, Names, Project, features_of, names_of};
 use mauve_timing::{MachineError, NoBoundReason};
 use mauve_wcrt::{
-    ActivityReport, CallsReason, IncompleteTable, NoSuchCpu, Reason, Share, TooLong, UnknownPriority,
-    UnusableTime, file_name,
+    ActivityReport, CallsReason, IncompleteTable, LockReason, NoSuchCpu, Reason, Share, TooLong,
+    UnknownPriority, UnusableTime, file_name,
 };
 
 use super::lists::{cpu_names, enumerated};
@@ -106,6 +106,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
         }
         Reason::NoSuchCpu(missing) => words(no_such_cpu(*missing), "no such CPU"),
         Reason::Calls(why) => calls(why),
+        Reason::Lock(why) => lock(why),
         Reason::MayServe => {
             words("it provides operations, and which connections call them is not known", "calls unknown")
         }
@@ -234,6 +235,63 @@ fn calls(why: &CallsReason) -> Words {
     };
     let (operation, client) = executed;
     words(format!("it executes the operation `{operation}` for `{client}`, {rest}"), short)
+}
+
+/// Returns the words for an activity that a lock delays for an unknown time.
+fn lock(why: &LockReason) -> Words {
+    let (message, short) = match why {
+        LockReason::UnknownCodel { lock, codel } => (
+            format!("the lock `{lock}` names `{codel}`, which no model declares: any codel may take it"),
+            "lock unknown",
+        ),
+        LockReason::TwoLocks { codel, locks: [first, second] } => {
+            let why = "in an unknown order, and may wait for ever";
+            let mend = "write `protocol = \"ceiling\"` for both, if they are such locks";
+            (format!("`{codel}` takes the locks `{first}` and `{second}`, {why}: {mend}"), "two locks")
+        }
+        LockReason::WaitsWithLock { codel, lock } => {
+            let mend = format!("release it before, and write `held` in `[locks.{lock}]`");
+            (format!("`{codel}` waits while it holds the lock `{lock}`: {mend}"), "waits with lock")
+        }
+        LockReason::UnknownTime { lock, holder } => {
+            let mend = format!("give its codels times, or write `held` in `[locks.{lock}]`");
+            (format!("`{holder}` may hold the lock `{lock}` for an unknown time: {mend}"), "lock unbounded")
+        }
+        LockReason::SeveralCpus { lock } => {
+            let mend = "set the `affinity` of all of them to one CPU";
+            (format!("the users of the lock `{lock}` may run on several CPUs: {mend}"), "lock on CPUs")
+        }
+        LockReason::Migrates { lock } => {
+            let why = format!("it may move to the CPU where a lower priority holds the lock `{lock}`");
+            (format!("{why}: set its `affinity` to one CPU"), "lock on CPUs")
+        }
+        LockReason::Inversion { lock, holder, between } if between.is_empty() => (
+            format!(
+                "`{holder}` holds the lock `{lock}` in the background, where any process may delay it: use a lock with \
+                 inheritance, and write `protocol = \"inheritance\"` in `[locks.{lock}]`"
+            ),
+            "lock unbounded",
+        ),
+        LockReason::Inversion { lock, holder, between } => {
+            let names: Vec<String> = between.iter().map(|name| format!("`{name}`")).collect();
+            let (verb, names) = (if names.len() == 1 { "preempts" } else { "preempt" }, enumerated(&names));
+            (
+                format!(
+                    "{names} {verb} `{holder}` while it holds the lock `{lock}`, which has no protocol: use a lock with \
+                     inheritance, and write `protocol = \"inheritance\"` in `[locks.{lock}]`"
+                ),
+                "lock unbounded",
+            )
+        }
+        LockReason::UnknownWaits { lock, waiting } => (
+            format!(
+                "while `{waiting}` waits, a lower priority may take the lock `{lock}` again, and how often it waits is unknown: \
+                 write that in `[wait]`, as in `{{ time = 0.8, times = 1 }}`"
+            ),
+            "waits unknown",
+        ),
+    };
+    words(message, short)
 }
 
 fn unusable<'db>(db: &'db dyn ModelDb, time: &UnusableTime<'db>) -> Words {

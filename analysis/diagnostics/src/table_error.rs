@@ -66,6 +66,9 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         TableErrorKind::RepeatedKey(key) => {
             format!("a second time for `{key}`: remove one of the two entries")
         }
+        TableErrorKind::NoNumberOfWaits => {
+            "`times` is how often a call waits at most: a whole number greater than 0".to_owned()
+        }
         TableErrorKind::NoTime(key) => format!("no time for `{key}`: write one, or remove the entry"),
         TableErrorKind::BelowSection(name) => {
             format!("move `{name}` before the first section of the table")

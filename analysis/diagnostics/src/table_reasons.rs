@@ -44,7 +44,7 @@ pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) ->
 fn line_of(db: &dyn ModelDb, entry: &StrayEntry) -> String {
     let name = file_name(db, entry.table);
     let table = table(db, entry.table);
-    let mut entries = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let mut entries = table.entries();
     let found = entries.find(|it| it.key == entry.key);
     let before = found.and_then(|it| entry.table.text(db).get(..it.key_span.start));
     match before {
@@ -58,6 +58,8 @@ fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
         Timed::Codel(codel) => format!("codel `{}`", codel.qualified(db)),
         Timed::Program(component, key) => format!("`{}/{key}`", component.name(db)),
         Timed::Component(component) => format!("component `{}`", component.name(db)),
+        Timed::Wait(codel) => format!("the wait of codel `{}`", codel.qualified(db)),
+        Timed::Access(component, port) => format!("port `{}.{port}`", component.name(db)),
     }
 }
 

@@ -59,6 +59,14 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::UnknownProgram { program, near, fixed } => {
             unknown_timing_key::of_program(db, at, program, near.as_ref(), fixed.as_deref())
         }
+        Fact::UnknownTimedPort { component, port, near, fixed } => {
+            unknown_timing_key::of_port(at, component.name(db), port, near.as_ref(), fixed.as_deref())
+        }
+        Fact::UnknownLockedCodel { lock, codel, near } => {
+            let near = near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            let message = format!("no codel `{codel}`, which the lock `{lock}` names{near}");
+            invalid_configuration::report(at, message)
+        }
         Fact::AmbiguousTimingKey { key, first } => {
             unknown_timing_key::ambiguous(at, key, &first.qualified(db))
         }

@@ -2,7 +2,7 @@
 //!
 //! A key of a timing table is unknown: no model of the workspace declares what it names, or several do. Keys are
 //! `library.codel` or `codel`; `Component/update`, `Component/state.run`, `Component/state.transition.guard`,
-//! `Component/state.transition.effect`, `Component/operation`; `Component`.
+//! `Component/state.transition.effect`, `Component/operation`; `Component`; `Component.port` under `[access]`.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -45,6 +45,17 @@ pub(super) fn of_program<'db>(
     fixed: Option<&str>,
 ) -> Diagnostic<'db> {
     unknown(at, &table_reasons::wrong_program(db, wrong), near, fixed)
+}
+
+/// See [`report`] for `fixed`.
+pub(super) fn of_port<'db>(
+    at: Location<'db>,
+    component: &str,
+    port: &str,
+    near: Option<&Name>,
+    fixed: Option<&str>,
+) -> Diagnostic<'db> {
+    unknown(at, &format!("{component} has no port `{port}`"), near, fixed)
 }
 
 fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::config_keys::{
-    Entries, Key, KeyKind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
+    Entries, Key, KeyKind, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
 };
 use mauve_hir::{Database, Workspace, config_of};
 use mauve_timing::task_set::{Notation, TaskSet};
-use mauve_timing::{Table, Unit, table_keys};
+use mauve_timing::{Protocol, Table, Unit, table_keys};
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
@@ -124,6 +124,13 @@ fn section(section: &Section) -> String {
             let example = r#"{ "Sea": { "accept": { "planner": "measured by hand" } } }"#;
             vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
         }
+        Entries::Locks(keys) => {
+            let mut keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let required = REQUIRED_OF_LOCK.map(|name| format!("\"{name}\"")).join(", ");
+            keys.insert(2, format!("\"required\": [{required}]"));
+            let example = r#"{ "bus": { "codels": ["imu_read", "gps_read"], "protocol": "inheritance" } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
         Entries::Chains => {
             let (_, rest) = CONFIGURATION.split_once("\"propertyNames\"").unwrap();
             let mut lists: Vec<String> = list_keys().map(|name| format!("\"{name}\"")).collect();
@@ -166,7 +173,11 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         KeyKind::Models(_) | KeyKind::Tables(_) => {
             r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned()
         }
-        KeyKind::Instances(_) => {
+        KeyKind::Protocol(_) => {
+            let names = Protocol::ALL.map(|it| format!("\"{}\"", it.name())).join(", ");
+            format!("\"enum\": [{names}]")
+        }
+        KeyKind::Instances(_) | KeyKind::Codels(_) => {
             "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
         }
         KeyKind::Reasons(_) => {

@@ -75,6 +75,9 @@ fn the_reference_has_every_key() {
                 }
             }
             Entries::Types(below) => keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}"))),
+            Entries::Locks(below) => {
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
             Entries::Deployments(below) => {
                 keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
             }

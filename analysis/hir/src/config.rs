@@ -9,7 +9,7 @@ pub(crate) use reader::read;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Time, TimeError};
+use mauve_timing::{Level, Protocol, Time, TimeError};
 
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -24,6 +24,10 @@ pub struct Config {
     pub tables: Vec<(String, Range<usize>)>,
     /// `[timing.deployment.…]`, by the name of the deployment: its own tables, instead of `tables`.
     pub deployment_tables: BTreeMap<String, DeploymentTables>,
+    /// `[timing] observed`: globs of files with what recordings showed, from the configuration's folder.
+    pub observed: Vec<(String, Range<usize>)>,
+    /// `[locks.…]`, in the order of their names.
+    pub locks: Vec<LockConfig>,
     /// `[timing] significance`: the displayed and checked level.
     pub significance: Option<Level>,
     /// The range of the significance.
@@ -80,6 +84,21 @@ pub struct DeploymentConfig {
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
     pub accepted: Vec<Acceptance>,
+}
+
+/// `[locks.bus]`: an entry without errors has codels and a protocol.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LockConfig {
+    /// Its name.
+    pub name: String,
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `codels`: the keys of the codels that take it, as in timing tables.
+    pub codels: Vec<(String, Range<usize>)>,
+    /// `protocol`
+    pub protocol: Option<Protocol>,
+    /// `held`: for how long a codel executes while it holds the lock; if absent, for its whole time.
+    pub held: Option<Time>,
 }
 
 /// `[timing.deployment.Sea]`

@@ -1,4 +1,4 @@
-//! The costs of programs along their worst path: calls of codels and operations, without times.
+//! The costs of programs along their worst path: calls of codels and operations, and accesses to ports, without times.
 //!
 //! A path ends at a `return`. A constant condition selects one branch; with any other condition, both branches are possible.
 
@@ -26,6 +26,8 @@ pub enum Cost<'db> {
     Operation(usize),
     /// One call sent to this required operation. It takes no time of the sender.
     Send(Name),
+    /// One read or write of this port, which copies a value.
+    Access(Name),
     /// The sum of costs.
     Sum(Vec<Cost<'db>>),
     /// The maximum of costs.
@@ -42,7 +44,7 @@ impl Default for Cost<'_> {
 pub fn codels_in<'db>(cost: &Cost<'db>) -> Vec<Decl<'db>> {
     match cost {
         Cost::Codel(codel) => vec![*codel],
-        Cost::Operation(_) | Cost::Send(_) => Vec::new(),
+        Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => Vec::new(),
         Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(codels_in).collect(),
     }
 }
@@ -50,7 +52,7 @@ pub fn codels_in<'db>(cost: &Cost<'db>) -> Vec<Decl<'db>> {
 /// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
-        Cost::Codel(_) | Cost::Send(_) => Vec::new(),
+        Cost::Codel(_) | Cost::Send(_) | Cost::Access(_) => Vec::new(),
         Cost::Operation(index) => vec![*index],
         Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
     }
@@ -63,7 +65,7 @@ pub fn sends_in<'a>(cost: &'a Cost<'_>) -> Vec<&'a Name> {
     while let Some(cost) = open.pop() {
         match cost {
             Cost::Send(name) if !found.contains(&name) => found.push(name),
-            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => {}
+            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => {}
             Cost::Sum(costs) | Cost::Greatest(costs) => open.extend(costs),
         }
     }
@@ -271,7 +273,11 @@ impl<'db> CostContext<'db> {
                         Some(Expr::Name(operation)) => Some(Cost::Send(operation.name.clone())),
                         _ => None,
                     },
-                    // Ports are lock-free (paper, Property 2): no cost.
+                    // Ports are lock-free (paper, Property 2), but copy values.
+                    Some(Callee::Builtin(Builtin::Read | Builtin::Write)) => match arguments.first() {
+                        Some(Expr::Name(port)) => Some(Cost::Access(port.name.clone())),
+                        _ => None,
+                    },
                     Some(Callee::Builtin(_)) | None => None,
                 });
                 None

@@ -27,6 +27,10 @@ use crate::{Level, Time};
 ///     "Hokuyo/update" = [40, 43, 44]
 ///     [component]
 ///     "Navigation" = 299
+///     [wait]                               # in addition: time off the CPU, by the codel's own will
+///     "drivers.imu_read" = { time = [0.8, 0.8, 0.9], times = 1 }
+///     [access]                             # reads and writes of ports
+///     "Camera.frame" = 0.9
 ///     [overhead]
 ///     dispatch = 0
 ///     context_switch = 0
@@ -50,6 +54,10 @@ pub struct Table {
     pub programs: Vec<Entry>,
     /// `[component]`: times of whole components, for the classic method only.
     pub components: Vec<Entry>,
+    /// `[wait]`: by how much longer a call of a codel takes than it executes, in the order of the text.
+    pub waits: Vec<Entry>,
+    /// `[access]`: times of reads and writes of ports.
+    pub accesses: Vec<Entry>,
     /// `[overhead]`, for each job.
     pub overhead: Overhead,
     /// The bytes of the first key in it.
@@ -77,6 +85,8 @@ pub struct Entry {
     pub value: Option<Times>,
     /// The bytes of the value.
     pub value_span: Range<usize>,
+    /// Of a wait, how often a call waits at most; `None` if that is not written.
+    pub waits: Option<u64>,
 }
 
 /// A part of a dotted key or header; a quoted part may contain dots.
@@ -188,10 +198,15 @@ impl Table {
         self.times().any(|times| matches!(times, Times::PerLevel(_)))
     }
 
+    /// Returns the entries of all sections with times.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        let of_programs = self.codels.iter().chain(&self.programs).chain(&self.components);
+        of_programs.chain(&self.waits).chain(&self.accesses)
+    }
+
     fn times(&self) -> impl Iterator<Item = &Times> {
-        let entries = self.codels.iter().chain(&self.programs).chain(&self.components);
         let overhead = [&self.overhead.dispatch, &self.overhead.context_switch];
-        entries.filter_map(|entry| entry.value.as_ref()).chain(overhead)
+        self.entries().filter_map(|entry| entry.value.as_ref()).chain(overhead)
     }
 }
 

@@ -172,6 +172,16 @@ impl Task {
         self.demand.machine().map(StateMachine::greatest_cost)
     }
 
+    /// Returns how long a job of the greatest demand waits.
+    pub fn wait(&self) -> Time {
+        let (Some(machine), Some(waits)) = (self.demand.machine(), &self.waits) else { return Time::ZERO };
+        let greatest = machine.greatest_edge();
+        let cost = |machine: &StateMachine| machine.edges().get(greatest).map(|edge| edge.cost);
+        let wait =
+            cost(machine).zip(cost(&waits.executed)).and_then(|(with, without)| with.checked_sub(without));
+        wait.unwrap_or_default()
+    }
+
     /// Returns what its jobs execute: their demand without waits.
     pub fn executed(&self) -> Option<&StateMachine> {
         self.waits.as_ref().map(|waits| &waits.executed).or(self.demand.machine())

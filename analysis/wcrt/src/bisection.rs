@@ -6,12 +6,13 @@ use std::cell::Cell;
 use mauve_timing::{Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::locks::locks_of;
 use crate::psm::{OtherTimes, PsmResult, psm_of, psm_with};
 use crate::report::Query;
 use crate::served::served_in;
 use crate::system::{System, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::tasks_of;
+use crate::task_set::{Executables, tasks_of};
 use mauve_hir::{Decl, ModelDb, Project};
 
 /// The variants of a deployment, whose analyses share a budget.
@@ -58,7 +59,9 @@ impl<'db> Variants<'db> {
         });
         let psms: Vec<Option<&PsmResult<'db>>> = psms.collect();
         let served = served_in(db, tables, system, query.level, what_if);
-        tasks_of(db, project, system, &psms, &served, query.method)
+        let locks = locks_of(db, tables, system, query.level, what_if);
+        let executed = Executables { psms: &psms, served: &served, locks: &locks };
+        tasks_of(db, project, system, executed, query.method)
     }
 
     /// Analyses a variant, with the smaller budget of [`mauve_timing::Options::is_brief`] or with that of the report. Returns one

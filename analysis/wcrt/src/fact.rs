@@ -90,6 +90,10 @@ pub enum TimingFactKind<'db> {
     WrongTableSection { key: String, section: TableSection },
     /// A component does not have a program, or has several with this key.
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
+    /// A component does not have a port of this name. With a similar name, and the full key that can replace it.
+    UnknownTimedPort { component: Decl<'db>, port: Name, near: Option<Name>, fixed: Option<String> },
+    /// A lock of `mauve.toml` names a codel that no model declares. With a similar key.
+    UnknownLockedCodel { lock: Name, codel: String, near: Option<Name> },
     /// A key is ambiguous. With the first definition.
     AmbiguousTimingKey { key: String, first: Decl<'db> },
 
@@ -127,6 +131,8 @@ pub enum TableSection {
     Codel,
     Program,
     Component,
+    Wait,
+    Access,
     Overhead,
 }
 
@@ -137,6 +143,8 @@ impl TableSection {
             TableSection::Codel => "[codel]",
             TableSection::Program => "[program]",
             TableSection::Component => "[component]",
+            TableSection::Wait => "[wait]",
+            TableSection::Access => "[access]",
             TableSection::Overhead => "[overhead]",
         }
     }
@@ -174,11 +182,11 @@ pub struct Unbounded<'db> {
 /// The reason why a deadline is not proved.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Missed<'db> {
-    /// The execution time of the activity alone exceeds it.
-    Alone { own: Time },
-    /// The response time exceeds it. With the greatest interference, and, if a later job of a busy window has the
-    /// latest response, the number and the end of that job.
-    Late { response: Time, heaviest: Option<InterferenceReport>, window: Option<(u64, Time)> },
+    /// The execution time of the activity alone exceeds it, with the time that its codels wait, which is a part of `own`.
+    Alone { own: Time, wait: Time },
+    /// The response time exceeds it. With the greatest interference, the time for which lower priorities hold locks, and, if a
+    /// later job of a busy window has the latest response, the number and the end of that job.
+    Late { response: Time, heaviest: Option<InterferenceReport>, blocking: Time, window: Option<(u64, Time)> },
     /// The response time is unknown or unbounded.
     NoBound(Vec<Refusal<'db>>),
 }

@@ -42,6 +42,7 @@ mod component_tables;
 mod execution_times;
 mod exported;
 mod fact;
+mod locks;
 mod missing_times;
 mod new_activity;
 pub mod observed;
@@ -67,15 +68,16 @@ pub use fact::{
     Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload,
     TableSection, TimingFact, TimingFactKind, Unbounded,
 };
+pub use locks::{DeclaredLock, DeclaredLocks, declared_locks};
 pub use mauve_timing::Priority;
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
-    ActivityField, CallsReason, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share,
-    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime,
-    WrongProgram,
+    ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PatternError, Prose, Reason, Refusal,
+    Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority,
+    UnusableTime, WrongProgram,
 };
 pub use report::{ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mauve_timing::{Level, StateMachine, Time, Waits};
+use mauve_timing::{Demand, Level, StateMachine, Time, Waits};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
@@ -44,6 +44,48 @@ pub struct Psm<'db> {
     pub assumed: Vec<(String, Time)>,
 }
 
+/// What a program takes along its worst paths: each figure is that of the path with the greatest one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Taken {
+    /// The execution time.
+    execution: Time,
+    /// The time that codels wait.
+    wait: Time,
+    /// Both together.
+    total: Time,
+    /// How often codels wait; `None` if that is unknown.
+    waits: Option<u64>,
+}
+
+impl Taken {
+    const NOTHING: Taken =
+        Taken { execution: Time::ZERO, wait: Time::ZERO, total: Time::ZERO, waits: Some(0) };
+
+    fn executing(execution: Time) -> Taken {
+        Taken { execution, total: execution, ..Taken::NOTHING }
+    }
+
+    /// Returns what one after the other takes; `None` if that is too long.
+    fn then(self, other: Taken) -> Option<Taken> {
+        Some(Taken {
+            execution: self.execution.checked_add(other.execution)?,
+            wait: self.wait.checked_add(other.wait)?,
+            total: self.total.checked_add(other.total)?,
+            waits: self.waits.zip(other.waits).and_then(|(one, other)| one.checked_add(other)),
+        })
+    }
+
+    /// Returns the greatest figures of the two.
+    fn or(self, other: Taken) -> Taken {
+        Taken {
+            execution: self.execution.max(other.execution),
+            wait: self.wait.max(other.wait),
+            total: self.total.max(other.total),
+            waits: self.waits.zip(other.waits).map(|(one, other)| one.max(other)),
+        }
+    }
+}
+
 /// The state machine of a component, or why it has none.
 pub(crate) type PsmResult<'db> = Result<Psm<'db>, Vec<Refusal<'db>>>;
 
@@ -51,6 +93,14 @@ impl<'db> Psm<'db> {
     /// Returns the name of a state.
     pub fn state(&self, number: usize) -> &str {
         self.states.get(number).map_or("", Name::as_str)
+    }
+
+    /// Returns the demand of a task that executes it, with its waits.
+    pub(crate) fn demand(&self) -> (Demand, Option<Arc<Waits>>) {
+        let wait = self.waits.as_ref().map_or(Time::ZERO, |waits| waits.greatest(&self.machine));
+        // A component whose time is too long with its waits has a bound of the whole machine all the same.
+        let whole = self.component_time.map(|time| time.checked_add(wait).unwrap_or(time));
+        (Demand::Machine { machine: self.machine.clone(), whole }, self.waits.clone())
     }
 
     /// Returns its machine without waits.
@@ -195,9 +245,9 @@ struct Evaluator<'a, 'db> {
     times: &'db Timetable<'db>,
     level: Level,
     what_if: OtherTimes<'a, 'db>,
-    operations: Vec<Option<Time>>,
-    /// The times of the codels so far.
-    codels: FxHashMap<Decl<'db>, Option<Time>>,
+    operations: Vec<Option<Taken>>,
+    /// What the codels so far take.
+    codels: FxHashMap<Decl<'db>, Option<Taken>>,
     refusals: Vec<Refusal<'db>>,
     missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
@@ -230,7 +280,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     /// Returns the time of an operation of the core, and of the dispatch and the context switches for it.
     fn operation(mut self, index: usize) -> Result<Time, Vec<Refusal<'db>>> {
         self.evaluate_operations(vec![index]);
-        let time = self.operations.get(index).copied().flatten();
+        let time = self.operations.get(index).copied().flatten().map(|taken| taken.total);
         let overhead = match time {
             None | Some(Time::ZERO) => Some(Time::ZERO),
             Some(_) => self.overhead(),
@@ -263,21 +313,17 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         let mut used = vec![false; behaviour.programs.len()];
         behaviour.edges.executed().for_each(|index| used[index] = true);
         self.operations_of(&used);
-        let programs: Vec<Option<Time>> = behaviour
+        let programs: Vec<Option<Taken>> = behaviour
             .programs
             .iter()
             .zip(used)
             .map(|(program, used)| if used { self.program(program) } else { None })
             .collect();
         let overhead = self.overhead();
-        let mut edges = Vec::new();
-        for (edge, cost) in behaviour.edges.all.iter().zip(self.costs(&programs, overhead)) {
+        let mut taken: Vec<Taken> = Vec::new();
+        for cost in self.costs(&programs, overhead) {
             match cost {
-                Ok(cost) => edges.push(mauve_timing::Edge {
-                    source: edge.source as u32,
-                    target: edge.target as u32,
-                    cost,
-                }),
+                Ok(cost) => taken.push(cost),
                 Err(Some(program)) => self.refuse(Reason::TooLong(TooLong::Edge(program.clone()))),
                 Err(None) => {}
             }
@@ -286,9 +332,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         if !self.refusals.is_empty() {
             return Err(self.refusals);
         }
-        let machine = StateMachine::new(behaviour.states.len() as u32, edges).map_err(|error| {
-            vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
-        })?;
+        let (machine, waits) = self.machines(&taken)?;
         let (component_time, unusable_component_time) =
             match self.times.component_time(self.component, self.level) {
                 Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
@@ -296,16 +340,20 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 Lookup::Unusable(why) => (None, Some(why)),
             };
         let id = |program: &TimedProgram<'db>| program.id.clone();
-        let programs =
-            behaviour.programs.iter().map(id).zip(programs.into_iter().map(Option::unwrap_or_default));
+        let programs = behaviour
+            .programs
+            .iter()
+            .map(id)
+            .zip(programs.into_iter().map(|it| it.map_or(Time::ZERO, |it| it.execution)));
+        let operations = self.operations.into_iter().map(|it| it.map(|it| it.execution));
         Ok(Psm {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine,
-            waits: None,
+            waits,
             edges: behaviour.edges.clone(),
             programs: programs.collect(),
-            operations: behaviour.operations.iter().map(id).zip(self.operations).collect(),
+            operations: behaviour.operations.iter().map(id).zip(operations).collect(),
             overhead: overhead.unwrap_or_default(),
             component_time,
             unusable_component_time,
@@ -313,21 +361,55 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         })
     }
 
-    /// Returns the cost of each edge: the sum of `overhead` and the times of its programs. The error is the program at which
+    /// Returns the machine of edges that take so much, and its waits.
+    fn machines(&self, taken: &[Taken]) -> Result<(StateMachine, Option<Arc<Waits>>), Vec<Refusal<'db>>> {
+        let behaviour = self.behaviour;
+        let machine = |costs: &[Time]| {
+            let edges = behaviour.edges.all.iter().zip(costs).map(|(edge, &cost)| mauve_timing::Edge {
+                source: edge.source as u32,
+                target: edge.target as u32,
+                cost,
+            });
+            StateMachine::new(behaviour.states.len() as u32, edges.collect()).map_err(|error| {
+                vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
+            })
+        };
+        let totals: Vec<Time> = taken.iter().map(|it| it.total).collect();
+        if taken.iter().all(|it| it.waits == Some(0)) {
+            return Ok((machine(&totals)?, None));
+        }
+        // To wait and to go on are two context switches more, which are a part of the time that a job waits, and preempt others.
+        // Without the number of waits, their number is unknown, and the waits count as execution.
+        let switches = self.times.switches(self.level);
+        let executed = |it: &Taken| {
+            let switched = match (it.waits, switches) {
+                (_, Some(Time::ZERO)) => Some(Time::ZERO),
+                (Some(waits), Some(switches)) => switches.checked_mul(waits),
+                _ => None,
+            };
+            switched.and_then(|switched| it.execution.checked_add(switched)).unwrap_or(it.total)
+        };
+        let executed: Vec<Time> = taken.iter().map(executed).collect();
+        let totals: Vec<Time> = totals.iter().zip(&executed).map(|(total, it)| *total.max(it)).collect();
+        let times = taken.iter().map(|it| it.waits).reduce(|one, other| Some(one?.max(other?))).flatten();
+        Ok((machine(&totals)?, Some(Arc::new(Waits { executed: machine(&executed)?, times }))))
+    }
+
+    /// Returns what each edge takes: the sum of `overhead` and of what its programs take. The error is the program at which
     /// the sum is too long, or `None` if a time is unknown.
     fn costs(
         &self,
-        times: &[Option<Time>],
+        times: &[Option<Taken>],
         overhead: Option<Time>,
-    ) -> Vec<Result<Time, Option<&'db ProgramId>>> {
+    ) -> Vec<Result<Taken, Option<&'db ProgramId>>> {
         let behaviour = self.behaviour;
-        let add = |sum: Result<Time, Option<&'db ProgramId>>, index: usize| {
+        let add = |sum: Result<Taken, Option<&'db ProgramId>>, index: usize| {
             let sum = sum?;
             let time = times.get(index).copied().flatten();
             let (program, time) = behaviour.programs.get(index).zip(time).ok_or(None)?;
-            sum.checked_add(time).ok_or(Some(&program.id))
+            sum.then(time).ok_or(Some(&program.id))
         };
-        behaviour.edges.sums(overhead.ok_or(None), add)
+        behaviour.edges.sums(overhead.map(Taken::executing).ok_or(None), add)
     }
 
     /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of
@@ -369,13 +451,14 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
+    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Taken> {
         let timed = Timed::Program(self.component, program.id.in_table());
-        if let Some(time) = (self.what_if)(&timed) {
-            return Some(time);
-        }
-        match self.times.time(&timed, self.level) {
-            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+        let lookup = match (self.what_if)(&timed) {
+            Some(time) => Lookup::Known(time),
+            None => self.times.time(&timed, self.level),
+        };
+        match lookup {
+            Lookup::Known(time) | Lookup::Assumed(time) => self.with_waits(time, &program.cost),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::Unusable(why) => {
                 self.refuse(Reason::Table(why));
@@ -384,17 +467,84 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn cost(&mut self, cost: &Cost<'db>) -> Option<Time> {
+    /// Returns what a program takes that executes for this time: its codels need no times, but they may wait.
+    fn with_waits(&mut self, execution: Time, cost: &Cost<'db>) -> Option<Taken> {
+        let Taken { wait, waits, .. } = self.waits_in(cost)?;
+        let total = execution.checked_add(wait);
+        if total.is_none() {
+            self.refuse(Reason::TooLong(TooLong::Program));
+        }
+        Some(Taken { execution, wait, total: total?, waits })
+    }
+
+    /// Returns the waits along the worst paths of a program.
+    fn waits_in(&mut self, cost: &Cost<'db>) -> Option<Taken> {
+        match cost {
+            Cost::Codel(codel) => self.wait(*codel),
+            Cost::Operation(index) => {
+                let taken = self.operations.get(*index).copied().flatten()?;
+                Some(Taken { execution: Time::ZERO, total: taken.wait, ..taken })
+            }
+            Cost::Send(_) | Cost::Access(_) => Some(Taken::NOTHING),
+            Cost::Sum(costs) => {
+                let waits = costs.iter().map(|cost| self.waits_in(cost));
+                let waits: Vec<Option<Taken>> = waits.collect();
+                waits.into_iter().try_fold(Taken::NOTHING, |sum, waits| sum.then(waits?))
+            }
+            Cost::Greatest(costs) => {
+                let waits: Vec<Option<Taken>> = costs.iter().map(|cost| self.waits_in(cost)).collect();
+                waits.into_iter().try_fold(Taken::NOTHING, |greatest, waits| Some(greatest.or(waits?)))
+            }
+        }
+    }
+
+    /// Returns the wait of a call of a codel.
+    fn wait(&mut self, codel: Decl<'db>) -> Option<Taken> {
+        let lookup = match (self.what_if)(&Timed::Wait(codel)) {
+            Some(time) => Lookup::Known(time),
+            None => self.times.wait(codel, self.level),
+        };
+        match lookup {
+            Lookup::Absent | Lookup::Known(Time::ZERO) => Some(Taken::NOTHING),
+            Lookup::Known(wait) | Lookup::Assumed(wait) => {
+                Some(Taken { execution: Time::ZERO, wait, total: wait, waits: self.times.waits(codel) })
+            }
+            Lookup::Unusable(why) => {
+                self.add(Refusal::new(Reason::Table(why), Location::name_of(codel)));
+                None
+            }
+        }
+    }
+
+    /// Returns what a read or a write of a port takes: nothing, unless a table says so.
+    fn access(&mut self, port: &Name) -> Option<Taken> {
+        let of = Timed::Access(self.component, port.clone());
+        let lookup = match (self.what_if)(&of) {
+            Some(time) => Lookup::Known(time),
+            None => self.times.time(&of, self.level),
+        };
+        match lookup {
+            Lookup::Absent => Some(Taken::NOTHING),
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(Taken::executing(time)),
+            Lookup::Unusable(why) => {
+                self.refuse(Reason::Table(why));
+                None
+            }
+        }
+    }
+
+    fn cost(&mut self, cost: &Cost<'db>) -> Option<Taken> {
         match cost {
             Cost::Codel(codel) => self.codel(*codel),
             Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
-            Cost::Send(_) => Some(Time::ZERO),
+            Cost::Send(_) => Some(Taken::NOTHING),
+            Cost::Access(port) => self.access(port),
             // All codels are visited, so that all missing times are reported together.
             Cost::Sum(costs) => {
-                let (mut sum, mut is_too_long) = (Some(Time::ZERO), false);
+                let (mut sum, mut is_too_long) = (Some(Taken::NOTHING), false);
                 for cost in costs {
                     let both = sum.zip(self.cost(cost));
-                    sum = both.and_then(|(sum, time)| sum.checked_add(time));
+                    sum = both.and_then(|(sum, taken)| sum.then(taken));
                     is_too_long |= both.is_some() && sum.is_none();
                 }
                 if is_too_long {
@@ -403,22 +553,29 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 sum
             }
             Cost::Greatest(costs) => {
-                let mut greatest = Some(Time::ZERO);
+                let mut greatest = Some(Taken::NOTHING);
                 for cost in costs {
-                    greatest = greatest.zip(self.cost(cost)).map(|(greatest, time)| greatest.max(time));
+                    greatest = greatest.zip(self.cost(cost)).map(|(greatest, taken)| greatest.or(taken));
                 }
                 greatest
             }
         }
     }
 
-    fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {
-        if let Some(&time) = self.codels.get(&codel) {
-            return time;
+    fn codel(&mut self, codel: Decl<'db>) -> Option<Taken> {
+        if let Some(&taken) = self.codels.get(&codel) {
+            return taken;
         }
-        let time = self.look_up(codel);
-        self.codels.insert(codel, time);
-        time
+        let (time, wait) = (self.look_up(codel), self.wait(codel));
+        let taken = time.zip(wait).and_then(|(time, wait)| {
+            let taken = Taken::executing(time).then(wait);
+            if taken.is_none() {
+                self.refuse(Reason::TooLong(TooLong::Program));
+            }
+            taken
+        });
+        self.codels.insert(codel, taken);
+        taken
     }
 
     fn look_up(&mut self, codel: Decl<'db>) -> Option<Time> {
@@ -467,6 +624,10 @@ pub fn worst_path<'db>(
         Cost::Operation(index) => {
             psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
         }
+        Cost::Access(port) => match times.time(&Timed::Access(component, port.clone()), level) {
+            Lookup::Known(time) => Some((port.to_string(), time)),
+            _ => None,
+        },
         Cost::Send(_) | Cost::Sum(_) | Cost::Greatest(_) => None,
     };
     program.map_or_else(Vec::new, |program| path(&program.cost, &time))
@@ -497,7 +658,9 @@ pub(crate) fn table_of_greatest_time<'db>(
 
 fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {
     match cost {
-        Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => time(cost).into_iter().collect(),
+        Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => {
+            time(cost).into_iter().collect()
+        }
         Cost::Sum(costs) => costs.iter().flat_map(|cost| path(cost, time)).collect(),
         Cost::Greatest(costs) => {
             let sum = |path: &[(String, Time)]| {

@@ -87,6 +87,8 @@ pub enum Reason<'db> {
     Calls(CallsReason),
     /// An activity provides operations, and the connections are unknown.
     MayServe,
+    /// A lock delays an activity for an unknown time.
+    Lock(LockReason),
 
     /// A declaration has a syntax error.
     Damaged(Decl<'db>),
@@ -121,7 +123,11 @@ impl Reason<'_> {
     pub(crate) fn is_reported(&self) -> bool {
         !matches!(
             self,
-            Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_)
+            Reason::ComponentTime(_)
+                | Reason::NoMachine(_)
+                | Reason::Calls(_)
+                | Reason::Lock(_)
+                | Reason::TooLong(_)
         )
     }
 }
@@ -139,6 +145,27 @@ pub enum CallsReason {
     Ring(Name),
     /// Operations that send calls to others: too many chains of calls.
     ManyChains,
+}
+
+/// Why a lock delays an activity for an unknown time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LockReason {
+    /// An unknown codel takes the lock: it may be any.
+    UnknownCodel { lock: Name, codel: String },
+    /// The activity executes a codel that takes two locks, in an unknown order: it may wait for one that it holds the other for.
+    TwoLocks { codel: String, locks: [Name; 2] },
+    /// The activity executes a codel that waits while it holds the lock.
+    WaitsWithLock { codel: String, lock: Name },
+    /// This activity of lower priority holds the lock for an unknown time.
+    UnknownTime { lock: Name, holder: Name },
+    /// The users of the lock run on several CPUs.
+    SeveralCpus { lock: Name },
+    /// The activity may move to the CPU of the lock while an activity of lower priority holds it.
+    Migrates { lock: Name },
+    /// The lock has no protocol, and these activities preempt the holder; any process does if the holder is in the background.
+    Inversion { lock: Name, holder: Name, between: Vec<Name> },
+    /// This activity waits an unknown number of times, and meanwhile a lower priority may take the lock.
+    UnknownWaits { lock: Name, waiting: Name },
 }
 
 /// A share of a CPU, for a message: the analysis itself compares exactly.
@@ -196,6 +223,10 @@ pub enum Timed<'db> {
     Program(Decl<'db>, ProgramId),
     /// All programs of a component, for the classic method.
     Component(Decl<'db>),
+    /// A wait of a codel.
+    Wait(Decl<'db>),
+    /// A read or a write of a port of a component.
+    Access(Decl<'db>, Name),
 }
 
 /// Why the entry of a time cannot be used.

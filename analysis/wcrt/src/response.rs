@@ -5,6 +5,7 @@ use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, S
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
+use crate::locks::lock_reason;
 use crate::priorities::priority_facts;
 use crate::reason::{CallsReason, Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, CallsReport, Query, Report};
@@ -101,6 +102,7 @@ impl<'db> DeployedTasks<'db> {
         if self.not_analysed.is_empty() {
             if report.reasons.is_empty() {
                 report.reasons.extend(self.unknown_calls(index, analysis));
+                report.reasons.extend(self.locked(index, analysis));
             }
             report.reasons.extend(self.delayed_by(&report.instance, response));
         }
@@ -165,6 +167,13 @@ impl<'db> DeployedTasks<'db> {
             Refusal { reason, at: at.clone() }
         };
         unknown.map(refusal).collect()
+    }
+
+    /// Returns the lock that delays an activity for an unknown time, as a reason.
+    fn locked(&self, index: usize, analysis: &SetAnalysis) -> Option<Refusal<'db>> {
+        let name = |task: usize| self.tasks.name(task).into();
+        let reason = lock_reason(analysis.blocking.get(index)?, &self.tasks.locks, &name)?;
+        Some(Refusal { reason: Reason::Lock(reason), at: self.reports.get(index)?.at.clone() })
     }
 
     /// Returns the activities that are not analysed and may delay that of `instance`, as a reason.

@@ -57,7 +57,7 @@ fn calls_of_operations(behaviour: &Behaviour<'_>, name: &Name) -> Vec<u64> {
 /// Returns the greatest number of calls to the required operation `name` along a path of a program; it saturates.
 fn calls(cost: &Cost<'_>, name: &Name, of_operations: &[u64]) -> u64 {
     match cost {
-        Cost::Codel(_) => 0,
+        Cost::Codel(_) | Cost::Access(_) => 0,
         Cost::Operation(index) => of_operations.get(*index).copied().unwrap_or(0),
         Cost::Send(sent) => u64::from(sent == name),
         Cost::Sum(costs) => {

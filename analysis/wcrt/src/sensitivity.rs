@@ -92,7 +92,8 @@ impl TimeSensitivity<'_> {
     /// Returns the key of the time in a timing table.
     pub fn key(&self, db: &dyn ModelDb) -> String {
         match &self.of {
-            Timed::Codel(of) | Timed::Component(of) => of.qualified(db),
+            Timed::Codel(of) | Timed::Component(of) | Timed::Wait(of) => of.qualified(db),
+            Timed::Access(component, port) => format!("{}.{port}", component.qualified(db)),
             Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
         }
     }
@@ -242,6 +243,10 @@ fn executed_times<'db>(
                     Cost::Codel(codel) => of_activity.push(Timed::Codel(*codel)),
                     Cost::Operation(operation) if operations.insert(*operation) => {
                         open.extend(behaviour.operations.get(*operation));
+                    }
+                    Cost::Access(port) => {
+                        let access = Timed::Access(component, port.clone());
+                        of_activity.extend(Some(access).filter(|it| times.time(it, level) != Lookup::Absent));
                     }
                     Cost::Operation(_) | Cost::Send(_) => {}
                     Cost::Sum(parts) | Cost::Greatest(parts) => costs.extend(parts.iter().rev()),

@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-use mauve_timing::{Demand, Executed, Level, Method, Slice, Task, Tasks};
+use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
 
+use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{Psm, PsmResult, psm_of};
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
@@ -45,7 +46,10 @@ impl<'db> DeployedTasks<'db> {
     ) -> Self {
         let psms = psms_of(db, tables, system, query.level);
         let served = served_in(db, tables, system, query.level, &|_| None);
-        let tasks = tasks_of(db, tables.project(db), system, &psms, &served, query.method);
+        let locks = locks_of(db, tables, system, query.level, &|_| None);
+        let project = tables.project(db);
+        let executed = Executables { psms: &psms, served: &served, locks: &locks };
+        let tasks = tasks_of(db, project, system, executed, query.method);
         let known: Vec<Option<&'db Psm<'db>>> =
             psms.iter().map(|psm| psm.and_then(|psm| psm.as_ref().ok())).collect();
         let activities = system.activities.iter().zip(tasks.activities()).zip(&known).enumerate();
@@ -56,8 +60,7 @@ impl<'db> DeployedTasks<'db> {
             component: resolved.component,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
-            reasons: refusals_of(resolved, psms.get(index).copied().flatten(), &served, index, query.method)
-                .collect(),
+            reasons: executed.refusals_of(resolved, index, query.method).collect(),
             own: psm.map(|psm| psm.machine.greatest_cost()),
             assumed: psm.map_or_else(Vec::new, |psm| psm.assumed.clone()),
             ..ActivityReport::default()
@@ -105,22 +108,29 @@ pub(crate) fn psms_of<'db>(
     system.activities.iter().map(|it| Some(psm_of(db, tables, executed(it)?, level))).collect()
 }
 
-/// Returns the tasks of a deployment whose activities execute these state machines.
+/// What the activities of a deployment execute.
+#[derive(Clone, Copy)]
+pub(crate) struct Executables<'a, 'db> {
+    /// The state machine of each activity.
+    pub(crate) psms: &'a [Option<&'a PsmResult<'db>>],
+    pub(crate) served: &'a Served<'db>,
+    pub(crate) locks: &'a LocksOfDeployment<'db>,
+}
+
+/// Returns the tasks of a deployment whose activities execute this.
 pub(crate) fn tasks_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     system: &System<'db>,
-    psms: &[Option<&PsmResult<'db>>],
-    served: &Served<'db>,
+    executed: Executables<'_, 'db>,
     method: Method,
 ) -> Tasks {
-    let activities = system.activities.iter().zip(psms).enumerate();
-    let activities = activities.map(|(index, (activity, &executed))| {
-        let is_refused = refusals_of(activity, executed, served, index, method).next().is_some();
-        let psm = executed.and_then(|psm| psm.as_ref().ok()).filter(|_| !is_refused);
-        let demand =
-            |psm: &Psm<'db>| Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time };
-        Task { demand: psm.map(demand).unwrap_or_default(), ..activity.task.clone() }
+    let activities = system.activities.iter().zip(executed.psms).enumerate();
+    let activities = activities.map(|(index, (activity, psm))| {
+        let is_refused = executed.refusals_of(activity, index, method).next().is_some();
+        let psm = psm.and_then(|psm| psm.as_ref().ok()).filter(|_| !is_refused);
+        let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
+        Task { demand, waits, ..activity.task.clone() }
     });
     let platform = platform_of(db, project.workspace(db));
     // Without CPUs, other work may run on all.
@@ -128,21 +138,27 @@ pub(crate) fn tasks_of<'db>(
     let others = platform.others.iter().map(on_all).collect();
     let mut tasks =
         Tasks::new(activities.collect()).with_platform(others, platform.rt_throttling == Some(true));
-    tasks.operations.clone_from(&served.operations);
+    tasks.operations.clone_from(&executed.served.operations);
+    tasks.locks.clone_from(&executed.locks.all);
     tasks
 }
 
-fn refusals_of<'a, 'db>(
-    activity: &'a ResolvedActivity<'db>,
-    psm: Option<&'a PsmResult<'db>>,
-    served: &'a Served<'db>,
-    index: usize,
-    method: Method,
-) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'db> {
-    let of_component = psm.and_then(|psm| psm.as_ref().err()).into_iter().flatten();
-    let unusable = psm.filter(|_| method == Method::Classic).and_then(|psm| psm.as_ref().ok());
-    let unusable = unusable.and_then(|psm| psm.unusable_component_time.clone());
-    let unusable = unusable.map(|why| Refusal::new(Reason::ComponentTime(why), activity.at.clone()));
-    let of_operations = served.refusals.get(&index).into_iter().flatten();
-    activity.refusals.iter().chain(of_component).chain(of_operations).cloned().chain(unusable)
+impl<'a, 'db> Executables<'a, 'db> {
+    /// Returns why the activity of this index cannot be analysed.
+    fn refusals_of(
+        self,
+        activity: &'a ResolvedActivity<'db>,
+        index: usize,
+        method: Method,
+    ) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'db> {
+        let psm = self.psms.get(index).copied().flatten();
+        let of_component = psm.and_then(|psm| psm.as_ref().err()).into_iter().flatten();
+        let unusable = psm.filter(|_| method == Method::Classic).and_then(|psm| psm.as_ref().ok());
+        let unusable = unusable.and_then(|psm| psm.unusable_component_time.clone());
+        let unusable = unusable.map(|why| Refusal::new(Reason::ComponentTime(why), activity.at.clone()));
+        let of_operations = self.served.refusals.get(&index).into_iter().flatten();
+        let of_locks = self.locks.refusals.get(&index).into_iter().flatten();
+        let of_activity = activity.refusals.iter().chain(of_component).chain(of_operations).chain(of_locks);
+        of_activity.cloned().chain(unusable)
+    }
 }

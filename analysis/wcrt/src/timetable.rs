@@ -152,6 +152,8 @@ pub(crate) struct Slot {
     levels: Arc<[Level]>,
     /// None where the entry has an error.
     times: Option<Times>,
+    /// Of a wait, how often a call waits.
+    waits: Option<u64>,
 }
 
 /// The times in timing tables.
@@ -170,6 +172,8 @@ pub struct Timetable<'db> {
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The programs of each component that some entry is, or may be, for.
     programs: FxHashMap<Decl<'db>, FxHashSet<ProgramId>>,
+    /// The ports of each component that some entry is, or may be, for.
+    accesses: FxHashMap<Decl<'db>, FxHashSet<Name>>,
     /// The levels of all tables, from the most probable down; none where no time depends on a level.
     pub levels: Vec<Level>,
     /// The levels that only some tables have, each with the name of a table that does not.
@@ -213,8 +217,11 @@ pub(crate) fn times_of<'db>(
     let codels = || core.into_iter().flat_map(|core| &uses_of(db, project, core).codels).copied();
     let programs = all.programs.get(&component).into_iter().flatten();
     let programs = programs.map(|program| Timed::Program(component, program.clone()));
+    let accesses = all.accesses.get(&component).into_iter().flatten();
+    let accesses = accesses.map(|port| Timed::Access(component, port.clone()));
+    let of_codels = codels().flat_map(|codel| [Timed::Codel(codel), Timed::Wait(codel)]);
     let read: Vec<Timed<'db>> =
-        codels().map(Timed::Codel).chain(programs).chain([Timed::Component(component)]).collect();
+        of_codels.chain(programs).chain(accesses).chain([Timed::Component(component)]).collect();
     let wrong = all.unusable_component(component).map(|wrong| (component, wrong));
     let stray = |codel: Decl<'db>| all.strays.get_key_value(codel.name(db));
     Timetable {
@@ -327,7 +334,8 @@ fn unclear_section<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<T
 /// An entry whose key names nothing.
 pub(crate) struct UnknownKey<'db> {
     pub(crate) entry: &'db Entry,
-    /// The key of the codel or the component: of `Component/update` under `[program]`, `Component`.
+    /// The key of the codel or the component: of `Component/update` under `[program]`, and of `Component.port` under `[access]`,
+    /// `Component`.
     pub(crate) key: String,
     pub(crate) section: TableSection,
     pub(crate) file: File,
@@ -337,7 +345,10 @@ pub(crate) struct UnknownKey<'db> {
 
 impl<'db> UnknownKey<'db> {
     fn kind(&self) -> Kind {
-        if self.section == TableSection::Codel { Kind::Codel } else { Kind::Component }
+        match self.section {
+            TableSection::Codel | TableSection::Wait => Kind::Codel,
+            _ => Kind::Component,
+        }
     }
 
     fn at(&self) -> Location<'db> {
@@ -405,12 +416,23 @@ impl<'db> TimetableBuilder<'db> {
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
-        let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
+        let slot = |entry: &Entry| Slot {
+            file,
+            levels: levels.clone(),
+            times: entry.value.clone(),
+            waits: entry.waits,
+        };
         for entry in &table.codels {
-            self.add(entry, &entry.key, Kind::Codel, slot(entry), Timed::Codel);
+            self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
         }
         for entry in &table.components {
-            self.add(entry, &entry.key, Kind::Component, slot(entry), Timed::Component);
+            self.add(entry, &entry.key, TableSection::Component, slot(entry), Timed::Component);
+        }
+        for entry in &table.waits {
+            self.add(entry, &entry.key, TableSection::Wait, slot(entry), Timed::Wait);
+        }
+        for entry in &table.accesses {
+            self.access(entry, slot(entry), at(&entry.key_span));
         }
         for entry in &table.programs {
             self.program(entry, slot(entry), at(&entry.key_span));
@@ -457,24 +479,18 @@ impl<'db> TimetableBuilder<'db> {
         &mut self,
         entry: &'db Entry,
         key: &str,
-        kind: Kind,
+        section: TableSection,
         slot: Slot,
         of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
         let (db, file) = (self.db, slot.file);
         let at = Location::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
+        let unknown = UnknownKey { entry, key: key.to_owned(), section, file, is_reported: false };
+        let kind = unknown.kind();
         let found = names_of(db, self.project).by_key(kind, key);
         match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
-            [] => {
-                let section = match kind {
-                    Kind::Codel => TableSection::Codel,
-                    _ if entry.key == key => TableSection::Component,
-                    _ => TableSection::Program,
-                };
-                let key = key.to_owned();
-                self.unknown.push(UnknownKey { entry, key, section, file, is_reported: false });
-            }
+            [] => self.unknown.push(unknown),
             [one] => {
                 let of = of(*one);
                 self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
@@ -494,6 +510,48 @@ impl<'db> TimetableBuilder<'db> {
         None
     }
 
+    /// Enters the time of an access to a port: `Component.port`.
+    fn access(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
+        let (db, file) = (self.db, slot.file);
+        let (component, port) = entry.key.rsplit_once('.').unwrap_or((&entry.key, ""));
+        let port = Name::from(port);
+        let of = |decl| Timed::Access(decl, port.clone());
+        let Some(component) = self.add(entry, component, TableSection::Access, slot, of) else { return };
+        let ports = self.ports_of(component);
+        if ports.contains(&port) {
+            return;
+        }
+        // It may be the time of any port of the component.
+        let stray = StrayEntry { key: entry.key.clone(), table: file };
+        for port in &ports {
+            self.times
+                .misspelt
+                .entry(Timed::Access(component, port.clone()))
+                .or_insert_with(|| stray.clone());
+        }
+        if names_of(db, self.project).may_miss_names() {
+            return;
+        }
+        let near = similar(&port, &ports);
+        let prefix = entry.key.get(..entry.key.len() - port.len()).unwrap_or_default();
+        let fixed = near.as_ref().map(|near| format!("{prefix}{near}"));
+        let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+        self.report(at, TimingFactKind::UnknownTimedPort { component, port, near, fixed });
+    }
+
+    /// Returns the ports of a component, as far as they are known.
+    pub(crate) fn ports_of(&self, component: Decl<'db>) -> Vec<Name> {
+        let shell = shell_of(self.db, self.project, component);
+        let features = shell.map(|shell| features_of(self.db, self.project, shell));
+        let all = features.into_iter().flat_map(|features| &features.by_name);
+        let mut ports: Vec<Name> = all
+            .filter(|(_, features)| features.iter().any(|it| it.kind.is_port()))
+            .map(|(name, _)| name.clone())
+            .collect();
+        ports.sort();
+        ports
+    }
+
     fn program(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
@@ -501,7 +559,7 @@ impl<'db> TimetableBuilder<'db> {
             return;
         };
         let of = |decl| Timed::Program(decl, program.clone());
-        let named = self.add(entry, component, Kind::Component, slot, of);
+        let named = self.add(entry, component, TableSection::Program, slot, of);
         // No period executes these hooks, but they may be measured.
         let is_hook = matches!(program, ProgramId::Hook(kind) if kind != HookKind::Update);
         let last = component.rsplit('.').next().unwrap_or(component);
@@ -595,8 +653,14 @@ impl<'db> Timetable<'db> {
     fn index_programs(&mut self) {
         let subjects = self.slots.keys().chain(self.ambiguous.keys()).chain(self.misspelt.keys());
         for of in subjects {
-            if let Timed::Program(component, program) = of {
-                self.programs.entry(*component).or_default().insert(program.clone());
+            match of {
+                Timed::Program(component, program) => {
+                    self.programs.entry(*component).or_default().insert(program.clone());
+                }
+                Timed::Access(component, port) => {
+                    self.accesses.entry(*component).or_default().insert(port.clone());
+                }
+                _ => {}
             }
         }
     }
@@ -639,6 +703,22 @@ impl<'db> Timetable<'db> {
         let dispatch = at_level(&overhead.dispatch, levels, level)?;
         let switch = at_level(&overhead.context_switch, levels, level)?;
         switch.checked_mul(2)?.checked_add(dispatch)
+    }
+
+    /// Returns the time of two context switches, for a wait or a blocking; none where it has no time at this level.
+    pub(crate) fn switches(&self, level: Level) -> Option<Time> {
+        let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
+        at_level(&overhead.context_switch, levels, level)?.checked_mul(2)
+    }
+
+    /// Returns the greatest time that a call of a codel waits; 0 where no table has one.
+    pub(crate) fn wait(&self, codel: Decl<'db>, level: Level) -> Lookup<'db> {
+        self.time(&Timed::Wait(codel), level)
+    }
+
+    /// Returns how often a call of a codel waits, at most, if a table has that.
+    pub(crate) fn waits(&self, codel: Decl<'db>) -> Option<u64> {
+        self.slots.get(&Timed::Wait(codel))?.first()?.waits
     }
 
     /// Returns the table that has the time.
@@ -690,7 +770,7 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
 /// other entry of `key`.
 pub(crate) fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
     let table = table(db, file);
-    let mut all = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let mut all = table.entries();
     let length = entry.key_span.len();
     (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
 }

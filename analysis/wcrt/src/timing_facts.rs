@@ -1,6 +1,6 @@
 //! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
-use mauve_timing::{Level, Status, Task, name_of_other};
+use mauve_timing::{Level, Status, Task, Time, name_of_other};
 
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
 use crate::psm::table_of_greatest_time;
@@ -136,13 +136,14 @@ fn missed<'db>(
 ) -> Missed<'db> {
     let Some(response) = activity.response else { return Missed::NoBound(activity.reasons.clone()) };
     if let Some(own) = activity.own.filter(|&own| activity.deadline.is_some_and(|deadline| own > deadline)) {
-        return Missed::Alone { own };
+        return Missed::Alone { own, wait: activity.task.wait() };
     }
     // The window of a later job is longer than its response time.
     let later = activity.window.as_ref().filter(|window| window.job > 1);
     Missed::Late {
         response,
         heaviest: interference().into_iter().max_by_key(|it| it.time),
+        blocking: activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking),
         window: later.map(|window| (window.job, window.length)),
     }
 }

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Time};
+use mauve_timing::{Level, Protocol, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Config, DeploymentConfig, DeploymentTables, ExternalType, OtherConfig, is_header,
+    Acceptance, Config, DeploymentConfig, DeploymentTables, ExternalType, LockConfig, OtherConfig, is_header,
     maintainer_of,
 };
 use crate::severity::Severity;
@@ -30,6 +30,8 @@ pub enum Entries {
     Types(&'static [Key<ExternalType>]),
     /// A section for each deployment, such as `[deployment.Sea]`, with these keys.
     Deployments(&'static [Key<DeploymentConfig>]),
+    /// A section for each lock, such as `[locks.bus]`, with these keys.
+    Locks(&'static [Key<LockConfig>]),
     /// A list of ports for each chain.
     Chains,
     /// A severity ([`SEVERITIES`]) for each diagnostic code.
@@ -58,6 +60,10 @@ pub enum KeyKind<T> {
     Models(Field<T, Vec<Located>>),
     /// The path of a timing table, or a list of them; a path may have wildcards.
     Tables(Field<T, Vec<Located>>),
+    /// The key of a codel, or a list of them.
+    Codels(Field<T, Vec<Located>>),
+    /// A protocol of a lock.
+    Protocol(fn(&mut T) -> &mut Option<Protocol>),
     /// The name of an instance, or a list of them.
     Instances(Field<T, Vec<Located>>),
     /// A table of instances, each with a reason.
@@ -107,7 +113,7 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 
 /// The sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would put each field on its own line.
-pub static SECTIONS: [Section; 10] = [
+pub static SECTIONS: [Section; 11] = [
     Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
         Key { name: "root", kind: KeyKind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
             documentation: "The model that includes all others, from the folder of mauve.toml." },
@@ -118,6 +124,10 @@ pub static SECTIONS: [Section; 10] = [
     Section { name: "timing", summary: "where execution times stand", entries: Entries::Keys(&[
         Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/*.toml"]]"#,
             documentation: "The timing tables, from the folder of mauve.toml; `*` stands for any part of a name." },
+        Key { name: "observed", kind: KeyKind::Tables(|it| &mut it.observed), default: None,
+            examples: r#"[["robot.observed.toml"]]"#,
+            documentation: "What recordings showed, from the folder of mauve.toml: the files that `mauve trace import` writes \
+                            beside the samples. A time that a recording refuted is an error until it is mended." },
         Key { name: "significance", kind: KeyKind::Level(|it, level, span| {
                 (it.significance, it.significance_span) = (Some(level), Some(span));
             }), default: Some("1e-4"), examples: "[1e-4]",
@@ -194,9 +204,23 @@ pub static SECTIONS: [Section; 10] = [
             documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
                             them, shows the reason, and never calls their deadlines met." },
     ]), documentation: "What is accepted of a deployment, by its name." },
+    Section { name: "locks", summary: "locks that codels take", entries: Entries::Locks(&[
+        Key { name: "codels", kind: KeyKind::Codels(|it| &mut it.codels), default: None,
+            examples: r#"[["drivers.imu_read", "drivers.gps_read"]]"#,
+            documentation: "The codels that take the lock, as in timing tables." },
+        Key { name: "protocol", kind: KeyKind::Protocol(|it| &mut it.protocol), default: None, examples: r#"["inheritance"]"#,
+            documentation: "What keeps a codel that holds the lock from being preempted: \"inheritance\" (PTHREAD_PRIO_INHERIT, \
+                            `mauve::Lock`), \"ceiling\" (PTHREAD_PRIO_PROTECT), or \"none\" (`std::mutex`)." },
+        Key { name: "held", kind: KeyKind::Time(|it| &mut it.held), default: None, examples: r#"["0.2 ms"]"#,
+            documentation: "For how long a codel executes while it holds the lock, at most, with its unit: ns, us, ms or s; it \
+                            does not wait meanwhile. When left out, a codel holds the lock for its whole time." },
+    ]), documentation: "Locks that several codels take, by their names: they delay activities of higher priority." },
     Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
         documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
 ];
+
+/// The keys that a section `[locks.…]` must have.
+pub const REQUIRED_OF_LOCK: [&str; 2] = ["codels", "protocol"];
 
 /// The keys that an entry of `[[platform.other]]` must have.
 pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
@@ -240,6 +264,7 @@ impl Entries {
         match self {
             Entries::Keys(_) | Entries::Types(_) => with("`cpp` and `header`"),
             Entries::Deployments(_) => with("`accept`"),
+            Entries::Locks(_) => with("`codels` and `protocol`"),
             Entries::Chains => {
                 r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#.to_owned()
             }
@@ -256,6 +281,8 @@ impl<T> KeyKind<T> {
         let text = match self {
             KeyKind::Models(_) => "is a path, or a list of paths",
             KeyKind::Tables(_) => "is a list of paths, which may have `*`",
+            KeyKind::Codels(_) => "is a list of codels",
+            KeyKind::Protocol(_) => r#"is "inheritance", "ceiling" or "none""#,
             KeyKind::Instances(_) => "is a list of instances",
             KeyKind::Reasons(_) => {
                 "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
@@ -293,6 +320,8 @@ impl<T> KeyKind<T> {
             KeyKind::Models(_) => Suggestions::Models,
             KeyKind::Tables(_) => Suggestions::Tables,
             KeyKind::Instances(_) => Suggestions::Instances,
+            KeyKind::Codels(_) => Suggestions::Codels,
+            KeyKind::Protocol(_) => Suggestions::Strings(&["inheritance", "ceiling", "none"]),
             KeyKind::Level(_) => Suggestions::Levels,
             KeyKind::Boolean(_) => Suggestions::Words(&["true", "false"]),
             KeyKind::Time(_) => Suggestions::Strings(&["5 ms"]),
@@ -317,6 +346,8 @@ pub enum Suggestions {
     Tables,
     /// The instances of its architectures.
     Instances,
+    /// The codels that its cores call.
+    Codels,
     /// The significance levels of its tables.
     Levels,
     /// These words.
@@ -339,7 +370,7 @@ pub struct Header {
 /// Returns the headers: of the sections, of the lists in them, and of the deployments in them.
 pub fn headers() -> Vec<Header> {
     let section = |it: &Section| {
-        let is_named = matches!(it.entries, Entries::Types(_) | Entries::Deployments(_));
+        let is_named = matches!(it.entries, Entries::Types(_) | Entries::Deployments(_) | Entries::Locks(_));
         let label = if is_named { format!("[{}.Name]", it.name) } else { format!("[{}]", it.name) };
         Header { label, summary: it.summary, only_once: Some(it.name).filter(|_| !is_named) }
     };
@@ -380,6 +411,7 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
             _ => Vec::new(),
         },
         Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
+        Some(Entries::Locks(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Deployments(keys)) if !rest.is_empty() && !rest.ends_with(".accept") => all(keys),
         _ => Vec::new(),
     }

@@ -3,12 +3,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Rounding, Time, TimeError};
+use mauve_timing::{Level, Protocol, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{self, Entries, Key, KeyKind, Located, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
-use super::{Acceptance, Chain, Config, DeploymentTables, Mistake, MistakeKind, OtherConfig, toml_key};
+use super::keys::{
+    self, Entries, Key, KeyKind, Located, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
+};
+use super::{
+    Acceptance, Chain, Config, DeploymentTables, LockConfig, Mistake, MistakeKind, OtherConfig, toml_key,
+};
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
@@ -118,7 +122,11 @@ impl ConfigReader<'_> {
                 self.keys(deployment, &header(), keys, entries);
                 true
             }
-            (Entries::Types(_) | Entries::Deployments(_), None) => false,
+            (Entries::Locks(keys), Some(entries)) => {
+                self.lock(config, &header(), keys, key, entries);
+                true
+            }
+            (Entries::Types(_) | Entries::Deployments(_) | Entries::Locks(_), None) => false,
             (Entries::Chains, _) => chain(key, value).map(|chain| config.chains.push(chain)).is_some(),
             (Entries::Lints, _) => severity(value)
                 .map(|severity| config.lints.insert(name.to_string(), (severity, key.span())))
@@ -231,6 +239,29 @@ impl ConfigReader<'_> {
         into.insert(name.get_ref().to_string(), found);
     }
 
+    /// `[locks.bus]`: every error leaves an unknown blocking.
+    fn lock(
+        &mut self,
+        config: &mut Config,
+        header: &str,
+        keys: &[Key<LockConfig>],
+        name: &TomlKey<'_>,
+        values: &DeTable<'_>,
+    ) {
+        let mut lock =
+            LockConfig { name: name.get_ref().to_string(), span: name.span(), ..LockConfig::default() };
+        let errors = self.errors.len();
+        self.keys(&mut lock, header, keys, values);
+        // An unknown key may be a misspelt one.
+        if self.errors.len() == errors
+            && let Some(key) = REQUIRED_OF_LOCK.into_iter().find(|&key| !values.contains_key(key))
+        {
+            self.error(MistakeKind::MissingKey { key, header: format!("[{header}]") }, name.span());
+        }
+        self.completeness &= Completeness::of(self.errors.len() == errors);
+        config.locks.push(lock);
+    }
+
     /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
     fn cpus_of_others(&mut self, config: &Config) {
         let Some(cpus @ ..64) = config.cpus else { return };
@@ -271,7 +302,10 @@ impl<T> KeyKind<T> {
         let found = value.get_ref();
         let text = found.as_str();
         match self {
-            KeyKind::Models(field) | KeyKind::Tables(field) | KeyKind::Instances(field) => {
+            KeyKind::Models(field)
+            | KeyKind::Tables(field)
+            | KeyKind::Instances(field)
+            | KeyKind::Codels(field) => {
                 field(into).extend(strings(value).ok_or(None)?);
             }
             KeyKind::Reasons(field) => {
@@ -284,6 +318,10 @@ impl<T> KeyKind<T> {
                         reason: text.ok_or(None)?.to_owned(),
                     });
                 }
+            }
+            KeyKind::Protocol(field) => {
+                let protocol = Protocol::ALL.into_iter().find(|it| Some(it.name()) == text);
+                *field(into) = Some(protocol.ok_or(None)?);
             }
             KeyKind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);

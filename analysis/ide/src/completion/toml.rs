@@ -236,6 +236,7 @@ impl Toml<'_> {
             Some(Suggestions::Models) => self.files(true),
             Some(Suggestions::Tables) => self.files(false),
             Some(Suggestions::Instances) => self.instances(false),
+            Some(Suggestions::Codels) => self.table_keys("codel"),
             Some(Suggestions::Levels) => {
                 let levels = projects(self.db, self.workspace).iter();
                 let levels = levels.flat_map(|&it| levels_of_tables(self.db, it));
@@ -260,7 +261,7 @@ impl Toml<'_> {
             _ if section.is_empty() => return fixed(&KEYS),
             _ => return Vec::new(),
         }
-        let kind = if section == "codel" { Kind::Codel } else { Kind::Component };
+        let kind = if matches!(section, "codel" | "wait") { Kind::Codel } else { Kind::Component };
         let mut seen = BTreeSet::new();
         let mut items = Vec::new();
         let mut add = |key: String, kind, is_missing: bool| {
@@ -278,7 +279,16 @@ impl Toml<'_> {
                 let key = if is_clear { name.to_string() } else { decl.qualified(db) };
                 match section {
                     "codel" => add(key, CompletionKind::Codel, untimed.contains(&decl)),
+                    "wait" => add(key, CompletionKind::Codel, false),
                     "component" => add(key, CompletionKind::Component, false),
+                    "access" => {
+                        let shell = likely_shell_of(db, project, decl);
+                        let all =
+                            shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default();
+                        for (port, _) in all.iter().filter(|(_, (_, it))| it.kind.is_port()) {
+                            add(format!("{key}.{port}"), CompletionKind::Port, false);
+                        }
+                    }
                     _ => {
                         let core = core_of(db, project, decl);
                         let known = core.map(|core| behaviour_of(db, project, core));

@@ -53,6 +53,8 @@ pub enum TableErrorKind {
     AllFalling,
     /// Two entries have this key.
     RepeatedKey(String),
+    /// The number of waits of an entry is not a whole number greater than 0.
+    NoNumberOfWaits,
     /// An entry is an empty table.
     NoTime(String),
     /// This key, `unit` or `levels`, is in a section, where it is the key of an entry.

@@ -29,9 +29,12 @@ pub enum EntryKind {
     Times(fn(&mut Overhead) -> &mut Times),
 }
 
+/// The section of waits.
+pub(crate) const WAIT: &str = "wait";
+
 /// The keys before the first section and the sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
-pub static KEYS: [Key; 7] = [
+pub static KEYS: [Key; 9] = [
     Key { name: "unit", kind: EntryKind::Unit, summary: "", documentation: "The unit of all times in this table." },
     Key { name: "levels", kind: EntryKind::Levels, summary: "",
         documentation: "The significance levels of the columns of the arrays below: the probability that one execution takes \
@@ -48,6 +51,15 @@ pub static KEYS: [Key; 7] = [
     Key { name: "component", summary: "times of whole components, for the classic method",
         kind: EntryKind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
         documentation: "Whole components, for the classic method, if they take longer than their programs." },
+    Key { name: WAIT, summary: "times that codels wait",
+        kind: EntryKind::Entries(|it| &mut it.waits, r#"{ "drivers.imu_read": 0.8, "camera.grab": { "time": 8.1, "times": 2 } }"#),
+        documentation: "The greatest time that a call of a codel spends off the CPU by its own will, in addition to its execution \
+                        time: for a device, another thread, or asleep. With `times`, how often a call waits at most, which locks \
+                        need." },
+    Key { name: "access", summary: "times of reads and writes of ports",
+        kind: EntryKind::Entries(|it| &mut it.accesses, r#"{ "Camera.frame": 0.9 }"#),
+        documentation: "The execution time of a read or a write of a port, by component and port, such as \"drivers.Camera.frame\": \
+                        it copies the value." },
     Key { name: "overhead", summary: "the overhead of each job", kind: EntryKind::Overhead,
         documentation: "The overhead of each period of each activity: dispatch + 2 × context_switch." },
     Key { name: "measured", summary: "where measured times come from",
@@ -100,7 +112,7 @@ mod tests {
     #[test]
     fn sections_of_timing_tables() {
         let sections: Vec<&str> = KEYS.iter().filter(|key| key.is_section()).map(|key| key.name).collect();
-        assert_eq!(sections, ["codel", "program", "component", "overhead", "measured"]);
+        assert_eq!(sections, ["codel", "program", "component", "wait", "access", "overhead", "measured"]);
         assert!(!OVERHEAD.iter().any(Key::is_section));
     }
 }

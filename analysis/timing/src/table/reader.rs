@@ -10,7 +10,7 @@ use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use super::error::{TableError, TableErrorKind, TomlKind};
-use super::keys::{EntryKind, KEYS, OVERHEAD, kind_of};
+use super::keys::{EntryKind, KEYS, OVERHEAD, WAIT, kind_of};
 use super::{Entry, KeyPart, Table, Times};
 use crate::level::MOST_LEVELS;
 use crate::{Level, Rounding, Time, TimeError, Unit};
@@ -24,6 +24,7 @@ impl Table {
             levels: Some(0),
             levels_span: 0..0,
             loses_all: false,
+            is_wait: false,
             parts: parts_of_keys(text),
         };
         let (document, errors) = DeTable::parse_recoverable(text);
@@ -48,6 +49,8 @@ pub(super) struct TableReader {
     levels_span: Range<usize>,
     /// Whether an error in the present entry makes the whole table unusable.
     loses_all: bool,
+    /// Whether the present section is that of waits.
+    is_wait: bool,
     /// The parts of each key, by where its last one begins.
     parts: HashMap<usize, Vec<KeyPart>>,
 }
@@ -87,6 +90,7 @@ impl TableReader {
             self.loses_all = true;
             match (kind_of(key.get_ref(), &KEYS), value.get_ref()) {
                 (Some(EntryKind::Entries(field, _)), DeValue::Table(section)) => {
+                    self.is_wait = key.get_ref() == WAIT;
                     let entries = self.section(section);
                     *field(&mut self.table) = entries;
                 }
@@ -120,7 +124,7 @@ impl TableReader {
     /// What is exceeded more rarely is not shorter: where times fall from level to level, one of them is wrong, or the
     /// levels stand in another order than the times.
     fn falling(&mut self) {
-        let Table { levels, codels, programs, components, overhead, .. } = &mut self.table;
+        let Table { levels, codels, programs, components, waits, accesses, overhead, .. } = &mut self.table;
         let mut order: Vec<usize> = (0..levels.len()).collect();
         order.sort_by_key(|&level| std::cmp::Reverse(levels[level]));
         let fall_in = |times: &[Time]| order.windows(2).find(|pair| times[pair[1]] < times[pair[0]]);
@@ -132,7 +136,8 @@ impl TableReader {
         }
         let mut varying = 0;
         let mut falling = Vec::new();
-        for entry in codels.iter_mut().chain(programs).chain(components) {
+        let entries = codels.iter_mut().chain(programs).chain(components).chain(waits).chain(accesses);
+        for entry in entries {
             let Some(Times::PerLevel(times)) = &entry.value else { continue };
             varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
             if let Some(&[before, after]) = fall_in(times) {
@@ -230,7 +235,13 @@ impl TableReader {
         for (key, value) in section.iter() {
             let name = key.get_ref();
             let whole = prefix.map_or_else(|| name.to_string(), |prefix| format!("{prefix}.{name}"));
+            let mut waits = None;
             let times = match value.get_ref() {
+                DeValue::Table(section) if self.has_wait_keys(section) => {
+                    let (times, number) = self.wait(section);
+                    waits = number;
+                    times
+                }
                 DeValue::Table(section) if !section.is_empty() => {
                     self.entries(Some(&whole), section, entries);
                     continue;
@@ -260,8 +271,32 @@ impl TableReader {
                 key_parts: self.parts.remove(&key.span().start).unwrap_or_default(),
                 value: times,
                 value_span: value.span(),
+                waits,
             });
         }
+    }
+
+    /// Whether a value of `[wait]` is `{ time = 0.8, times = 3 }`, and not a part of a dotted key.
+    fn has_wait_keys(&self, section: &DeTable) -> bool {
+        self.is_wait && section.len() == 2 && ["time", "times"].iter().all(|key| section.contains_key(*key))
+    }
+
+    /// Reads the time and the number of waits.
+    fn wait(&mut self, section: &DeTable) -> (Option<Times>, Option<u64>) {
+        let (mut times, mut number) = (None, None);
+        for (key, value) in section.iter() {
+            if key.get_ref() == "time" {
+                times = self.times(value);
+                continue;
+            }
+            if let DeValue::Integer(integer) = value.get_ref() {
+                number = integer_text(integer).and_then(|text| text.parse().ok()).filter(|it| *it > 0);
+            }
+            if number.is_none() {
+                self.error(value.span(), TableErrorKind::NoNumberOfWaits);
+            }
+        }
+        (times.filter(|_| number.is_some()), number)
     }
 
     pub(super) fn times(&mut self, value: &Spanned<DeValue>) -> Option<Times> {

@@ -69,6 +69,17 @@ impl<'db> TimetableBuilder<'db> {
             let components = names.anywhere(Kind::Component, unknown.last());
             self.put_in_question(components.iter().copied().map(Timed::Component), &stray);
         }
+        if unknown.section == TableSection::Wait {
+            let may_be = self.may_be(unknown, &unknown.key, Kind::Codel);
+            self.put_in_question(may_be.into_iter().map(Timed::Wait), &stray);
+        }
+        if unknown.section == TableSection::Access {
+            for component in self.may_be(unknown, &unknown.key, Kind::Component) {
+                let accesses =
+                    self.ports_of(component).into_iter().map(|port| Timed::Access(component, port));
+                self.put_in_question(accesses, &stray);
+            }
+        }
         if unknown.section == TableSection::Component {
             let components = self.may_be(unknown, &unknown.key, Kind::Component);
             self.put_in_question(components.into_iter().map(Timed::Component), &stray);
@@ -158,6 +169,9 @@ impl<'db> TimetableBuilder<'db> {
             let of = match (unknown.section, &program) {
                 (TableSection::Program, Some(program)) => Timed::Program(*decl, program.clone()),
                 (TableSection::Codel, _) => Timed::Codel(*decl),
+                (TableSection::Wait, _) => Timed::Wait(*decl),
+                // Any of its ports may be meant.
+                (TableSection::Access, _) => return false,
                 _ => Timed::Component(*decl),
             };
             self.times.slots.contains_key(&of)
@@ -226,7 +240,7 @@ impl<'db> TimetableBuilder<'db> {
         let key = unknown.key.clone();
         let is_of = |kind| !names.by_key(kind, &key).is_empty();
         let section = match unknown.section {
-            TableSection::Program => None,
+            TableSection::Program | TableSection::Wait | TableSection::Access => None,
             _ if ProgramKey::parse(&key).is_some() => Some(TableSection::Program),
             TableSection::Codel if is_of(Kind::Component) => Some(TableSection::Component),
             TableSection::Component if is_of(Kind::Codel) => Some(TableSection::Codel),

@@ -1,0 +1,226 @@
+//! The locks of `mauve.toml`: which activities take them, and for how long.
+
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{
+    Decl, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of, core_of,
+    names_of, similar,
+};
+use mauve_timing::{Blocking, Level, Lock, LockUser, Protocol, Time};
+use rustc_hash::FxHashMap;
+
+use crate::fact::{TimingFact, TimingFactKind};
+use crate::psm::{OtherTimes, is_readable};
+use crate::reason::{LockReason, Reason, Refusal, Timed};
+use crate::system::System;
+use crate::table_set::TableSet;
+use crate::timetable::{Lookup, Timetable, timetable_of};
+
+/// A lock of `mauve.toml`, with the codels that its keys name.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct DeclaredLock<'db> {
+    /// Its name.
+    pub name: Name,
+    /// Its protocol.
+    pub protocol: Protocol,
+    /// For how long a codel holds it; if absent, for its whole time.
+    pub held: Option<Time>,
+    /// The codels that take it.
+    pub codels: Vec<Decl<'db>>,
+}
+
+/// The locks of `mauve.toml`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct DeclaredLocks<'db> {
+    /// In the order of the text.
+    pub all: Vec<DeclaredLock<'db>>,
+    /// The lock and the key of a codel that is unknown: any codel may take that lock.
+    pub unknown: Option<(Name, String)>,
+    /// The errors.
+    pub facts: Vec<TimingFact<'db>>,
+}
+
+/// Returns the locks of the configuration, as they are in a project.
+#[salsa::tracked(returns(ref))]
+pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> DeclaredLocks<'db> {
+    let workspace = project.workspace(db);
+    let config = config_of(db, workspace);
+    let mut found = DeclaredLocks::default();
+    let names = names_of(db, project);
+    for lock in &config.locks {
+        let Some(protocol) = lock.protocol else { continue };
+        let mut codels = Vec::new();
+        for (key, span) in &lock.codels {
+            let named = names.by_key(Kind::Codel, key);
+            codels.extend_from_slice(named);
+            let elsewhere = || {
+                let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
+                others.copied().map(|root| Project::new(db, workspace, root))
+            };
+            let is_elsewhere =
+                || elsewhere().any(|other| !names_of(db, other).by_key(Kind::Codel, key).is_empty());
+            if !named.is_empty() || is_elsewhere() {
+                continue;
+            }
+            found.unknown.get_or_insert_with(|| (lock.name.as_str().into(), key.clone()));
+            // What is missing, which is an error of its own, may declare the name.
+            if names.may_declare(Kind::Codel, key) {
+                continue;
+            }
+            let known = names.all.iter().filter(|decl| decl.kind(db) == Kind::Codel).take(500);
+            let known: Vec<Name> = known.map(|decl| decl.qualified(db).into()).collect();
+            let near = similar(key, &known);
+            if let Some(file) = config_file(db, workspace) {
+                let at = Location::Range(file, span.start as u32, span.end as u32);
+                let (lock, codel) = (lock.name.as_str().into(), key.clone());
+                found
+                    .facts
+                    .push(TimingFact::new(at, TimingFactKind::UnknownLockedCodel { lock, codel, near }));
+            }
+        }
+        codels.sort_by_cached_key(|codel| codel.qualified(db));
+        codels.dedup();
+        let (name, held) = (lock.name.as_str().into(), lock.held);
+        found.all.push(DeclaredLock { name, protocol, held, codels });
+    }
+    found
+}
+
+/// Returns the codels that a component may execute in its thread; `None` if its programs are not known.
+#[salsa::tracked(returns(ref))]
+fn codels_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Option<Vec<Decl<'db>>> {
+    if !is_readable(db, project, component) {
+        return None;
+    }
+    let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
+    let executed = behaviour.edges.executed().filter_map(|index| behaviour.programs.get(index));
+    // Every operation: the connections say which are called, and may be incomplete.
+    let programs = executed.chain(&behaviour.operations);
+    let mut codels: Vec<Decl<'db>> = programs.flat_map(|program| codels_in(&program.cost)).collect();
+    codels.sort_by_cached_key(|codel| codel.qualified(db));
+    codels.dedup();
+    Some(codels)
+}
+
+/// The locks of a deployment at one level.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LocksOfDeployment<'db> {
+    /// The tasks that take them are activities.
+    pub(crate) all: Vec<Lock>,
+    /// Why an activity, by its index, cannot be analysed.
+    pub(crate) refusals: FxHashMap<usize, Vec<Refusal<'db>>>,
+}
+
+/// Returns the locks that the activities of a deployment take. `what_if` replaces times of the tables.
+pub(crate) fn locks_of<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    system: &System<'db>,
+    level: Level,
+    what_if: OtherTimes<'_, 'db>,
+) -> LocksOfDeployment<'db> {
+    let project = tables.project(db);
+    let declared = declared_locks(db, project);
+    let mut found = LocksOfDeployment::default();
+    if declared.all.is_empty() && declared.unknown.is_none() {
+        return found;
+    }
+    let times = timetable_of(db, tables);
+    for (index, activity) in system.activities.iter().enumerate() {
+        let mut refuse = |why: LockReason| {
+            let refusal = Refusal::new(Reason::Lock(why), activity.at.clone());
+            found.refusals.entry(index).or_default().push(refusal);
+        };
+        if let Some((lock, codel)) = &declared.unknown {
+            refuse(LockReason::UnknownCodel { lock: lock.clone(), codel: codel.clone() });
+        }
+        let codels = activity.component.and_then(|component| codels_of(db, project, component).as_ref());
+        for codel in codels.into_iter().flatten() {
+            let its = || declared.all.iter().filter(|lock| lock.codels.contains(codel));
+            let codel_name = || codel.qualified(db);
+            if let [first, second, ..] = its().collect::<Vec<_>>().as_slice()
+                && its().any(|lock| lock.protocol != Protocol::Ceiling)
+            {
+                let locks = [first.name.clone(), second.name.clone()];
+                refuse(LockReason::TwoLocks { codel: codel_name(), locks });
+            }
+            let waits = !matches!(times.wait(*codel, level), Lookup::Absent | Lookup::Known(Time::ZERO));
+            if let Some(lock) = its().find(|lock| waits && lock.held.is_none()) {
+                refuse(LockReason::WaitsWithLock { codel: codel_name(), lock: lock.name.clone() });
+            }
+        }
+    }
+    for lock in &declared.all {
+        let users = system.activities.iter().enumerate().filter_map(|(task, activity)| {
+            let component = activity.component?;
+            let held = match codels_of(db, project, component) {
+                // It may take any lock.
+                None => None,
+                Some(codels) => {
+                    let mut its = codels.iter().filter(|codel| lock.codels.contains(codel)).peekable();
+                    its.peek()?;
+                    let held = its.map(|codel| held_by(db, times, lock, *codel, level, what_if));
+                    held.reduce(|one, other| Some(one?.max(other?))).flatten()
+                }
+            };
+            Some(LockUser { task, held })
+        });
+        found.all.push(Lock {
+            name: lock.name.as_str().into(),
+            protocol: lock.protocol,
+            users: users.collect(),
+        });
+    }
+    found
+}
+
+/// Returns for how long a codel holds a lock, with the two context switches to it and back where another activity waits.
+fn held_by<'db>(
+    db: &'db dyn ModelDb,
+    times: &Timetable<'db>,
+    lock: &DeclaredLock<'db>,
+    codel: Decl<'db>,
+    level: Level,
+    what_if: OtherTimes<'_, 'db>,
+) -> Option<Time> {
+    let time = || match what_if(&Timed::Codel(codel)) {
+        Some(time) => Some(time),
+        None => match times.codel_time(db, codel, level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+            Lookup::Absent | Lookup::Unusable(_) => None,
+        },
+    };
+    let held = lock.held.or_else(time)?;
+    match lock.protocol {
+        Protocol::Ceiling => Some(held),
+        Protocol::Inheritance | Protocol::None => held.checked_add(times.switches(level)?),
+    }
+}
+
+/// Returns why an activity has no bound because of a lock; `name` returns the names of activities and other tasks.
+pub(crate) fn lock_reason(
+    blocking: &Blocking,
+    locks: &[Lock],
+    name: &dyn Fn(usize) -> Name,
+) -> Option<LockReason> {
+    let lock = |lock: usize| locks.get(lock).map_or_else(Name::default, |lock| (*lock.name).into());
+    Some(match blocking {
+        Blocking::Time(_) => return None,
+        Blocking::UnknownTime { lock: it, holder } => {
+            LockReason::UnknownTime { lock: lock(*it), holder: name(*holder) }
+        }
+        Blocking::SeveralCpus { lock: it } => LockReason::SeveralCpus { lock: lock(*it) },
+        Blocking::Migrates { lock: it } => LockReason::Migrates { lock: lock(*it) },
+        Blocking::Inversion { lock: it, holder, between } => LockReason::Inversion {
+            lock: lock(*it),
+            holder: name(*holder),
+            between: between.iter().map(|&task| name(task)).collect(),
+        },
+        Blocking::UnknownWaits { lock: it, waiting } => {
+            LockReason::UnknownWaits { lock: lock(*it), waiting: name(*waiting) }
+        }
+    })
+}
