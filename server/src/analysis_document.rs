@@ -4,9 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use mauve_diagnostics::{errors_of, missing_proof, reasons_of, timing_reason};
+use mauve_diagnostics::{errors_of, exceeded, missing_proof, reasons_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
+use mauve_hir::{
+    Acceptance, Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects,
+};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
@@ -30,8 +32,8 @@ pub(crate) struct Deployed<'db> {
     pub(crate) sensitivities: Vec<Sensitivity<'db>>,
     /// The number of errors in its project: with an error, no deadline is proved.
     pub(crate) errors: usize,
-    /// The accepted instances of `mauve.toml`, each with the reason.
-    pub(crate) accepted: BTreeMap<Name, &'db str>,
+    /// The accepted instances of `mauve.toml`.
+    pub(crate) accepted: BTreeMap<Name, &'db Acceptance>,
 }
 
 /// The number of deadlines: all, those that are met, and those that are proved.
@@ -87,8 +89,14 @@ impl<'db> Deployed<'db> {
 
     /// The reason for which the missing proof of an activity is accepted; `None` if it is proved.
     pub(crate) fn acceptance(&self, activity: &ActivityReport<'_>) -> Option<&'db str> {
-        let reason = self.accepted.get(&activity.instance).copied();
-        reason.filter(|_| missing_proof(activity).is_some())
+        let found = self.accepted.get(&activity.instance).filter(|it| it.holds(activity.response));
+        found.map(|it| it.reason.as_str()).filter(|_| missing_proof(activity).is_some())
+    }
+
+    /// What to say of an acceptance that does not hold, since the response time is longer: `accepted until 30 ms only`.
+    pub(crate) fn exceeded_acceptance(&self, activity: &ActivityReport<'_>) -> Option<String> {
+        missing_proof(activity)?;
+        exceeded(self.accepted.get(&activity.instance)?, || activity.response)
     }
 
     /// The number of missing proofs that are accepted, over all levels.

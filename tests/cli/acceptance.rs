@@ -169,3 +169,32 @@ fn many_hints_are_counted_unless_they_are_asked_for() {
     let few: String = unused.lines().take(3).map(|line| format!("{line}\n")).collect();
     assert_eq!(run("few", &few, "", &["check"]).out.matches("hint[unused-codel]").count(), 3);
 }
+
+/// `back` takes 10 ms of its 9.
+#[test]
+fn an_acceptance_holds_until_its_ceiling() {
+    let with = |name: &str, until: &str, config: &str| {
+        let accept =
+            format!("deployment.Sea.accept = {{ back = {{ until = '{until}', reason = 'measured' }} }}\n");
+        run(name, ROBOT, &format!("{config}{accept}"), &["check"])
+    };
+    let found = with("equal", "10 ms", TIMES);
+    assert!(found.code == 0 && found.out.contains("✗ missed, accepted: measured\n"), "{}", found.out);
+    let found = with("above", "9.999 ms", TIMES);
+    assert!(
+        found.code == 1 && found.out.contains("✗ missed, accepted until 9.999 ms only\n"),
+        "{}",
+        found.out
+    );
+    assert!(
+        found.out.contains("response time 10 ms > 9 ms") && !found.out.contains("1 accepted"),
+        "{}",
+        found.out
+    );
+    assert!(found.out.contains("; accepted until 9.999 ms only, by mauve.toml"), "{}", found.out);
+    // Without a bound, nothing says that it is at most the ceiling: overloaded, and without a time.
+    let found = with("overloaded", "1 s", &TIMES.replace("5 ms", "6 ms"));
+    assert!(found.code == 1 && found.out.contains("accepted until 1000 ms only"), "{}", found.out);
+    let found = with("unknown", "1 s", "platform.rt_throttling = false\n");
+    assert!(found.code == 1 && found.out.contains("accepted until 1000 ms only"), "{}", found.out);
+}

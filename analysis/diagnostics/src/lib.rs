@@ -30,7 +30,7 @@ mod render;
 
 pub use configuration::time_error as time_error_message;
 pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning};
-pub use proof::{is_lowered, is_missing_proof, missing_proof};
+pub use proof::{exceeded, is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};
 pub use table_error::table_error_message;
@@ -533,8 +533,12 @@ pub fn declaration_diagnostics<'db>(
         of_priorities.retain(|fact| !proof::is_moot(fact, &facts));
         found.extend(timing_diagnostics(db, project, &of_priorities));
         found.extend(facts.iter().map(|fact| {
-            let accepted = proof::acceptance(db, project, decl, fact);
-            Arc::new(Diagnostic { accepted, ..timing_diagnostic(db, project, fact) })
+            let mut diagnostic = timing_diagnostic(db, project, fact);
+            match proof::acceptance(db, project, decl, fact) {
+                Ok(accepted) => diagnostic.accepted = accepted,
+                Err(ceiling) => diagnostic.message += &format!("; {ceiling}, by mauve.toml"),
+            }
+            Arc::new(diagnostic)
         }));
     }
     found.into_boxed_slice()

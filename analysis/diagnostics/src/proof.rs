@@ -1,8 +1,8 @@
 //! Deadlines without a proof: under which code each is reported, and which of them the user accepts.
 
-use mauve_hir::accepted;
+use mauve_hir::{Acceptance, accepted};
 use mauve_timing::Status;
-use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime};
+use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime, response_times};
 
 use super::*;
 
@@ -49,13 +49,14 @@ pub(crate) fn is_moot(fact: &TimingFact<'_>, of_timing: &[TimingFact<'_>]) -> bo
     })
 }
 
-/// Returns why the user accepts what a fact reports, if it reports missing proofs, all of accepted activities.
+/// Returns why the user accepts what a fact reports, if it reports missing proofs, all of accepted activities. The error says which
+/// acceptance holds no longer.
 pub(crate) fn acceptance<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     fact: &TimingFact<'db>,
-) -> Option<String> {
+) -> Result<Option<String>, String> {
     let instances: Vec<&Name> = match &fact.kind {
         TimingFactKind::DeadlineMissed { instance, .. } | TimingFactKind::NotAnalysed { instance, .. } => {
             vec![instance]
@@ -65,10 +66,22 @@ pub(crate) fn acceptance<'db>(
     };
     let mut reasons: Vec<&str> = Vec::new();
     for instance in instances {
-        let reason = accepted(db, project, deployment, instance)?;
-        if !reasons.contains(&reason) {
-            reasons.push(reason);
+        let Some(acceptance) = accepted(db, project, deployment, instance) else { return Ok(None) };
+        if let Some(ceiling) = exceeded(acceptance, || {
+            let report = response_times(db, project, deployment, Query::shown(db, project));
+            report.activities.iter().find(|it| it.instance == *instance)?.response
+        }) {
+            return Err(ceiling);
+        }
+        if !reasons.contains(&acceptance.reason.as_str()) {
+            reasons.push(&acceptance.reason);
         }
     }
-    (!reasons.is_empty()).then(|| reasons.join("; "))
+    Ok((!reasons.is_empty()).then(|| reasons.join("; ")))
+}
+
+/// Returns what to say of an acceptance that does not hold with this response time: `accepted until 30 ms only`.
+pub fn exceeded(acceptance: &Acceptance, response: impl FnOnce() -> Option<Time>) -> Option<String> {
+    let until = acceptance.until?;
+    (!acceptance.holds(response())).then(|| format!("accepted until {until} only"))
 }

@@ -181,8 +181,13 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
             "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
         }
         KeyKind::Reasons(_) => {
-            "\"type\": \"object\"\n\"additionalProperties\": { \"type\": \"string\", \"pattern\": \"\\\\S\" }"
-                .to_owned()
+            let reason = r#""type": "string", "pattern": "\\S""#;
+            let until = Value::from(TIME);
+            format!(
+                "\"type\": \"object\"\n\"additionalProperties\": {{ \"oneOf\": [{{ {reason} }}, {{ \"type\": \"object\", \
+                 \"additionalProperties\": false, \"required\": [\"until\", \"reason\"], \"properties\": {{ \"until\": {{ \
+                 \"type\": \"string\", \"pattern\": {until} }}, \"reason\": {{ {reason} }} }} }}] }}"
+            )
         }
         KeyKind::Level(_) => {
             "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()

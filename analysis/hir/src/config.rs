@@ -127,7 +127,7 @@ pub struct OtherConfig {
     pub jitter: Option<Time>,
 }
 
-/// `planner = "measured by hand"`
+/// `planner = "measured by hand"`, or `planner = { until = "30 ms", reason = "measured by hand" }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Acceptance {
     /// The instance.
@@ -136,6 +136,15 @@ pub struct Acceptance {
     pub span: Range<usize>,
     /// Why its deadline needs no proof; never empty.
     pub reason: String,
+    /// The greatest response time with which it needs none; if absent, any, or none at all.
+    pub until: Option<Time>,
+}
+
+impl Acceptance {
+    /// Returns whether a missing proof is accepted with this bound of the response time; `None` for no bound.
+    pub fn holds(&self, response: Option<Time>) -> bool {
+        self.until.is_none_or(|until| response.is_some_and(|response| response <= until))
+    }
 }
 
 /// `Ada Lovelace <ada@example.org>`
@@ -282,7 +291,32 @@ mod tests {
         );
         let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
         assert_eq!((accepted.instance.as_str(), accepted.reason.as_str()), ("a", "by hand"));
+        assert!(accepted.holds(None) && accepted.holds(Some(Time::from_nanos(u64::MAX))));
         assert_eq!(config.synchronised.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
+    }
+
+    #[test]
+    fn an_acceptance_may_have_a_ceiling() {
+        let of = |value: &str| read(&format!("deployment.D.accept = {{ a = {value} }}"));
+        let config = of("{ until = '30 ms', reason = ' by hand ' }");
+        let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
+        assert_eq!((accepted.reason.as_str(), config.errors.len()), ("by hand", 0));
+        let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
+        assert!(accepted.holds(ms(30)) && !accepted.holds(ms(31)) && !accepted.holds(None));
+        for value in [
+            "{ reason = 'x' }",
+            "{ until = '30 ms' }",
+            "{ until = '30 ms', reason = '' }",
+            "{ until = 30, reason = 'x' }",
+            "{ until = '30', reason = 'x' }",
+            "{ until = '30 ms', raeson = 'x' }",
+            "{ until = '30 ms', reason = 'x', more = 1 }",
+            "3",
+        ] {
+            let config = of(value);
+            let accepted = config.deployments.get("D").map_or(0, |it| it.accepted.len());
+            assert_eq!((config.errors.len(), accepted), (1, 0), "{value}");
+        }
     }
 
     #[test]

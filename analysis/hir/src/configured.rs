@@ -13,18 +13,17 @@ use crate::project::{Project, all_roots, config_file, config_of, roots_exist};
 use crate::source::{Decl, Location};
 use crate::{File, ModelDb, Workspace};
 
-/// Returns the reason for which the deadline of an instance needs no proof, from `[deployment.NAME] accept`.
+/// Returns why, and until which response time, the deadline of an instance needs no proof: `[deployment.NAME] accept`.
 pub fn accepted<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     instance: &str,
-) -> Option<&'db str> {
+) -> Option<&'db Acceptance> {
     let deployments = &config_of(db, project.workspace(db)).deployments;
     let of_name = deployments.get(deployment.name(db).as_str());
     let mut sections = of_name.into_iter().chain(deployments.get(&deployment.qualified(db)));
-    let found = sections.find_map(|section| section.accepted.iter().find(|it| it.instance == instance));
-    found.map(|it| it.reason.as_str())
+    sections.find_map(|section| section.accepted.iter().find(|it| it.instance == instance))
 }
 
 /// Returns the name of the section `[timing.deployment.NAME]` with the timing tables of a deployment: the qualified name of the

@@ -455,6 +455,7 @@ pub(super) fn priority(priority: Priority) -> String {
 
 fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
     let accepted = of.acceptance(activity).map(|reason| format!(", accepted: {reason}"));
+    let accepted = accepted.or_else(|| Some(format!(", {}", of.exceeded_acceptance(activity)?)));
     match activity.verdict {
         Status::Met => MET.to_owned(),
         Status::Background => "background".to_owned(),
@@ -539,6 +540,7 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
 fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -> String {
     let mut remarks = reasons_of(of.db, activity);
     remarks.extend(of.acceptance(activity).map(|reason| format!("accepted: {reason}")));
+    remarks.extend(of.exceeded_acceptance(activity));
     if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
         remarks.push(EXHAUSTED.to_owned());
     }

@@ -66,7 +66,7 @@ pub enum KeyKind<T> {
     Protocol(fn(&mut T) -> &mut Option<Protocol>),
     /// The name of an instance, or a list of them.
     Instances(Field<T, Vec<Located>>),
-    /// A table of instances, each with a reason.
+    /// A table of instances, each with a reason, or with a reason and the greatest response time.
     Reasons(Field<T, Vec<Acceptance>>),
     /// A significance level.
     Level(fn(&mut T, Level, Range<usize>)),
@@ -200,9 +200,10 @@ pub static SECTIONS: [Section; 11] = [
     ]), documentation: "Activities whose releases keep their distance." },
     Section { name: "deployment", summary: "what is accepted of a deployment", entries: Entries::Deployments(&[
         Key { name: "accept", kind: KeyKind::Reasons(|it| &mut it.accepted), default: None,
-            examples: r#"[{ "planner": "measured by hand" }]"#,
+            examples: r#"[{ "planner": "measured by hand" }, { "planner": { "until": "30 ms", "reason": "measured by hand" } }]"#,
             documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
-                            them, shows the reason, and never calls their deadlines met." },
+                            them, shows the reason, and never calls their deadlines met. With `until`, only while the response time is at \
+                            most that long." },
     ]), documentation: "What is accepted of a deployment, by its name." },
     Section { name: "locks", summary: "locks that codels take", entries: Entries::Locks(&[
         Key { name: "codels", kind: KeyKind::Codels(|it| &mut it.codels), default: None,
@@ -285,7 +286,7 @@ impl<T> KeyKind<T> {
             KeyKind::Protocol(_) => r#"is "inheritance", "ceiling" or "none""#,
             KeyKind::Instances(_) => "is a list of instances",
             KeyKind::Reasons(_) => {
-                "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
+                "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" } or { planner = { until = \"30 ms\", reason = \"measured by hand\" } }"
             }
             KeyKind::Level(_) => "is a number between 0 and 1, such as 1e-4",
             KeyKind::Time(_) => "is a time with its unit, such as \"5 ms\"",

@@ -273,6 +273,22 @@ impl ConfigReader<'_> {
     }
 }
 
+/// `"measured by hand"`, or `{ until = "30 ms", reason = "measured by hand" }`
+fn acceptance(value: &DeValue<'_>) -> Result<(String, Option<Time>), Option<TimeError>> {
+    let reason = |value: &DeValue<'_>| {
+        let text = value.as_str().map(str::trim).filter(|text| !text.is_empty());
+        text.map(str::to_owned).ok_or(None)
+    };
+    let Some(fields) = value.as_table() else { return Ok((reason(value)?, None)) };
+    let field = |name: &str| fields.get(name).map(|it| it.get_ref()).ok_or(None);
+    // Another key may be a misspelt one.
+    if fields.len() != 2 {
+        return Err(None);
+    }
+    let until = Time::parse_with_unit(field("until")?.as_str().ok_or(None)?, Rounding::Exact)?;
+    Ok((reason(field("reason")?)?, Some(until)))
+}
+
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
 fn chain(key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
     let name = key.get_ref();
@@ -310,13 +326,10 @@ impl<T> KeyKind<T> {
             }
             KeyKind::Reasons(field) => {
                 let reasons = found.as_table().ok_or(None)?;
-                for (instance, reason) in reasons {
-                    let text = reason.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty());
-                    field(into).push(Acceptance {
-                        instance: instance.get_ref().to_string(),
-                        span: instance.span(),
-                        reason: text.ok_or(None)?.to_owned(),
-                    });
+                for (instance, value) in reasons {
+                    let (reason, until) = acceptance(value.get_ref())?;
+                    let (instance, span) = (instance.get_ref().to_string(), instance.span());
+                    field(into).push(Acceptance { instance, span, reason, until });
                 }
             }
             KeyKind::Protocol(field) => {
