@@ -480,6 +480,64 @@ fn the_provider_executes_the_calls_of_a_client() {
     .assert_eq(&robot("operation b.help -> c.help", fast));
 }
 
+/// A call wakes the thread of the provider, also if the operation takes no time: 0.5 ms, as each job of `a`, `b` and `c` has.
+#[test]
+fn a_call_has_the_overhead_of_a_job() {
+    let slow =
+        activities("priority = 3 period = 100", "priority = 2 period = 100", "priority = 1 period = 400");
+    let robot = |connections: &str| {
+        let model = OPERATIONS.replace("CONNECTIONS", connections);
+        verdicts(&format!("{model}{slow}{TIMES}[overhead]\ndispatch = 0.3\ncontext_switch = 0.1\n"))
+    };
+    expect![[r#"
+        a met 1.5 ms
+        b met 4 ms
+        c met 5.5 ms
+    "#]]
+    .assert_eq(&robot(""));
+    expect![[r#"
+        a met 1.5 ms
+        b met 4.5 ms
+        c met 6 ms
+    "#]]
+    .assert_eq(&robot("operation b.peek -> c.peek"));
+}
+
+/// `c` may run on CPU 1, where nothing says what `a` takes, or on CPU 2, where `b` delays it beyond its deadline: with a short time
+/// of `a` it meets the deadline, so it is not said to miss it.
+#[test]
+fn a_missing_time_is_no_missed_deadline() {
+    let robot = |deadline: u64| {
+        let model = "
+codel one(): int
+codel two(): int
+codel four(): int
+shell S { }
+core K1(S) { update = { one(); } }
+core K2(S) { update = { two(); } }
+core K4(S) { update = { four(); } }
+component C1(S, K1)
+component C2(S, K2)
+component C4(S, K4)
+architecture A { instance a: C1  instance b: C2  instance c: C4 }
+";
+        let deployed = activities(
+            "priority = 3 period = 100 affinity = 1",
+            "priority = 2 period = 100 affinity = 2",
+            &format!("priority = 1 period = 100 deadline = {deadline} affinity = 3"),
+        );
+        verdicts(&format!("{model}{deployed}{}", TIMES.replace("one = 1\n", "")))
+    };
+    expect![[r#"
+        a not-analysed: no time for codel `one`
+        b met 2 ms
+        c not-analysed: `a` may preempt it and is not analysed
+    "#]]
+    .assert_eq(&robot(5));
+    // On CPU 2 it meets this one, whatever `a` takes.
+    assert!(robot(6).contains("c met 6 ms"), "{}", robot(6));
+}
+
 #[test]
 fn the_number_of_calls_must_be_known() {
     let robot = |connections: &str, c: &str| {

@@ -85,7 +85,17 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
         }
     };
     let responses = best.into_iter().enumerate();
-    let responses = responses.map(|(index, best)| best.unwrap_or_else(|| not_analysed(index)));
+    let responses = responses.map(|(index, best)| {
+        let task = &tasks[index];
+        // A CPU with a task of unknown demand may be the one on which the deadline is met: it is not missed for sure.
+        let may_be_met = |best: &Response| {
+            best.status(task.deadline) != crate::Status::Met
+                && unknown.iter().any(|&other| {
+                    tasks[other].priority >= task.priority && tasks[other].mask() & task.mask() != 0
+                })
+        };
+        best.filter(|best| !may_be_met(best)).unwrap_or_else(|| not_analysed(index))
+    });
     Analysis { responses: responses.collect(), cpus: loads(tasks, &members, &unknown) }
 }
 
@@ -843,9 +853,14 @@ mod tests {
             let cpus = (0..64).map(|cpu| 1 << cpu).filter(|cpu| task.mask() & cpu != 0);
             let scopes: Vec<u64> = linked.map_or_else(|| cpus.collect(), |cpus| vec![cpus]);
             let clean: Vec<u64> = scopes.into_iter().filter(|&scope| unknown(scope).is_empty()).collect();
+            let because = unknown(linked.unwrap_or(task.mask()));
+            let not_analysed = Found {
+                first_job: None,
+                bound: Bound::NotAnalysed { because: because.clone() },
+                window: None,
+            };
             if clean.is_empty() {
-                let because = unknown(linked.unwrap_or(task.mask()));
-                return Some(Found { first_job: None, bound: Bound::NotAnalysed { because }, window: None });
+                return Some(not_analysed);
             }
             let mut found = Vec::new();
             for scope in clean {
@@ -855,7 +870,12 @@ mod tests {
             let first_job = found.iter().filter_map(|it| it.first_job).min();
             let least = |it: &&Found| matches!(it.bound, Bound::Response(_));
             let time = |it: &&Found| if let Bound::Response(time) = it.bound { time } else { panic!() };
-            if let Some(least) = found.iter().filter(least).min_by_key(time) {
+            let least = found.iter().filter(least).min_by_key(time);
+            // A CPU with unknown demand may meet a deadline that the others miss.
+            if !because.is_empty() && least.is_none_or(|it| Some(time(&it)) > task.deadline) {
+                return Some(not_analysed);
+            }
+            if let Some(least) = least {
                 return Some(least.clone());
             }
             let worst = found.into_iter().max_by_key(|it| match it.bound {

@@ -190,8 +190,7 @@ pub(crate) fn is_readable<'db>(db: &'db dyn ModelDb, project: Project<'db>, comp
 
 /// What a component executes for each call of an operation that it provides.
 pub(crate) struct ExecutedOperation<'db> {
-    /// The execution time; with the overhead of a job, which a call between two periods has, where it is not 0. Or why it is
-    /// unknown.
+    /// The execution time, with the overhead of a job, which a call between two periods has. Or why it is unknown.
     pub(crate) time: Result<Time, Vec<Refusal<'db>>>,
     /// The greatest number of calls that it sends to each required operation.
     pub(crate) sends: Vec<(Name, u64)>,
@@ -281,10 +280,8 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     fn operation(mut self, index: usize) -> Result<Time, Vec<Refusal<'db>>> {
         self.evaluate_operations(vec![index]);
         let time = self.operations.get(index).copied().flatten().map(|taken| taken.total);
-        let overhead = match time {
-            None | Some(Time::ZERO) => Some(Time::ZERO),
-            Some(_) => self.overhead(),
-        };
+        // Between two periods, a call wakes the thread, also for an operation that takes no time.
+        let overhead = time.and_then(|_| self.overhead());
         let sum = time.zip(overhead).and_then(|(time, overhead)| time.checked_add(overhead));
         if time.is_some() && overhead.is_some() && sum.is_none() {
             self.refuse(Reason::TooLong(TooLong::Program));

@@ -1,8 +1,8 @@
 //! How far the time of each codel may grow, and how far each period may shrink, before the first deadline is missed.
 //!
 //! Each value changes alone: all others stay as they are. It counts for the deadlines that it *affects*: those of the
-//! activities that are not analysed if the demand of the activities that have the value is unknown, and of those that are not
-//! proved then, and have a shorter bound with the best value. Where these deadlines are proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
+//! activities that are not analysed if the demand of the activities that have the value is unknown. Where these deadlines are
+//! proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
 //!
 //! The response times are monotone in every time and in every period, with one exception: an activity that executes operations for
 //! others counts fewer calls in each job if its period is shorter.
@@ -290,7 +290,7 @@ impl<'db> LimitSearch<'_, 'db> {
             self.variants.with_times(&components, what_if)
         };
         let start = now.unwrap_or_default();
-        let (affected, unproved) = self.affected(&with(start), &with(Time::ZERO), now.is_some())?;
+        let (affected, unproved) = self.affected(&with(start), now.is_some())?;
         let holds = |time: Time| self.holds(&with(time), &affected, true);
         let limit = match (&unproved, start.as_nanos()) {
             (None, start) => {
@@ -351,8 +351,7 @@ impl<'db> LimitSearch<'_, 'db> {
             Limit::Last(period) if is_synchronised => Limit::Proved(period),
             limit => limit,
         };
-        let longest = with(Time::from_nanos(now.saturating_mul(MOST_LONGER)));
-        let (affected, unproved) = self.affected(base, &longest, true)?;
+        let (affected, unproved) = self.affected(base, true)?;
         let holds = |period: Time| self.holds(&with(period), &affected, true);
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
@@ -374,13 +373,8 @@ impl<'db> LimitSearch<'_, 'db> {
 
     /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
     /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if
-    /// `is_present`: then the response times are those of the report; `best` has the best value.
-    fn affected(
-        &self,
-        set: &Tasks,
-        best: &Tasks,
-        is_present: bool,
-    ) -> Result<(Vec<usize>, Option<Name>), Limit> {
+    /// `is_present`: then the response times are those of the report.
+    fn affected(&self, set: &Tasks, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
         let mut unknown = set.clone();
         for &index in self.of {
             if let Some(activity) = unknown.activities_mut().get_mut(index) {
@@ -391,21 +385,9 @@ impl<'db> LimitSearch<'_, 'db> {
         let is_brief = set.operations.is_empty();
         let now = self.variants.analysed(set, is_brief).ok_or(Limit::Exhausted)?;
         let without = self.variants.analysed(&unknown, is_brief).ok_or(Limit::Exhausted)?;
-        let best = self.variants.analysed(best, is_brief).ok_or(Limit::Exhausted)?;
-        let is_met = |index: usize, response: &Response| {
-            set.activities().get(index).is_some_and(|it| response.status(it.deadline) == Status::Met)
-        };
-        let affected = without.iter().zip(&now).enumerate().filter(|(index, (without, now))| {
-            match unknown_for(without) {
-                Some(because) => {
-                    because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
-                }
-                // On several CPUs, the bound is the least of those of each CPU: one that is free of the value may miss the deadline.
-                None => {
-                    !is_met(*index, without)
-                        && best.get(*index).is_some_and(|best| best.bound != without.bound)
-                }
-            }
+        let affected = without.iter().zip(&now).enumerate().filter(|(_, (without, now))| {
+            let Some(because) = unknown_for(without) else { return false };
+            because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
         });
         let affected: Vec<usize> = affected.map(|(index, _)| index).collect();
         if affected.is_empty() {
