@@ -95,6 +95,39 @@ fn measured_times_give_response_times() {
 }
 
 #[test]
+fn ports_are_estimated_and_waits_are_told() {
+    let folder = own_scratch("pwcet-ports");
+    let mut lines = String::from("codel,execution_ns,instance,elapsed_ns,time_ns,waits\n");
+    for index in 0..2000_u32 {
+        let share = f64::from(index * 1213 % 2000) / 2000.0 + 0.000_25;
+        let (execution, end) = (1e6 - 1e5 * share.ln(), 10_000_000 * u64::from(index + 1));
+        let _ = writeln!(lines, "robot.scan,{execution:.0},laser,8060000,{end},1");
+        let _ = writeln!(lines, "(access) robot.Laser.frame,{execution:.0},laser,{execution:.0},{end},");
+        let _ = writeln!(lines, "(lock bus) robot.scan,500,laser,500,{end},");
+    }
+    std::fs::write(folder.join("run.csv"), lines).unwrap();
+    let imported = mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
+    assert_eq!(imported.code, 0, "{}", imported.err);
+    let estimate = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-3", "--bootstraps", "0"];
+    let found = mauve_in(&folder, &estimate);
+    assert_eq!(found.code, 0, "{}{}", found.out, found.err);
+    // Above the true 1 ms + 0.1 ms × ln(1e3) = 1.69 ms, as for the codel.
+    let written = mauve_timing::Table::parse(&table(&folder));
+    assert_eq!((written.errors.as_slice(), written.codels.len()), (&[][..], 1), "{}", table(&folder));
+    let [port] = &written.accesses[..] else { panic!("{}", table(&folder)) };
+    assert_eq!((port.key.as_str(), &port.value), ("robot.Laser.frame", &written.codels[0].value));
+    assert!(found.out.contains("port robot.Laser.frame"), "{}", found.out);
+    let wait = "`robot.scan` waited for up to 7.060 ms, which is in no execution time: in a timing table in ms, [wait] \
+                \"robot.scan\" = 7.1";
+    assert!(found.err.contains(wait), "{}", found.err);
+    // Once the table has it, nothing is to be said.
+    std::fs::write(folder.join("timing.toml"), table(&folder) + "[wait]\nscan = 7100\n").unwrap();
+    let found = mauve_in(&folder, &estimate);
+    assert!(!found.err.contains("waited for up to"), "{}", found.err);
+    assert!(table(&folder).contains("scan = 7100"), "{}", table(&folder));
+}
+
+#[test]
 fn a_codel_over_its_budget_comes_first() {
     let folder = project("pwcet-budget", 6.0, 0.5);
     let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4"]);

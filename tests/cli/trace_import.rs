@@ -59,6 +59,55 @@ fn traces_become_runs() {
     assert_eq!(std::fs::read(folder.join("robot.samples")).unwrap(), before);
 }
 
+/// A line of a codel that executed for 0.06 ms, and ended after `elapsed`.
+fn waiting(number: u64, elapsed: u64, waits: &str) -> String {
+    format!("arm.read,60000,driver,{elapsed},{},{waits}\n", 1_000_000 * (number + 1))
+}
+
+#[test]
+fn waits_are_told_and_remembered() {
+    let header = "codel,execution_ns,instance,elapsed_ns,time_ns,waits\n";
+    let recording = |waits: &str| {
+        let lines = (0..10).map(|it| waiting(it, if it == 7 { 870_000 } else { 70_000 }, waits));
+        format!("{header}{}", lines.collect::<String>())
+    };
+    let (waited, preempted) = (recording("1"), recording("0"));
+    // As earlier versions wrote it.
+    let unknown = recording("").replace(",waits", "").replace(",\n", "\n");
+    let files = [("waited.csv", waited), ("preempted.csv", preempted), ("unknown.csv", unknown)];
+    let folder = folder(&files.each_ref().map(|(name, text)| (*name, text.as_str())));
+
+    let run = import(&folder, &["unknown.csv"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(
+        run.err.contains("codel `arm.read` was off the CPU for up to 810.0 µs, in 1 of 10 executions"),
+        "{}",
+        run.err
+    );
+    assert!(run.err.contains("[wait] \"arm.read\" = 0.81"), "{}", run.err);
+    assert!(!run.out.contains("[wait]"), "{}", run.out);
+    let remembered = || std::fs::read_to_string(folder.join("robot.observed.toml")).unwrap();
+    assert!(remembered().contains("wait = 0.81\nwaits = \"unknown\"\n"), "{}", remembered());
+
+    let mut alone = vec!["trace", "import", "preempted.csv", "-o", "other.samples"];
+    let run = mauve(MAUVE, &folder, &alone);
+    assert_eq!((run.code, run.err.as_str(), run.out.contains("[wait]")), (0, "", false), "{}", run.out);
+    let other = std::fs::read_to_string(folder.join("other.observed.toml")).unwrap();
+    assert!(!other.contains("wait"), "{other}");
+
+    alone[2] = "waited.csv";
+    let run = mauve(MAUVE, &folder, &alone);
+    assert_eq!(run.code, 2, "the times of both are the same: {}", run.out);
+    let run = mauve(MAUVE, &folder, &["trace", "import", "waited.csv", "-o", "third.samples"]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "{}", run.out);
+    assert!(
+        run.out.contains("codel `arm.read` waited for up to 810.0 µs, in 10 of 10 executions\n"),
+        "{}",
+        run.out
+    );
+    assert!(run.out.contains("\n[wait]\n\"arm.read\" = 0.81\n"), "{}", run.out);
+}
+
 #[test]
 fn a_trace_that_cannot_be_read_adds_nothing() {
     let bad = format!("{HEADER}f,1,a,2,3\nf,NaN,a,2,4\n");

@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 
 pub use column::{Column, FileKind};
 pub use error::{CsvProblem, TraceError};
-pub use names::{Name, NameId, Names, SpanKind, lock_of, port_of};
+pub use names::{Name, NameId, Names, SpanKind, access_key, lock_of, port_of};
 pub use observation::{Observation, Seen, Wait};
 pub use reader::TraceReader;
 pub use source::Source;

@@ -1,10 +1,12 @@
 //! The execution times of a deployment at one level: of the codels that its instances may call, and of the programs with times
 //! of their own.
 
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, ProgramId, Project, behaviour_of, core_of, uses_of};
 use mauve_timing::{Level, Time};
 use rustc_hash::FxHashSet;
 
+use crate::reason::Timed;
 use crate::system::system_of;
 use crate::table_set::tables_of;
 use crate::timetable::{Lookup, timetable_of};
@@ -17,6 +19,10 @@ pub struct ExecutionTimes<'db> {
     /// The programs of its components that have times of their own in the tables, sorted by the qualified names of the
     /// components.
     pub programs: Vec<(Decl<'db>, ProgramId, Time)>,
+    /// The waits of these codels that the tables have, in the same order.
+    pub waits: Vec<(Decl<'db>, Time)>,
+    /// The accesses to ports of its components that have times in the tables, in the order of the components.
+    pub accesses: Vec<(Decl<'db>, Name, Time)>,
     /// The time of dispatch and context switches in each period; 0 where it is unknown.
     pub overhead: Time,
 }
@@ -39,7 +45,18 @@ pub fn execution_times<'db>(
     let cores =
         || components.iter().filter_map(|&component| Some((component, core_of(db, project, component)?)));
     let codels = cores().flat_map(|(_, core)| &uses_of(db, project, core).codels).copied().collect();
-    let codels = sorted(db, codels).into_iter();
+    let codels = sorted(db, codels);
+    let wait = |&codel: &Decl<'db>| Some((codel, known(times.wait(codel, level))?));
+    let waits = codels.iter().filter_map(wait).filter(|(_, wait)| *wait > Time::ZERO).collect();
+    let mut accesses = Vec::new();
+    for &component in &components {
+        let mut ports: Vec<&Name> = times.timed_ports(component).collect();
+        ports.sort();
+        for port in ports {
+            let time = known(times.time(&Timed::Access(component, port.clone()), level));
+            accesses.extend(time.map(|time| (component, port.clone(), time)));
+        }
+    }
     let mut programs = Vec::new();
     for (component, core) in cores() {
         let behaviour = behaviour_of(db, project, core);
@@ -49,8 +66,10 @@ pub fn execution_times<'db>(
         }
     }
     ExecutionTimes {
-        codels: codels.map(|codel| (codel, known(times.codel_time(db, codel, level)))).collect(),
+        codels: codels.into_iter().map(|codel| (codel, known(times.codel_time(db, codel, level)))).collect(),
         programs,
+        waits,
+        accesses,
         overhead: times.overhead(level).filter(|_| times.incomplete.is_none()).unwrap_or_default(),
     }
 }

@@ -721,6 +721,11 @@ impl<'db> Timetable<'db> {
         self.slots.get(&Timed::Wait(codel))?.first()?.waits
     }
 
+    /// Returns the ports of a component that some entry is, or may be, for.
+    pub(crate) fn timed_ports(&self, component: Decl<'db>) -> impl Iterator<Item = &Name> {
+        self.accesses.get(&component).into_iter().flatten()
+    }
+
     /// Returns the table that has the time.
     pub(crate) fn table_of(&self, of: &Timed<'db>) -> Option<File> {
         self.slots.get(of)?.first().map(|slot| slot.file)

@@ -6,6 +6,7 @@ mod document;
 mod estimates;
 mod report;
 mod table;
+mod waits;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -23,12 +24,15 @@ use self::budgets::{Budgets, budgets};
 use self::estimates::{Estimates, Measured};
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
-use super::trace::recording_warnings;
+use super::trace::{recording_warnings, shown_key};
 use crate::cli::errors::say_errors;
 use crate::cli::options::Outside;
 use crate::cli::text::counted;
 use crate::disk;
 use crate::output::{Output, say};
+
+/// The accesses of a port that take longer are not left without a time.
+const SHORT_ACCESS: u64 = 20_000;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Pwcet {
@@ -138,7 +142,7 @@ impl Pwcet {
             let budget = budgets.as_ref().and_then(|it| it.greatest.get(&measurement.key).copied());
             let compared = budget_level.and_then(|level| times.get(level).copied().flatten());
             let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| time > budget);
-            Measured { measurement, times, budget, is_over_budget }
+            Measured { name: shown_key(&measurement.key), measurement, times, budget, is_over_budget }
         };
         let mut measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
         // First the codels that exceed their budget, then those without an estimate, then those with warnings.
@@ -148,13 +152,21 @@ impl Pwcet {
             () if !it.remarks().is_empty() => 2,
             () => 3,
         });
-        let mut code = u8::from(measurements.iter().any(|it| it.all_times().is_none() || it.is_over_budget));
+        // A short access is a part of the overhead, with a time of its own or without.
+        let is_short = |it: &Measured| {
+            SpanKind::of(&it.measurement.key) == SpanKind::Access && it.measurement.greatest() < SHORT_ACCESS
+        };
+        let lacks = |it: &Measured| (it.all_times().is_none() && !is_short(it)) || it.is_over_budget;
+        let mut code = u8::from(measurements.iter().any(lacks));
         let estimates = Estimates { options, levels, measurements, budgets, budget_level, recording };
         if let Some(path) = &self.output {
             let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;
             written.messages.iter().for_each(|message| say(message));
             code |= u8::from(written.is_exceeded || self.has_open(&estimates));
         }
+        let table = self.output.as_ref().and_then(|path| disk::read(path, disk::LONGEST).ok());
+        let table = Table::parse(&String::from_utf8_lossy(&table.unwrap_or_default()));
+        waits::messages(&self.samples, &table).iter().for_each(|message| say(message));
         if let Some(path) = &self.report {
             let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
             put(path, &report::report(&estimates, &self.samples, &fingerprints))?;

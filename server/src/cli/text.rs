@@ -16,6 +16,15 @@ pub(super) fn argument(path: &Path) -> String {
     if shown.chars().all(is_plain) { shown } else { format!("'{}'", shown.replace('\'', r"'\''")) }
 }
 
+/// Returns a time in milliseconds with two significant digits, rounded up: for a line that somebody copies into a table.
+pub(super) fn two_digits(nanoseconds: u64) -> String {
+    let mut unit = 1_000_u64;
+    while nanoseconds > unit.saturating_mul(99) {
+        unit = unit.saturating_mul(10);
+    }
+    Time::from_nanos(nanoseconds.div_ceil(unit).saturating_mul(unit)).number()
+}
+
 /// Returns a count with its noun: `1 file`, `2 files`, `no files`.
 pub(super) fn counted(count: usize, what: &str) -> String {
     match count {
@@ -104,6 +113,8 @@ pub(super) fn duration(nanoseconds: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use mauve_timing::{Rounding, Unit};
+
     use super::*;
 
     #[test]
@@ -112,5 +123,18 @@ mod tests {
         assert_eq!(of("../robot-1/é.mal"), "../robot-1/é.mal");
         assert_eq!((of("my robot"), of("it's")), ("'my robot'".to_owned(), r"'it'\''s'".to_owned()));
         assert_eq!((of("~x"), of("$(a)")), ("'~x'".to_owned(), "'$(a)'".to_owned()));
+    }
+
+    #[test]
+    fn suggested_times_are_not_shorter_than_observed_ones() {
+        for (nanoseconds, text) in
+            [(1, "0.001"), (8_060_000, "8.1"), (8_100_000, "8.1"), (99_001, "0.1"), (123_456_789, "130")]
+        {
+            assert_eq!(two_digits(nanoseconds), text);
+        }
+        for nanoseconds in (1..u64::MAX / 11).step_by(usize::MAX / 1000) {
+            let time = Time::parse(&two_digits(nanoseconds), Unit::Milliseconds, Rounding::Up);
+            assert!(time.is_ok_and(|time| time.as_nanos() >= nanoseconds), "{nanoseconds}");
+        }
     }
 }

@@ -49,7 +49,7 @@ pub fn port_of(key: &str) -> Option<&str> {
 }
 
 /// Returns the key of the accesses of a port.
-pub(super) fn access_key(port: &str) -> String {
+pub fn access_key(port: &str) -> String {
     format!("(access) {port}")
 }
 

@@ -140,10 +140,17 @@ impl Observation {
         &self.work
     }
 
-    /// Returns what was observed, in the order of the names of the recording.
-    pub fn finish(mut self, names: &Names) -> Vec<Seen> {
+    /// Ends a recording; another one, with other times, may follow.
+    pub fn end_recording(&mut self) {
         let instances: Vec<String> = self.open.keys().cloned().collect();
         instances.iter().for_each(|instance| self.close(instance, None));
+        self.recent.clear();
+        self.next_recent = 0;
+    }
+
+    /// Returns what was observed, in the order of the names of the recording.
+    pub fn finish(mut self, names: &Names) -> Vec<Seen> {
+        self.end_recording();
         let seen = |(id, (executions, greatest, wait))| {
             let name: &Name = names.get(id);
             Seen { name: name.clone(), executions, greatest, wait }

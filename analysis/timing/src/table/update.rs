@@ -38,7 +38,8 @@ pub enum UpdateError {
 
 /// Writes measured times at `levels` into the text of a table. An empty text becomes a table in microseconds.
 ///
-/// The key of a record is that of a program if it has a `/`; its `times` has one time for each level.
+/// The key of a record is that of a program if it has a `/`, and of a port if it begins with `(access) `; its `times` has one time for
+/// each level.
 ///
 /// An entry by hand stays unless `replace`: one without a record in `[measured]`, or with other times than its record, or with a key
 /// that lacks the library, since it may be that of another one. It is replaced by an entry with the whole key.
@@ -68,10 +69,11 @@ pub fn update(
         match existing(&table, record) {
             Some(entry) if !replace && !is_measured(&table, record, entry) => {
                 kept.push(Kept {
-                    key: record.key.clone(),
+                    key: section_of(&record.key).1.to_owned(),
                     entry: entry.key.clone(),
                     times: entry.value.clone(),
-                    is_edited: entry.key == record.key && record_of(&table, &record.key).is_some(),
+                    is_edited: entry.key == section_of(&record.key).1
+                        && record_of(&table, &entry.key).is_some(),
                 });
             }
             found => written.push((record, found)),
@@ -81,10 +83,10 @@ pub fn update(
         return Ok(Updated { text: text.to_owned(), kept });
     }
     let replaced = |entry: &Entry| written.iter().any(|(_, found)| *found == Some(entry));
-    let others = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let others = table.entries();
     let has_levels = |times: &Times| matches!(times, Times::PerLevel(_));
     let stay = others.filter(|entry| !replaced(entry)).filter_map(|entry| entry.value.as_ref());
-    let remains = |key: &str| written.iter().all(|(record, _)| record.key != key);
+    let remains = |key: &str| written.iter().all(|(record, _)| section_of(&record.key).1 != key);
     let records = table.measured.iter().filter(|it| remains(&it.key)).map(|it| &it.times);
     let overhead = [&table.overhead.dispatch, &table.overhead.context_switch];
     if table.levels != levels {
@@ -103,11 +105,11 @@ pub fn update(
 fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entry>)]) {
     let unit = unit_of(document);
     for (record, found) in written {
-        let section = if record.key.contains('/') { "program" } else { "codel" };
+        let (section, key) = section_of(&record.key);
         let mut value = times(&record.times, unit);
-        let whole = [record.key.as_str()];
+        let whole = [key];
         let parts: Vec<&str> = match found {
-            Some(entry) if entry.key == record.key => {
+            Some(entry) if entry.key == key => {
                 entry.key_parts.iter().map(|part| &entry.key[part.of_key.clone()]).collect()
             }
             Some(entry) => {
@@ -124,14 +126,15 @@ fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entr
     }
     // After all entries, so that the sections of a new table are in this order.
     for (record, found) in written {
-        for key in [&record.key].into_iter().chain(found.map(|entry| &entry.key)) {
+        let (_, whole) = section_of(&record.key);
+        for key in [whole].into_iter().chain(found.map(|entry| entry.key.as_str())) {
             if let Some(measured) = document.get_mut("measured").and_then(Item::as_table_like_mut)
-                && (*key != record.key || !measured.contains_key(key))
+                && (key != whole || !measured.contains_key(key))
             {
                 remove(measured, key);
             }
         }
-        set(document.as_table_mut(), &["measured", &record.key], Item::Table(fields(record, unit)));
+        set(document.as_table_mut(), &["measured", whole], Item::Table(fields(record, unit)));
     }
 }
 
@@ -157,14 +160,29 @@ fn remove(table: &mut dyn TableLike, key: &str) -> Option<Item> {
     })
 }
 
+/// Returns the section of a record, and its key there.
+fn section_of(key: &str) -> (&'static str, &str) {
+    match key.strip_prefix("(access) ") {
+        Some(port) => ("access", port),
+        None if key.contains('/') => ("program", key),
+        None => ("codel", key),
+    }
+}
+
 /// The entry of this key: that with the library, or without if there is none.
 fn existing<'t>(table: &'t Table, record: &Measured) -> Option<&'t Entry> {
-    let is_program = record.key.contains('/');
-    let section = if is_program { &table.programs } else { &table.codels };
-    let find = |key: &str| section.iter().find(|entry| entry.key == key);
-    let component = record.key.split('/').next().unwrap_or_default();
+    let (section, key) = section_of(&record.key);
+    let entries = match section {
+        "access" => &table.accesses,
+        "program" => &table.programs,
+        _ => &table.codels,
+    };
+    let find = |key: &str| entries.iter().find(|entry| entry.key == key);
+    let component = key.split('/').next().unwrap_or_default();
     let library = component.split_once('.').map(|(library, _)| library.len() + 1);
-    find(&record.key).or_else(|| find(record.key.get(library?..)?))
+    // Without a library, the part before the point is the component of a port.
+    let library = library.filter(|_| section != "access" || key.matches('.').count() > 1);
+    find(key).or_else(|| find(key.get(library?..)?))
 }
 
 fn record_of<'t>(table: &'t Table, key: &str) -> Option<&'t Measured> {
@@ -172,7 +190,7 @@ fn record_of<'t>(table: &'t Table, key: &str) -> Option<&'t Measured> {
 }
 
 fn is_measured(table: &Table, record: &Measured, entry: &Entry) -> bool {
-    let old = record_of(table, &entry.key).filter(|_| entry.key == record.key);
+    let old = record_of(table, &entry.key).filter(|_| entry.key == section_of(&record.key).1);
     old.is_some_and(|old| entry.value.as_ref() == Some(&old.times))
 }
 
@@ -450,6 +468,30 @@ bytes = 0
                 bytes = 4711
             "##]],
         );
+    }
+
+    #[test]
+    fn ports_have_their_own_section() {
+        let text = "unit = \"us\"\nlevels = [1e-3, 1e-4]\n[access]\n\"Pilot.goal\" = 9\n\"Eye.seen\" = 7\n";
+        let records = [entry("(access) nav.Eye.seen", &[10, 20]), entry("(access) Pilot.goal", &[3, 4])];
+        let kept = update(text, &levels(), &records, false).expect("a valid table");
+        assert_eq!(kept.text, text);
+        let keys: Vec<(&str, &str)> =
+            kept.kept.iter().map(|it| (it.key.as_str(), it.entry.as_str())).collect();
+        assert_eq!(keys, [("nav.Eye.seen", "Eye.seen"), ("Pilot.goal", "Pilot.goal")]);
+        let written = update(text, &levels(), &records, true).expect("a valid table").text;
+        let table = Table::parse(&written);
+        let keys: Vec<&str> = table.accesses.iter().map(|it| it.key.as_str()).collect();
+        assert_eq!(
+            (table.errors.as_slice(), keys.as_slice()),
+            (&[][..], &["Pilot.goal", "nav.Eye.seen"][..])
+        );
+        let measured: Vec<&str> = table.measured.iter().map(|it| it.key.as_str()).collect();
+        assert_eq!(measured, ["Pilot.goal", "nav.Eye.seen"]);
+        // What was measured is measured again.
+        let again = update(&written, &levels(), &[entry("(access) Pilot.goal", &[5, 6])], false)
+            .expect("a valid table");
+        assert!(again.text.contains("\"Pilot.goal\" = [5, 6]") && again.kept.is_empty(), "{}", again.text);
     }
 
     #[test]

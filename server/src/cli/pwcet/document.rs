@@ -1,6 +1,7 @@
 //! The estimates as a JSON document.
 
 use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning};
+use mauve_pwcet::trace::{SpanKind, port_of};
 use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
 use serde::Serialize;
@@ -25,7 +26,12 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
 
 fn codel(levels: &[Level], it: &Measured) -> impl Serialize + use<> {
     object! {
-        key: it.measurement.key.clone(),
+        key: port_of(&it.measurement.key).unwrap_or(&it.measurement.key).to_owned(),
+        kind: match SpanKind::of(&it.measurement.key) {
+            SpanKind::Program => "program",
+            SpanKind::Access => "port",
+            _ => "codel",
+        },
         executions: it.measurement.count(),
         greatest: ms(it.measurement.greatest() as f64),
         bounds: (!it.is_refused())

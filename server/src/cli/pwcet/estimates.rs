@@ -19,8 +19,10 @@ pub(super) struct Estimates {
     pub(super) recording: Vec<String>,
 }
 
-/// A codel or a program.
+/// A codel, a program or a port.
 pub(super) struct Measured {
+    /// What was measured, in words.
+    pub(super) name: String,
     pub(super) measurement: Measurement,
     /// The time of each level, rounded up to four digits; none for a level that the executions do not support.
     pub(super) times: Vec<Option<Time>>,

@@ -14,7 +14,7 @@ pub(super) fn report(estimates: &Estimates, samples: &[PathBuf], fingerprints: &
     let tables: Vec<_> = estimates.measurements.iter().map(Measurement::all_times).collect();
     let measured = estimates.measurements.iter().zip(&tables).flat_map(|(it, table)| {
         it.measurement.instances.iter().map(move |measurement| Measured {
-            key: &it.measurement.key,
+            key: &it.name,
             measurement,
             table: table.as_deref().unwrap_or_default(),
             budget: estimates.budget_level.zip(it.budget),

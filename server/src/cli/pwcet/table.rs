@@ -28,7 +28,7 @@ pub(super) fn table(estimates: &Estimates) -> String {
         estimates.measurements.iter().partition(|it| has_few(it));
     for it in others {
         for line in remarks(estimates, it) {
-            let _ = write!(out, "\n{}: {line}", it.measurement.key);
+            let _ = write!(out, "\n{}: {line}", it.name);
         }
     }
     if !few.is_empty() {
@@ -60,7 +60,7 @@ pub(super) fn table(estimates: &Estimates) -> String {
 
 fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> {
     let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
-    let mut row = vec![it.measurement.key.clone(), it.measurement.count().to_string(), greatest.number()];
+    let mut row = vec![it.name.clone(), it.measurement.count().to_string(), greatest.number()];
     row.extend(estimates.levels.iter().enumerate().map(|(level, _)| {
         it.times.get(level).copied().flatten().map_or_else(|| "—".to_owned(), Time::number)
     }));
@@ -83,7 +83,7 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
 /// Returns what is known of a codel that runs rarely: `nav.plan (3, the longest 1.25 ms)`.
 fn high_water(it: &Measured) -> String {
     let longest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
-    format!("{} ({}, the longest {longest})", it.measurement.key, it.measurement.count())
+    format!("{} ({}, the longest {longest})", it.name, it.measurement.count())
 }
 
 /// Returns whether all instances have too few executions.

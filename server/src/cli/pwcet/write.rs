@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use mauve_diagnostics::table_error_message;
 use mauve_pwcet::rounded_up;
 use mauve_pwcet::samples::Samples;
+use mauve_pwcet::trace::port_of;
 use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
 
 use super::date::today;
@@ -99,7 +100,7 @@ fn partly(path: &Path, estimates: &Estimates, it: &Measured) -> Option<String> {
     Some(format!(
         "`{}` gets no time of `{}`, which has none at {}: measure more, or write a table with --levels {}",
         path.display(),
-        it.measurement.key,
+        it.name,
         of(false),
         of(true)
     ))
@@ -118,15 +119,20 @@ fn kept(path: &Path, it: &Kept) -> String {
 fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String, String, u64)> {
     let mut found = Vec::new();
     for it in &estimates.measurements {
-        let key = &it.measurement.key;
+        let port = port_of(&it.measurement.key);
+        let key = port.unwrap_or(&it.measurement.key);
         let greatest = it.measurement.greatest();
-        let entry = match kept.iter().find(|kept| kept.key == *key) {
+        let entry = match kept.iter().find(|kept| kept.key == key) {
             Some(kept) => kept.times.as_ref().map(|times| (kept.entry.as_str(), times)),
             None if it.all_times().is_some() => continue,
             // Without an estimate, the table stays as it is.
             None => {
-                let mut entries = table.codels.iter().chain(&table.programs);
-                let entry = entries.find(|entry| entry.key == *key);
+                let mut entries: Vec<_> = match port {
+                    Some(_) => table.accesses.iter().collect(),
+                    None => table.codels.iter().chain(&table.programs).collect(),
+                };
+                entries.retain(|entry| entry.key == key);
+                let entry = entries.first();
                 entry.and_then(|entry| Some((entry.key.as_str(), entry.value.as_ref()?)))
             }
         };
@@ -136,7 +142,7 @@ fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String,
             Times::PerLevel(times) => times.iter().max().copied(),
         };
         if longest.is_some_and(|longest| longest.as_nanos() < greatest) {
-            found.push((key.clone(), entry.to_owned(), greatest));
+            found.push((key.to_owned(), entry.to_owned(), greatest));
         }
     }
     found
@@ -192,7 +198,8 @@ impl Origin<'_> {
             Some((relative(path, self.table), digest_of(&disk::read(path, disk::LONGEST).ok()?)))
         });
         // The same executions are those of the code of the first estimate.
-        let old = self.old.measured.iter().find(|old| old.key == *key && old.samples == self.samples);
+        let in_table = port_of(key).unwrap_or(key);
+        let old = self.old.measured.iter().find(|old| old.key == in_table && old.samples == self.samples);
         let old = old.and_then(|old| old.source.clone().zip(old.source_digest.clone()));
         let source = old.filter(|(old, _)| source.as_ref().is_some_and(|(now, _)| old == now)).or(source);
         Record {

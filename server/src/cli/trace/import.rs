@@ -20,9 +20,11 @@ use crate::cli::text::counted;
 use crate::output::{Output, say};
 use messages::trace_error;
 pub(in crate::cli) use messages::warnings;
+pub(super) use observed::LEAST_WORK;
 use observed::Memory;
 use recorder::Recorder;
 use table::Imported;
+pub(in crate::cli) use table::shown_key;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Import {
@@ -69,8 +71,11 @@ impl Import {
             traces => traces.iter().try_for_each(|trace| session.import(trace)),
         };
         match result {
-            // Nothing was imported.
-            Err(message) if session.imported.runs == 0 => Err(message),
+            // Nothing was imported; an earlier version may have imported it without the file of what was observed.
+            Err(message) if session.imported.runs == 0 => {
+                session.memory.write(&self.output)?;
+                Err(message)
+            }
             result => {
                 let code = if result.is_ok() { 0 } else { 2 };
                 result.unwrap_or_else(|message| say(&message));

@@ -113,7 +113,7 @@ impl Imported {
 }
 
 /// Returns what was executed, as a table names it.
-fn shown_key(key: &str) -> String {
+pub(in crate::cli) fn shown_key(key: &str) -> String {
     match (port_of(key), lock_of(key)) {
         (Some(port), _) => format!("port {port}"),
         (_, Some((lock, codel))) => format!("{codel} in lock {lock}"),
