@@ -32,7 +32,7 @@
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
-use mauve_hir::item_tree::Feature;
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, ProgramId};
 
 use crate::escape::cpp_string;
@@ -59,8 +59,8 @@ pub(crate) fn codel_key(db: &dyn ModelDb, codel: Decl<'_>) -> String {
 }
 
 /// Returns the name of a port in a trace, as a C++ literal: that of its component, a dot and its own.
-pub(crate) fn port_key(db: &dyn ModelDb, component: Decl<'_>, port: &Feature) -> String {
-    cpp_string(&format!("{}.{}", component.qualified(db), port.name.name))
+pub(crate) fn port_key(db: &dyn ModelDb, component: Decl<'_>, port: &Name) -> String {
+    cpp_string(&format!("{}.{port}", component.qualified(db)))
 }
 
 /// Returns the names of a program in a trace, as C++ literals: component, state, transition and program.

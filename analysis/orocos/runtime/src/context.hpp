@@ -24,6 +24,10 @@ class ExecutionTimes {
            const std::string& program, Nanoseconds time) {
     add({component, state, transition, program}, time);
   }
+  // The time of a read or a write of a port.
+  void add_access(const std::string& port, Nanoseconds time) { add({port, "", "", "access"}, time); }
+  // That time, or -1.
+  Nanoseconds access(const char* port) const { return find(port, "", "", "access"); }
   // The time of a codel, or -1.
   Nanoseconds codel(const char* codel) const { return find(codel, "", "", ""); }
   // The time of a program that the tables have an entry for, or -1.

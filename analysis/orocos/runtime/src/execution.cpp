@@ -139,16 +139,18 @@ CodelExecution::~CodelExecution() {
 PortAccess::PortAccess(const char* port, bool is_small) : context_(present_context()), port_(port) {
   if (context_ == nullptr) return;
   const bool is_recorded = context_->trace != nullptr;
-  if (timeline().is_virtual() || (is_small && !is_recorded)) {
+  if (context_->times != nullptr && !context_->is_timed_program) time_ = context_->times->access(port);
+  if (time_ < 0 && (timeline().is_virtual() || (is_small && !is_recorded))) {
     context_ = nullptr;
     return;
   }
   began_ = now();
-  if (is_recorded) cpu_before_ = cpu_time();
+  if (is_recorded || time_ >= 0) cpu_before_ = cpu_time();
 }
 
 PortAccess::~PortAccess() {
   if (context_ == nullptr) return;
+  if (time_ >= 0) take(*context_, time_, cpu_before_);
   if (context_->trace == nullptr) {
     // The clock of the CPU time needs a system call. If the thread is preempted here, this is too much, and the overhead of another
     // period is the greatest one.

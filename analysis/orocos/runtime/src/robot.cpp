@@ -602,6 +602,8 @@ void Robot::activity(const std::string& instance, std::int64_t period, int prior
 
 void Robot::codel_time(const std::string& codel, std::int64_t time) { state_->times.add(codel, time); }
 
+void Robot::access_time(const std::string& port, std::int64_t time) { state_->times.add_access(port, time); }
+
 void Robot::program_time(const std::string& component, const std::string& state, const std::string& transition,
                          const std::string& program, std::int64_t time) {
   state_->times.add(component, state, transition, program, time);

@@ -546,12 +546,12 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         Some(match (function, arguments.get(1)) {
             (Builtin::Write, Some(value)) => {
                 let value = self.value(value, &port.ty);
-                let key = port_key(class.model.db, class.component, port.data);
+                let key = port_key(class.model.db, class.component, &port.data.name.name);
                 let write = format!("MAUVE_TRACE_WRITE(getName(), {key}, {}, {})", port.name, value.text);
                 Code::primary(write, Type::Void)
             }
             (Builtin::Read, Some(variable)) => {
-                let key = port_key(class.model.db, class.component, port.data);
+                let key = port_key(class.model.db, class.component, &port.data.name.name);
                 let variable = self.expr(variable).text;
                 let read = format!("MAUVE_TRACE_READ(getName(), {key}, {}, {variable})", port.name);
                 match &port.status {

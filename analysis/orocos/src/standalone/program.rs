@@ -19,7 +19,7 @@ use crate::generated_file::generated_from;
 use crate::library::Model;
 use crate::origin::comment_lines;
 use crate::template::{filled, lines};
-use crate::trace::{codel_key, program_key};
+use crate::trace::{codel_key, port_key, program_key};
 
 /// Returns the main of a deployment.
 pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) -> String {
@@ -128,7 +128,10 @@ fn known_times<'db>(model: Model<'_, 'db>, times: &ExecutionTimes<'db>) -> Strin
         let key = program_key(model.db, *component, program);
         call("program_time", &[key, time.as_nanos().to_string()])
     });
+    let accesses = times.accesses.iter().map(|(component, port, time)| {
+        call("access_time", &[port_key(model.db, *component, port), time.as_nanos().to_string()])
+    });
     let overhead =
         (times.overhead > Time::ZERO).then(|| call("overhead", &[times.overhead.as_nanos().to_string()]));
-    lines(codels.chain(programs).chain(overhead))
+    lines(codels.chain(programs).chain(accesses).chain(overhead))
 }

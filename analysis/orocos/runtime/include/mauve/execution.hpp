@@ -46,6 +46,8 @@ class PortAccess {
   // Nothing where nothing is measured.
   Context* context_;
   const char* const port_;
+  // The time of the timing tables; -1 without one.
+  Nanoseconds time_ = -1;
   Nanoseconds began_ = 0;
   Nanoseconds cpu_before_ = 0;
 };

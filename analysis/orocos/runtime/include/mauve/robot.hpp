@@ -35,6 +35,8 @@ class Robot {
 
   // For the virtual clock, and for codels that are stubs.
   void codel_time(const std::string& codel, std::int64_t time);
+  // Of a read or a write of a port, named by its component and its own name.
+  void access_time(const std::string& port, std::int64_t time);
   void program_time(const std::string& component, const std::string& state, const std::string& transition,
                     const std::string& program, std::int64_t time);
   void overhead(std::int64_t time);
