@@ -223,7 +223,9 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
     };
     assert!(has("source".into(), "priority") && has("pilot".into(), "priority"), "{findings:#?}");
     assert!(has(Value::Null, "execution-time"), "{findings:#?}");
-    let timing = ["priority", "execution-time", "execution-of-period", "response", "skipped", "period"];
+    assert!(has("source".into(), "wait"), "{findings:#?}");
+    let timing =
+        ["priority", "execution-time", "execution-of-period", "response", "skipped", "period", "wait"];
     let others = findings.iter().filter(|it| !timing.contains(&it["code"].as_str().unwrap()));
     assert_eq!(others.collect::<Vec<_>>(), Vec::<&&Value>::new());
     for instance in checked["instances"].as_array().unwrap() {

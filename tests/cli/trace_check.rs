@@ -430,6 +430,109 @@ fn interference_is_named() {
     assert!(table.out.contains(message), "{}", table.out);
 }
 
+/// A deployment of two components with a port, and their times.
+const DRIVER: &str = "library arm {
+  codel read_state(): int
+  codel solve(in n: int): int
+  shell DriverShell { output port state: int }
+  core DriverCore(DriverShell) { update = { write(state, read_state()); } }
+  component Driver(DriverShell, DriverCore)
+  shell SolverShell { input port state: int }
+  core SolverCore(SolverShell) { var n: int = 0  update = { read(state, n); solve(n); } }
+  component Solver(SolverShell, SolverCore)
+  architecture A { instance driver: Driver  instance solver: Solver  connection driver.state -> solver.state }
+  deployment D {
+    architecture A
+    activity driver { priority = 90  period = 10  affinity = 1 }
+    activity solver { priority = 10  period = 10  affinity = 1 }
+  }
+}
+";
+
+const DRIVER_TIMES: &str = "unit = \"ms\"\n[codel]\n\"arm.read_state\" = 0.2\n\"arm.solve\" = 2\n";
+
+/// A recording: in each period the driver executes for 0.1 ms, waits for 2 ms, and writes for 0.3 ms; then the solver executes, and
+/// is preempted in some periods.
+fn recorded_waits(folder: &std::path::Path) {
+    let mut executions = "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n".to_owned();
+    let mut periods = "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n".to_owned();
+    for number in 0..200_u64 {
+        let (release, order) = ((number + 1) * 10_000_000, 10 * number);
+        let _ =
+            writeln!(executions, "arm.read_state,100000,driver,2100000,{},{order},1,", release + 2_100_000);
+        let _ = writeln!(
+            executions,
+            "(access) arm.Driver.state,300000,driver,300000,{},{},,",
+            release + 2_400_000,
+            order + 1
+        );
+        let _ = writeln!(
+            periods,
+            "driver,{release},{release},{},400000,90,1,0,{}",
+            release + 2_400_000,
+            order + 2
+        );
+        // Before the driver has ended, the solver has begun.
+        let (begin, end) = (release + 500_000, release + 4_000_000);
+        let _ = writeln!(executions, "arm.solve,1500000,solver,{},{end},{},0,", end - begin, order + 3);
+        let _ = writeln!(periods, "solver,{release},{begin},{end},1500000,10,1,0,{}", order + 4);
+    }
+    let _ = writeln!(executions, "(work) pool,100000000,,2000000000,3000000000,9999,,");
+    write(folder, &[("rec/executions.csv", executions.as_str()), ("rec/periods.csv", periods.as_str())]);
+}
+
+#[test]
+fn waits_and_ports_are_told_from_preemption() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    recorded_waits(&folder);
+    let check = |times: &str| {
+        let configuration =
+            "[timing]\ntables = [\"times.toml\"]\n[platform]\ncpus = 1\nrt_throttling = false\n";
+        write(&folder, &[("arm.mal", DRIVER), ("times.toml", times), ("mauve.toml", configuration)]);
+        let json = mauve(MAUVE, &folder, &["trace", "check", "rec", ".", "--format", "json"]);
+        let document: Value = serde_json::from_str(&json.out).unwrap_or_else(|why| panic!("{why}: {json:?}"));
+        (mauve(MAUVE, &folder, &["trace", "check", "rec", "."]), document)
+    };
+    let of = |instance: &str, code: &str| (instance.to_owned(), code.to_owned());
+
+    let (table, document) = check(DRIVER_TIMES);
+    let found = codes(&document);
+    for expected in [of("driver", "wait"), of("driver", "execution-of-period"), of("driver", "response")] {
+        assert!(found.contains(&expected), "{expected:?}: {}", table.out);
+    }
+    // The solver was off the CPU for 2 ms, and did not wait.
+    assert!(!found.contains(&of("solver", "wait")), "{}", table.out);
+    for expected in [
+        "`arm.read_state` waited for something in 200 of 200 executions in `driver`, for up to 2.000 ms, which no table has; in a \
+         timing table in ms, [wait] \"arm.read_state\" = 2",
+        "its port `arm.Driver.state` took up to 300.0 µs; in a timing table in ms, [access] \"arm.Driver.state\" = 0.3",
+        "codel `arm.read_state` waited for up to 2.000 ms",
+        "note: threads named `pool`, which are no instances, used 50.00 ms of CPU time in each second",
+    ] {
+        assert!(table.out.contains(expected), "{expected}: {}", table.out);
+    }
+
+    // With these lines in the table, the driver is as modelled; a shorter wait or access is not.
+    let complete = |wait: &str, access: &str| {
+        check(&format!(
+            "{DRIVER_TIMES}[wait]\n\"arm.read_state\" = {wait}\n[access]\n\"arm.Driver.state\" = {access}\n"
+        ))
+    };
+    let (table, document) = complete("2", "0.3");
+    assert!(!codes(&document).iter().any(|(instance, _)| instance == "driver"), "{}", table.out);
+    assert!(table.out.contains("port arm.Driver.state  "), "{}", table.out);
+    let (table, document) = complete("1.9", "0.3");
+    assert!(codes(&document).contains(&of("driver", "wait")), "{}", table.out);
+    assert!(table.out.contains("for up to 2.000 ms, and the tables have 1.900 ms;"), "{}", table.out);
+    let (table, document) = complete("2", "0.2");
+    assert!(codes(&document).contains(&of("—", "execution-time")), "{}", table.out);
+    assert!(
+        table.out.contains("port `arm.Driver.state` exceeded its time of 200.0 µs in 200 of 200"),
+        "{}",
+        table.out
+    );
+}
+
 #[test]
 fn what_cannot_be_compared_is_said() {
     let folder: PathBuf = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());

@@ -1,10 +1,11 @@
 // Preloaded into a program on the virtual clock, this lets LTTng record that clock: when something happens, how much CPU time the
-// thread has used, and its priority and CPUs.
+// thread has used, and its priority and CPUs. A thread that the virtual clock does not let execute is preempted, and does not wait.
 
 #include <fcntl.h>
 #include <lttng/ust-clock.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
@@ -93,6 +94,12 @@ int clock_gettime(clockid_t clock, timespec* time) {
     return 0;
   }
   return static_cast<int>(syscall(SYS_clock_gettime, clock, time));
+}
+
+int getrusage(__rusage_who_t who, rusage* usage) noexcept {
+  const int result = static_cast<int>(syscall(SYS_getrusage, who, usage));
+  if (result == 0 && worker() != nullptr) usage->ru_nvcsw = 0;
+  return result;
 }
 
 int sched_getparam(pid_t thread, sched_param* parameter) noexcept {

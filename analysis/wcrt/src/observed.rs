@@ -20,12 +20,12 @@ mod releases;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use mauve_pwcet::trace::{NameId, Names, Span, SpanKind, Visitor};
+use mauve_pwcet::trace::{NameId, Names, Observation, Span, SpanKind, Visitor};
 use mauve_timing::Priority;
 use rustc_hash::FxHashMap;
 
 pub use findings::{
-    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Seen, Worst,
+    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Seen, Waited, Worst,
 };
 pub use model::{Expected, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
@@ -162,6 +162,8 @@ pub struct Observer {
     /// Times in which executions may be missing, in order.
     gaps: Vec<(u64, u64)>,
     has_releases: bool,
+    /// What codels waited, and what ports took.
+    observation: Observation,
 }
 
 impl Observer {
@@ -196,7 +198,10 @@ impl Observer {
         let mut time = None;
         let role = match name.kind {
             SpanKind::Period => Role::Period,
-            SpanKind::Access => Role::Access,
+            SpanKind::Access => {
+                time = self.expected.accesses.get(&name.key).copied();
+                Role::Access
+            }
             SpanKind::Lock => Role::Lock,
             SpanKind::Codel => {
                 let known = self.expected.codels.get(&name.key);
@@ -301,6 +306,7 @@ impl Observer {
         let recent = std::mem::take(&mut self.recent);
         self.next_recent = 0;
         self.gaps.clear();
+        self.observation.end_recording();
         for (index, instance) in self.instances.iter_mut().enumerate() {
             if let Some(releases) = &mut instance.releases {
                 releases.interrupt(&mut |from, to| cause_of(&recent, index, from, to));
@@ -313,6 +319,7 @@ impl Observer {
 
 impl Visitor for Observer {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        self.observation.add(span, names);
         let id = span.name.index();
         if self.series.len() <= id {
             self.series.resize_with(id + 1, || None);
@@ -356,6 +363,10 @@ impl Visitor for Observer {
             _ => {}
         }
         ControlFlow::Continue(())
+    }
+
+    fn work(&mut self, thread: &str, cpu: u64, elapsed: u64) {
+        self.observation.add_work(thread, cpu, elapsed);
     }
 
     /// The times are those of one level: at the others, each execution would be too long, or none.

@@ -3,18 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_pwcet::exceedance_probability;
-use mauve_pwcet::trace::{NameId, Names, SpanKind};
+use mauve_pwcet::trace::{self, NameId, Names, SpanKind, port_of};
 use mauve_timing::Priority;
 
 use super::{
     Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
-    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Seen, Series, Worst, cause_of,
+    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Seen, Series, Waited, Worst, cause_of,
 };
 
 impl Observer {
     /// Returns what was observed. `names` are those of the recording.
     pub fn finish(mut self, names: &Names) -> Observed {
         let mut observed = Observed { has_releases: self.has_releases, ..Observed::default() };
+        observed.work.clone_from(self.observation.work());
+        let seen = std::mem::take(&mut self.observation).finish(names);
         let all: Vec<(NameId, Series)> = names
             .ids()
             .zip(std::mem::take(&mut self.series))
@@ -41,6 +43,7 @@ impl Observer {
                     all: &self.expected,
                     expected,
                     recent: &recent,
+                    seen: seen.iter().filter(|it| it.name.instance == expected.instance).collect(),
                     has_instances: observed.has_instances,
                     findings: &mut observed.findings,
                 };
@@ -97,8 +100,9 @@ fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<Ob
     };
     let codels = expected.codels.iter().map(|(key, time)| new(key, false, *time));
     let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
+    let accesses = expected.accesses.iter().map(|(key, time)| new(key, false, Some(*time)));
     let mut found: BTreeMap<String, ObservedTime> =
-        codels.chain(programs).map(|it| (it.key.clone(), it)).collect();
+        codels.chain(programs).chain(accesses).map(|it| (it.key.clone(), it)).collect();
     let mut of_levels: BTreeMap<&str, Vec<(Option<u64>, u64)>> = BTreeMap::new();
     for (id, series) in all {
         let name = names.get(*id);
@@ -142,6 +146,8 @@ struct Finish<'a> {
     all: &'a Expected,
     expected: &'a ExpectedInstance,
     recent: &'a [Recent],
+    /// The codels, programs, ports and locks of the instance.
+    seen: Vec<&'a trace::Seen>,
     has_instances: bool,
     findings: &'a mut Vec<Finding>,
 }
@@ -179,6 +185,7 @@ impl Finish<'_> {
             self.add(FindingKind::Untimed { periods: it.observed.periods }, None, it.observed.untimed);
         }
         self.execution(&it);
+        self.waits();
         self.releases(&mut it);
         it.observed
     }
@@ -243,7 +250,40 @@ impl Finish<'_> {
         // If a codel exceeds its time, its period may exceed its own.
         let probability = (self.all.level * it.most_codels.max(1) as f64).min(1.0);
         if exceedance_probability(it.observed.periods, it.long, probability) < IMPROBABLE {
-            self.add(FindingKind::Execution { own, greatest: greatest.time }, it.first_long, it.long);
+            let ports =
+                self.seen.iter().filter_map(|it| Some((port_of(&it.name.key)?.to_owned(), it.greatest)));
+            let port = ports.max_by_key(|(_, greatest)| *greatest);
+            self.add(FindingKind::Execution { own, greatest: greatest.time, port }, it.first_long, it.long);
+        }
+    }
+
+    fn waits(&mut self) {
+        for it in self.seen.clone() {
+            let (wait, key) = (it.wait, it.name.key.clone());
+            let known = self.all.waits.get(&key).copied();
+            if wait.greatest > known.unwrap_or(0) && !wait.is_unknown {
+                let kind = FindingKind::Wait {
+                    key,
+                    wait: known,
+                    executions: it.executions,
+                    greatest: wait.greatest,
+                };
+                self.add(kind, None, wait.executions);
+            }
+        }
+    }
+
+    /// Returns whether a codel of the instance waited.
+    fn waited(&self) -> Waited {
+        let codels = self.seen.iter().filter(|it| it.name.kind == SpanKind::Codel);
+        if codels.clone().any(|it| it.wait.is_unknown) || codels.clone().count() == 0 {
+            return Waited::Unknown;
+        }
+        match codels.max_by_key(|it| it.wait.greatest) {
+            Some(it) if it.wait.greatest > self.all.waits.get(&it.name.key).copied().unwrap_or(0) => {
+                Waited::Codel(it.name.key.clone(), it.wait.greatest)
+            }
+            _ => Waited::Never,
         }
     }
 
@@ -291,7 +331,9 @@ impl Finish<'_> {
                 return;
             }
             let own = self.expected.own;
-            let kind = FindingKind::Response { bound, deadline, response, execution, own, interference };
+            let waited = self.waited();
+            let kind =
+                FindingKind::Response { bound, deadline, response, execution, own, interference, waited };
             self.add(kind, Some(at), count);
         }
     }

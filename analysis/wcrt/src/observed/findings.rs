@@ -28,6 +28,18 @@ pub struct Interferer {
     pub bound: u64,
 }
 
+/// Whether the codels of an instance waited.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Waited {
+    /// The recording does not say it.
+    #[default]
+    Unknown,
+    /// No codel did, or none longer than the tables say.
+    Never,
+    /// This codel waited longest: for so long.
+    Codel(String, u64),
+}
+
 /// Something that the model and the recording do not agree on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
@@ -114,6 +126,19 @@ pub enum FindingKind {
         own: u64,
         /// The longest execution.
         greatest: u64,
+        /// The port of the instance that took longest, and for how long.
+        port: Option<(String, u64)>,
+    },
+    /// A codel waited for something, longer than the tables say; in `count` of its executions.
+    Wait {
+        /// The codel.
+        key: String,
+        /// The wait in the tables.
+        wait: Option<u64>,
+        /// The number of all executions.
+        executions: u64,
+        /// The greatest time that nothing in the recording explains.
+        greatest: u64,
     },
     /// The response time exceeds the bound, or, without a bound, the deadline.
     Response {
@@ -129,6 +154,8 @@ pub enum FindingKind {
         own: Option<u64>,
         /// The others that executed, those first that exceed the bound most.
         interference: Vec<Interferer>,
+        /// Whether a codel of the instance waited.
+        waited: Waited,
     },
     /// Periods are missing; `count` of them.
     Skipped,
@@ -188,7 +215,7 @@ pub struct ObservedInstance {
     pub codels_not_observed: Vec<String>,
 }
 
-/// What was observed of a codel, or of a program with a time of its own, in all instances.
+/// What was observed of a codel, or of a program or a port with a time of its own, in all instances.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObservedTime {
     /// Its key in a timing table.
@@ -245,4 +272,6 @@ pub struct Observed {
     pub has_cpus: bool,
     /// Whether it names instances.
     pub has_instances: bool,
+    /// The CPU time that threads which are no instances used in a second, by name.
+    pub work: BTreeMap<String, u64>,
 }

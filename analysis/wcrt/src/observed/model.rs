@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
+use mauve_pwcet::trace::{SpanKind, access_key};
 use mauve_timing::{Level, Priority, Time};
 
 use crate::execution_times::execution_times;
@@ -25,6 +26,10 @@ pub struct Expected {
     pub codels: BTreeMap<String, Option<u64>>,
     /// The programs with times of their own, by their keys in a timing table.
     pub programs: BTreeMap<String, u64>,
+    /// The ports whose accesses have times, by their keys in a recording.
+    pub accesses: BTreeMap<String, u64>,
+    /// The waits of codels in the tables.
+    pub waits: BTreeMap<String, u64>,
     /// The probability with which an execution may exceed its time.
     pub level: f64,
     /// The times at each level of the tables. Those without levels hold at each, and are compared at the strictest.
@@ -36,7 +41,7 @@ pub struct Expected {
 pub struct ExpectedLevel {
     /// The level.
     pub level: f64,
-    /// The times of codels and of programs, by their keys in a timing table.
+    /// The times of codels and programs, by their keys in a timing table, and of ports, by their keys in a recording.
     pub times: BTreeMap<String, u64>,
 }
 
@@ -147,16 +152,26 @@ pub fn expected<'db>(
         let programs = programs.map(|(component, program, time)| {
             (format!("{}/{program}", component.qualified(db)), time.as_nanos())
         });
-        ExpectedLevel { level: level.as_f64(), times: codels.chain(programs).collect() }
+        let accesses = found.accesses.into_iter();
+        let accesses = accesses.map(|(component, port, time)| {
+            (access_key(&format!("{}.{port}", component.qualified(db))), time.as_nanos())
+        });
+        ExpectedLevel { level: level.as_f64(), times: codels.chain(programs).chain(accesses).collect() }
     };
     let now = of_level(query.level);
-    let (programs, codels): (BTreeMap<String, u64>, BTreeMap<String, u64>) =
-        now.times.into_iter().partition(|(key, _)| key.contains('/'));
+    let of_kind = |kind: SpanKind| -> BTreeMap<String, u64> {
+        let all = now.times.iter().filter(|(key, _)| SpanKind::of(key) == kind);
+        all.map(|(key, time)| (key.clone(), *time)).collect()
+    };
+    let codels = of_kind(SpanKind::Codel);
+    let waits = times.waits.iter().map(|(codel, wait)| (codel.qualified(db), wait.as_nanos()));
     let known = times.codels.iter().map(|(codel, _)| codel.qualified(db));
     Expected {
         instances: instances.collect(),
         codels: known.map(|key| (key.clone(), codels.get(&key).copied())).collect(),
-        programs,
+        programs: of_kind(SpanKind::Program),
+        accesses: of_kind(SpanKind::Access),
+        waits: waits.collect(),
         level: query.level.as_f64(),
         levels: levels.into_iter().map(of_level).collect(),
     }

@@ -40,6 +40,7 @@
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
+use mauve_pwcet::trace::{SpanKind, port_of};
 use mauve_timing::Time;
 use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
@@ -75,8 +76,12 @@ pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
         },
         instances: instances.map(|(index, (expected, observed))| of_instance(it, index, expected, observed)).collect::<Vec<_>>(),
         times: observed.times.iter().map(|time| object! {
-            key: time.key.clone(),
-            kind: if time.is_program { "program" } else { "codel" },
+            key: port_of(&time.key).unwrap_or(&time.key).to_owned(),
+            kind: match SpanKind::of(&time.key) {
+                SpanKind::Program => "program",
+                SpanKind::Access => "port",
+                _ => "codel",
+            },
             time: milliseconds(time.time),
             executions: time.executions,
             exceeded: time.exceeded,

@@ -1,11 +1,12 @@
 //! What a recording and a model do not agree on, in words: what is wrong, why, and what to do.
 
 use mauve_diagnostics::cpu_names;
+use mauve_pwcet::trace::port_of;
 use mauve_timing::Time;
-use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath};
+use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath, Waited};
 
 use super::checked::Checked;
-use crate::cli::text::duration;
+use crate::cli::text::{duration, two_digits};
 
 /// Returns the stable name of a kind of finding.
 pub(super) fn code(kind: &FindingKind) -> &'static str {
@@ -21,6 +22,7 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
         FindingKind::UnknownInstance { .. } => "unknown-instance",
         FindingKind::ExecutionTime { .. } => "execution-time",
         FindingKind::Execution { .. } => "execution-of-period",
+        FindingKind::Wait { .. } => "wait",
         FindingKind::Response { .. } => "response",
         FindingKind::Skipped => "skipped",
         FindingKind::Untimed { .. } => "untimed",
@@ -74,19 +76,44 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
         }
         FindingKind::ExecutionTime { key, time, level, executions, expected, greatest } => format!(
-            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {level:e}, {} are expected on average; the longest \
+            "{} exceeded its time of {} in {count} of {executions} executions; at {level:e}, {} are expected on average; the longest \
              took {}{at}: measure it again, and update the table",
+            port_of(key).map_or_else(|| format!("`{key}`"), |port| format!("port `{port}`")),
             duration(*time),
             number(*expected),
             duration(*greatest)
         ),
-        FindingKind::Execution { own, greatest } => format!(
-            "`{instance}` executed longer than {}, the greatest execution time of a period in the model, in {}; the longest took {}: \
-             a codel exceeded its time, or code outside the codels takes time that `[overhead]` in a timing table does not have",
-            duration(*own),
-            periods(count),
-            duration(*greatest)
-        ),
+        FindingKind::Execution { own, greatest, port } => {
+            let why = match port {
+                Some((port, time)) => format!(
+                    "its port `{port}` took up to {}; in a timing table in ms, [access] \"{port}\" = {}",
+                    duration(*time),
+                    two_digits(*time)
+                ),
+                None => "a codel exceeded its time, or code outside the codels takes time that `[overhead]` in a timing table does \
+                         not have"
+                    .to_owned(),
+            };
+            format!(
+                "`{instance}` executed longer than {}, the greatest execution time of a period in the model, in {}; the longest took \
+                 {}: {why}",
+                duration(*own),
+                periods(count),
+                duration(*greatest)
+            )
+        }
+        FindingKind::Wait { key, wait, executions, greatest } => {
+            let assumed = match wait {
+                Some(wait) => format!("and the tables have {}", duration(*wait)),
+                None => "which no table has".to_owned(),
+            };
+            format!(
+                "`{key}` waited for something in {count} of {executions} executions in `{instance}`, for up to {}, {assumed}; in a timing \
+                 table in ms, [wait] \"{key}\" = {}",
+                duration(*greatest),
+                two_digits(*greatest)
+            )
+        }
         FindingKind::Response { .. } => response_message(instance, finding, &at),
         FindingKind::Skipped => format!(
             "`{instance}` skipped {}{first}: it does not catch up late periods, or it was stopped for a moment",
@@ -139,7 +166,8 @@ fn path_message(instance: &str, path: &UnknownPath, periods: &str, first: &str) 
 }
 
 fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
-    let FindingKind::Response { bound, deadline, response, execution, own, interference } = &finding.kind
+    let FindingKind::Response { bound, deadline, response, execution, own, interference, waited } =
+        &finding.kind
     else {
         return String::new();
     };
@@ -173,11 +201,17 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
     let rest = response.saturating_sub(known);
     // What is left: less than a tenth is no explanation.
     if rest > response / 10 {
-        reasons.push(format!(
-            "no activity of the recording explains {} of it: it waited for a resource, an interrupt or a program that is not in \
-             the model",
-            duration(rest)
-        ));
+        let why = match waited {
+            Waited::Unknown => {
+                "it waited for a resource, an interrupt or a program that is not in the model".to_owned()
+            }
+            Waited::Never => {
+                "no codel waited longer than the tables say, so that an interrupt or a program that is not in the model preempted it"
+                    .to_owned()
+            }
+            Waited::Codel(codel, time) => format!("codel `{codel}` waited for up to {}", duration(*time)),
+        };
+        reasons.push(format!("no activity of the recording explains {} of it: {why}", duration(rest)));
     } else if reasons.is_empty() {
         reasons.push(match interference.first() {
             Some(most) => {

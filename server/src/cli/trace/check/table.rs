@@ -6,6 +6,7 @@ use mauve_timing::Priority;
 use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
 use super::super::import::messages::cut;
+use super::super::import::{LEAST_WORK, shown_key};
 use super::checked::Checked;
 use super::findings::{message, number};
 use crate::cli::text::{counted, duration, table};
@@ -44,7 +45,7 @@ pub(super) fn text(it: &Checked<'_>) -> String {
         out += &table(
             &it.observed.times,
             &[
-                ("codel or program", &|of| of.key.clone()),
+                ("codel or program", &|of| shown_key(&of.key)),
                 ("executions", &|of| of.executions.to_string()),
                 ("above", &|of| compared(of, of.exceeded.to_string())),
                 ("expected", &|of| compared(of, number(of.executions as f64 * it.expected.level))),
@@ -153,6 +154,13 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
         notes.push(format!(
             "the recording has gaps: {} events discarded, {missing} incomplete executions; nothing is compared across them",
             it.summary.lost_events
+        ));
+    }
+    for (thread, per_second) in it.observed.work.iter().filter(|(_, time)| **time >= LEAST_WORK) {
+        notes.push(format!(
+            "threads named `{thread}`, which are no instances, used {} of CPU time in each second, which no bound counts: describe \
+             it as [[platform.other]] in mauve.toml",
+            duration(*per_second)
         ));
     }
     for (_, expected, observed) in rows(it) {
