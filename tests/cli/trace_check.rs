@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use mauve_tests::{Run, mauve, models, scratch, test_name, write};
+use mauve_tests::{Run, mauve, models, own_scratch, scratch, test_name, write};
 use serde_json::Value;
 
 use crate::MAUVE;
@@ -667,4 +667,62 @@ fn times_from_tables_are_compared_at_their_level_only() {
         assert_eq!(run.out.contains("were not measured"), !first.is_empty(), "{}", run.out);
         assert_eq!(run.out.contains("`drivers.aria_loop` exceeded its time"), !is_fine, "{}", run.out);
     }
+}
+
+/// `a` takes 0.3 ms more than its codel and its port, `b` 0.01 ms: the line for the table says what is proved with it.
+#[test]
+fn an_overhead_is_advised_and_tried() {
+    let folder = own_scratch("trace-check-overhead");
+    let model = "codel f(): int
+shell S { output port out: int }
+core K(S) { update = { write(out, f()); } }
+component C(S, K)
+architecture A { instance a: C  instance b: C }
+deployment D {
+  architecture A
+  activity a { priority = 2  period = 10  deadline = 2.5 }
+  activity b { priority = 1  period = 10  deadline = 4.5 }
+}
+";
+    let executions = "codel,execution_ns,instance,elapsed_ns,time_ns,order
+f,1900000,a,1900000,2000000,0
+(access) C.out,100000,a,100000,2200000,1
+f,1990000,b,1990000,4290000,3
+f,1900000,a,1900000,12000000,5
+";
+    let periods = "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order
+a,0,0,2300000,2300000,2,1,0,2
+b,0,2300000,4300000,2000000,1,1,0,4
+a,10000000,10000000,12000000,1950000,2,1,0,6
+";
+    write(
+        &folder,
+        &[
+            ("robot.mal", model),
+            ("mauve.toml", "[timing]\ntables = [\"t.toml\"]\n[platform]\ncpus = 1\nrt_throttling = false\n"),
+            ("t.toml", "unit = \"us\"\n[codel]\nf = 2000\n[overhead]\ncontext_switch = 5\n"),
+            ("rec/executions.csv", executions),
+            ("rec/periods.csv", periods),
+        ],
+    );
+    let check = || mauve(MAUVE, &folder, &["trace", "check", "rec", "."]);
+    let found = check();
+    let said = "  overhead: a period took at most 0.3 ms in `a`, 0.01 ms in `b` besides its codels and ports; the tables have 0.01 ms
+    for `t.toml`: [overhead] dispatch = 290
+    with it, 1 of 2 deadlines are proved (2 now)
+";
+    assert!(found.out.ends_with(said), "{}{}", found.out, found.err);
+    let document = mauve(MAUVE, &folder, &["trace", "check", "rec", ".", "--format", "json"]).out;
+    let document: Value = serde_json::from_str(&document).unwrap();
+    assert_eq!(document["instances"][0]["overhead"], 0.3);
+    // What was tried is what the user gets.
+    write(
+        &folder,
+        &[("t.toml", "unit = \"us\"\n[codel]\nf = 2000\n[overhead]\ncontext_switch = 5\ndispatch = 290\n")],
+    );
+    assert!(!check().out.contains("overhead:"), "{}", check().out);
+    let wcrt: Value =
+        serde_json::from_str(&mauve(MAUVE, &folder, &["wcrt", "--format", "json"]).out).unwrap();
+    let response = |index: usize| wcrt["results"][0]["activities"][index]["response"].as_f64();
+    assert_eq!((response(0), response(1)), (Some(2.3), Some(4.6)));
 }

@@ -104,6 +104,8 @@ struct Instance {
     spans: u64,
     codels: u64,
     most_codels: u64,
+    /// The execution time of the codels and of the accesses to ports since the last period.
+    measured: u64,
     /// Periods with a longer execution than the greatest edge, and the first.
     long: u64,
     first_long: Option<u64>,
@@ -260,6 +262,11 @@ impl Observer {
         // What tracing itself took is no execution of the model.
         let tracing = if span.thread.is_some() { TRACING.0 + instance.spans * TRACING.1 } else { 0 };
         instance.most_codels = instance.most_codels.max(instance.codels);
+        let measured = std::mem::take(&mut instance.measured);
+        if instance.codels > 0 && span.thread.is_none() {
+            let overhead = span.execution.saturating_sub(measured);
+            instance.observed.overhead = instance.observed.overhead.max(Some(overhead));
+        }
         (instance.spans, instance.codels) = (0, 0);
         if expected.own.is_some_and(|own| span.execution > own.saturating_add(tracing)) {
             instance.long += 1;
@@ -348,6 +355,9 @@ impl Visitor for Observer {
         }
         let Some(instance) = self.instances.get_mut(index) else { return ControlFlow::Continue(()) };
         instance.spans += 1;
+        if matches!(names.get(span.name).kind, SpanKind::Codel | SpanKind::Access) {
+            instance.measured = instance.measured.saturating_add(span.execution);
+        }
         match role {
             Role::Codel | Role::UnknownCodel { .. } => instance.codels += 1,
             Role::Hook => {

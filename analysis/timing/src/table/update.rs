@@ -101,6 +101,22 @@ pub fn update(
     Ok(Updated { text: as_before(document.to_string(), text), kept })
 }
 
+/// Returns the text of a table with another time to dispatch a job, and the line to write; `None` where the text is not TOML.
+///
+/// ```
+/// let text = "unit = \"us\"\n[overhead] # measured\ncontext_switch = 2\n";
+/// let (text, line) = mauve_timing::with_dispatch(text, mauve_timing::Time::from_nanos(12_500)).unwrap();
+/// assert_eq!(text, "unit = \"us\"\n[overhead] # measured\ncontext_switch = 2\ndispatch = 12.5\n");
+/// assert_eq!(line, "dispatch = 12.5");
+/// ```
+pub fn with_dispatch(text: &str, time: Time) -> Option<(String, String)> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let value = times(&Times::Always(time), unit_of(&document));
+    let line = format!("dispatch = {value}");
+    set(document.as_table_mut(), &["overhead", "dispatch"], Item::Value(value));
+    Some((as_before(document.to_string(), text), line))
+}
+
 /// Writes the times of records, each instead of the entry that was found for it; then their places in `[measured]`.
 fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entry>)]) {
     let unit = unit_of(document);

@@ -199,6 +199,9 @@ pub struct ObservedInstance {
     pub jitter: Option<u64>,
     /// The greatest execution time of a period.
     pub execution: Option<Greatest>,
+    /// The greatest execution time of a period without that of its codels and its accesses to ports; none where the recording does
+    /// not have them, or was slowed down by a tracer.
+    pub overhead: Option<u64>,
     /// Times without periods, after which the instance was at work again, and the end of the first.
     pub pauses: u64,
     /// See `pauses`.

@@ -3,6 +3,7 @@
 mod checked;
 mod document;
 mod findings;
+mod overhead;
 mod table;
 
 use std::collections::BTreeSet;
@@ -17,6 +18,7 @@ use mauve_wcrt::observed::{Expected, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
 
 use self::checked::Checked;
+use self::overhead::Overheads;
 use super::import::messages::{still_recording, trace_error};
 use crate::cli::errors::{only_deployment, say_errors};
 use crate::cli::options::{Outside, level};
@@ -77,12 +79,19 @@ impl Check {
         let errors = errors_of(&db, project);
         let name = deployment.name(&db).to_string();
         let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };
-        let text = match self.format {
+        let mut text = match self.format {
             TraceCheckFormat::Table => table::text(&checked),
             TraceCheckFormat::Json => json::text(&document::document(&checked))?,
         };
         say_errors(errors);
-        Ok(Output::escaped(text, u8::from(!checked.is_fine() || errors > 0)))
+        let code = u8::from(!checked.is_fine() || errors > 0);
+        let (overheads, level) = (Overheads::of(&checked), checked.level);
+        // The analysis with another table ends the present one.
+        drop(checked);
+        if self.format == TraceCheckFormat::Table {
+            text.extend(overheads.advice(&mut db, &workspaces, self.deployment.as_deref(), level));
+        }
+        Ok(Output::escaped(text, code))
     }
 }
 

@@ -11,7 +11,7 @@
 //!     {
 //!       "instance": "pilot", "component": "lib.Pilot", "verdict": "fails", "periods": 100, "interval": 100.01, "period": 100,
 //!       "response": 71.2, "response_at_ns": 1795402384000000000, "response_is_lower_bound": true, "bound": 60, "deadline": 100,
-//!       "jitter": 12.5, "execution": 41.1, "greatest_edge": 45,
+//!       "jitter": 12.5, "execution": 41.1, "overhead": 0.012, "greatest_edge": 45,
 //!       "priority": 2, "priorities": [{ "priority": 2, "periods": 100 }],
 //!       "affinity": 1, "affinities": [{ "affinity": 1, "periods": 100 }], "cpus": [{ "affinity": 1, "periods": 100 }],
 //!       "pauses": 0,
@@ -144,6 +144,8 @@ fn of_instance(
         deadline: milliseconds(expected.deadline),
         jitter: milliseconds(observed.jitter),
         execution: milliseconds(observed.execution.map(|it| it.time)),
+        // Of a period, besides its codels and ports.
+        overhead: milliseconds(observed.overhead),
         greatest_edge: milliseconds(expected.own),
         priority: expected.priority.real_time(),
         priorities: observed.priorities.iter().map(|(priority, it)| json!({ "priority": priority, "periods": it.periods })).collect::<Vec<_>>(),
