@@ -1,5 +1,6 @@
 //! One CPU, real or imaginary, with its tasks: what they ask for in a window.
 
+use std::cmp::Ordering;
 use std::rc::Rc;
 
 use crate::execution_bound::{Execution, ExecutionBound};
@@ -7,7 +8,7 @@ use crate::paths::{Paths, Requests};
 use crate::utilisation::Share;
 use crate::{
     CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
-    TraceBound,
+    TraceBound, Utilisation,
 };
 
 /// A task of known demand, with what it may ask for. The lanes share it.
@@ -398,6 +399,29 @@ impl Lane<'_, '_> {
         }
         let blocking = times.checked_mul(u128::from(member.blocking));
         blocking.and_then(|it| u64::try_from(it).ok()).ok_or(NoBoundReason::Overflow)
+    }
+
+    /// Returns why no window of the member at `place` ends, or without its own jobs no first job, if the utilisation is 1 or more
+    /// with B for each wait. (Or nearly 1.)
+    pub(crate) fn overload_by_blocking(&self, place: usize, has_own: bool) -> Option<NoBoundReason> {
+        let member = self.members.get(place);
+        let counts =
+            |&other: &usize| (has_own || other != place) && self.priority(other) >= member.task.priority;
+        let others = || (0..self.members.len()).filter(counts).map(|other| self.members.get(other));
+        let is_own = |other: &Member<'_>| other.index == member.index;
+        let has_several_cpus = has_own && others().any(|it| !it.task.mask().is_power_of_two());
+        let times = |of: &Member<'_>| of.waits.saturating_add(u64::from(has_several_cpus && is_own(of)));
+        if member.blocking == 0 || others().all(|it| times(it) == 0) {
+            return None;
+        }
+        let blocking = others().map(|it| {
+            let cost = Time::from_nanos(times(it).saturating_mul(member.blocking));
+            Share::new(CycleMean { cost, length: 1 }, Time::from_nanos(it.period))
+        });
+        let demand = others().map(|it| if is_own(it) { it.share } else { it.interfering_share() });
+        let utilisation = Utilisation::sum(demand.chain(blocking));
+        let reason = if has_several_cpus { NoBoundReason::SeveralCpus } else { NoBoundReason::Waits };
+        (utilisation.compare_roughly(None) != Some(Ordering::Less)).then_some(reason)
     }
 
     /// Whether lower priorities may have shorter windows than higher ones.

@@ -167,12 +167,13 @@ impl<'a> Lane<'_, 'a> {
                 of_one.clone_from(&counts);
                 of_one.exclude(place);
                 let length = solve(self, place, &mut of_one).unwrap_or(0);
-                longest = if windows_grow { longest.max(length) } else { 0 };
-            }
-            // What the group contributes to others may have changed: see `Lane::count_waits_as_jitter`.
-            for &place in group.iter().filter(|_| !windows_grow) {
-                counts.exclude(place);
-                counts.include(place, &mut self.members, method);
+                if windows_grow {
+                    longest = longest.max(length);
+                } else {
+                    // What it contributes to others may be less than before: see `Lane::count_waits_as_jitter`.
+                    counts.exclude(place);
+                    counts.include(place, &mut self.members, method);
+                }
             }
             // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
             // (What cannot be computed fails again there.)
@@ -260,10 +261,11 @@ impl<'a> Lane<'_, 'a> {
         // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
-        let first_job = match load.others {
-            Some(Ordering::Less) => self.fixed_point(place, 1, counts, method, &mut budget),
-            Some(_) => Err(NoBoundReason::FullyLoaded),
-            None => Err(NoBoundReason::Budget),
+        let first_job = match (load.others, self.overload_by_blocking(place, false)) {
+            (_, Some(reason)) => Err(reason),
+            (Some(Ordering::Less), None) => self.fixed_point(place, 1, counts, method, &mut budget),
+            (Some(_), None) => Err(NoBoundReason::FullyLoaded),
+            (None, None) => Err(NoBoundReason::Budget),
         };
         let first_job = match first_job {
             Ok(first_job) => first_job,
@@ -280,9 +282,11 @@ impl<'a> Lane<'_, 'a> {
         // length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
         let has_one_job =
             first_job.checked_add(jitter).is_some_and(|end| end <= period.saturating_add(delay));
+        let overload = self.overload_by_blocking(place, true);
         let busy = match load.all {
             _ if has_one_job => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
             Some(Ordering::Greater) => None,
+            _ if overload.is_some() => overload.map(Err),
             // At a utilisation of less than 1, the window ends.
             Some(Ordering::Less) => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
             Some(Ordering::Equal) => {
@@ -381,10 +385,10 @@ impl<'a> Lane<'_, 'a> {
     /// t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉) grow by H, since Σ λ/T = 1, when t grows by H and q by L: f(q + L) = f(q) + H. Job q + L
     /// responds as q does, and ends the window if and only if q does.
     ///
-    /// With waits, blocking grows with the window: no job repeats then.
+    /// With waits, blocking grows with the window: no job repeats then. Those that count as jitter have another demand.
     fn last_job(&mut self, place: usize) -> Option<u64> {
         let member = self.members.get(place);
-        if self.blocking(place, 2, 1) != Ok(member.blocking) {
+        if self.blocking(place, 2, 1) != Ok(member.blocking) || !self.late_members(place).is_empty() {
             return None;
         }
         let (own_period, own_jitter, priority) = (member.period, member.jitter, member.task.priority);
@@ -554,7 +558,7 @@ mod tests {
     use super::*;
     use crate::response_time::Lanes;
     use crate::testing::{machine, simple, task};
-    use crate::{Options, Priority, StateMachine, Task, response_times};
+    use crate::{Options, Priority, StateMachine, Task, Waits, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
         response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses
@@ -580,6 +584,31 @@ mod tests {
         let tasks = [task(2, 4, at_first(6, 3, 2)), simple(1, 4, 2)];
         let found = analyse(&tasks, Method::Psm).swap_remove(1);
         assert_eq!((found.bound, found.window.unwrap().job), (response(16), 3));
+    }
+
+    #[test]
+    fn at_full_load_waits_as_jitter_have_no_bound() {
+        // Each job executes and waits for 3 together. Without its waits, the first six execute for longer than the later ones: the
+        // fourth and fifth job of the other task respond in 18, the second one in 13.
+        let waits: Vec<Time> = [0, 0, 0, 0, 0, 0, 1].map(Time::from_nanos).to_vec();
+        let (demand, waits) = Waits::with_demand(at_first(6, 3, 2), &waits, Some(1), None).unwrap();
+        let waiting = Task { demand, waits, ..simple(2, 8, 3) };
+        let found = analyse(&[waiting, simple(1, 8, 6)], Method::Psm).swap_remove(1);
+        assert_eq!(found.bound, Bound::NoBound(NoBoundReason::Waits));
+    }
+
+    #[test]
+    fn equal_priorities_that_wait() {
+        // With waits as jitter, the bound of the first task falls to a part of what it was, and then that of the second one.
+        let waiting = |period, cost, wait| {
+            let machine = StateMachine::single(Time::from_nanos(cost));
+            let (demand, waits) =
+                Waits::with_demand(machine, &[Time::from_nanos(wait)], Some(1), None).unwrap();
+            Task { demand, waits, ..simple(1, period, cost) }
+        };
+        let tasks = [waiting(8, 1, 1), waiting(8, 1, 1), waiting(100, 1, 39)];
+        let found = analyse(&tasks, Method::Psm);
+        assert_eq!((&found[0].bound, &found[1].bound), (&response(5), &response(5)));
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //!   greatest time (L. Sha, R. Rajkumar, J. Lehoczky, "Priority Inheritance Protocols: An Approach to Real-Time
 //!   Synchronization", IEEE Transactions on Computers 39, 1990).
 //! - With *none* of them, it keeps its priority, and any task between the two delays both. Without such a task, B is that of
-//!   inheritance.
+//!   inheritance; and a job of still lower priority delays both where it holds a lock with a ceiling that equals this priority.
 //!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
@@ -113,28 +113,43 @@ impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
     /// has unknown demand.
     pub(crate) fn with_blocking(&self) -> (Vec<Task>, Vec<Blocking>) {
-        let mut tasks = self.all.clone();
         if self.locks.is_empty() {
-            return (tasks, Vec::new());
+            return (self.all.clone(), Vec::new());
         }
-        let linked = linked_cpus(&self.all);
-        let found: Vec<Blocking> = (0..self.all.len()).map(|of| self.blocking_of(of, linked[of])).collect();
+        let raised = self.raised();
+        let linked = linked_cpus(&raised);
+        let found: Vec<Blocking> =
+            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised)).collect();
+        let mut tasks = raised;
         for (task, blocking) in tasks.iter_mut().zip(&found) {
             match blocking {
                 Blocking::Time(time) => task.blocking = *time,
                 _ => task.demand = Demand::Unknown,
             }
-            if let Blocking::SeveralCpus { lock } = blocking {
-                // While it holds the lock, it may have the highest priority of the users, and delays others on its CPUs.
-                let users = self.locks.get(*lock).map_or(&[] as &[LockUser], |lock| &lock.users);
-                let priorities = users.iter().filter_map(|user| Some(self.all.get(user.task)?.priority));
-                task.priority = priorities.max().unwrap_or_default().max(task.priority);
-            }
         }
         (tasks, found)
     }
 
-    fn blocking_of(&self, of: usize, linked: Option<u64>) -> Blocking {
+    /// Returns the tasks, where the users of a lock on several CPUs have the highest priority of all of them: that is what they may
+    /// inherit while they hold it, to delay others on their CPUs.
+    fn raised(&self) -> Vec<Task> {
+        let mut raised = self.all.clone();
+        for Lock { protocol, users, .. } in &self.locks {
+            if *protocol == Protocol::None || users.len() < 2 || self.cpus_of(users).is_some() {
+                continue;
+            }
+            let priority = |user: &LockUser| Some(self.all.get(user.task)?.priority);
+            let highest = users.iter().filter_map(priority).max().unwrap_or_default();
+            for user in users {
+                if let Some(task) = raised.get_mut(user.task) {
+                    task.priority = highest.max(task.priority);
+                }
+            }
+        }
+        raised
+    }
+
+    fn blocking_of(&self, of: usize, linked: Option<u64>, raised: &[Task]) -> Blocking {
         let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO) };
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
             if users.len() < 2 || !users.iter().any(|user| user.task == of) {
@@ -146,7 +161,7 @@ impl Tasks {
             let held_below = users.iter().filter(|user| self.is_below(user.task, task));
             if *protocol == Protocol::None
                 && let Some((holder, between)) =
-                    held_below.filter_map(|user| self.between(of, user.task)).next()
+                    held_below.filter_map(|user| self.between(of, user.task, raised)).next()
             {
                 return Blocking::Inversion { lock, holder, between };
             }
@@ -162,16 +177,20 @@ impl Tasks {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
         let (mut of_ceilings, mut of_locks, mut of_tasks) = (0, 0u64, vec![0; self.all.len()]);
         let mut first_lock = None;
+        let unraised = self.least_unraised(task);
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
-            let is_above =
-                |user: &LockUser| self.all.get(user.task).is_some_and(|user| user.priority >= task.priority);
             // Locks that are used on other CPUs, or on several, where nothing is analysed.
             let Some(cpus) = self.cpus_of(users).filter(|cpus| cpus & task.mask() != 0) else { continue };
-            if !users.iter().any(is_above) {
-                continue;
-            }
+            let below = match self.has_user_above(users, task) {
+                true => task,
+                // A ceiling may be that of a lower priority that holds a lock without a protocol.
+                false => match unraised.filter(|it| self.has_user_above(users, it)) {
+                    Some(holder) if *protocol == Protocol::Ceiling => holder,
+                    _ => continue,
+                },
+            };
             let mut of_lock = 0;
-            for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, task)) {
+            for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, below)) {
                 if linked.is_some() || task.mask() & !cpus != 0 {
                     return Blocking::Migrates { lock };
                 }
@@ -202,6 +221,24 @@ impl Tasks {
         }
     }
 
+    /// Whether one of the users of a lock has at least the priority of a task.
+    fn has_user_above(&self, users: &[LockUser], task: &Task) -> bool {
+        users.iter().any(|user| self.all.get(user.task).is_some_and(|user| user.priority >= task.priority))
+    }
+
+    /// Returns the task of least priority that may delay `task` while it holds a lock without a protocol.
+    fn least_unraised(&self, task: &Task) -> Option<&Task> {
+        let is_without = |lock: &&Lock| {
+            let cpus = self.cpus_of(&lock.users).unwrap_or_default();
+            lock.protocol == Protocol::None
+                && cpus & task.mask() != 0
+                && self.has_user_above(&lock.users, task)
+        };
+        let users = self.locks.iter().filter(is_without).flat_map(|lock| &lock.users);
+        let below = users.filter(|user| self.is_below(user.task, task));
+        below.filter_map(|user| self.all.get(user.task)).min_by_key(|holder| holder.priority)
+    }
+
     /// Returns the CPU that all users of a lock run on, as a mask; `None` if they are several, or unknown.
     fn cpus_of(&self, users: &[LockUser]) -> Option<u64> {
         let cpus = |user: &LockUser| self.all.get(user.task)?.cpus;
@@ -218,7 +255,7 @@ impl Tasks {
     }
 
     /// Returns the tasks that preempt `holder` while it holds a lock that the task `of` waits for. `None` if there are none.
-    fn between(&self, of: usize, holder: usize) -> Option<(usize, Vec<usize>)> {
+    fn between(&self, of: usize, holder: usize, raised: &[Task]) -> Option<(usize, Vec<usize>)> {
         let (task, held_by) = (self.all.get(of)?, self.all.get(holder)?);
         if held_by.priority == Priority::Background {
             return Some((holder, Vec::new()));
@@ -229,7 +266,7 @@ impl Tasks {
             index != of && index != holder && is_in && is_below && it.mask() & held_by.mask() != 0
         };
         let between: Vec<usize> =
-            self.all.iter().enumerate().filter(is_between).map(|(index, _)| index).collect();
+            raised.iter().enumerate().filter(is_between).map(|(index, _)| index).collect();
         (!between.is_empty()).then_some((holder, between))
     }
 }
