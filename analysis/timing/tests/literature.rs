@@ -1,7 +1,9 @@
-//! Equality with `response-time-analysis`, an implementation of analyses that were proved in Coq (Prosa).
+//! Equality with `response-time-analysis`, an implementation of analyses that were proved in Coq (Prosa), and with an example of
+//! another tool.
 
 use mauve_timing::{
-    Bound, Demand, Edge, Method, Options, StateMachine, Task, Time, TraceBound, Utilisation, response_times,
+    Bound, Demand, Edge, Lock, LockUser, Method, Options, Protocol, StateMachine, Task, Tasks, Time,
+    TraceBound, Utilisation, response_times,
 };
 use proptest::prelude::*;
 use response_time_analysis::arrival::Periodic;
@@ -76,6 +78,40 @@ fn check_equal(
     }
     prop_assert_eq!(found, theirs);
     Ok(())
+}
+
+/// The controller of the examples of MAST (mgharbour/mast): a server that `emergency` and `planning` use for 20 ms at most, and
+/// another that `planning` and `status` use for 10. A context switch, before and after each job, takes 0.25 ms.
+#[test]
+fn tasks_that_share_locks() {
+    let us = |time: u64| Time::from_nanos(1000 * time);
+    let task = |priority, period: u64, cost: u64| {
+        task(priority, 1_000_000 * period, StateMachine::single(us(1000 * cost + 500)))
+    };
+    let tasks = vec![task(4, 50, 5), task(3, 100, 20), task(2, 150, 40), task(1, 350, 100)];
+    let lock = |first: usize, second: usize, held: u64| Lock {
+        name: "server".into(),
+        protocol: Protocol::Ceiling,
+        users: [first, second].map(|task| LockUser { task, held: Some(us(1000 * held)) }).to_vec(),
+    };
+    let mut set = Tasks::new(tasks);
+    let bounds = |set: &Tasks| {
+        let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+        let found = set.response_times(&options, &|| ()).responses;
+        found
+            .iter()
+            .map(|it| match it.bound {
+                Bound::Response(time) => time.as_nanos() / 100_000,
+                _ => panic!("{it:?}"),
+            })
+            .collect::<Vec<u64>>()
+    };
+    assert_eq!(bounds(&set), [55, 260, 720, 2760]);
+    set.locks = vec![lock(0, 2, 20), lock(2, 3, 10)];
+    for protocol in [Protocol::Ceiling, Protocol::Inheritance] {
+        set.locks.iter_mut().for_each(|lock| lock.protocol = protocol);
+        assert_eq!(bounds(&set), [255, 460, 820, 2760], "{protocol:?}");
+    }
 }
 
 proptest! {

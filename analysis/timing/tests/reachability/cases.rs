@@ -1,9 +1,9 @@
 //! Small systems whose greatest response times are known by hand.
 
-use mauve_timing::Method;
+use mauve_timing::{Method, Protocol};
 
 use super::explore::{Outcome, explore, greatest_responses, schedule_above};
-use super::system::{Calls, Served, System, simple, task};
+use super::system::{Calls, Served, System, Task, simple, task};
 
 /// The exploration finds these greatest response times, and notices each limit that is 1 ns lower.
 fn check(system: &System, greatest: &[u64]) {
@@ -192,4 +192,79 @@ fn a_schedule_above_a_limit_is_shown() {
             "   1 | release in 3, 0 jobs | release in 5, 1 jobs",
         ]
     );
+}
+
+#[test]
+fn a_job_that_waits() {
+    check(&System::new(vec![simple(1, 10, 2).waits(&[3], Some(1))]), &[5]);
+    // The first task executes late, after a wait, and again soon after that: the second one responds in 7. With a period between
+    // the two, it would respond in 5.
+    let system = System::new(vec![simple(2, 6, 2).waits(&[2], Some(1)), simple(1, 20, 3)]);
+    check(&system, &[4, 7]);
+    assert_eq!(system.bounds(Method::Psm), [Some(4), Some(7)]);
+}
+
+#[test]
+fn a_lower_priority_that_holds_a_lock() {
+    let tasks = || vec![simple(3, 10, 1), simple(2, 20, 4), simple(1, 20, 3)];
+    let users = [(0, 1), (2, 3)];
+    check(&System::new(tasks()).sharing(Protocol::Inheritance, &users), &[4, 8, 8]);
+    check(&System::new(tasks()).sharing(Protocol::Ceiling, &users), &[4, 8, 8]);
+    let system = System::new(tasks()).sharing(Protocol::None, &users);
+    assert_eq!(greatest_responses(&system), [8, 5, 8]);
+    assert_eq!(system.bounds(Method::Exact), [None, None, None]);
+}
+
+/// While the second task holds a lock without a protocol, the third one has its priority because of another lock.
+#[test]
+fn a_ceiling_that_is_the_priority_of_a_holder() {
+    let tasks = vec![simple(2, 8, 2), simple(1, 8, 1), simple(0, 16, 1)];
+    let system = System::new(tasks)
+        .sharing(Protocol::None, &[(0, 2), (1, 1)])
+        .sharing(Protocol::Ceiling, &[(1, 1), (2, 1)]);
+    assert_eq!(system.bounds(Method::Exact), [Some(4), Some(4), Some(4)]);
+    check(&system, &[4, 4, 4]);
+}
+
+/// While the first task holds a lock, it may have the priority of the last one, on another CPU.
+#[test]
+fn a_lock_on_several_cpus_raises_its_users() {
+    let cpu_1 = |task: Task| task.cpus(0b10);
+    // The second task is between, and has no bound. The first one has none for another reason as well.
+    let tasks =
+        vec![simple(2, 20, 5), simple(3, 20, 1), simple(2, 20, 1), simple(1, 20, 1), cpu_1(simple(4, 20, 1))];
+    let system = System::new(tasks)
+        .sharing(Protocol::None, &[(0, 1), (3, 1)])
+        .sharing(Protocol::Inheritance, &[(0, 5), (4, 1)]);
+    assert_eq!(system.bounds(Method::Exact), [None; 5]);
+    // The second task waits for the third one, and the first one is between if it is raised.
+    let tasks = vec![simple(1, 6, 2), simple(4, 6, 1), simple(2, 6, 1), cpu_1(simple(3, 6, 1))];
+    let system = System::new(tasks)
+        .sharing(Protocol::None, &[(1, 1), (2, 1)])
+        .sharing(Protocol::Inheritance, &[(0, 2), (3, 1)]);
+    assert_eq!(system.bounds(Method::Exact), [None; 4]);
+    assert_eq!(explore(&system, &[None, Some(3), None, None]), Outcome::Above { task: 1 });
+    // The second task waits for the first one, and the third one is between unless the first one is raised.
+    let tasks = vec![simple(1, 6, 2), simple(4, 6, 1), simple(2, 6, 1), cpu_1(simple(3, 6, 1))];
+    let system = System::new(tasks)
+        .sharing(Protocol::None, &[(0, 1), (1, 1)])
+        .sharing(Protocol::Inheritance, &[(0, 1), (3, 1)]);
+    assert_eq!(system.bounds(Method::Exact), [None; 4]);
+    assert_eq!(explore(&system, &[None, Some(2), None, None]), Outcome::Above { task: 1 });
+}
+
+#[test]
+fn a_task_in_the_background_that_holds_a_lock() {
+    let tasks = vec![simple(2, 10, 1), simple(0, 10, 3).background(), simple(0, 10, 2).background()];
+    let system = System::new(tasks);
+    let users = [(0, 1), (1, 3), (2, 2)];
+    for protocol in [Protocol::Inheritance, Protocol::Ceiling] {
+        let system = system.clone().sharing(protocol, &users);
+        assert_eq!(system.bounds(Method::Exact), [Some(4), None, None]);
+        assert_eq!(greatest_responses(&system)[0], 4);
+    }
+    // Without a protocol, the third task delays the second one, which holds the lock.
+    let system = system.sharing(Protocol::None, &users);
+    assert_eq!(system.bounds(Method::Exact), [None; 3]);
+    assert_eq!(greatest_responses(&system)[0], 6);
 }

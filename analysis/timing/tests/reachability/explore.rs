@@ -11,13 +11,14 @@ use std::fmt::Write;
 use rustc_hash::FxHashMap;
 
 use super::scheduler::Scheduler;
+use super::suspended;
 use super::system::{Calls, System};
 
 /// A system with more states than this is dropped.
 pub(crate) const MOST_STATES: usize = 30_000;
 
 /// The most unended jobs of a task without a bound: releases beyond them are lost, and the task is ready all the same.
-const MOST_UNENDED: u8 = 3;
+pub(crate) const MOST_UNENDED: u8 = 3;
 
 pub(crate) const TASKS: usize = 4;
 pub(crate) const OPERATIONS: usize = 2;
@@ -118,6 +119,9 @@ pub(crate) enum Outcome {
 /// Explores every schedule of a system until a job takes longer than the limit of its task. A task without a limit may
 /// take any time.
 pub(crate) fn explore(system: &System, limits: &[Option<u64>]) -> Outcome {
+    if system.has_waits_or_locks() {
+        return suspended::explore(system, limits);
+    }
     Exploration::new(&Model::new(system, limits)).run()
 }
 
@@ -132,6 +136,9 @@ pub(crate) fn greatest_responses(system: &System) -> Vec<u64> {
 
 /// Returns a shortest schedule in which a job takes longer than the limit of its task, one line for each nanosecond.
 pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String {
+    if system.has_waits_or_locks() {
+        return suspended::schedule_above(system, limits);
+    }
     let model = Model::new(system, limits);
     let mut exploration = Exploration::new(&model);
     exploration.before = Some(FxHashMap::default());
@@ -164,19 +171,19 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
 
 /// The states that were reached: a hash table with linear probing, which is faster than that of the standard library
 /// where neither is optimised.
-struct Seen {
+pub(crate) struct Seen {
     /// Each state plus 1; 0 where there is none.
     slots: Vec<u128>,
-    count: usize,
+    pub(crate) count: usize,
 }
 
 impl Seen {
-    fn new() -> Seen {
+    pub(crate) fn new() -> Seen {
         Seen { slots: vec![0; 1 << 8], count: 0 }
     }
 
     /// Adds a state, and returns whether it is new.
-    fn insert(&mut self, packed: u128) -> bool {
+    pub(crate) fn insert(&mut self, packed: u128) -> bool {
         if self.count * 2 >= self.slots.len() {
             let larger = vec![0; self.slots.len() * 4];
             for slot in std::mem::replace(&mut self.slots, larger) {

@@ -3,10 +3,11 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use mauve_timing::Method;
+use mauve_timing::{Method, Protocol};
 
-use super::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
+use super::explore::{OPERATIONS, Outcome, explore, schedule_above};
 use super::scheduler::keeps_priorities;
+use super::suspended::{self, LOCKS};
 use super::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
 
 /// The number of systems of each kind, unless the environment says otherwise.
@@ -33,6 +34,16 @@ enum Kind {
     Offsets,
     /// One to three CPUs, with offsets, release jitter and sometimes an operation.
     OffsetsOnSeveralCpus,
+    /// One CPU, with waits, and sometimes release jitter.
+    Waits,
+    /// Two or three CPUs, with waits.
+    WaitsOnSeveralCpus,
+    /// One CPU, with locks.
+    Locks,
+    /// One CPU, with locks and waits, sometimes with offsets or release jitter.
+    LocksAndWaits,
+    /// Two or three CPUs, with locks that are mostly used on one of them, and sometimes waits.
+    LocksOnSeveralCpus,
 }
 
 /// SplitMix64.
@@ -180,6 +191,104 @@ impl Random {
                 system.jobs_may_end_early = self.one_in(8);
                 system.serving(calls, &served)
             }
+            Kind::Waits => {
+                let tasks = self.within(1, 3);
+                let mut system = self.tasks(tasks, 1, 4 - tasks);
+                self.wait(&mut system);
+                if self.one_in(4) {
+                    self.delay_releases(&mut system);
+                }
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::WaitsOnSeveralCpus => loop {
+                let tasks = self.within(2, 3);
+                let cpus = self.within(2, 3);
+                let mut system = self.tasks(tasks, 2, 4 - tasks);
+                self.place(&mut system, cpus);
+                self.wait(&mut system);
+                if keeps_priorities(&system) || self.one_in(2) {
+                    return system;
+                }
+            },
+            Kind::Locks => {
+                let tasks = self.within(2, 4);
+                let mut system = self.tasks(tasks, 1, if tasks == 4 { 1 } else { 2 });
+                if self.one_in(4) {
+                    system.tasks.iter_mut().for_each(|task| task.is_background = task.priority == 0);
+                }
+                self.share(&mut system, tasks);
+                if self.one_in(6) {
+                    self.delay_releases(&mut system);
+                }
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::LocksAndWaits => {
+                let tasks = self.within(2, 3);
+                let mut system = self.tasks(tasks, 1, 4 - tasks);
+                if self.one_in(4) {
+                    self.synchronise(&mut system);
+                }
+                self.share(&mut system, tasks);
+                self.wait(&mut system);
+                if self.one_in(6) {
+                    self.delay_releases(&mut system);
+                }
+                system
+            }
+            Kind::LocksOnSeveralCpus => {
+                let tasks = if self.one_in(8) { 4 } else { 3 };
+                let cpus = if self.one_in(4) { 3 } else { 2 };
+                let mut system = self.tasks(tasks, 2, 1);
+                self.place(&mut system, cpus);
+                self.share(&mut system, tasks);
+                let users = system.locks.iter().flat_map(|lock| &lock.users);
+                for &(user, _) in users.filter(|_| !self.one_in(8)) {
+                    system.tasks[user].cpus = 1;
+                }
+                if self.one_in(3) {
+                    self.wait(&mut system);
+                }
+                system
+            }
+        }
+    }
+
+    fn delay_releases(&mut self, system: &mut System) {
+        for task in &mut system.tasks {
+            task.jitter = if self.one_in(2) { self.within(1, task.period) } else { 0 };
+        }
+    }
+
+    /// Lets most jobs wait, for a part of what they executed or more.
+    fn wait(&mut self, system: &mut System) {
+        for task in &mut system.tasks {
+            if self.one_in(3) {
+                continue;
+            }
+            let is_more = self.one_in(2);
+            for edge in &mut task.edges {
+                let wait = if is_more { self.within(0, task.period) } else { self.below(edge.2) };
+                edge.2 = if is_more { self.within(1, edge.2) } else { edge.2 - wait };
+                task.waits.push(wait);
+            }
+            task.times = [Some(1), Some(1), Some(2), None][self.below(4) as usize];
+        }
+    }
+
+    /// Adds one lock or two.
+    fn share(&mut self, system: &mut System, tasks: u64) {
+        for _ in 0..self.within(1, LOCKS as u64) {
+            let mut users: Vec<(usize, u64)> = Vec::new();
+            while users.len() < 2 {
+                let is_user = |random: &mut Random| random.one_in(2);
+                users = (0..tasks as usize).filter(|_| is_user(self)).map(|user| (user, 0)).collect();
+            }
+            for (user, held) in &mut users {
+                *held = self.within(1, system.tasks[*user].greatest_cost().min(4));
+            }
+            *system = system.clone().sharing(Protocol::ALL[self.below(3) as usize], &users);
         }
     }
 
@@ -231,6 +340,8 @@ struct Totals {
     full: u64,
     bounds: u64,
     without_bound: u64,
+    /// Those of them that have none because of a lock.
+    refused: u64,
     /// Bounds that are the greatest response time, by method.
     attained: [u64; 4],
     /// Bounds that are later than the period.
@@ -244,21 +355,26 @@ struct Totals {
     claimed_exact: u64,
     /// Bounds that are less than without offsets.
     less_by_offsets: u64,
+    /// Bounds in which waits of other tasks count as jitter, and those of them that are attained.
+    with_late: [u64; 2],
+    /// Bounds in which locks delay the task, and those of them that are attained.
+    with_blocking: [u64; 2],
 }
 
 impl fmt::Display for Totals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} systems ({} fully loaded, {} with equal priorities; dropped: {} above {MOST_STATES} states, {} with \
-             too great counters); {} tasks with a bound, {} without; bounds attained:",
+            "{} systems ({} fully loaded, {} with equal priorities; dropped: {} with too many states, {} with \
+             too great counters); {} tasks with a bound, {} without ({} because of locks); bounds attained:",
             self.explored,
             self.full,
             self.tied,
             self.too_many_states,
             self.too_large,
             self.bounds,
-            self.without_bound
+            self.without_bound,
+            self.refused
         )?;
         for (method, attained) in METHODS.iter().zip(self.attained) {
             write!(f, " {method} {attained}")?;
@@ -266,13 +382,18 @@ impl fmt::Display for Totals {
         write!(
             f,
             " ({} claimed); {} less because of offsets; {} later than the period; {} with several CPUs that wait, {} of \
-             these attained; {} later because of jitter or operations",
+             these attained; {} later because of jitter, operations, waits or locks; {} with waits as jitter, {} of these attained; {} delayed \
+             by locks, {} of these attained",
             self.claimed_exact,
             self.less_by_offsets,
             self.late,
             self.waiting_on_several_cpus,
             self.attained_on_several_cpus,
-            self.later_than_plain
+            self.later_than_plain,
+            self.with_late[0],
+            self.with_late[1],
+            self.with_blocking[0],
+            self.with_blocking[1]
         )
     }
 }
@@ -287,7 +408,7 @@ impl Totals {
         let loads = system.analyse(Method::Psm).cpus;
         self.full +=
             u64::from(loads.iter().any(|load| load.utilisation.compare_with_one() == Ordering::Equal));
-        let plain = system.without_jitter_and_operations();
+        let plain = system.plain();
         let plain_bounds = plain.map(|plain| plain.bounds(Method::Psm));
         let of_any_phase = system.has_offsets().then(|| system.without_offsets().bounds(Method::Exact));
         for (place, task) in system.tasks.iter().enumerate() {
@@ -309,6 +430,7 @@ impl Totals {
             }
             if system.is_on_one_cpu()
                 && system.operations.is_empty()
+                && !system.has_waits_or_locks()
                 && bounds.is_exact[place]
                 && system.attains_every_combination()
                 && let Some(exact) = bounds.exact(place)
@@ -318,6 +440,14 @@ impl Totals {
                     greatest, exact,
                     "no response of task {place} takes as long as the exact one, in\n{system}"
                 );
+            }
+            let is_attained = u64::from(bounds.exact(place) == Some(greatest));
+            for (counts, is_it) in [
+                (&mut self.with_late, bounds.has_late[place]),
+                (&mut self.with_blocking, bounds.has_blocking[place]),
+            ] {
+                counts[0] += u64::from(is_it);
+                counts[1] += u64::from(is_it) * is_attained;
             }
             let tightest = bounds.exact(place).or(bounds.greatest(place));
             self.late += u64::from(tightest > Some(task.period));
@@ -360,6 +490,7 @@ fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
         let system = random.system(kind);
         let bounds = system.all_bounds();
         bounds.check_order(&system);
+        totals.refused += bounds.refused;
         let limits: Vec<_> = (0..system.tasks.len()).map(|place| bounds.greatest(place)).collect();
         if limits.iter().all(Option::is_none) {
             totals.without_bound += limits.len() as u64;
@@ -472,4 +603,67 @@ fn no_schedule_with_offsets_and_jitter_is_above_a_bound() {
     let totals = explore_random_systems(Kind::OffsetsOnSeveralCpus, 13);
     assert!(totals.attained[3] * 4 > totals.bounds && totals.late * 50 > totals.bounds);
     assert!(totals.less_by_offsets * 20 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_waits_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Waits, 14);
+    assert!(totals.attained[3] * 4 > totals.bounds * 3 && totals.later_than_plain * 4 > totals.bounds);
+    assert!(totals.with_late[0] * 20 > totals.bounds && totals.with_late[1] * 3 > totals.with_late[0]);
+    assert!(totals.late * 20 > totals.bounds && totals.tied * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_waits_on_several_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::WaitsOnSeveralCpus, 15);
+    assert!(totals.attained[3] * 4 > totals.bounds * 3 && totals.later_than_plain * 5 > totals.bounds);
+    assert!(totals.waiting_on_several_cpus * 10 > totals.explored);
+    assert!(totals.attained_on_several_cpus * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_locks_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Locks, 16);
+    check_locks(&totals);
+    assert!(totals.attained[3] * 4 > totals.bounds * 3 && totals.late * 10 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_locks_and_waits_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::LocksAndWaits, 17);
+    check_locks(&totals);
+    assert!(totals.attained[3] * 2 > totals.bounds && totals.late * 10 > totals.bounds);
+    assert!(totals.with_late[1] * 100 > totals.bounds && totals.less_by_offsets * 100 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_locks_on_several_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::LocksOnSeveralCpus, 18);
+    check_locks(&totals);
+    assert!(totals.attained[3] * 2 > totals.bounds);
+}
+
+/// Locks delay many tasks, for as long as the analysis says, and some have no bound because of them.
+fn check_locks(totals: &Totals) {
+    let [delayed, attained] = totals.with_blocking;
+    assert!(delayed * 4 > totals.bounds && attained * 2 > delayed && totals.refused * 50 > totals.explored);
+    assert!(totals.later_than_plain * 3 > totals.bounds && totals.tied * 10 > totals.explored);
+}
+
+/// The two explorations find the same without waits and locks.
+#[test]
+fn the_explorations_agree() {
+    let mut random = Random(19);
+    for kind in [Kind::OneCpu(2), Kind::SeveralCpus, Kind::LinkedCpus, Kind::Jitter, Kind::Offsets] {
+        let mut compared = 0;
+        while compared < 100 {
+            let system = random.system(kind);
+            let limits = system.bounds(Method::Exact);
+            let (one, other) = (explore(&system, &limits), suspended::explore(&system, &limits));
+            if matches!((&one, &other), (Outcome::Greatest(_), Outcome::Greatest(_))) {
+                assert_eq!(one, other, "{kind:?}\n{system}");
+                compared += 1;
+            }
+        }
+    }
 }

@@ -1,10 +1,11 @@
 //! The description of a small system, and the analyser's bounds for it.
 
 use std::fmt;
+use std::sync::Arc;
 
 use mauve_timing::{
-    Bound, Demand, Edge, Method, Operation, Options, Priority, Response, SetAnalysis, StateMachine, Tasks,
-    Time,
+    Blocking, Bound, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority, Protocol, Response,
+    SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
 };
 
 /// The methods of the analyser, from the least to the most precise.
@@ -22,8 +23,14 @@ pub(crate) struct Task {
     pub(crate) cpus: u64,
     /// (source, target, execution time); an execution time of 0 counts as 1 ns.
     pub(crate) edges: Vec<(u32, u32, u64)>,
+    /// For how long a job waits in all, for each edge; empty if it never waits.
+    pub(crate) waits: Vec<u64>,
+    /// How often a job waits, at most; `None` for any number.
+    pub(crate) times: Option<u64>,
     /// Whether the analyser is told that the demand is unknown.
     pub(crate) is_unknown: bool,
+    /// Whether it is in the background; its priority is 0 then, and greater for all tasks that are not.
+    pub(crate) is_background: bool,
 }
 
 impl Task {
@@ -47,7 +54,19 @@ impl Task {
 /// Returns a task on CPU 0, without jitter, whose deadline is its period.
 pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Task {
     let edges = edges.iter().map(|&(source, target, cost)| (source, target, cost.max(1))).collect();
-    Task { priority, period, deadline: period, jitter: 0, offset: None, cpus: 1, edges, is_unknown: false }
+    Task {
+        priority,
+        period,
+        deadline: period,
+        jitter: 0,
+        offset: None,
+        cpus: 1,
+        edges,
+        waits: Vec::new(),
+        times: None,
+        is_unknown: false,
+        is_background: false,
+    }
 }
 
 /// Returns a task each of whose jobs executes for `cost`.
@@ -72,8 +91,17 @@ impl Task {
         Task { cpus, ..self }
     }
 
+    /// A job waits for a time of its edge at most, `times` times at most.
+    pub(crate) fn waits(self, waits: &[u64], times: Option<u64>) -> Task {
+        Task { waits: waits.to_vec(), times, ..self }
+    }
+
     pub(crate) fn unknown(self) -> Task {
         Task { is_unknown: true, ..self }
+    }
+
+    pub(crate) fn background(self) -> Task {
+        Task { is_background: true, ..self }
     }
 
     pub(crate) fn states(&self) -> u32 {
@@ -84,22 +112,32 @@ impl Task {
         self.edges.iter().map(|edge| edge.2).max().unwrap_or(0)
     }
 
-    fn demand(&self) -> Demand {
+    fn demand(&self) -> (Demand, Option<Arc<Waits>>) {
         let edge =
             |&(source, target, cost): &(u32, u32, u64)| Edge { source, target, cost: Time::from_nanos(cost) };
         let machine = StateMachine::new(self.states(), self.edges.iter().map(edge).collect()).unwrap();
-        if self.is_unknown { Demand::Unknown } else { Demand::Machine { machine, whole: None } }
+        if self.is_unknown {
+            return (Demand::Unknown, None);
+        }
+        let waits: Vec<Time> = self.waits.iter().map(|&wait| Time::from_nanos(wait)).collect();
+        Waits::with_demand(machine, &waits, self.times, None).unwrap()
     }
 
     fn activity(&self) -> mauve_timing::Task {
+        let (demand, waits) = self.demand();
         mauve_timing::Task {
-            priority: Priority::RealTime(self.priority),
+            priority: if self.is_background {
+                Priority::Background
+            } else {
+                Priority::RealTime(self.priority)
+            },
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
             jitter: Time::from_nanos(self.jitter),
             offset: self.offset.map(Time::from_nanos),
             cpus: Some(self.cpus),
-            demand: self.demand(),
+            demand,
+            waits,
             ..mauve_timing::Task::default()
         }
     }
@@ -123,19 +161,51 @@ pub(crate) enum Calls {
     BetweenPeriods,
 }
 
-/// A system: its tasks, their operations, and the freedom of its schedules.
+/// A lock.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Shared {
+    pub(crate) protocol: Protocol,
+    /// The tasks that take it, each with the time for which it executes at most until it leaves it.
+    pub(crate) users: Vec<(usize, u64)>,
+}
+
+impl Shared {
+    fn lock(&self) -> Lock {
+        let user = |&(task, held): &(usize, u64)| LockUser { task, held: Some(Time::from_nanos(held)) };
+        Lock { name: "lock".into(), protocol: self.protocol, users: self.users.iter().map(user).collect() }
+    }
+}
+
+/// A system: its tasks, their operations and locks, and the freedom of its schedules.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct System {
     pub(crate) tasks: Vec<Task>,
     pub(crate) operations: Vec<Served>,
     pub(crate) calls: Calls,
+    pub(crate) locks: Vec<Shared>,
     /// Whether a job or call may execute for less than its time, 1 ns at least.
     pub(crate) jobs_may_end_early: bool,
 }
 
 impl System {
     pub(crate) fn new(tasks: Vec<Task>) -> System {
-        System { tasks, operations: Vec::new(), calls: Calls::AtNextPeriod, jobs_may_end_early: false }
+        System {
+            tasks,
+            operations: Vec::new(),
+            calls: Calls::AtNextPeriod,
+            locks: Vec::new(),
+            jobs_may_end_early: false,
+        }
+    }
+
+    /// Adds a lock.
+    pub(crate) fn sharing(mut self, protocol: Protocol, users: &[(usize, u64)]) -> System {
+        self.locks.push(Shared { protocol, users: users.to_vec() });
+        self
+    }
+
+    pub(crate) fn has_waits_or_locks(&self) -> bool {
+        !self.locks.is_empty() || self.tasks.iter().any(|task| !task.waits.is_empty())
     }
 
     pub(crate) fn serving(mut self, calls: Calls, operations: &[Served]) -> System {
@@ -170,10 +240,11 @@ impl System {
         System { tasks, ..self.clone() }
     }
 
-    /// Returns the system without jitter and operations; `None` if it has none.
-    pub(crate) fn without_jitter_and_operations(&self) -> Option<System> {
-        let tasks = self.tasks.iter().map(|task| Task { jitter: 0, ..task.clone() }).collect();
-        let plain = System { tasks, operations: Vec::new(), ..self.clone() };
+    /// Returns the system without jitter, operations, waits and locks; `None` if it has none.
+    pub(crate) fn plain(&self) -> Option<System> {
+        let plain = |task: &Task| Task { jitter: 0, waits: Vec::new(), times: None, ..task.clone() };
+        let tasks = self.tasks.iter().map(plain).collect();
+        let plain = System { tasks, operations: Vec::new(), locks: Vec::new(), ..self.clone() };
         (plain != *self).then_some(plain)
     }
 
@@ -188,6 +259,7 @@ impl System {
         };
         let mut set = Tasks::new(self.tasks.iter().map(Task::activity).collect());
         set.operations = self.operations.iter().map(operation).collect();
+        set.locks = self.locks.iter().map(Shared::lock).collect();
         set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
     }
 
@@ -204,8 +276,15 @@ impl System {
     pub(crate) fn all_bounds(&self) -> Bounds {
         let [classic, psm, ibf, exact] = METHODS.map(|method| self.responses(method));
         let is_exact = exact.iter().map(is_exact).collect();
+        let has_reason = |blocking: &&Blocking| !matches!(blocking, Blocking::Time(_));
+        let refused = self.analyse(Method::Psm).blocking.iter().filter(has_reason).count() as u64;
+        let has = |holds: &dyn Fn(&Window) -> bool| {
+            exact.iter().map(|it| it.window.as_ref().is_some_and(holds)).collect()
+        };
+        let has_late = has(&|window| !window.late.is_empty());
+        let has_blocking = has(&|window| window.blocking > Time::ZERO);
         let by_method = [classic, psm, ibf, exact].map(|all| all.iter().map(bound).collect());
-        Bounds { by_method, is_exact }
+        Bounds { by_method, is_exact, has_late, has_blocking, refused }
     }
 }
 
@@ -227,6 +306,12 @@ pub(crate) struct Bounds {
     by_method: [Vec<Option<u64>>; 4],
     /// For each task, whether its bound by [`Method::Exact`] is claimed to be the greatest response time.
     pub(crate) is_exact: Vec<bool>,
+    /// For each task, whether waits count as jitter in its window by [`Method::Exact`].
+    pub(crate) has_late: Vec<bool>,
+    /// For each task, whether jobs of lower priority delay it in that window.
+    pub(crate) has_blocking: Vec<bool>,
+    /// The number of tasks that locks leave without a bound.
+    pub(crate) refused: u64,
 }
 
 impl Bounds {
@@ -275,14 +360,21 @@ impl fmt::Display for System {
             if let Some(offset) = task.offset {
                 write!(f, ".offset({offset})")?;
             }
+            if !task.waits.is_empty() {
+                write!(f, ".waits(&{:?}, {:?})", task.waits, task.times)?;
+            }
             if task.cpus != 1 {
                 write!(f, ".cpus({:#b})", task.cpus)?;
             }
+            f.write_str(if task.is_background { ".background()" } else { "" })?;
             writeln!(f, "{},", if task.is_unknown { ".unknown()" } else { "" })?;
         }
         write!(f, "])")?;
         if !self.operations.is_empty() {
             write!(f, "\n.serving(Calls::{:?}, &{:?})", self.calls, self.operations)?;
+        }
+        for Shared { protocol, users } in &self.locks {
+            write!(f, "\n.sharing(Protocol::{protocol:?}, &{users:?})")?;
         }
         f.write_str(if self.jobs_may_end_early { "\n.early()" } else { "" })
     }
