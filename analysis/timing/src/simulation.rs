@@ -13,6 +13,10 @@
 //!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
 //! - **Operations**: a job of the client sends a random number of calls, up to [`Operation::sends`](crate::Operation::sends),
 //!   at random instants of its execution. [`Calls`] says when the provider executes them.
+//! - **Waits**: a job waits at random instants of its execution, in all for a random part of the wait of its edge; nothing in the
+//!   schedule shows that.
+//! - **Locks**: a job takes one of its locks at a random instant, or none, and executes for a random part of the time for which it
+//!   may hold it until it leaves it, with the priority that the [`Protocol`](crate::Protocol) gives it.
 //! - **Throttling**: as in the analysis, an activity of the highest priority on each CPU, always with its full execution time.
 //!
 //! Left out are activities that the analysis does not know (of unknown demand, priority or CPUs, without a period), and those in
@@ -81,8 +85,8 @@ pub struct Script {
 pub struct ScriptedTask {
     /// The nominal release of its first job. No job is later than nominally, except at the start of the script.
     pub first: Time,
-    /// The edges of its first jobs, by their indices. Each takes the full execution time; the edges of the jobs after them are
-    /// random.
+    /// The edges of its first jobs, by their indices. Each takes the full execution time, then waits for the full time, and takes no
+    /// lock; the edges of the jobs after them are random.
     pub edges: Vec<usize>,
 }
 
@@ -249,7 +253,7 @@ mod tests {
     use super::*;
     use crate::tasks::THROTTLED;
     use crate::testing::{self, machine};
-    use crate::{Demand, Operation, StateMachine};
+    use crate::{Demand, Lock, LockUser, Operation, Protocol, StateMachine, Waits};
     use expect_test::{Expect, expect};
 
     fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Task {
@@ -358,6 +362,60 @@ mod tests {
             assert_eq!(schedule.statistics[1].unwrap().misses, misses, "{length}");
             assert_eq!(schedule.jobs.iter().filter(|job| job.is_missed).count() as u64, misses, "{length}");
         }
+    }
+
+    fn waiting(task: Task, wait: u64, times: u64) -> Task {
+        let machine = task.demand.machine().unwrap().clone();
+        let (demand, waits) =
+            Waits::with_demand(machine, &[Time::from_nanos(wait)], Some(times), None).unwrap();
+        Task { demand, waits, ..task }
+    }
+
+    #[test]
+    fn a_job_that_waits_leaves_its_cpu() {
+        let set = set(vec![waiting(simple(2, 20, 1, 4), 6, 1), simple(1, 20, 1, 5)]);
+        check(
+            &set,
+            &worst(20),
+            expect![[r#"
+                0.1@0 0-2 edge 0
+                1.1@0 2-7 edge 0
+                0.1@0 8-10 edge 0
+            "#]],
+        );
+        // What a job that executes nothing waits for is its response.
+        let set = Tasks::new(vec![waiting(simple(1, 10, 1, 0), 6, 2)]);
+        let statistics = set.simulate(&worst(40), &|| ()).statistics[0].unwrap();
+        assert_eq!((statistics.jobs, statistics.greatest), (4, Some(Time::from_nanos(6))));
+    }
+
+    /// The first task is released while the last one holds a lock, and the second one soon after that.
+    fn with_lock(protocol: Protocol) -> Tasks {
+        let mut tasks = vec![simple(3, 40, 1, 2), simple(2, 40, 1, 5), simple(1, 40, 1, 6)];
+        for (task, offset) in tasks.iter_mut().zip([2, 3, 0]) {
+            task.offset = Some(Time::from_nanos(offset));
+        }
+        let users = [(0, 2), (2, 6)];
+        let users = users.map(|(task, held)| LockUser { task, held: Some(Time::from_nanos(held)) }).to_vec();
+        Tasks { locks: vec![Lock { name: "lock".into(), protocol, users }], ..Tasks::new(tasks) }
+    }
+
+    #[test]
+    fn a_job_that_holds_a_lock_has_the_priority_of_its_protocol() {
+        // The greatest responses over random instants of the locks. With a ceiling, the last task preempts the second one as well.
+        let greatest = |protocol| {
+            let set = with_lock(protocol);
+            let of_seed = |seed| {
+                let schedule = set.simulate(&SimulationOptions { seed, ..worst(40) }, &|| ());
+                [0, 1, 2].map(|task: usize| schedule.statistics[task].unwrap().greatest.unwrap().as_nanos())
+            };
+            (0..100).map(of_seed).reduce(|a, b| [0, 1, 2].map(|task| a[task].max(b[task]))).unwrap()
+        };
+        // The first task waits until 6, from 2 on, and the second one follows at 8.
+        assert_eq!(greatest(Protocol::Inheritance), [6, 10, 13]);
+        assert_eq!(greatest(Protocol::Ceiling), [6, 10, 13]);
+        // The second task delays the last one, which delays the first one.
+        assert_eq!(greatest(Protocol::None), [11, 6, 13]);
     }
 
     #[test]

@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use mauve_timing::{
-    Bound, Calls, Demand, Edge, Executed, Method, Operation, Options, Random, Schedule, SimulationOptions,
-    StateMachine, Task, Tasks, Time,
+    Bound, Calls, Demand, Edge, Executed, Lock, LockUser, Method, Operation, Options, Protocol, Random,
+    Schedule, SimulationOptions, StateMachine, Task, Tasks, Time, Waits,
 };
 
 /// The jobs that are compared with bounds, where the environment does not say otherwise.
@@ -59,6 +59,39 @@ impl Systems {
             Task { deadline, cpus: Some(mask), ..Task::new(priority, Time::from_nanos(period), machine) }
         });
         Tasks::new(activities.collect())
+    }
+
+    /// Lets some activities wait, for about as long as they execute.
+    fn wait(&mut self, set: &mut Tasks) {
+        for activity in set.activities_mut() {
+            let Demand::Machine { machine, .. } = &activity.demand else { panic!("known") };
+            let wait = |edge: &Edge| Time::from_nanos(self.from(0, 1 + edge.cost.as_nanos()));
+            let waits: Vec<Time> = machine.edges().iter().map(wait).collect();
+            let times = [Some(1), Some(2), Some(4), None][self.from(0, 3) as usize];
+            if self.from(0, 1) == 0 {
+                (activity.demand, activity.waits) =
+                    Waits::with_demand(machine.clone(), &waits, times, None).unwrap();
+            }
+        }
+    }
+
+    /// Adds one to three locks of the activities on a CPU.
+    fn share(&mut self, set: &mut Tasks, cpu: u64) {
+        let on_cpu = |task: &Task| task.cpus == Some(1 << cpu);
+        let on_cpu: Vec<usize> =
+            (0..set.activities().len()).filter(|&it| on_cpu(&set.activities()[it])).collect();
+        for _ in 0..self.from(1, 3) {
+            let mut users = Vec::new();
+            for &task in &on_cpu {
+                let Demand::Machine { machine, .. } = &set.activities()[task].demand else { panic!("known") };
+                let held = self.from(0, machine.greatest_cost().as_nanos());
+                if self.from(0, 2) == 0 {
+                    users.push(LockUser { task, held: Some(Time::from_nanos(held)) });
+                }
+            }
+            let protocol = Protocol::ALL[self.from(0, 2) as usize];
+            set.locks.push(Lock { name: "lock".into(), protocol, users });
+        }
     }
 
     fn options(&mut self, length: u64) -> SimulationOptions {
@@ -133,6 +166,37 @@ fn no_response_with_operations_exceeds_its_bound() {
             let (sends, time) = (systems.from(0, 2), Time::from_nanos(systems.from(0, 3)));
             set.operations.push(Operation { provider, client, sends, time, during });
         }
+        set
+    });
+}
+
+#[test]
+fn no_response_with_waits_exceeds_its_bound() {
+    compare("waits", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(20, 60));
+        let mut set = systems.set(cpus, percent);
+        systems.wait(&mut set);
+        set
+    });
+}
+
+#[test]
+fn no_response_with_locks_exceeds_its_bound() {
+    compare("locks", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(20, 70));
+        let mut set = systems.set(cpus, percent);
+        systems.share(&mut set, cpus - 1);
+        set
+    });
+}
+
+#[test]
+fn no_response_with_locks_and_waits_exceeds_its_bound() {
+    compare("locks and waits", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(10, 40));
+        let mut set = systems.set(cpus, percent);
+        systems.share(&mut set, 0);
+        systems.wait(&mut set);
         set
     });
 }

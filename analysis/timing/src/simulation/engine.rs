@@ -1,5 +1,5 @@
-//! The simulation itself: from one event to the next. An event is a release, or an instant at which an executing activity
-//! sends a call or ends a part of a job.
+//! The simulation itself: from one event to the next. An event is a release, the end of a wait, or an instant at which an executing
+//! activity sends a call, begins to wait, takes or leaves a lock, or ends a part of a job.
 
 use std::cmp::Reverse;
 use std::collections::binary_heap::PeekMut;
@@ -8,13 +8,16 @@ use std::collections::{BinaryHeap, VecDeque};
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
 use crate::response_time::linked;
-use crate::{Edge, StateMachine, Task, TaskKind, Tasks, Time};
+use crate::{Edge, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
 
 /// The most calls of one operation that one job sends.
 const MOST_CALLS: u64 = 1000;
+
+/// How often a job waits at most, where that is unknown.
+const MOST_WAITS: u64 = 3;
 
 /// The events between two calls of `interrupt`.
 const UNINTERRUPTED: u64 = 1 << 16;
@@ -43,6 +46,8 @@ struct Thread {
     task: usize,
     kind: TaskKind,
     /// Twice its priority, and 1 unless it waits for others of equal priority.
+    own_priority: u64,
+    /// The same, or the greater one that it has while it holds a lock.
     priority: u64,
     period: u64,
     deadline: u64,
@@ -57,6 +62,10 @@ struct Thread {
     scripted: Vec<Step>,
     /// The operations that it sends.
     sends: Vec<Sends>,
+    /// The locks that it takes, each with the time for which it holds it at most.
+    locks: Vec<(usize, u64)>,
+    /// How often a job waits at most.
+    most_waits: u64,
     /// For the phase and the jitter.
     release_choices: Random,
     /// For edges, execution times and calls.
@@ -75,8 +84,8 @@ struct Thread {
     calls_of_job: Option<usize>,
     /// What it executes.
     part: Option<Part>,
-    /// The calls that the current part sends: its remaining time at that instant, ascending, with the index of the operation.
-    stops: Vec<(u64, usize)>,
+    /// What the current part does: its remaining time at that instant, ascending.
+    stops: Vec<(u64, Stop)>,
     /// Its place among the activities of equal priority that are ready.
     ready_since: u64,
     /// The CPU that it last used.
@@ -99,6 +108,19 @@ struct Part {
     slice: u64,
 }
 
+/// What a part does at an instant. Of one instant, the greatest comes first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Stop {
+    /// It sends a call of the operation with this index.
+    Send(usize),
+    /// It takes the lock with this index.
+    Take(usize),
+    /// It waits for this time.
+    Wait(u64),
+    /// It leaves the lock with this index.
+    Leave(usize),
+}
+
 struct Sends {
     operation: usize,
     most: u64,
@@ -111,20 +133,26 @@ struct Sends {
 struct Step {
     edge: usize,
     target: usize,
+    /// What it executes.
     cost: u64,
+    /// For how long it waits.
+    wait: u64,
 }
 
 impl Step {
-    fn new(index: usize, edge: &Edge) -> Step {
-        Step { edge: index, target: edge.target as usize, cost: edge.cost.as_nanos() }
+    /// The edge with this index of the machine of a task.
+    fn new(index: usize, edge: &Edge, task: &Task) -> Step {
+        let executed = task.executed().and_then(|machine| machine.edges().get(index)).unwrap_or(edge);
+        let (all, cost) = (edge.cost.as_nanos(), executed.cost.as_nanos());
+        Step { edge: index, target: edge.target as usize, cost, wait: all.saturating_sub(cost) }
     }
 }
 
-/// Returns the edges of a machine by their source.
-fn steps_of(machine: &StateMachine) -> Vec<Vec<Step>> {
+/// Returns the edges of the machine of a task by their source.
+fn steps_of(machine: &StateMachine, task: &Task) -> Vec<Vec<Step>> {
     let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); machine.states() as usize];
     for (index, edge) in machine.edges().iter().enumerate() {
-        of_state[edge.source as usize].push(Step::new(index, edge));
+        of_state[edge.source as usize].push(Step::new(index, edge, task));
     }
     of_state
 }
@@ -133,7 +161,8 @@ fn steps_of(machine: &StateMachine) -> Vec<Vec<Step>> {
 /// greatest cost.
 fn random_step(steps: &[Step], heavy: u32, random: &mut Random) -> Step {
     if heavy > 0 && random.up_to(99) < u64::from(heavy) {
-        let heaviest = |best: Step, it: &Step| if it.cost > best.cost { *it } else { best };
+        let demand = |step: &Step| step.cost + step.wait;
+        let heaviest = |best: Step, it: &Step| if demand(it) > demand(&best) { *it } else { best };
         return steps.iter().fold(steps[0], heaviest);
     }
     if let [only] = steps { *only } else { steps[random.up_to(steps.len() as u64 - 1) as usize] }
@@ -156,6 +185,16 @@ struct Group {
     ready: Vec<usize>,
 }
 
+/// A lock.
+struct Lock {
+    protocol: Protocol,
+    /// The greatest priority of its users.
+    ceiling: u64,
+    holder: Option<usize>,
+    /// Those that wait until it is free.
+    blocked: Vec<usize>,
+}
+
 struct Engine<'a> {
     options: &'a SimulationOptions,
     length: u64,
@@ -163,12 +202,15 @@ struct Engine<'a> {
     threads: Vec<Thread>,
     /// For each operation its provider, if that is simulated, and the execution time of a call.
     operations: Vec<(Option<usize>, u64)>,
+    locks: Vec<Lock>,
     cpus: Vec<Cpu>,
     groups: Vec<Group>,
     /// The groups to assign to CPUs again, a bit for each.
     changed: u64,
     /// The instant of the next release of each task, with its index.
     releases: BinaryHeap<Reverse<(u64, usize)>>,
+    /// The ends of the waits, each with the index of the task.
+    ends_of_waits: BinaryHeap<Reverse<(u64, usize)>>,
     /// How often a task became ready.
     became_ready: u64,
     slices: Vec<Slice>,
@@ -196,10 +238,12 @@ impl<'a> Engine<'a> {
             now: 0,
             threads: Vec::new(),
             operations: Vec::new(),
+            locks: Vec::new(),
             cpus: bits(used).map(|bit| Cpu { number: bit as u32, running: None, event: u64::MAX }).collect(),
             groups: Vec::new(),
             changed: 0,
             releases: BinaryHeap::new(),
+            ends_of_waits: BinaryHeap::new(),
             became_ready: 0,
             slices: Vec::new(),
             jobs: Vec::new(),
@@ -223,7 +267,21 @@ impl<'a> Engine<'a> {
         let provider = |index: usize| thread_of.get(index).copied().flatten();
         let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
         engine.operations = operations.collect();
+        engine.add_locks(set, &thread_of);
         engine
+    }
+
+    fn add_locks(&mut self, set: &Tasks, thread_of: &[Option<usize>]) {
+        for (index, lock) in set.locks.iter().enumerate() {
+            let mut ceiling = 0;
+            for user in &lock.users {
+                let Some(thread) = thread_of.get(user.task).copied().flatten() else { continue };
+                let task = &mut self.threads[thread];
+                ceiling = task.own_priority.max(ceiling);
+                task.locks.push((index, user.held.map_or(u64::MAX, Time::as_nanos)));
+            }
+            self.locks.push(Lock { protocol: lock.protocol, ceiling, holder: None, blocked: Vec::new() });
+        }
     }
 
     /// Adds a task of known demand on these of the CPUs. Without a deadline, that is the period.
@@ -243,7 +301,7 @@ impl<'a> Engine<'a> {
         };
         let mut scripted: Vec<Step> = of_script.map_or_else(Vec::new, |script| {
             let edges = script.edges.iter().map_while(|&index| Some((index, machine.edges().get(index)?)));
-            edges.map(|(index, edge)| Step::new(index, edge)).collect()
+            edges.map(|(index, edge)| Step::new(index, edge, task)).collect()
         });
         scripted.reverse();
         let waits = script.is_some_and(|script| script.last == index);
@@ -261,15 +319,18 @@ impl<'a> Engine<'a> {
         self.threads.push(Thread {
             task: index,
             kind,
+            own_priority: u64::from(priority) * 2 + u64::from(!waits),
             priority: u64::from(priority) * 2 + u64::from(!waits),
             period,
             deadline,
             jitter,
             cpus,
             group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
-            steps: steps_of(machine),
+            steps: steps_of(machine, task),
             scripted,
             sends,
+            locks: Vec::new(),
+            most_waits: task.waits.as_ref().and_then(|waits| waits.times).unwrap_or(MOST_WAITS),
             release_choices,
             job_choices,
             state,
@@ -293,7 +354,8 @@ impl<'a> Engine<'a> {
     /// Goes to the next instant with an event. Returns whether there was one.
     fn step(&mut self) -> bool {
         let release = self.releases.peek().map_or(u64::MAX, |Reverse((at, _))| *at);
-        let next = self.cpus.iter().map(|cpu| cpu.event).fold(release, u64::min);
+        let end_of_wait = self.ends_of_waits.peek().map_or(u64::MAX, |Reverse((at, _))| *at);
+        let next = self.cpus.iter().map(|cpu| cpu.event).fold(release.min(end_of_wait), u64::min);
         if next > self.length {
             return false;
         }
@@ -301,6 +363,11 @@ impl<'a> Engine<'a> {
         for cpu in 0..self.cpus.len() {
             if self.cpus[cpu].event == next {
                 self.progress(cpu);
+            }
+        }
+        while self.ends_of_waits.peek().is_some_and(|Reverse((at, _))| *at == next) {
+            if let Some(Reverse((_, index))) = self.ends_of_waits.pop() {
+                self.end_wait(index);
             }
         }
         while self.releases.peek().is_some_and(|Reverse((at, _))| *at == next) {
@@ -349,9 +416,12 @@ impl<'a> Engine<'a> {
 
     /// Makes a task ready if it has work.
     fn wake(&mut self, index: usize) {
-        if !self.begin(index) {
-            return;
+        if self.begin(index) {
+            self.make_ready(index);
         }
+    }
+
+    fn make_ready(&mut self, index: usize) {
         self.became_ready += 1;
         let task = &mut self.threads[index];
         task.ready_since = self.became_ready;
@@ -394,7 +464,8 @@ impl<'a> Engine<'a> {
             return false;
         }
         task.calls_of_job = Some(0);
-        let (step, least_time) = match task.scripted.pop() {
+        let scripted = task.scripted.pop();
+        let (step, least_time) = match scripted {
             Some(step) => (step, 100),
             None => {
                 (random_step(&task.steps[task.state], self.options.heavy, &mut task.job_choices), least_time)
@@ -403,6 +474,11 @@ impl<'a> Engine<'a> {
         task.state = step.target;
         let cost = execution_time(step.cost, least_time, &mut task.job_choices);
         begin(Executed::Edge(step.edge), cost);
+        match scripted {
+            Some(step) if step.wait > 0 => task.stops.push((0, Stop::Wait(step.wait))),
+            Some(_) => {}
+            None => task.choose_suspensions(cost, step.wait, least_time),
+        }
         task.choose_sends(None, cost);
         true
     }
@@ -416,8 +492,21 @@ impl<'a> Engine<'a> {
         part.remaining -= now - part.since;
         part.since = now;
         let remaining = part.remaining;
-        while let Some((_, operation)) = self.threads[index].stops.pop_if(|(at, _)| *at >= remaining) {
-            self.send(operation);
+        while let Some((at, stop)) = self.threads[index].stops.pop_if(|(at, _)| *at >= remaining) {
+            match stop {
+                Stop::Send(operation) => self.send(operation),
+                Stop::Leave(lock) => self.leave(lock, index),
+                Stop::Take(lock) if self.take(lock, index) => {}
+                Stop::Take(_) => {
+                    // It tries again when it continues.
+                    self.threads[index].stops.push((at, stop));
+                    return self.suspend(index, cpu);
+                }
+                Stop::Wait(time) => {
+                    self.ends_of_waits.push(Reverse((now.saturating_add(time), index)));
+                    return self.suspend(index, cpu);
+                }
+            }
         }
         if remaining > 0 {
             self.cpus[cpu].event = self.threads[index].event();
@@ -432,15 +521,85 @@ impl<'a> Engine<'a> {
             self.cpus[cpu].event = self.threads[index].event();
             return;
         }
+        self.make_unready(index, cpu);
+    }
+
+    /// Removes a task that executes from those that are ready.
+    fn make_unready(&mut self, index: usize, cpu: usize) {
         let task = &mut self.threads[index];
         task.is_running = false;
         let group = task.group;
-        let ready = &mut self.groups[group].ready;
-        if let Some(place) = ready.iter().position(|&other| other == index) {
-            ready.remove(place);
-        }
+        self.groups[group].ready.retain(|&other| other != index);
         self.cpus[cpu].running = None;
         self.cpus[cpu].event = u64::MAX;
+        self.changed |= 1 << group;
+    }
+
+    /// Stops a task within a part.
+    fn suspend(&mut self, index: usize, cpu: usize) {
+        if self.threads[index].part.as_ref().is_some_and(|part| part.slice < self.now) {
+            self.end_slice(index);
+        }
+        self.make_unready(index, cpu);
+    }
+
+    /// A job that has nothing to do after its last wait ends with it.
+    fn end_wait(&mut self, index: usize) {
+        let task = &mut self.threads[index];
+        let has_ended = task.part.as_ref().is_some_and(|part| part.remaining == 0) && task.stops.is_empty();
+        if !has_ended {
+            return self.make_ready(index);
+        }
+        task.part = None;
+        self.end_job(index);
+        self.wake(index);
+    }
+
+    /// Takes a lock, or waits for it. Returns whether the task has it.
+    fn take(&mut self, lock: usize, index: usize) -> bool {
+        let of_lock = &mut self.locks[lock];
+        let (protocol, ceiling) = (of_lock.protocol, of_lock.ceiling);
+        let Some(holder) = of_lock.holder else {
+            of_lock.holder = Some(index);
+            if protocol == Protocol::Ceiling {
+                self.raise(index, ceiling);
+            }
+            return true;
+        };
+        of_lock.blocked.push(index);
+        if protocol == Protocol::Inheritance {
+            self.raise(holder, self.threads[index].priority);
+        }
+        false
+    }
+
+    /// Leaves a lock. Whoever is blocked tries to take it when it has a CPU.
+    fn leave(&mut self, lock: usize, index: usize) {
+        let of_lock = &mut self.locks[lock];
+        of_lock.holder = None;
+        let blocked = std::mem::take(&mut of_lock.blocked);
+        self.set_priority(index, self.threads[index].own_priority);
+        for blocked in blocked {
+            self.make_ready(blocked);
+        }
+    }
+
+    fn raise(&mut self, index: usize, priority: u64) {
+        self.set_priority(index, self.threads[index].priority.max(priority));
+    }
+
+    /// Sets the priority of a task that is ready, before others of equal priority.
+    fn set_priority(&mut self, index: usize, priority: u64) {
+        let task = &mut self.threads[index];
+        if task.priority == priority {
+            return;
+        }
+        task.priority = priority;
+        let group = task.group;
+        let ready = &mut self.groups[group].ready;
+        ready.retain(|&other| other != index);
+        let place = ready.partition_point(|&other| self.threads[other].priority > priority);
+        ready.insert(place, index);
         self.changed |= 1 << group;
     }
 
@@ -596,16 +755,48 @@ impl Thread {
     fn choose_sends(&mut self, during: Option<usize>, cost: u64) {
         for sends in self.sends.iter().filter(|sends| sends.during == during) {
             for _ in 0..self.job_choices.up_to(sends.most) {
-                self.stops.push((self.job_choices.up_to(cost), sends.operation));
+                self.stops.push((self.job_choices.up_to(cost), Stop::Send(sends.operation)));
             }
         }
         self.stops.sort_unstable();
     }
 
-    /// Returns the instant at which it sends a call or ends its part, if it executes until then.
+    /// Chooses when a job that executes for `cost` takes and leaves a lock, and when it waits, for `wait` in all at most. It does
+    /// not wait while it holds a lock.
+    fn choose_suspensions(&mut self, cost: u64, wait: u64, least_time: u32) {
+        let mut section = (0, 0);
+        if !self.locks.is_empty() && cost > 0 {
+            let choice = self.job_choices.up_to(self.locks.len() as u64) as usize;
+            if let Some(&(lock, held)) = self.locks.get(choice).filter(|(_, held)| *held > 0) {
+                let longest = held.min(cost);
+                let is_longest = self.job_choices.up_to(1) == 0;
+                let held = if is_longest { longest } else { 1 + self.job_choices.up_to(longest - 1) };
+                let leaves = self.job_choices.up_to(cost - held);
+                section = (leaves, leaves + held);
+                self.stops.extend([(section.0, Stop::Leave(lock)), (section.1, Stop::Take(lock))]);
+            }
+        }
+        if wait == 0 || self.most_waits == 0 {
+            return;
+        }
+        let waits = 1 + self.job_choices.up_to(self.most_waits.min(MOST_WAITS) - 1);
+        let mut left = execution_time(wait, least_time, &mut self.job_choices);
+        for number in 1..=waits {
+            let time = if number == waits { left } else { self.job_choices.up_to(left) };
+            let at = self.job_choices.up_to(cost);
+            let at = if section.0 < at && at < section.1 { section.0 } else { at };
+            if time > 0 {
+                self.stops.push((at, Stop::Wait(time)));
+            }
+            left -= time;
+        }
+    }
+
+    /// Returns the instant of its next stop, or of the end of its part, if it executes until then.
     fn event(&self) -> u64 {
         let until = self.stops.last().map_or(0, |(at, _)| *at);
-        self.part.as_ref().map_or(u64::MAX, |part| part.since.saturating_add(part.remaining - until))
+        let remaining = |part: &Part| part.remaining.saturating_sub(until);
+        self.part.as_ref().map_or(u64::MAX, |part| part.since.saturating_add(remaining(part)))
     }
 
     fn statistics(&self, end: u64) -> Statistics {
