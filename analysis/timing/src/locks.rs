@@ -13,6 +13,9 @@
 //! - With *none* of them, it keeps its priority, and any task between the two delays both. Without such a task, B is that of
 //!   inheritance; and a job of still lower priority delays both where it holds a lock with a ceiling that equals this priority.
 //!
+//! A lock that is left is free for whoever has the CPU: it is not kept for a job of lower priority that waits for it. (Linux lets a
+//! higher priority take it first.)
+//!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
 
@@ -21,7 +24,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::response_time::linked_cpus;
-use crate::{Demand, Priority, Task, Tasks, Time};
+use crate::{Demand, Priority, Task, TaskKind, Tasks, Time};
 
 /// How a job that holds a lock is kept from being preempted.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
@@ -263,10 +266,96 @@ impl Tasks {
         let is_between = |&(index, it): &(usize, &Task)| {
             let is_in = it.priority >= held_by.priority || held_by.priority == Priority::Unknown;
             let is_below = it.priority < task.priority || it.priority == Priority::Unknown;
-            index != of && index != holder && is_in && is_below && it.mask() & held_by.mask() != 0
+            // Throttling delays all, and so is no more between than any other task of higher priority.
+            let is_other = index != of && index != holder && self.kind(index) != TaskKind::Throttling;
+            is_other && is_in && is_below && it.mask() & held_by.mask() != 0
         };
         let between: Vec<usize> =
             raised.iter().enumerate().filter(is_between).map(|(index, _)| index).collect();
         (!between.is_empty()).then_some((holder, between))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::simple;
+    use crate::{StateMachine, Waits};
+
+    fn lock(protocol: Protocol, users: &[(usize, Option<u64>)]) -> Lock {
+        let user = |&(task, held): &(usize, Option<u64>)| LockUser { task, held: held.map(Time::from_nanos) };
+        Lock { name: "bus".into(), protocol, users: users.iter().map(user).collect() }
+    }
+
+    fn blocking(tasks: Vec<Task>, locks: &[Lock]) -> Vec<Blocking> {
+        Tasks { locks: locks.to_vec(), ..Tasks::new(tasks) }.with_blocking().1
+    }
+
+    fn time(time: u64) -> Blocking {
+        Blocking::Time(Time::from_nanos(time))
+    }
+
+    /// The second task uses no lock.
+    fn three() -> Vec<Task> {
+        vec![simple(3, 100, 10), simple(2, 100, 10), simple(1, 100, 10), simple(1, 100, 10)]
+    }
+
+    #[test]
+    fn the_greatest_time_or_the_sums() {
+        let users = [(0, Some(1)), (2, Some(5)), (3, Some(7))];
+        let others = [(0, Some(1)), (3, Some(4))];
+        let locks = |protocol| [lock(protocol, &users), lock(protocol, &others)];
+        assert_eq!(blocking(three(), &locks(Protocol::Ceiling)), [time(7), time(7), time(0), time(0)]);
+        // By lock: 7 + 4. By task: 5 + 7.
+        assert_eq!(blocking(three(), &locks(Protocol::Inheritance)), [time(11), time(11), time(0), time(0)]);
+    }
+
+    #[test]
+    fn a_task_between_preempts_a_holder_without_a_protocol() {
+        let locks = [lock(Protocol::None, &[(0, Some(1)), (2, Some(5))])];
+        let between = |between: Vec<usize>| Blocking::Inversion { lock: 0, holder: 2, between };
+        assert_eq!(blocking(three(), &locks)[0], between(vec![1, 3]));
+        let mut tasks = three();
+        tasks.truncate(3);
+        tasks[1].priority = Priority::RealTime(3);
+        assert_eq!(blocking(tasks.clone(), &locks), [time(5), time(5), time(0)]);
+        // Throttling is above all of them.
+        let throttled =
+            Tasks { locks: locks.to_vec(), ..Tasks::new(tasks.clone()).with_platform(Vec::new(), true) };
+        assert_eq!(throttled.with_blocking().1[..3], [time(5), time(5), time(0)]);
+        tasks[2].priority = Priority::Background;
+        assert_eq!(blocking(tasks, &locks)[0], between(Vec::new()));
+    }
+
+    #[test]
+    fn what_is_not_analysed() {
+        let unknown = [lock(Protocol::Ceiling, &[(0, None), (2, None)])];
+        let is_unknown = Blocking::UnknownTime { lock: 0, holder: 2 };
+        assert_eq!(blocking(three(), &unknown), [is_unknown.clone(), is_unknown, time(0), time(0)]);
+        let locks = [lock(Protocol::Ceiling, &[(0, Some(1)), (2, Some(5))])];
+        let mut tasks = three();
+        tasks[1].cpus = Some(0b11);
+        assert_eq!(blocking(tasks.clone(), &locks)[..2], [time(5), Blocking::Migrates { lock: 0 }]);
+        tasks[2].cpus = Some(0b10);
+        let several = Blocking::SeveralCpus { lock: 0 };
+        assert_eq!(blocking(tasks, &locks), [several.clone(), time(0), several, time(0)]);
+        let mut tasks = three();
+        let (executed, times) = (StateMachine::single(Time::from_nanos(10)), None);
+        tasks[1].waits = Some(Arc::new(Waits { executed, times }));
+        let often = Blocking::UnknownWaits { lock: 0, waiting: 1 };
+        assert_eq!(blocking(tasks, &locks)[..2], [time(5), often]);
+    }
+
+    #[test]
+    fn a_holder_on_several_cpus_has_the_highest_priority_of_the_users() {
+        let mut tasks = three();
+        tasks[0].cpus = Some(0b10);
+        let locks = [
+            lock(Protocol::None, &[(2, Some(1)), (3, Some(1))]),
+            lock(Protocol::Inheritance, &[(0, Some(1)), (2, Some(5))]),
+        ];
+        let raised = Tasks { locks: locks.to_vec(), ..Tasks::new(tasks) }.with_blocking().0;
+        assert_eq!(raised[2].priority, Priority::RealTime(3));
+        assert_eq!(raised[1].priority, Priority::RealTime(2));
     }
 }
