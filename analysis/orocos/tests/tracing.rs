@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use expect_test::expect;
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::packages;
-use mauve_tests::{Recorder, Span, spans};
+use mauve_tests::{Event, Recorder, Span, spans};
 
 /// One is called as a parameter of a macro is.
 const PACKAGES: [&str; 2] = ["motion", "program"];
@@ -29,10 +29,12 @@ fn generate(folder: &Path) {
     let workspace = Workspace::of_texts(&db, "/".into(), [(PathBuf::from("/robot.mal"), model)]);
     let packages = packages(&db, projects(&db, workspace)[0], None).expect("a model without mistakes");
     for package in packages {
-        let is_tracing = |path: &str| path.ends_with("-trace.hpp") || path.starts_with("tracing/");
+        let is_tracing = |path: &str| {
+            path.ends_with("-trace.hpp") || path.ends_with("-lock.hpp") || path.starts_with("tracing/")
+        };
         let files = package.files.into_iter().filter(|file| is_tracing(&file.path));
         let files: Vec<(String, String)> = files.map(|file| (file.path, file.text)).collect();
-        assert_eq!(files.len(), 3, "{files:?}");
+        assert_eq!(files.len(), 4, "{files:?}");
         mauve_tests::write(&folder.join(package.name), &files);
     }
 }
@@ -52,8 +54,13 @@ fn source(name: &str) -> String {
 fn component(compiler: &str, folder: &Path, package: &str, options: &[&str]) -> String {
     let object = format!("{package}.o");
     let header = format!("-DTRACE_HEADER=<{package}/{package}-trace.hpp>");
+    let lock = format!("-DLOCK_HEADER=<{package}/{package}-lock.hpp>");
+    let namespace = format!("-DLOCK_NAMESPACE={package}");
     let (include, source) = (format!("-I{package}/include"), source("component.cpp"));
     let mut arguments = vec!["-std=c++14", "-O0", "-fPIC", "-c", &header, &include, &source, "-o", &object];
+    if options.contains(&"-DMAUVE_TRACING") {
+        arguments.extend([lock.as_str(), &namespace]);
+    }
     arguments.extend(options);
     compile(compiler, folder, &arguments);
     object
@@ -224,6 +231,30 @@ fn orocos_times_of_spans_have_no_preemption_in_them() {
     // What the codel says of its own CPU time: that of the program is a bit more.
     let [program, codel] = [&all[2], &all[3]].map(|span| span.cpu);
     assert!(used <= codel && codel <= program && program <= used + 5_000_000, "{used} {codel} {program}");
+}
+
+#[test]
+fn orocos_locks_say_who_waited_for_them_and_who_had_them() {
+    for (c, cpp) in [("gcc", "g++"), ("clang", "clang++")] {
+        let mut recorder = Recorder::start();
+        let mut deployer = deployer(&recorder, c, cpp, None);
+        recorder.record();
+        deployer.tell("lock");
+        let events = recorder.stop();
+        let number = |event: &Event, name: &str| event.field(name).parse::<u64>().unwrap();
+        let codels: Vec<&Event> = events.iter().filter(|it| it.name == "codel").collect();
+        let [begin, end, ..] = codels[..] else { panic!("{events:#?}") };
+        let locks = events.iter().filter(|it| it.name == "lock" && it.provider == end.provider);
+        let (of_codel, others): (Vec<&Event>, Vec<&Event>) = locks.partition(|it| it.thread == end.thread);
+        let [own] = of_codel[..] else { panic!("{events:#?}") };
+        let [other] = others[..] else { panic!("{events:#?}") };
+        assert!(other.field("lock") == "bus" && number(other, "blocked_ns") == 0, "{other:?}");
+        // It slept with the lock, which is no CPU time; the codel waited for it, which was one wait.
+        assert!(number(other, "elapsed_ns") >= 50_000_000 && other.cpu() < 40_000_000, "{other:?}");
+        assert!(number(own, "blocked_ns") >= 10_000_000 && number(own, "waits") >= 1, "{own:?}");
+        // The codel itself slept, too.
+        assert!(number(end, "waits") > number(begin, "waits") + number(own, "waits"), "{end:?} {own:?}");
+    }
 }
 
 #[test]

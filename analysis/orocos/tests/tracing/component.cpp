@@ -1,10 +1,19 @@
 // Executes spans as a generated component does. TRACE_HEADER is the header of its package.
 
 #include TRACE_HEADER
+#ifdef LOCK_HEADER
+#include LOCK_HEADER
+#endif
 
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <time.h>
+#include <unistd.h>
 
 namespace {
 
@@ -30,6 +39,29 @@ double spin() {
   }
 }
 
+#ifdef LOCK_HEADER
+LOCK_NAMESPACE::MauveLock bus("bus");
+
+// Waits for another thread that has the lock.
+void share() {
+  std::atomic<bool> is_held{false};
+  std::thread other([&] {
+    const std::lock_guard<LOCK_NAMESPACE::MauveLock> held(bus);
+    is_held = true;
+    usleep(50000);
+  });
+  while (!is_held) usleep(100);
+  const std::lock_guard<LOCK_NAMESPACE::MauveLock> held(bus);
+  other.join();
+  // A thread may have no lock twice.
+  try {
+    bus.lock();
+    std::abort();
+  } catch (const std::system_error&) {
+  }
+}
+#endif
+
 class Component {
  public:
   explicit Component(const char* name) : name_(name) {}
@@ -54,6 +86,10 @@ class Component {
     return MAUVE_TRACE_CODEL(getName(), "motion.spin", ::spin());
   }
 
+#ifdef LOCK_HEADER
+  void lock() { MAUVE_TRACE_CODEL(getName(), "motion.share", ::share()); }
+#endif
+
   // A step that waits.
   void open(void (*wait)()) {
     MAUVE_TRACE_COMPONENT(getName());
@@ -71,6 +107,10 @@ class Component {
 }  // namespace
 
 extern "C" void update(const char* name) { Component(name).update(); }
+
+#ifdef LOCK_HEADER
+extern "C" void lock(const char* name) { Component(name).lock(); }
+#endif
 
 extern "C" double preempted(const char* name) { return Component(name).preempted(); }
 

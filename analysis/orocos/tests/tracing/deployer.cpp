@@ -2,6 +2,7 @@
 //
 //   update N   N steps of one component of each package, each in a thread of its own
 //   preempted  gives the CPU time of the codel, in nanoseconds
+//   lock       a codel shares a lock with another thread
 //   open       a step of each: it begins, waits for the next line, and calls a codel
 //
 // Each answer ends with how often the clock of a thread's CPU time was read.
@@ -65,6 +66,8 @@ int main(int count, char** arguments) {
       } else if (line == "preempted") {
         auto spin = reinterpret_cast<double (*)(const char*)>(function(package, "preempted"));
         value = spin("guidance");
+      } else if (line == "lock") {
+        reinterpret_cast<void (*)(const char*)>(function(package, "lock"))("guidance");
       } else if (line == "open") {
         auto open = reinterpret_cast<void (*)(const char*, void (*)())>(function(package, "open_step"));
         open("guidance", wait_for_line);

@@ -327,6 +327,29 @@ mod tests {
     }
 
     #[test]
+    fn codels_have_waits_and_locks_have_both_ends() {
+        let line = |event: &str, fields: &str| {
+            format!("[1.000000000] mauve_x:{event}: {{ vtid = 3 }}, {{ {fields} }}")
+        };
+        let codel = "instance = \"a\", codel = \"f\", phase = 1, cpu_ns = 5";
+        assert_eq!(read(&line("codel", &format!("{codel}, waits = 7"))).0.waits, Some(7));
+        // Of an earlier version.
+        assert_eq!(read(&line("codel", codel)).0.waits, None);
+        let access = line("access", "instance = \"a\", port = \"lib.C.p\", phase = 0, cpu_ns = 5");
+        let (event, name) = read(&access);
+        assert_eq!(
+            (event.is_end, name.key.as_str(), name.kind),
+            (false, "(access) lib.C.p", SpanKind::Access)
+        );
+        let lock = "instance = \"-\", lock = \"bus\", phase = 1, cpu_ns = 5, elapsed_ns = 9, blocked_ns = 4, waits = 1";
+        let lock = line("lock", lock);
+        let (event, name) = read(&lock);
+        assert_eq!((event.cpu_ns, event.lock, event.waits), (5, Some((9, 4)), Some(1)));
+        assert_eq!(name.key, "bus");
+        assert_eq!(parse(lock.replace("blocked_ns", "other").as_bytes()), Line::Malformed);
+    }
+
+    #[test]
     fn programs_have_the_keys_of_timing_tables() {
         for (state, transition, program, key) in [
             ("-", "-", "update", "C/update"),

@@ -356,6 +356,58 @@ mod tests {
         assert_eq!((summary.first, summary.last), (Some(7_000_000_001), Some(7_000_000_005)));
     }
 
+    /// The spans with their waits and times in locks.
+    #[derive(Default)]
+    struct Waits(Vec<(String, String, u64, Option<u64>, u64)>);
+
+    impl Visitor for Waits {
+        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+            let name = names.get(span.name);
+            let (key, instance) = (name.key.clone(), name.instance.clone());
+            self.0.push((key, instance, span.execution, span.waits, span.blocked));
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn a_wait_for_a_recorded_lock_is_none_of_the_codel() {
+        let codel = |time: u64, phase: u32, cpu: u64, waits: u64| {
+            line(time, 1, "f", phase, cpu).replace(" }\n", &format!(", waits = {waits} }}\n"))
+        };
+        let lock = |time: u64, thread: u64, lock: &str, waits: u64| {
+            format!(
+                "[7.{time:09}] vm mauve_x:lock: {{ cpu_id = 0 }}, {{ vtid = {thread} }}, {{ instance = \"-\", lock = \"{lock}\", \
+                 phase = 1, cpu_ns = 20, elapsed_ns = 30, blocked_ns = {}, waits = {waits} }}\n",
+                100 * waits
+            )
+        };
+        // Locks are left in any order, and by threads that execute no codel.
+        let text = [
+            codel(1, 0, 10, 5),
+            lock(500, 1, "bus", 1),
+            lock(600, 1, "a", 0),
+            lock(700, 2, "bus", 1),
+            codel(900, 1, 80, 8),
+        ];
+        let text = text.concat();
+        let (mut reader, mut found) = (TraceReader::default(), Waits::default());
+        let mut lines = Lines::new(Output { parts: vec![(&text, None)], lost: Vec::new() });
+        reader.read_events(&mut lines, |it| &mut it.lost, &mut found).unwrap();
+        let of = |key: &str, instance: &str, execution, waits, blocked| {
+            (key.to_owned(), instance.to_owned(), execution, waits, blocked)
+        };
+        assert_eq!(
+            found.0,
+            [
+                of("(lock bus) f", "a", 20, None, 100),
+                of("(lock a) f", "a", 20, None, 0),
+                of("(lock bus) -", "", 20, None, 100),
+                of("f", "a", 70, Some(2), 100),
+            ]
+        );
+        assert_eq!(reader.finish().spans, 4);
+    }
+
     #[test]
     fn discarded_events_concern_the_lines_that_follow_them() {
         let begin = [line(1, 1, "f", 0, 1), line(2, 1, "f", 1, 3), line(3, 1, "g", 0, 4)].concat();
