@@ -1,4 +1,4 @@
-//! The tracing of a package: spans of its components, programs and codels, recorded by LTTng-UST.
+//! The tracing of a package: spans of its components, programs, codels and accesses of ports, and its locks, recorded by LTTng-UST.
 //!
 //! With the option `MAUVE_TRACING` every step of a component, every program and every codel is an event where it begins
 //! (`phase` 0) and one where it ends (`phase` 1), with the CPU time that its thread has used so far: the difference is an
@@ -16,6 +16,11 @@
 //! **What is counted.** The clock is the last thing that is read before a beginning is recorded, and the first when it
 //! ends: a span counts about 500 ns of its own tracing, and 1 µs for each span inside of it. So times are rather too long
 //! than too short.
+//!
+//! **Waits.** The begin and the end of a codel have how often its thread gave up the CPU by its own will so far: a system call of about
+//! 300 ns, outside of the execution time of the codel, and within that of its program. A span without such a wait was only preempted.
+//! A lock has one event, when it is left: locks are no brackets. The codels of a package are in a library of their own, which is loaded
+//! without the provider, too: the header of locks refers to its functions weakly.
 //!
 //! **Scheduling.** The begin of a period has the real-time priority of its thread and the CPUs that the thread may use, as the
 //! kernel has them at that time: two system calls, only where a session records the event, and before the clock is read. (The

@@ -22,11 +22,14 @@ enum Command {
     ///
     /// A TRACE is a folder that LTTng has recorded, which needs the program babeltrace2; a folder of `mauve run --trace`; or a
     /// file of comma-separated values, whose first line names the columns codel and execution_ns, and optionally instance,
-    /// elapsed_ns and time_ns. Each TRACE becomes one run in the sample file; a session of LTTng with rotation, one run for each
+    /// elapsed_ns, time_ns, waits and blocked_ns. Each TRACE becomes one run in the sample file; a session of LTTng with rotation, one run for each
     /// chunk. A run is added completely or not at all, and never twice.
     ///
     /// Executions that were not recorded completely, for example because the tracer discarded events, are not imported; warnings
     /// count them.
+    ///
+    /// Codels that waited for something are named, with the line for a timing table. The greatest times and waits are kept beside
+    /// SAMPLES, in a file that ends in .observed.toml, which `mauve check` compares with the timing tables.
     ///
     /// Exit codes: 0 all traces were imported; 2 a trace that cannot be read or has no executions, or a file that cannot be
     /// written: the traces before it were imported.

@@ -13,7 +13,7 @@ const char usage[] =
     "  --simulate-time             run on a virtual clock, as fast as possible, with the execution times of the timing tables\n"
     "  --spend-times               for codels that are stubs: each uses the CPU for four fifths of its execution time\n"
     "  --allow-non-realtime        run without the scheduling that was analysed; the response times do not hold then\n"
-    "  --trace DIR                 record the executions of codels and programs in DIR/executions.csv,\n"
+    "  --trace DIR                 record executions, accesses of ports and locks in DIR/executions.csv,\n"
     "                              and periods in DIR/periods.csv\n"
     "  --live                      show the response times while the robot runs, on a terminal\n"
     "  --log-level LEVEL           error, warning (the default), info or debug\n"

@@ -2,8 +2,9 @@
 //!
 //! An execution was off the CPU for the difference of its elapsed and its CPU time. A part of that is explained: the thread waited for
 //! a lock that the recording has, or periods of instances with a higher priority executed on its CPU. If the thread never gave up the
-//! CPU by its own will, the rest was preemption by something else, and the codel did not wait. Otherwise the rest counts as a wait,
-//! which may be too long and never too short.
+//! CPU by its own will, the rest was preemption by something else, and the codel did not wait. Otherwise the rest counts as a wait. It
+//! may be too long, by what the recording does not have. The part of a wait in which a higher priority executes on the same CPU is not
+//! in it: that is interference, which a bound counts for itself.
 
 use std::collections::BTreeMap;
 
