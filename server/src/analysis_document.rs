@@ -12,8 +12,8 @@ use mauve_hir::{
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
-    ActivityReport, InterferenceReport, Limit, Query, Report, Sensitivity, TableSet, response_times,
-    tables_of, timetable_of,
+    ActivityReport, Basis, InterferenceReport, Limit, Query, Report, Sensitivity, TableSet, basis_of,
+    response_times, tables_of, timetable_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -25,6 +25,8 @@ use crate::json::{non_empty, object};
 pub(crate) struct Deployed<'db> {
     pub(crate) db: &'db Database,
     pub(crate) name: &'db str,
+    /// Its declaration; `None` for a task set.
+    pub(crate) declared: Option<Decl<'db>>,
     /// Where it comes from.
     pub(crate) origin: Origin<'db>,
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
@@ -84,7 +86,8 @@ impl<'db> Deployed<'db> {
         let reason = |name: &Name| Some((name.clone(), accepted(db, project, deployment, name)?));
         let accepted = activities.filter_map(|activity| reason(&activity.instance)).collect();
         let sensitivities = Vec::new();
-        Deployed { db, name: deployment.name(db), origin, reports, sensitivities, errors, accepted }
+        let (name, declared) = (deployment.name(db), Some(deployment));
+        Deployed { db, name, declared, origin, reports, sensitivities, errors, accepted }
     }
 
     /// The reason for which the missing proof of an activity is accepted; `None` if it is proved.
@@ -131,6 +134,20 @@ impl<'db> Deployed<'db> {
     /// Is every deadline proved, at every level?
     pub(crate) fn schedulable(&self) -> bool {
         self.errors == 0 && self.reports.iter().all(|(_, report)| report.schedulable())
+    }
+
+    /// What its figures rest on, at the first of its levels. A task set has a time for each task.
+    pub(crate) fn basis(&self) -> Option<Basis> {
+        let (query, _) = self.reports.first()?;
+        match self.origin {
+            Origin::Model(tables) => {
+                Some(basis_of(self.db, tables.project(self.db), self.declared?, query.level))
+            }
+            Origin::File { set, .. } => {
+                let assumed = self.assumed().collect::<BTreeSet<&str>>().len();
+                Some(Basis { times: set.task.len(), assumed, ..Basis::default() })
+            }
+        }
     }
 
     /// The codels whose times are assumed.
@@ -243,6 +260,10 @@ fn activity_document(
         // The CPUs whose activities are counted, where these are not those of the affinity.
         [counted_cpus]: activity.rule.map(CpuRule::mask).filter(|mask| Some(*mask) != activity.cpus),
         own: activity.own.map(milliseconds),
+        // What of `own` its codels wait.
+        [wait]: Some(activity.task.wait()).filter(|wait| *wait > Time::ZERO).map(milliseconds),
+        // How long lower priorities that hold locks delay it.
+        [blocking]: activity.window.as_ref().map(|it| it.blocking).filter(|it| *it > Time::ZERO).map(milliseconds),
         // The calls that each job executes for other activities; `own` includes them.
         [calls]: non_empty(calls),
         first_job: activity.first_job.map(milliseconds),

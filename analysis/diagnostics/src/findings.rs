@@ -86,6 +86,7 @@ pub fn workspace_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Fi
 pub fn checked_files(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let models = projects_by_file(db, workspace).keys().chain(models_not_included(db, workspace)).copied();
     let tables = mauve_wcrt::table_files(db, workspace).files.iter().copied();
+    let tables = tables.chain(mauve_wcrt::observed_files(db, workspace).files.iter().copied());
     let mut all: Vec<File> = models.chain(tables).chain(config_file(db, workspace)).collect();
     all.sort_by_cached_key(|file| file.path(db).clone());
     all.dedup();
@@ -278,7 +279,9 @@ fn diagnostics_at<'db>(
 ) -> Vec<(TextSize, Arc<Diagnostic<'db>>, Option<Project<'db>>)> {
     // A table belongs to all projects. No project contains the configuration, but diagnostics of each may be there.
     let containing = projects_by_file(db, workspace).get(&file).map(Vec::as_slice);
-    let is_table = containing.is_none() && mauve_wcrt::table_files(db, workspace).files.contains(&file);
+    let is_table = containing.is_none()
+        && (mauve_wcrt::table_files(db, workspace).files.contains(&file)
+            || mauve_wcrt::observed_files(db, workspace).files.contains(&file));
     let having = if is_table { projects(db, workspace) } else { containing.unwrap_or_default() };
     let mut found: Vec<(TextSize, &'db Arc<Diagnostic<'db>>, Vec<Project<'db>>)> = Vec::new();
     let mut index: FxHashMap<(TextSize, &'static str, &'db str), usize> = FxHashMap::default();
@@ -344,7 +347,8 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
         found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
     }
-    for (error, span) in &mauve_wcrt::table_files(db, workspace).errors {
+    let observed = &mauve_wcrt::observed_files(db, workspace).errors;
+    for (error, span) in mauve_wcrt::table_files(db, workspace).errors.iter().chain(observed) {
         found.push(invalid_configuration::report(at(span), table_reasons::table_files_error(error)));
     }
     for (path, span) in &config.roots {

@@ -292,6 +292,11 @@ codes! {
     invalid_configuration: INVALID_CONFIGURATION = Error "invalid-configuration";
     invalid_table: INVALID_TABLE = Error "invalid-table";
     unknown_timing_key: UNKNOWN_TIMING_KEY = Warning "unknown-timing-key";
+    refuted_time: REFUTED_TIME = Error "refuted-time";
+    waiting_codel: WAITING_CODEL = Error "waiting-codel";
+    undeclared_lock: UNDECLARED_LOCK = Error "undeclared-lock";
+    work_elsewhere: WORK_ELSEWHERE = Error "work-elsewhere";
+    unmeasured_access: UNMEASURED_ACCESS = Warning "unmeasured-access";
     outdated_measurement: OUTDATED_MEASUREMENT = Hint "outdated-measurement";
     doubtful_measurement: DOUBTFUL_MEASUREMENT = Hint "doubtful-measurement";
     unresolved_operation: UNRESOLVED_OPERATION = Error "unresolved-operation" mechanical;

@@ -244,6 +244,10 @@ fn lock(why: &LockReason) -> Words {
             format!("the lock `{lock}` names `{codel}`, which no model declares: any codel may take it"),
             "lock unknown",
         ),
+        LockReason::Undeclared { codel, lock } => (
+            format!("`{codel}` takes the lock `{lock}`, as a recording showed: declare that in mauve.toml"),
+            "lock undeclared",
+        ),
         LockReason::TwoLocks { codel, locks: [first, second] } => {
             let why = "in an unknown order, and may wait for ever";
             let mend = "write `protocol = \"ceiling\"` for both, if they are such locks";

@@ -137,7 +137,7 @@ fn values(count: usize) -> String {
     }
 }
 
-fn kind_name(kind: TomlKind) -> &'static str {
+pub(super) fn kind_name(kind: TomlKind) -> &'static str {
     match kind {
         TomlKind::String => "a string",
         TomlKind::Number => "a number",

@@ -1,14 +1,14 @@
 //! The messages of the reasons why timing tables, or entries of them, cannot be used.
 
 use mauve_hir::{File, ModelDb, toml_key};
-use mauve_timing::Level;
+use mauve_timing::{Level, ObservedErrorKind};
 use mauve_wcrt::{
     LONGEST_PATTERN, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram, file_name, table,
 };
 
-use super::configuration::mistake;
-use super::table_error::table_error_message;
+use super::configuration::{mistake, time_error};
+use super::table_error::{kind_name, table_error_message};
 
 /// Returns why an entry of a timing table is unusable.
 pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
@@ -30,6 +30,15 @@ pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) ->
         UnusableTime::TwoTimes(of, [first, second]) => {
             let (first, second) = (file_name(db, *first), file_name(db, *second));
             format!("{} has two times, in {first} and {second}", timed(db, of))
+        }
+        UnusableTime::Refuted(of @ Timed::Wait(_), observed) => {
+            format!(
+                "a recording showed {observed} for {}: its `[wait]` is missing or too short",
+                timed(db, of)
+            )
+        }
+        UnusableTime::Refuted(of, observed) => {
+            format!("a recording refuted the time of {}: it took {observed}", timed(db, of))
         }
         UnusableTime::Damaged(of, table) => {
             format!("the time of {} in {} has an error", timed(db, of), file_name(db, *table))
@@ -53,7 +62,7 @@ fn line_of(db: &dyn ModelDb, entry: &StrayEntry) -> String {
     }
 }
 
-fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
+pub(super) fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
     match of {
         Timed::Codel(codel) => format!("codel `{}`", codel.qualified(db)),
         Timed::Program(component, key) => format!("`{}/{key}`", component.name(db)),
@@ -96,7 +105,30 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         TableFault::ManyUnknownKeys(keys) => {
             format!("{keys} unknown keys: this may be a table of another project")
         }
+        TableFault::Observed(kind) => observed_error(kind),
         TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
+    }
+}
+
+/// Returns the message of an error in a file of `[timing] observed`.
+fn observed_error(kind: &ObservedErrorKind) -> String {
+    match kind {
+        ObservedErrorKind::NotToml(error) => format!("not TOML: {error}"),
+        ObservedErrorKind::UnknownKey(key) => {
+            format!("unknown key `{key}`: `mauve trace import` writes this file")
+        }
+        ObservedErrorKind::MissingKey(key) => {
+            format!("`{key}` is missing: `mauve trace import` writes this file")
+        }
+        ObservedErrorKind::OfKind { key, expected, found } => {
+            format!("`{key}` is {}: expected {expected}", kind_name(*found))
+        }
+        ObservedErrorKind::UnknownUnit(name) => {
+            format!("unknown unit `{name}`: expected `ns`, `us`, `ms` or `s`")
+        }
+        ObservedErrorKind::InvalidTime { text, error, .. } => {
+            format!("`{text}` is no time: {}", time_error(*error))
+        }
     }
 }
 

@@ -70,6 +70,17 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::AmbiguousTimingKey { key, first } => {
             unknown_timing_key::ambiguous(at, key, &first.qualified(db))
         }
+        Fact::RefutedTime { of, observed, written, file } => {
+            refuted_time::report(db, at, of, *observed, *written, *file)
+        }
+        Fact::WaitingCodel { codel, wait, written, is_known, file } => {
+            waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
+        }
+        Fact::UndeclaredLock { lock, codel, held, declared } => {
+            undeclared_lock::report(at, lock, codel, *held, *declared)
+        }
+        Fact::UnmeasuredAccess { ports } => unmeasured_access::report(at, ports),
+        Fact::WorkElsewhere { thread, per_second } => work_elsewhere::report(at, thread, *per_second),
         Fact::OutdatedMeasurement { key, changed } => outdated_measurement::report(at, key, changed),
         Fact::DoubtfulMeasurement { key, warnings } => doubtful_measurement::report(at, key, warnings),
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),

@@ -633,8 +633,10 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         "missing-value",
         "operation-signature",
         "outside-interval",
+        "refuted-time",
         "too-large",
         "two-writers",
+        "undeclared-lock",
         "unknown-field",
         "unreadable-file",
         "unresolved-architecture",
@@ -643,6 +645,8 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         "unresolved-feature",
         "unresolved-include",
         "unresolved-instance",
+        "waiting-codel",
+        "work-elsewhere",
         "wrong-shell",
     ];
     let errors = mauve_diagnostics::codes().filter(|code| code.severity == Severity::Error);

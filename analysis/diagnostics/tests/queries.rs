@@ -177,12 +177,13 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
             ("response_times", 2),
             ("missing_time_facts", 1),
             ("declaration_diagnostics", 2),
+            ("large_ports", 1),
         ]),
     );
     // The same time: nothing behind the machine.
     let counts =
         executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
-    check(&counts, &and(&[("psm_of", 1)]));
+    check(&counts, &and(&[("psm_of", 1), ("large_ports", 1)]));
     // A core that no component has; what the project uses is another codel.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
     let of_core: Vec<_> = of_core.into_iter().filter(|(query, _)| *query != "errors_in").collect();

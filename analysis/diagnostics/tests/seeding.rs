@@ -56,9 +56,11 @@ const OPERATORS: &[(&str, Operator)] = &[
     ("outside-interval", outside_interval),
     ("port-direction", port_direction),
     ("recursive-operation", recursive_operation),
+    ("refuted-time", refuted_time),
     ("return-type", return_type),
     ("syntax-error", syntax_error),
     ("two-writers", two_writers),
+    ("undeclared-lock", undeclared_lock),
     ("undeclared-operation", undeclared_operation),
     ("undefined-operation", undefined_operation),
     ("unknown-field", unknown_field),
@@ -74,6 +76,8 @@ const OPERATORS: &[(&str, Operator)] = &[
     ("unresolved-state", unresolved_state),
     ("unresolved-variable", unresolved_variable),
     ("update-or-statemachine", update_or_statemachine),
+    ("waiting-codel", waiting_codel),
+    ("work-elsewhere", work_elsewhere),
     ("wrong-shell", wrong_shell),
     // Warnings.
     ("equal-priorities", equal_priorities),
@@ -1557,6 +1561,48 @@ fn unknown_timing_key(seed: &mut Seed) -> Option<()> {
     let table = seed.model.tomls.last_mut()?;
     section(table, "codel").push((marked("quxquux"), "1".to_owned()));
     Some(())
+}
+
+/// Adds a file with what was observed of the codel of the last entry, whose key is returned.
+fn observe(seed: &mut Seed, header: impl Fn(&str) -> String, entries: &[(&str, &str)]) -> Option<String> {
+    let key = section(seed.model.tomls.last_mut()?, "codel").last()?.0.clone();
+    let entries = entries.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let observed = Toml {
+        path: "/robot.observed.toml".to_owned(),
+        sections: vec![(header(&key), entries)],
+        ..seed.model.tomls[0].clone()
+    };
+    section(&mut seed.model.tomls[0], "timing")
+        .push(("observed".to_owned(), "\"robot.observed.toml\"".to_owned()));
+    seed.model.tomls.insert(1, observed);
+    Some(key)
+}
+
+/// Marks the last entry of the last table, which has one time for every level.
+fn mark_time(seed: &mut Seed, key: &str) -> Option<()> {
+    let entry = section(seed.model.tomls.last_mut()?, "codel").last_mut()?;
+    *entry = (marked(key), "1".to_owned());
+    Some(())
+}
+
+fn refuted_time(seed: &mut Seed) -> Option<()> {
+    let key = observe(seed, |key| format!("codel.{key}"), &[("executions", "9"), ("greatest", "7000000")])?;
+    mark_time(seed, &key)
+}
+
+fn waiting_codel(seed: &mut Seed) -> Option<()> {
+    let times = [("executions", "9"), ("greatest", "0"), ("wait", "8.1")];
+    let key = observe(seed, |key| format!("codel.{key}"), &times)?;
+    mark_time(seed, &key)
+}
+
+fn undeclared_lock(seed: &mut Seed) -> Option<()> {
+    let header = |key: &str| format!("lock.bus.{}", marked(key));
+    observe(seed, header, &[("executions", "9"), ("held", "0.1")]).map(drop)
+}
+
+fn work_elsewhere(seed: &mut Seed) -> Option<()> {
+    observe(seed, |_| format!("work.{}", marked("pool")), &[("per_second", "45")]).map(drop)
 }
 
 // Text that is no model.

@@ -108,6 +108,8 @@ pub struct DeploymentTables {
     pub span: Range<usize>,
     /// `tables`: globs from the configuration's folder.
     pub tables: Vec<(String, Range<usize>)>,
+    /// `observed`: globs of files with what recordings showed.
+    pub observed: Vec<(String, Range<usize>)>,
 }
 
 /// `[[platform.other]]`: an entry without errors has every value but the optional ones.
@@ -207,6 +209,12 @@ impl Config {
     /// Returns the patterns of all tables: of those for every deployment, then of those of single deployments.
     pub fn all_tables(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
         self.tables.iter().chain(self.deployment_tables.values().flat_map(|it| &it.tables))
+    }
+
+    /// Returns the patterns of all files with times: of tables, and of what recordings showed.
+    pub fn all_times(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
+        let of_deployments = self.deployment_tables.values().flat_map(|it| &it.observed);
+        self.all_tables().chain(&self.observed).chain(of_deployments)
     }
 
     /// Returns the displayed level: `[timing] significance`, otherwise 10⁻⁴.

@@ -79,6 +79,7 @@ mod skeleton;
 mod source;
 mod structure;
 mod types;
+mod value_size;
 mod values;
 mod wiring;
 
@@ -135,4 +136,5 @@ pub use source::{
 };
 pub use structure::structure_of;
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};
+pub use value_size::value_size;
 pub use values::{Value, whole_number};

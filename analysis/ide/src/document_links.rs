@@ -8,7 +8,7 @@ use mauve_hir::{
     includes, is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_wcrt::{table_files, table_pattern};
+use mauve_wcrt::{observed_files, table_files, table_pattern};
 
 use crate::occurrences::range_of;
 
@@ -85,9 +85,9 @@ fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Ve
         let root = workspace.file(db, &normalised(&workspace.folder(db).join(path)));
         links.extend(root.and_then(|root| link(db, workspace, file, range_of(span), root)));
     }
-    for (pattern, span) in config.all_tables() {
+    for (pattern, span) in config.all_times() {
         let Ok(glob) = table_pattern(workspace.folder(db), pattern) else { continue };
-        let all = table_files(db, workspace).files.iter();
+        let all = table_files(db, workspace).files.iter().chain(&observed_files(db, workspace).files);
         let mut named = all.filter(|table| glob.is_match(table.path(db)));
         if let (Some(&table), None) = (named.next(), named.next()) {
             links.extend(link(db, workspace, file, range_of(span), table));

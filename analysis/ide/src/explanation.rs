@@ -117,6 +117,8 @@ struct Sum<'db> {
     overhead: Time,
     calls: Vec<CallsReport>,
     interference: Vec<Row<'db>>,
+    /// The time for which lower priorities hold locks.
+    blocking: Time,
     released: Released,
 }
 
@@ -140,6 +142,8 @@ struct OwnTime<'db> {
     /// The programs with the codels that they call.
     programs: Vec<(Row<'db>, Vec<Row<'db>>)>,
     overhead: Time,
+    /// The time that its codels wait.
+    wait: Time,
 }
 
 /// The first iteration of the busy window that exceeds the deadline.
@@ -181,6 +185,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         if is_analysed && origin.throttling.is_none() {
             notes.push("assumes real-time throttling off".to_owned());
         }
+        notes.extend(waits(report, activity).map(str::to_owned));
         if has_start {
             notes.push("assumes synchronised clocks".to_owned());
         }
@@ -229,6 +234,20 @@ fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
     let is_not_higher = priorities.is_some_and(|(own, other)| own >= other);
     let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
     !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
+}
+
+/// Returns how the waits in a response time are counted.
+fn waits(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<&'static str> {
+    let window = activity.window.as_ref()?;
+    let others = report.activities.iter().filter(|it| delays(it, activity));
+    let has_waits = others.chain([activity]).any(|it| it.task.waits.is_some());
+    match window.late.is_empty() {
+        _ if !has_waits => None,
+        true => Some("counts waits as execution"),
+        false => {
+            Some("counts no waits of other activities, whose execution may be late by their response times")
+        }
+    }
 }
 
 fn reasons<'db>(db: &'db dyn ModelDb, report: &Report<'db>, activity: &ActivityReport<'db>) -> Vec<Why> {
@@ -353,6 +372,7 @@ impl<'db> Sum<'db> {
                 .unwrap_or_default(),
             calls: calls.collect::<Option<Vec<CallsReport>>>().unwrap_or_default(),
             interference: interference.collect(),
+            blocking: window.map_or(Time::ZERO, |window| window.blocking),
             released: Released::of(activity),
         })
     }
@@ -434,6 +454,7 @@ impl OwnTime<'_> {
             period,
             programs: programs.collect(),
             overhead: psm.overhead,
+            wait: psm.wait_of(greatest).unwrap_or_default(),
         })
     }
 }

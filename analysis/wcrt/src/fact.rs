@@ -5,7 +5,7 @@
 
 use mauve_timing::{Level, Time};
 
-use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, WrongProgram};
+use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, Timed, WrongProgram};
 use crate::table_set::TableSet;
 use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
@@ -97,6 +97,18 @@ pub enum TimingFactKind<'db> {
     /// A key is ambiguous. With the first definition.
     AmbiguousTimingKey { key: String, first: Decl<'db> },
 
+    /// A recording showed a longer time than an entry has, or than none.
+    RefutedTime { of: Timed<'db>, observed: Time, written: Time, file: File },
+    /// A recording showed that a codel waited, longer than its entry says. Whether it is known that it waited, and was not
+    /// preempted by what the recording does not have.
+    WaitingCodel { codel: String, wait: Time, written: Option<Time>, is_known: bool, file: File },
+    /// A recording showed that a codel takes a lock, and no section of `mauve.toml` declares that, or for a shorter time.
+    UndeclaredLock { lock: String, codel: String, held: Time, declared: Option<Time> },
+    /// Activities of a deployment read or write these ports, whose values are large or of variable size, and no table has a time for
+    /// that.
+    UnmeasuredAccess { ports: Vec<String> },
+    /// A recording showed CPU time of threads that are no instances, in each second.
+    WorkElsewhere { thread: String, per_second: Time },
     /// The times of a key are older than what they were measured from.
     OutdatedMeasurement { key: String, changed: ChangedOrigin },
     /// A measurement has warnings, in words.

@@ -36,6 +36,7 @@
 //!
 //! This crate knows no prose, no editor and no file system.
 
+mod basis;
 pub mod better_timing;
 mod bisection;
 mod component_tables;
@@ -61,6 +62,7 @@ mod timetable;
 mod timing_facts;
 mod what_if;
 
+pub use basis::{Basis, basis_of};
 pub use component_tables::{first_tables, tables_for};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
@@ -89,8 +91,8 @@ pub use system::{ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, table_sets, tables_of};
 pub use task_set::DeployedTasks;
 pub use timetable::{
-    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,
-    table, table_facts, table_files, table_pattern, timetable_of,
+    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, observed_files,
+    pattern_of_path, table, table_facts, table_files, table_pattern, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use what_if::WhatIfField;

@@ -2,8 +2,8 @@
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of, core_of,
-    names_of, similar,
+    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of,
+    core_of, names_of, similar,
 };
 use mauve_timing::{Blocking, Level, Lock, LockUser, Protocol, Time};
 use rustc_hash::FxHashMap;
@@ -13,7 +13,7 @@ use crate::psm::{OtherTimes, is_readable};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
 use crate::system::System;
 use crate::table_set::TableSet;
-use crate::timetable::{Lookup, Timetable, timetable_of};
+use crate::timetable::{Lookup, Timetable, observed, observed_files, timetable_of};
 
 /// A lock of `mauve.toml`, with the codels that its keys name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -35,6 +35,8 @@ pub struct DeclaredLocks<'db> {
     pub all: Vec<DeclaredLock<'db>>,
     /// The lock and the key of a codel that is unknown: any codel may take that lock.
     pub unknown: Option<(Name, String)>,
+    /// The codels that take a lock, as recordings showed, without a section that declares it.
+    pub undeclared: Vec<(Decl<'db>, Name)>,
     /// The errors.
     pub facts: Vec<TimingFact<'db>>,
 }
@@ -82,7 +84,30 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
         let (name, held) = (lock.name.as_str().into(), lock.held);
         found.all.push(DeclaredLock { name, protocol, held, codels });
     }
+    for &file in &observed_files(db, workspace).files {
+        compare(db, project, file, &mut found);
+    }
     found
+}
+
+/// Compares locks with what recordings showed. A lock that a codel holds for longer than `held` counts as not declared.
+fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: &mut DeclaredLocks<'db>) {
+    for ((lock, key), times) in &observed(db, file).0.locks {
+        let held = Time::from_nanos(times.greatest);
+        for &codel in names_of(db, project).by_key(Kind::Codel, key) {
+            let declared = found.all.iter().find(|it| it.name == lock.as_str() && it.codels.contains(&codel));
+            let declared = match declared {
+                Some(declared) if declared.held.is_none_or(|declared| held <= declared) => continue,
+                Some(declared) => declared.held,
+                None => None,
+            };
+            found.undeclared.push((codel, lock.as_str().into()));
+            let at = Location::Range(file, times.span.start as u32, times.span.end as u32);
+            let (lock, codel) = (lock.clone(), codel.qualified(db));
+            let kind = TimingFactKind::UndeclaredLock { lock, codel, held, declared };
+            found.facts.push(TimingFact::new(at, kind));
+        }
+    }
 }
 
 /// Returns the codels that a component may execute in its thread; `None` if its programs are not known.
@@ -125,7 +150,7 @@ pub(crate) fn locks_of<'db>(
     let project = tables.project(db);
     let declared = declared_locks(db, project);
     let mut found = LocksOfDeployment::default();
-    if declared.all.is_empty() && declared.unknown.is_none() {
+    if declared.all.is_empty() && declared.unknown.is_none() && declared.undeclared.is_empty() {
         return found;
     }
     let times = timetable_of(db, tables);
@@ -141,6 +166,9 @@ pub(crate) fn locks_of<'db>(
         for codel in codels.into_iter().flatten() {
             let its = || declared.all.iter().filter(|lock| lock.codels.contains(codel));
             let codel_name = || codel.qualified(db);
+            for (_, lock) in declared.undeclared.iter().filter(|(it, _)| it == codel) {
+                refuse(LockReason::Undeclared { codel: codel_name(), lock: lock.clone() });
+            }
             if let [first, second, ..] = its().collect::<Vec<_>>().as_slice()
                 && its().any(|lock| lock.protocol != Protocol::Ceiling)
             {

@@ -3,7 +3,7 @@
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
 pub use mauve_syntax::keywords::ActivityField;
-use mauve_timing::{Level, MachineError, NoBoundReason, TableErrorKind};
+use mauve_timing::{Level, MachineError, NoBoundReason, ObservedErrorKind, TableErrorKind, Time};
 
 use mauve_hir::fact;
 use mauve_hir::item_tree::Name;
@@ -121,14 +121,13 @@ pub enum Reason<'db> {
 impl Reason<'_> {
     /// Returns whether a diagnostic of its own reports the reason.
     pub(crate) fn is_reported(&self) -> bool {
-        !matches!(
-            self,
-            Reason::ComponentTime(_)
-                | Reason::NoMachine(_)
-                | Reason::Calls(_)
-                | Reason::Lock(_)
-                | Reason::TooLong(_)
-        )
+        match self {
+            Reason::Lock(why) => {
+                matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
+            }
+            Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
+            _ => true,
+        }
     }
 }
 
@@ -162,6 +161,8 @@ pub enum LockReason {
     SeveralCpus { lock: Name },
     /// The activity may move to the CPU of the lock while an activity of lower priority holds it.
     Migrates { lock: Name },
+    /// The activity executes a codel that takes the lock, as a recording showed, and no section declares that.
+    Undeclared { codel: String, lock: Name },
     /// The lock has no protocol, and these activities preempt the holder; any process does if the holder is in the background.
     Inversion { lock: Name, holder: Name, between: Vec<Name> },
     /// This activity waits an unknown number of times, and meanwhile a lower priority may take the lock.
@@ -240,6 +241,8 @@ pub enum UnusableTime<'db> {
     WrongProgram(StrayEntry, WrongProgram<'db>),
     /// Two entries are for it, in these tables.
     TwoTimes(Timed<'db>, [File; 2]),
+    /// A recording showed this time, which is longer than that of its entry.
+    Refuted(Timed<'db>, Time),
     /// Its entry in this table has an error.
     Damaged(Timed<'db>, File),
     /// It has no time at a level.
@@ -300,6 +303,8 @@ pub enum TableFault {
     ManyUnknownKeys(usize),
     /// This key is one of `[overhead]`, whose header is missing.
     OfOverhead(String),
+    /// The file of `[timing] observed` has this error.
+    Observed(ObservedErrorKind),
 }
 
 /// An error in a list of tables.

@@ -190,15 +190,15 @@ pub fn period_sensitivity<'db>(
 
 /// A time of the tables, and the indices of the real-time activities that execute it.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-struct ExecutedTime<'db> {
-    of: Timed<'db>,
+pub(crate) struct ExecutedTime<'db> {
+    pub(crate) of: Timed<'db>,
     activities: Vec<usize>,
 }
 
 /// Returns the times that the edges of activities, and the connected operations that they provide, consist of: those of codels,
 /// and of programs with an own entry in a table.
 #[salsa::tracked(returns(ref))]
-fn executed_times<'db>(
+pub(crate) fn executed_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,

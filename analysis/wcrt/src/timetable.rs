@@ -1,7 +1,10 @@
 //! The execution times of deployments: timing tables, joined, with the names in them resolved. A deployment has those of
 //! `[timing] tables` in `mauve.toml`, or its own ones ([`TableSet`]).
 
+mod refuted;
 mod unknown_keys;
+
+pub(crate) use refuted::observed;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -21,8 +24,8 @@ use crate::table_set::{TableSet, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey, Project,
-    Workspace, all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of,
-    normalised, owner_of_tables, shell_of, similar, uses_of,
+    Workspace, all_roots, behaviour_of, config_file, config_of, core_of, declarations, errors_in,
+    features_of, is_core_for, names_of, normalised, owner_of_tables, shell_of, similar, uses_of,
 };
 
 /// Reads a table.
@@ -43,8 +46,18 @@ pub struct TableFiles {
 /// Finds all tables of a workspace, for whatever deployments.
 #[salsa::tracked(returns(ref))]
 pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
-    files_named(db, workspace, config_of(db, workspace).all_tables())
+    without_observed(db, files_named(db, workspace, config_of(db, workspace).all_tables()))
 }
+
+/// A pattern of tables such as `*.toml` does not name the files that `mauve trace import` writes beside samples.
+fn without_observed(db: &dyn ModelDb, mut found: TableFiles) -> TableFiles {
+    let is_table = |file: &File| !file.path(db).to_string_lossy().ends_with(OBSERVED_SUFFIX);
+    found.files.retain(is_table);
+    found
+}
+
+/// What the names of files with what recordings showed end with.
+const OBSERVED_SUFFIX: &str = ".observed.toml";
 
 /// Returns the files of a set of tables, sorted by their paths.
 pub fn files_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db [File] {
@@ -58,6 +71,25 @@ fn files_of_section(db: &dyn ModelDb, workspace: Workspace, section: Option<Name
     let patterns = match section {
         None => Some(&config.tables),
         Some(name) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
+    };
+    without_observed(db, files_named(db, workspace, patterns.into_iter().flatten()))
+}
+
+/// Finds all files of `[timing] observed`, for whatever deployments.
+#[salsa::tracked(returns(ref))]
+pub fn observed_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
+    let config = config_of(db, workspace);
+    let of_deployments = config.deployment_tables.values().flat_map(|it| &it.observed);
+    files_named(db, workspace, config.observed.iter().chain(of_deployments))
+}
+
+/// Finds the files with what recordings showed that a section of the configuration names.
+#[salsa::tracked(returns(ref))]
+fn observed_of_section(db: &dyn ModelDb, workspace: Workspace, section: Option<Name>) -> TableFiles {
+    let config = config_of(db, workspace);
+    let patterns = match section {
+        None => Some(&config.observed),
+        Some(name) => config.deployment_tables.get(name.as_str()).map(|it| &it.observed),
     };
     files_named(db, workspace, patterns.into_iter().flatten())
 }
@@ -154,6 +186,8 @@ pub(crate) struct Slot {
     times: Option<Times>,
     /// Of a wait, how often a call waits.
     waits: Option<u64>,
+    /// Whether the times are those of a measurement.
+    is_measured: bool,
 }
 
 /// The times in timing tables.
@@ -170,6 +204,8 @@ pub struct Timetable<'db> {
     /// even if it has a time.
     pub(crate) strays: FxHashMap<Name, StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
+    /// What recordings refuted.
+    refuted: FxHashMap<Timed<'db>, UnusableTime<'db>>,
     /// The programs of each component that some entry is, or may be, for.
     programs: FxHashMap<Decl<'db>, FxHashSet<ProgramId>>,
     /// The ports of each component that some entry is, or may be, for.
@@ -229,6 +265,7 @@ pub(crate) fn times_of<'db>(
         ambiguous: part(&all.ambiguous, &read),
         wrong_programs: wrong.into_iter().collect(),
         misspelt: part(&all.misspelt, &read),
+        refuted: part(&all.refuted, &read),
         strays: codels().filter_map(stray).map(|(name, stray)| (name.clone(), stray.clone())).collect(),
         overhead: all.overhead.clone(),
         with_levels: all.with_levels.clone(),
@@ -293,7 +330,9 @@ fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, 
         {
             builder.incomplete(file, TableFault::Configuration(kind.clone()));
         }
-        for (error, _) in &found.errors {
+        for (error, _) in
+            found.errors.iter().chain(&observed_of_section(db, workspace, section.clone()).errors)
+        {
             builder.incomplete(file, TableFault::Files(error.clone()));
         }
         if let Some(fault) = unclear_section(db, tables) {
@@ -304,6 +343,7 @@ fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, 
     for &(file, table) in &tables {
         builder.table(file, table);
     }
+    builder.observed(&observed_of_section(db, workspace, section.clone()).files);
     builder.unknown_keys();
     builder.report_repeated();
     builder.times.index_programs();
@@ -416,11 +456,14 @@ impl<'db> TimetableBuilder<'db> {
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
+        let measured: FxHashMap<&str, &Times> =
+            table.measured.iter().map(|record| (record.key.as_str(), &record.times)).collect();
         let slot = |entry: &Entry| Slot {
             file,
             levels: levels.clone(),
             times: entry.value.clone(),
             waits: entry.waits,
+            is_measured: measured.get(entry.key.as_str()).copied() == entry.value.as_ref(),
         };
         for entry in &table.codels {
             self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
@@ -529,7 +572,17 @@ impl<'db> TimetableBuilder<'db> {
                 .entry(Timed::Access(component, port.clone()))
                 .or_insert_with(|| stray.clone());
         }
-        if names_of(db, self.project).may_miss_names() {
+        // An error in a shell, which is reported, may hide the port.
+        let shell = shell_of(db, self.project, component);
+        let features = shell.map(|shell| features_of(db, self.project, shell));
+        let is_known = features.is_some_and(|features| {
+            (features.completeness & features.value_completeness).is_complete()
+                && features.shells.iter().all(|&shell| {
+                    let is_complete = declarations(db, shell.file(db)).completeness.is_complete();
+                    is_complete && errors_in(db, self.project, shell).is_empty()
+                })
+        });
+        if !is_known || names_of(db, self.project).may_miss_names() {
             return;
         }
         let near = similar(&port, &ports);
@@ -651,7 +704,8 @@ impl<'db> TimetableBuilder<'db> {
 
 impl<'db> Timetable<'db> {
     fn index_programs(&mut self) {
-        let subjects = self.slots.keys().chain(self.ambiguous.keys()).chain(self.misspelt.keys());
+        let unclear = self.ambiguous.keys().chain(self.misspelt.keys()).chain(self.refuted.keys());
+        let subjects = self.slots.keys().chain(unclear);
         for of in subjects {
             match of {
                 Timed::Program(component, program) => {
@@ -726,6 +780,16 @@ impl<'db> Timetable<'db> {
         self.accesses.get(&component).into_iter().flatten()
     }
 
+    /// Returns whether a table has an entry, or may have.
+    pub(crate) fn has_entry(&self, of: &Timed<'db>) -> bool {
+        self.slots.contains_key(of) || self.misspelt.contains_key(of) || self.refuted.contains_key(of)
+    }
+
+    /// Returns whether the times of an entry are those of a measurement.
+    pub(crate) fn is_measured(&self, of: &Timed<'db>) -> bool {
+        self.slots.get(of).is_some_and(|slots| slots.iter().all(|slot| slot.is_measured))
+    }
+
     /// Returns the table that has the time.
     pub(crate) fn table_of(&self, of: &Timed<'db>) -> Option<File> {
         self.slots.get(of)?.first().map(|slot| slot.file)
@@ -742,6 +806,9 @@ impl<'db> Timetable<'db> {
 
     /// Returns the time of a subject of the tables, without that of `[assume]`.
     pub(crate) fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
+        if let Some(refuted) = self.refuted.get(of) {
+            return Lookup::Unusable(refuted.clone());
+        }
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
             [] => {
                 let misspelt = || Some(UnusableTime::Stray(self.misspelt.get(of)?.clone(), of.clone()));

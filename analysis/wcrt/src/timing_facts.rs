@@ -2,6 +2,7 @@
 
 use mauve_timing::{Level, Status, Task, Time, name_of_other};
 
+use crate::basis::unmeasured_ports;
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
 use crate::psm::table_of_greatest_time;
 use crate::reason::{Reason, Refusal, Share};
@@ -50,6 +51,12 @@ pub fn timing_facts<'db>(
             Status::Met | Status::Background => continue,
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
+    }
+    let ports = unmeasured_ports(db, project, deployment);
+    // Without any time, there is nothing that an access could add to.
+    if !ports.is_empty() && reports.iter().any(|report| report.response.is_some()) {
+        let kind = TimingFactKind::UnmeasuredAccess { ports };
+        found.push(TimingFact::new(Location::name_of(deployment), kind));
     }
     found.extend(overloads(db, tables_of(db, project, deployment), report, query.level));
     found

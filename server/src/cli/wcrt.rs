@@ -131,6 +131,7 @@ impl Wcrt {
         let deployed = read.iter().zip(&reports).map(|((path, set), reports)| Deployed {
             db,
             name: set.name.as_deref().unwrap_or_default(),
+            declared: None,
             origin: Origin::File { path, set },
             sensitivities: Vec::new(),
             errors: 0,
@@ -277,6 +278,12 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         };
         let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
     }
+    for port in it.basis().into_iter().flat_map(|basis| basis.ports) {
+        let _ = writeln!(
+            out,
+            "  assumption: reads and writes of {port} cost nothing; no timing table has `[access]` for it"
+        );
+    }
     let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
     out.extend(others.map(|other| {
         let (name, cpus) = (name_of_other(&other.name), cpu_names(other.cpus.unwrap_or_default()));
@@ -320,6 +327,19 @@ fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
         }
         let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
         found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
+        for activity in report.activities.iter().filter(|activity| activity.response.is_some()) {
+            let wait = activity.task.wait();
+            if wait > Time::ZERO {
+                found.push(format!("{}: {wait} of its own time are waits", activity.instance));
+            }
+            let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
+            if blocking > Time::ZERO {
+                found.push(format!(
+                    "{}: lower priorities that hold locks delay it by {blocking}",
+                    activity.instance
+                ));
+            }
+        }
         let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
         found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
         for note in found {

@@ -248,9 +248,11 @@ static OTHER: [Key<OtherConfig>; 6] = [
 
 /// The keys of `[timing.deployment.…]`.
 #[rustfmt::skip]
-static DEPLOYMENT_TABLES: [Key<DeploymentTables>; 1] = [
+static DEPLOYMENT_TABLES: [Key<DeploymentTables>; 2] = [
     Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/sea/*.toml"]]"#,
         documentation: "All timing tables of the deployment, from the folder of mauve.toml." },
+    Key { name: "observed", kind: KeyKind::Tables(|it| &mut it.observed), default: None, examples: r#"[["sea.observed.toml"]]"#,
+        documentation: "What recordings on its computer showed, from the folder of mauve.toml." },
 ];
 
 /// Returns whether this is a name for a report: on one line, and without a space in front.

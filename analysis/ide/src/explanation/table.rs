@@ -164,6 +164,9 @@ fn sum_table(
     if others > 0 {
         line(&format!("{others} more activities"), "", "", of_others);
     }
+    if sum.blocking > Time::ZERO {
+        line("lower priorities that hold locks", "", "", sum.blocking);
+    }
     let (what, by) = match sum.released {
         Released::AtStart => ("", String::new()),
         Released::After(by) => ("start of the busy window until the release", format!("−{by}")),
@@ -208,8 +211,14 @@ fn own_time(own: &OwnTime<'_>) -> String {
     });
     let overhead = Some(own.overhead).filter(|overhead| *overhead > Time::ZERO);
     let overhead = overhead.map(|time| format!("{time} per job for dispatch and context switches"));
+    let wait = Some(own.wait).filter(|wait| *wait > Time::ZERO);
+    let wait = wait.map(|time| format!("{time} for the waits of its codels"));
     let period = code(&own.period);
-    format!("costliest period: {}, {period}\n\n{}", own.of_programs, list(programs.chain(overhead)))
+    format!(
+        "costliest period: {}, {period}\n\n{}",
+        own.of_programs,
+        list(programs.chain(overhead).chain(wait))
+    )
 }
 
 fn costliest_path(trace: &Trace<'_>) -> String {

@@ -71,6 +71,9 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     }
     if let Some(sum) = &facts.sum {
         out += &interference(facts, sum);
+        if sum.blocking > Time::ZERO {
+            let _ = writeln!(out, "blocking by lower priorities that hold locks: {}", sum.blocking);
+        }
         out += &release(facts, sum);
     }
     if let Some(crossed) = &facts.crossed {
@@ -160,6 +163,9 @@ fn own_time(own: &OwnTime<'_>) -> String {
     }
     if own.overhead > Time::ZERO {
         out += &row(own.overhead, "dispatch and context switches");
+    }
+    if own.wait > Time::ZERO {
+        out += &row(own.wait, "waits of its codels");
     }
     out
 }

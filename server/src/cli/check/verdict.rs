@@ -1,10 +1,8 @@
 //! Whether `mauve check` fails, and what it says about the deadlines.
 
-use std::collections::BTreeSet;
-
 use mauve_diagnostics::{Finding, Suppression, is_lowered, is_missing_proof, missing_proof};
 use mauve_hir::{Config, config_of};
-use mauve_wcrt::{ActivityReport, Report};
+use mauve_wcrt::{ActivityReport, Basis, Report};
 
 use crate::analysis_document::{Deployed, Origin, Proved};
 use crate::cli::text::counted;
@@ -32,15 +30,44 @@ pub(super) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
     })
 }
 
+/// Says what a proof rests on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.
+fn conditions(deployed: &[Deployed<'_>]) -> String {
+    let mut all = Basis::default();
+    for basis in deployed.iter().filter_map(Deployed::basis) {
+        all.times += basis.times;
+        all.measured += basis.measured;
+        all.assumed += basis.assumed;
+        all.waits += basis.waits;
+        all.ports.extend(basis.ports);
+    }
+    if all.times == 0 {
+        return String::new();
+    }
+    let origins = [(all.measured, "measured"), (all.assumed, "assumed")];
+    let origins: Vec<String> = origins
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    let origins = if origins.is_empty() { String::new() } else { format!(" ({})", origins.join(", ")) };
+    let times = match all.times {
+        1 => "the execution time holds".to_owned(),
+        several => format!("the {several} execution times hold"),
+    };
+    let waits = if all.waits == 0 { "no codel waits" } else { "no codel waits longer than written" };
+    let ports = match all.ports.len() {
+        0 => String::new(),
+        1 => ", and 1 large port costs nothing".to_owned(),
+        several => format!(", and {several} large ports cost nothing"),
+    };
+    let and = if ports.is_empty() { " and" } else { "," };
+    format!(", if {times}{origins}{and} {waits}{ports}")
+}
+
 /// Says how many deadlines are proved, and how many messages about the others are accepted or hidden by comments.
 pub(super) fn deadlines(deployed: &[Deployed<'_>], suppressed: &Suppressed<'_>) -> String {
     let Proved { all, met, proved } = Proved::of(deployed);
-    let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
-    let assuming = match assumed.len() {
-        0 => String::new(),
-        1 => ", assuming the time of 1 codel".to_owned(),
-        several => format!(", assuming the times of {several} codels"),
-    };
+    let conditions = conditions(deployed);
     let is_hidden = |(finding, why): &&(Finding<'_>, Suppression)| {
         matches!(why, Suppression::Comment(_)) && is_missing_proof(finding.diagnostic.code)
     };
@@ -69,8 +96,8 @@ pub(super) fn deadlines(deployed: &[Deployed<'_>], suppressed: &Suppressed<'_>) 
             };
             format!("{met} of {all} deadlines {verb} met, but {proved} proved: fix the errors first")
         }
-        (_, 0) if all == 1 => format!("the deadline is proved{assuming}"),
-        (_, 0) => format!("all {all} deadlines are proved{assuming}"),
+        (_, 0) if all == 1 => format!("the deadline is proved{conditions}"),
+        (_, 0) => format!("all {all} deadlines are proved{conditions}"),
         _ if all == 1 => format!("the deadline is not proved{notes}"),
         (_, 1) => format!("1 of {all} deadlines is not proved{notes}"),
         (_, open) => format!("{open} of {all} deadlines are not proved{notes}"),

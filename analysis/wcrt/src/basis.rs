@@ -1,0 +1,106 @@
+//! What the figures of a deployment rest on: the execution times of its codels, measured or assumed, and what is counted as nothing.
+
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size};
+use mauve_timing::Level;
+use rustc_hash::FxHashSet;
+
+use crate::reason::Timed;
+use crate::sensitivity::executed_times;
+use crate::system::system_of;
+use crate::table_set::tables_of;
+use crate::timetable::{Lookup, timetable_of};
+
+/// Values of ports with more bytes, or of variable size, are not copied for nothing.
+const SMALL_VALUE: u64 = 256;
+
+/// What the figures of a deployment rest on at one level.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Basis {
+    /// The number of times of codels and programs that its activities execute.
+    pub times: usize,
+    /// How many of them `mauve pwcet` has estimated from measurements.
+    pub measured: usize,
+    /// How many of them are those of `[assume]`.
+    pub assumed: usize,
+    /// The number of codels with a wait.
+    pub waits: usize,
+    /// The ports whose reads and writes are counted as nothing although their values are large or of variable size.
+    pub ports: Vec<String>,
+}
+
+/// Returns what the figures of a deployment rest on.
+pub fn basis_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+) -> Basis {
+    let times = timetable_of(db, tables_of(db, project, deployment));
+    let mut basis = Basis { ports: unmeasured_ports(db, project, deployment), ..Basis::default() };
+    for it in executed_times(db, project, deployment, level) {
+        let of = &it.of;
+        let found = match of {
+            Timed::Codel(codel) => {
+                let wait = times.wait(*codel, level);
+                basis.waits +=
+                    usize::from(matches!(wait, Lookup::Known(wait) if wait > mauve_timing::Time::ZERO));
+                times.codel_time(db, *codel, level)
+            }
+            of => times.time(of, level),
+        };
+        basis.times += 1;
+        basis.assumed += usize::from(matches!(found, Lookup::Assumed(_)));
+        basis.measured += usize::from(matches!(found, Lookup::Known(_)) && times.is_measured(of));
+    }
+    basis
+}
+
+/// Returns the ports that the activities of a deployment read or write, with values that are large or of variable size, and for
+/// which no table has a time: `Camera.frame`, each once.
+pub(crate) fn unmeasured_ports<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Vec<String> {
+    let times = timetable_of(db, tables_of(db, project, deployment));
+    let mut seen = FxHashSet::default();
+    let mut found = Vec::new();
+    for component in system_of(db, project, deployment).activities.iter().filter_map(|it| it.executed()) {
+        if !seen.insert(component) {
+            continue;
+        }
+        let ports = large_ports(db, project, component).iter();
+        let without_time = ports.filter(|port| !times.has_entry(&Timed::Access(component, (*port).clone())));
+        found.extend(without_time.map(|port| format!("{}.{port}", component.name(db))));
+    }
+    found
+}
+
+/// Returns the ports that a component reads or writes, with values that are large or of variable size, in the order of their names.
+#[salsa::tracked(returns(ref))]
+fn large_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> Vec<Name> {
+    let (Some(core), Some(shell)) = (core_of(db, project, component), shell_of(db, project, component))
+    else {
+        return Vec::new();
+    };
+    let behaviour = behaviour_of(db, project, core);
+    let executed = behaviour.edges.executed().filter_map(|index| behaviour.programs.get(index));
+    let mut ports: FxHashSet<Name> = FxHashSet::default();
+    let mut open: Vec<&Cost<'db>> = executed.chain(&behaviour.operations).map(|it| &*it.cost).collect();
+    while let Some(cost) = open.pop() {
+        match cost {
+            Cost::Access(port) => _ = ports.insert(port.clone()),
+            Cost::Sum(costs) | Cost::Greatest(costs) => open.extend(costs),
+            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => {}
+        }
+    }
+    let features = features_of(db, project, shell);
+    let is_large = |port: &Name| {
+        let ty = features.get(port).map(|feature| feature.ty(db, project));
+        ty.is_some_and(|ty| value_size(db, project, &ty).is_none_or(|size| size > SMALL_VALUE))
+    };
+    let mut ports: Vec<Name> = ports.into_iter().filter(is_large).collect();
+    ports.sort();
+    ports
+}

@@ -1,0 +1,128 @@
+//! What recordings refuted: the files of `[timing] observed`, compared with the tables. What a refuted time is for has no time until
+//! a table, a wait or a newer recording mends it.
+
+use std::sync::Arc;
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
+use mauve_timing::{Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times};
+
+use super::{Slot, TimetableBuilder};
+use crate::fact::TimingFactKind;
+use crate::observed::IMPROBABLE;
+use crate::reason::{TableFault, Timed, UnusableTime};
+
+/// Accesses of ports without an entry in a table, threads that are no components, and waits up to this time are not reported:
+/// interrupts and the clocks themselves take as long.
+const UNSUSPICIOUS: u64 = 50_000;
+
+/// Threads that are not those of instances, and that use no more CPU time in a second, are not reported.
+const LEAST_WORK: u64 = 100_000;
+
+/// Reads a file of `[timing] observed`, and returns what is wrong with it.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn observed(db: &dyn ModelDb, file: File) -> (Arc<Observed>, Vec<ObservedError>) {
+    let (observed, errors) = Observed::parse(file.text(db));
+    (Arc::new(observed), errors)
+}
+
+impl<'db> TimetableBuilder<'db> {
+    /// Compares the entries of the tables, which are all read, with what recordings showed.
+    pub(super) fn observed(&mut self, files: &[File]) {
+        let db = self.db;
+        for &file in files {
+            let (observed, errors) = observed(db, file);
+            for error in errors {
+                let at = Location::Range(file, error.span.start as u32, error.span.end as u32);
+                self.fault(at, TableFault::Observed(error.kind.clone()));
+            }
+            for (key, codel) in &observed.codels {
+                for decl in names_of(db, self.project).by_key(Kind::Codel, key).to_vec() {
+                    self.observed_codel(file, decl, codel);
+                }
+            }
+            for (key, times) in &observed.programs {
+                let Some(ProgramKey { component, program }) = ProgramKey::parse(key) else { continue };
+                for decl in self.components(component) {
+                    self.observed_time(file, Timed::Program(decl, program.in_table()), times);
+                }
+            }
+            for (key, times) in &observed.accesses {
+                let Some((component, port)) = key.rsplit_once('.') else { continue };
+                for decl in self.components(component) {
+                    self.observed_time(file, Timed::Access(decl, port.into()), times);
+                }
+            }
+            for (thread, work) in observed.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
+                let is_declared = platform_of(db, self.project.workspace(db)).others.iter();
+                if is_declared.map(|other| &*other.name).any(|name| name == thread) {
+                    continue;
+                }
+                let at = Location::Range(file, work.span.start as u32, work.span.end as u32);
+                let per_second = Time::from_nanos(work.per_second);
+                self.report(at, TimingFactKind::WorkElsewhere { thread: thread.clone(), per_second });
+            }
+        }
+    }
+
+    fn components(&self, key: &str) -> Vec<Decl<'db>> {
+        names_of(self.db, self.project).by_key(Kind::Component, key).to_vec()
+    }
+
+    fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedCodel) {
+        let ObservedCodel { span, executions, greatest, wait, is_wait_known } = observed;
+        let times = ObservedTimes { span: span.clone(), executions: *executions, greatest: *greatest };
+        self.observed_time(file, Timed::Codel(codel), &times);
+        let of = Timed::Wait(codel);
+        let (wait, times) = (Time::from_nanos(*wait), ObservedTimes { greatest: *wait, ..times });
+        let written = match self.times.slots.get(&of).map(Vec::as_slice) {
+            Some([slot]) => match self.refuted(slot, &times) {
+                Some(written) => Some(written),
+                None => return,
+            },
+            None if times.greatest > UNSUSPICIOUS || *is_wait_known && times.greatest > 0 => None,
+            _ => return,
+        };
+        self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of, wait));
+        let at = self.location_of(&Timed::Codel(codel), file, span);
+        let codel = codel.qualified(self.db);
+        let is_known = *is_wait_known;
+        self.report(at, TimingFactKind::WaitingCodel { codel, wait, written, is_known, file });
+    }
+
+    fn observed_time(&mut self, file: File, of: Timed<'db>, times: &ObservedTimes) {
+        let observed = Time::from_nanos(times.greatest);
+        let written = match (self.times.slots.get(&of).map(Vec::as_slice), &of) {
+            (Some([slot]), _) => self.refuted(slot, times),
+            (Some(_), _) => None,
+            (None, Timed::Codel(_)) => self.times.assume.filter(|assumed| observed > *assumed),
+            (None, Timed::Access(..)) if times.greatest > UNSUSPICIOUS => Some(Time::ZERO),
+            (None, _) => None,
+        };
+        let Some(written) = written else { return };
+        self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of.clone(), observed));
+        let at = self.location_of(&of, file, &times.span);
+        self.report(at, TimingFactKind::RefutedTime { of, observed, written, file });
+    }
+
+    /// Returns the time of an entry that is refuted. A time for every level is, by one longer execution; one of a level, if that is
+    /// improbable in so many executions.
+    fn refuted(&self, slot: &Slot, observed: &ObservedTimes) -> Option<Time> {
+        let is_longer = |time: &Time| observed.greatest > time.as_nanos();
+        match slot.times.as_ref()? {
+            Times::Always(time) => Some(*time).filter(is_longer),
+            Times::PerLevel(times) => {
+                let is_improbable =
+                    |level: &Level| level.as_f64() * (observed.executions as f64) < IMPROBABLE;
+                let all = slot.levels.iter().zip(times);
+                all.filter(|(level, _)| is_improbable(level)).map(|(_, time)| *time).find(is_longer)
+            }
+        }
+    }
+
+    /// Returns where a table has this, or what was observed of it.
+    fn location_of(&self, of: &Timed<'db>, file: File, span: &std::ops::Range<usize>) -> Location<'db> {
+        let written = self.locations.get(of).and_then(|all| all.first());
+        written.map_or(Location::Range(file, span.start as u32, span.end as u32), |(at, _)| at.clone())
+    }
+}
