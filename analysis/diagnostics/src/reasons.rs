@@ -371,8 +371,8 @@ fn no_bound(why: NoBoundReason) -> Words {
             "CPUs overloaded",
         ),
         NoBoundReason::Waits => (
-            "with the waits of its codels and of those of higher or equal priority, the utilisation of the CPU is more than \
-             100 %; wait in a thread of your own, and give its result to the codel",
+            "with the waits of its codels and of those of higher or equal priority, and with the locks that are held meanwhile, the \
+             utilisation of the CPU is more than 100 %; wait in a thread of your own, and give its result to the codel",
             "waits too long",
         ),
     };

@@ -99,7 +99,8 @@ fn check_sums<'db>(
         assert!(window.job > 1 || Some(window.own) == it.own, "{what}: {it:?}");
         let interference: u64 = breakdown.of(index).iter().map(|part| part.time.as_nanos()).sum();
         let length = window.length.as_nanos();
-        assert_eq!(window.own.as_nanos().max(1) + interference, length, "{what}, {query:?}: {it:?}");
+        let parts = window.own.as_nanos().max(1) + interference + window.blocking.as_nanos();
+        assert_eq!(parts, length, "{what}, {query:?}: {it:?}");
         let released = (window.job - 1) * it.period.unwrap().as_nanos();
         assert_eq!(response.as_nanos(), length + it.jitter.as_nanos() - released, "{what}: {it:?}");
     }
@@ -357,6 +358,39 @@ fn releases_and_other_work() {
     let delays: Vec<bool> =
         (0..3).map(|index| breakdown.of(index).iter().any(|it| it.instance == "lan (platform)")).collect();
     assert_eq!(delays, [false, true, true]);
+}
+
+#[test]
+fn waits_and_locks() {
+    let model = "codel grab(): int  codel look(): int  codel plan(): int  codel log(): int  codel late(): int
+        shell S { }
+        core Grab(S) { update = { if (grab() > 0) then { look(); } else { } } }
+        core Look(S) { statemachine { initial state A { run = { look(); } transition t if (plan() > 0) to B }
+            state B { run = { grab(); } transition u to A } } }
+        core Plan(S) { update = { plan(); } }
+        core Log(S) { update = { log(); } }
+        core Late(S) { update = { late(); } }
+        component G(S, Grab)  component L(S, Look)  component P(S, Plan)  component O(S, Log)  component T(S, Late)
+        architecture A { instance g: G  instance l: L  instance p: P  instance o: O  instance t: T  instance q: T  instance r: T }
+        deployment D { architecture A
+            activity g { priority = 9 period = 20 affinity = 1 }  activity l { priority = 8 period = 30 affinity = 1 }
+            activity p { priority = 7 period = 100 affinity = 1 }  activity o { priority = 6 period = 100 affinity = 1 }
+            activity t { priority = 9 period = 50 affinity = 2 }  activity q { priority = 5 period = 90 affinity = 4 }
+            activity r { priority = 4 period = 90 affinity = 4 } }";
+    let times = "levels = [1e-3, 1e-4]\n[codel]\ngrab = [1, 2]\nlook = 2\nplan = 5\nlog = [4, 5]\nlate = 3\n[component]\nG = 4\n\
+                 [wait]\ngrab = { time = [3, 4], times = 2 }\nlate = 8\n[overhead]\ncontext_switch = 0.1\n";
+    let config = "timing.tables = [\"times.toml\"]\nplatform.cpus = 3\n[locks.map]\ncodels = [\"look\", \"plan\"]\n\
+                  protocol = \"inheritance\"\nheld = \"1 ms\"\n[locks.log]\ncodels = [\"log\", \"plan\"]\nprotocol = \"PROTOCOL\"\n";
+    for protocol in ["ceiling", "inheritance", "none"] {
+        let config = config.replace("PROTOCOL", protocol);
+        let files = [("/a.mal", model), ("/times.toml", times), ("/mauve.toml", config.as_str())];
+        let db = Database::default();
+        let texts = files.map(|(path, text)| (path.into(), text.to_owned()));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let mut counted = Counted::default();
+        check(&db, workspace, protocol, &mut counted);
+        assert!(counted.responses > 0, "{protocol}: {counted:?}");
+    }
 }
 
 #[test]

@@ -47,6 +47,8 @@ pub fn basis_of<'db>(
                     usize::from(matches!(wait, Lookup::Known(wait) if wait > mauve_timing::Time::ZERO));
                 times.codel_time(db, *codel, level)
             }
+            // Its times are those of reads and writes.
+            Timed::Access(..) => continue,
             of => times.time(of, level),
         };
         basis.times += 1;

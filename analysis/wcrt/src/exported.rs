@@ -5,10 +5,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use mauve_timing::task_set::{
-    EdgeEntry, NotAnalysed, Number, Numbers, OperationEntry, TaskEntry, TaskSet, TaskSetError,
+    EdgeEntry, LockEntry, LockUserEntry, NotAnalysed, Number, Numbers, OperationEntry, TaskEntry, TaskSet,
+    TaskSetError,
 };
-use mauve_timing::{Demand, Level, Method, Priority, Task, Time, Unit};
+use mauve_timing::{Demand, Level, Lock, Method, Priority, Task, Time, Unit};
 
+use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{Psm, PsmResult, psm_of};
 use crate::reason::{ActivityField, Prose, Reason, Refusal};
 use crate::report::ActivityReport;
@@ -32,9 +34,12 @@ pub fn task_set_of<'db>(
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, tables, system, level)).collect();
     let served: Vec<Served<'db>> =
         levels.iter().map(|&level| served_in(db, tables, system, level, &|_| None)).collect();
+    let locks: Vec<LocksOfDeployment<'db>> =
+        levels.iter().map(|&level| locks_of(db, tables, system, level, &|_| None)).collect();
     let task = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
-        let of_operations = served.iter().map(|served| {
-            let refusals = served.refusals.get(&index).into_iter().flatten();
+        let of_operations = served.iter().zip(&locks).map(|(served, locks)| {
+            let of_index = [served.refusals.get(&index), locks.refusals.get(&index)];
+            let refusals = of_index.into_iter().flatten().flatten();
             refusals.map(|refusal| message(&refusal.reason)).collect()
         });
         let of_operations = grouped(&levels, of_operations.collect(), false);
@@ -77,8 +82,25 @@ pub fn task_set_of<'db>(
         task: system.activities.iter().enumerate().map(task).collect(),
         other: platform.others.iter().map(other).collect(),
         operation: operations_of(system, &served),
+        lock: exported_locks(system, &locks),
         ..set
     }
+}
+
+/// Returns the locks, with the times for which their users hold them at each level. Their users are the same at all levels.
+fn exported_locks(system: &System<'_>, at_levels: &[LocksOfDeployment<'_>]) -> Vec<LockEntry> {
+    let Some(first) = at_levels.first() else { return Vec::new() };
+    let user = |lock: usize, user: usize, task: usize| {
+        let held = at_levels.iter().map(|locks| locks.all.get(lock)?.users.get(user)?.held);
+        let held = Numbers::of_times(&held.collect::<Vec<_>>());
+        Some(LockUserEntry { task: system.activities.get(task)?.instance.to_string(), held })
+    };
+    let lock = |(index, lock): (usize, &Lock)| LockEntry {
+        name: lock.name.to_string(),
+        protocol: lock.protocol,
+        user: lock.users.iter().enumerate().filter_map(|(at, it)| user(index, at, it.task)).collect(),
+    };
+    first.all.iter().enumerate().map(lock).collect()
 }
 
 /// Returns the operations of all levels. One that takes no time at a level is not among those of that level.

@@ -219,17 +219,25 @@ fn show<'db>(
                 .map(|(name, first)| json!({ "state": name.as_str(), "first": programs(first) }))
                 .collect();
             let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-            let edge = |(edge, described): (&mauve_timing::Edge, &mauve_hir::Edge)| {
-                json!({
+            let edge = |(index, (edge, described)): (usize, (&mauve_timing::Edge, &mauve_hir::Edge))| {
+                let mut document = json!({
                     "source": state(edge.source),
                     "target": state(edge.target),
                     "transition": described.transition.as_ref().map(|name| name.as_str()),
                     "time": milliseconds(edge.cost),
                     "first": described.first,
                     "then": programs(&described.then),
-                })
+                });
+                // What of `time` its codels wait, if they do.
+                if let Some(wait) = psm.wait_of(index).filter(|wait| *wait > Time::ZERO)
+                    && let Some(fields) = document.as_object_mut()
+                {
+                    fields.insert("wait".to_owned(), milliseconds(wait).into());
+                }
+                document
             };
-            let edges: Vec<Value> = psm.machine.edges().iter().zip(&psm.edges.all).map(edge).collect();
+            let edges = psm.machine.edges().iter().zip(&psm.edges.all).enumerate();
+            let edges: Vec<Value> = edges.map(edge).collect();
             let component_time = psm.component_time.map(milliseconds);
             crate::json::text(&json!({
                 "component": name.as_str(),

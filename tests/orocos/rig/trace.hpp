@@ -18,4 +18,7 @@
 #define MAUVE_TRACE_CODEL(instance, codel, call) \
   (::rig::Span((instance) + " codel " + (codel), false), call)
 
+#define MAUVE_TRACE_READ(instance, key, port, sample) (port).read(sample)
+#define MAUVE_TRACE_WRITE(instance, key, port, ...) (port).write(__VA_ARGS__)
+
 #endif
