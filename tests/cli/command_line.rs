@@ -42,7 +42,10 @@ fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
     assert!(
-        found.out.contains("no errors, no warnings") && found.out.contains("; all 9 deadlines are proved, if the 35 execution times hold and no codel waits\n"),
+        found.out.contains("no errors, no warnings")
+            && found.out.contains(
+                "; all 9 deadlines are proved, if the 35 execution times hold and no codel waits\n"
+            ),
         "{}",
         found.out
     );
@@ -270,7 +273,11 @@ fn nothing_is_proved_while_there_is_an_error() {
         run_in(name, &files, arguments)
     };
     let fine = run("proved", LATE[0].1, &["check"]);
-    assert!(fine.out.contains("; all 2 deadlines are proved, if the execution time holds (1 assumed)"), "{}", fine.out);
+    assert!(
+        fine.out.contains("; all 2 deadlines are proved, if the execution time holds (1 assumed)"),
+        "{}",
+        fine.out
+    );
     // Some figures rest on nothing that is wrong: they are met.
     let text = format!("{}{UNUSED}", LATE[0].1);
     let found = run("unproved", &text, &["check"]);

@@ -5,6 +5,8 @@ use mauve_timing::{MOST_LEVELS, TableErrorKind, TimeError, TomlKind, table_keys}
 use crate::configuration::time_error;
 use crate::lists::alternatives;
 
+const NO_NUMBER_OF_WAITS: &str = "`times` is how often a call waits at most: a whole number greater than 0";
+
 /// Returns the message of an error in a timing table.
 ///
 /// ```
@@ -66,9 +68,7 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         TableErrorKind::RepeatedKey(key) => {
             format!("a second time for `{key}`: remove one of the two entries")
         }
-        TableErrorKind::NoNumberOfWaits => {
-            "`times` is how often a call waits at most: a whole number greater than 0".to_owned()
-        }
+        TableErrorKind::NoNumberOfWaits => NO_NUMBER_OF_WAITS.to_owned(),
         TableErrorKind::NoTime(key) => format!("no time for `{key}`: write one, or remove the entry"),
         TableErrorKind::BelowSection(name) => {
             format!("move `{name}` before the first section of the table")

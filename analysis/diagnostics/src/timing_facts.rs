@@ -1,7 +1,7 @@
 //! Renders timing facts as diagnostics.
 
 use super::*;
-use mauve_wcrt::{ActivityField, TimingFact, TimingFactKind as Fact};
+use mauve_wcrt::{ActivityField, Recorded, TimingFact, TimingFactKind as Fact};
 
 /// Returns the diagnostic of a fact.
 pub(super) fn timing_diagnostic<'db>(
@@ -70,17 +70,8 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::AmbiguousTimingKey { key, first } => {
             unknown_timing_key::ambiguous(at, key, &first.qualified(db))
         }
-        Fact::RefutedTime { of, observed, written, file } => {
-            refuted_time::report(db, at, of, *observed, *written, *file)
-        }
-        Fact::WaitingCodel { codel, wait, written, is_known, file } => {
-            waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
-        }
-        Fact::UndeclaredLock { lock, codel, held, declared } => {
-            undeclared_lock::report(at, lock, codel, *held, *declared)
-        }
+        Fact::Recorded(recorded) => of_recording(db, at, recorded),
         Fact::UnmeasuredAccess { ports } => unmeasured_access::report(at, ports),
-        Fact::WorkElsewhere { thread, per_second } => work_elsewhere::report(at, thread, *per_second),
         Fact::OutdatedMeasurement { key, changed } => outdated_measurement::report(at, key, changed),
         Fact::DoubtfulMeasurement { key, warnings } => doubtful_measurement::report(at, key, warnings),
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
@@ -91,6 +82,21 @@ pub(super) fn timing_diagnostic<'db>(
             deadline_missed::report(db, at, instance, *deadline, missed)
         }
         Fact::NotAnalysed { instance, reasons } => not_analysed::report(db, at, instance, reasons),
+    }
+}
+
+fn of_recording<'db>(db: &'db dyn ModelDb, at: Location<'db>, recorded: &Recorded<'db>) -> Diagnostic<'db> {
+    match recorded {
+        Recorded::RefutedTime { of, observed, written, file } => {
+            refuted_time::report(db, at, of, *observed, *written, *file)
+        }
+        Recorded::WaitingCodel { codel, wait, written, is_known, file } => {
+            waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
+        }
+        Recorded::UndeclaredLock { lock, codel, held, declared } => {
+            undeclared_lock::report(at, lock, codel, *held, *declared)
+        }
+        Recorded::WorkElsewhere { thread, per_second } => work_elsewhere::report(at, thread, *per_second),
     }
 }
 

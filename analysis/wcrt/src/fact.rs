@@ -97,18 +97,11 @@ pub enum TimingFactKind<'db> {
     /// A key is ambiguous. With the first definition.
     AmbiguousTimingKey { key: String, first: Decl<'db> },
 
-    /// A recording showed a longer time than an entry has, or than none.
-    RefutedTime { of: Timed<'db>, observed: Time, written: Time, file: File },
-    /// A recording showed that a codel waited, longer than its entry says. Whether it is known that it waited, and was not
-    /// preempted by what the recording does not have.
-    WaitingCodel { codel: String, wait: Time, written: Option<Time>, is_known: bool, file: File },
-    /// A recording showed that a codel takes a lock, and no section of `mauve.toml` declares that, or for a shorter time.
-    UndeclaredLock { lock: String, codel: String, held: Time, declared: Option<Time> },
+    /// A recording contradicts the tables or `mauve.toml`.
+    Recorded(Recorded<'db>),
     /// Activities of a deployment read or write these ports, whose values are large or of variable size, and no table has a time for
     /// that.
     UnmeasuredAccess { ports: Vec<String> },
-    /// A recording showed CPU time of threads that are no instances, in each second.
-    WorkElsewhere { thread: String, per_second: Time },
     /// The times of a key are older than what they were measured from.
     OutdatedMeasurement { key: String, changed: ChangedOrigin },
     /// A measurement has warnings, in words.
@@ -127,6 +120,20 @@ pub enum TimingFactKind<'db> {
     DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
     /// An activity is not analysed for reasons that no other fact reports.
     NotAnalysed { instance: Name, reasons: Vec<Refusal<'db>> },
+}
+
+/// What a recording showed that contradicts the tables or `mauve.toml`.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Recorded<'db> {
+    /// A recording showed a longer time than an entry has, or than none.
+    RefutedTime { of: Timed<'db>, observed: Time, written: Time, file: File },
+    /// A recording showed that a codel waited, longer than its entry says. Whether it is known that it waited, and was not
+    /// preempted by what the recording does not have.
+    WaitingCodel { codel: String, wait: Time, written: Option<Time>, is_known: bool, file: File },
+    /// A recording showed that a codel takes a lock, and no section of `mauve.toml` declares that, or for a shorter time.
+    UndeclaredLock { lock: String, codel: String, held: Time, declared: Option<Time> },
+    /// A recording showed CPU time of threads that are no instances, in each second.
+    WorkElsewhere { thread: String, per_second: Time },
 }
 
 /// The instance of an activity, its priority and its deadline.

@@ -67,7 +67,7 @@ pub use component_tables::{first_tables, tables_for};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
-    Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload,
+    Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload, Recorded,
     TableSection, TimingFact, TimingFactKind, Unbounded,
 };
 pub use locks::{DeclaredLock, DeclaredLocks, declared_locks};

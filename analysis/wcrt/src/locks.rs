@@ -8,7 +8,7 @@ use mauve_hir::{
 use mauve_timing::{Blocking, Level, Lock, LockUser, Protocol, Time};
 use rustc_hash::FxHashMap;
 
-use crate::fact::{TimingFact, TimingFactKind};
+use crate::fact::{Recorded, TimingFact, TimingFactKind};
 use crate::psm::{OtherTimes, is_readable};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
 use crate::system::System;
@@ -104,7 +104,7 @@ fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: 
             found.undeclared.push((codel, lock.as_str().into()));
             let at = Location::Range(file, times.span.start as u32, times.span.end as u32);
             let (lock, codel) = (lock.clone(), codel.qualified(db));
-            let kind = TimingFactKind::UndeclaredLock { lock, codel, held, declared };
+            let kind = TimingFactKind::Recorded(Recorded::UndeclaredLock { lock, codel, held, declared });
             found.facts.push(TimingFact::new(at, kind));
         }
     }

@@ -90,10 +90,8 @@ enum EstimateFormat {
 }
 
 impl Pwcet {
-    pub(crate) fn run(self) -> Result<Output, String> {
-        self.check_report()?;
-        let levels = self.levels()?;
-        let options = Options {
+    fn options(&self, levels: &[Level]) -> Options {
+        Options {
             levels: levels.iter().map(|level| level.as_f64()).collect(),
             model: match self.tail {
                 Tail::Pareto => TailModel::GeneralisedPareto,
@@ -101,7 +99,13 @@ impl Pwcet {
             },
             seed: self.seed,
             bootstraps: self.bootstraps,
-        };
+        }
+    }
+
+    pub(crate) fn run(self) -> Result<Output, String> {
+        self.check_report()?;
+        let levels = self.levels()?;
+        let options = self.options(&levels);
         let open = |path: &PathBuf| Samples::open(path).map_err(|error| unreadable_samples(path, &error));
         let mut files = self.samples.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         let wanted = |key: &str| match SpanKind::of(key) {

@@ -8,7 +8,7 @@ use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of
 use mauve_timing::{Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times};
 
 use super::{Slot, TimetableBuilder};
-use crate::fact::TimingFactKind;
+use crate::fact::{Recorded, TimingFactKind};
 use crate::observed::IMPROBABLE;
 use crate::reason::{TableFault, Timed, UnusableTime};
 
@@ -60,7 +60,10 @@ impl<'db> TimetableBuilder<'db> {
                 }
                 let at = Location::Range(file, work.span.start as u32, work.span.end as u32);
                 let per_second = Time::from_nanos(work.per_second);
-                self.report(at, TimingFactKind::WorkElsewhere { thread: thread.clone(), per_second });
+                self.report(
+                    at,
+                    TimingFactKind::Recorded(Recorded::WorkElsewhere { thread: thread.clone(), per_second }),
+                );
             }
         }
     }
@@ -87,7 +90,10 @@ impl<'db> TimetableBuilder<'db> {
         let at = self.location_of(&Timed::Codel(codel), file, span);
         let codel = codel.qualified(self.db);
         let is_known = *is_wait_known;
-        self.report(at, TimingFactKind::WaitingCodel { codel, wait, written, is_known, file });
+        self.report(
+            at,
+            TimingFactKind::Recorded(Recorded::WaitingCodel { codel, wait, written, is_known, file }),
+        );
     }
 
     fn observed_time(&mut self, file: File, of: Timed<'db>, times: &ObservedTimes) {
@@ -102,7 +108,7 @@ impl<'db> TimetableBuilder<'db> {
         let Some(written) = written else { return };
         self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of.clone(), observed));
         let at = self.location_of(&of, file, &times.span);
-        self.report(at, TimingFactKind::RefutedTime { of, observed, written, file });
+        self.report(at, TimingFactKind::Recorded(Recorded::RefutedTime { of, observed, written, file }));
     }
 
     /// Returns the time of an entry that is refuted. A time for every level is, by one longer execution; one of a level, if that is

@@ -30,6 +30,48 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
     }
 }
 
+fn execution_message(
+    instance: &str,
+    count: u64,
+    (own, greatest): (u64, u64),
+    port: Option<&(String, u64)>,
+) -> String {
+    let why = match port {
+        Some((port, time)) => format!(
+            "its port `{port}` took up to {}; in a timing table in ms, [access] \"{port}\" = {}",
+            duration(*time),
+            two_digits(*time)
+        ),
+        None => "a codel exceeded its time, or code outside the codels takes time that `[overhead]` in a timing table does not have"
+            .to_owned(),
+    };
+    format!(
+        "`{instance}` executed longer than {}, the greatest execution time of a period in the model, in {}; the longest took {}: {why}",
+        duration(own),
+        periods(count),
+        duration(greatest)
+    )
+}
+
+fn wait_message(
+    instance: &str,
+    key: &str,
+    wait: Option<u64>,
+    (count, executions): (u64, u64),
+    greatest: u64,
+) -> String {
+    let assumed = match wait {
+        Some(wait) => format!("and the tables have {}", duration(wait)),
+        None => "which no table has".to_owned(),
+    };
+    format!(
+        "`{key}` waited for something in {count} of {executions} executions in `{instance}`, for up to {}, {assumed}; in a timing table in \
+         ms, [wait] \"{key}\" = {}",
+        duration(greatest),
+        two_digits(greatest)
+    )
+}
+
 /// Returns the message of a finding.
 pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
     let instance = instance(it, finding).unwrap_or_default();
@@ -84,35 +126,10 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             duration(*greatest)
         ),
         FindingKind::Execution { own, greatest, port } => {
-            let why = match port {
-                Some((port, time)) => format!(
-                    "its port `{port}` took up to {}; in a timing table in ms, [access] \"{port}\" = {}",
-                    duration(*time),
-                    two_digits(*time)
-                ),
-                None => "a codel exceeded its time, or code outside the codels takes time that `[overhead]` in a timing table does \
-                         not have"
-                    .to_owned(),
-            };
-            format!(
-                "`{instance}` executed longer than {}, the greatest execution time of a period in the model, in {}; the longest took \
-                 {}: {why}",
-                duration(*own),
-                periods(count),
-                duration(*greatest)
-            )
+            execution_message(instance, count, (*own, *greatest), port.as_ref())
         }
         FindingKind::Wait { key, wait, executions, greatest } => {
-            let assumed = match wait {
-                Some(wait) => format!("and the tables have {}", duration(*wait)),
-                None => "which no table has".to_owned(),
-            };
-            format!(
-                "`{key}` waited for something in {count} of {executions} executions in `{instance}`, for up to {}, {assumed}; in a timing \
-                 table in ms, [wait] \"{key}\" = {}",
-                duration(*greatest),
-                two_digits(*greatest)
-            )
+            wait_message(instance, key, *wait, (count, *executions), *greatest)
         }
         FindingKind::Response { .. } => response_message(instance, finding, &at),
         FindingKind::Skipped => format!(
