@@ -187,7 +187,7 @@ fn every_limit_of_the_sample_robot_is_proved() {
     for result in results {
         let limits = &result["sensitivity"];
         let times = limits["times"].as_array().unwrap();
-        assert_eq!((times.len(), limits["activities"].as_array().unwrap().len()), (35, 10));
+        assert_eq!((times.len(), limits["activities"].as_array().unwrap().len()), (44, 10));
         for of in times.iter().filter(|it| it["limit"] == "last") {
             let grows = of["at_most"].as_f64() >= of["time"].as_f64();
             assert_eq!(of.get("unproved").is_none(), grows, "{of}");

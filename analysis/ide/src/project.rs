@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, project_files, projects};
 use mauve_syntax::TextSize;
-use mauve_wcrt::table_files;
+use mauve_wcrt::{observed_files, table_files};
 
 use crate::occurrences::names_at;
 
@@ -12,8 +12,9 @@ use crate::occurrences::names_at;
 pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {
     let mut found = Vec::new();
     for &workspace in workspaces {
-        let is_shared =
-            config_file(db, workspace) == Some(file) || table_files(db, workspace).files.contains(&file);
+        let is_shared = config_file(db, workspace) == Some(file)
+            || table_files(db, workspace).files.contains(&file)
+            || observed_files(db, workspace).files.contains(&file);
         let all = projects(db, workspace).iter().copied();
         found.extend(all.filter(|&project| is_shared || project_files(db, project).contains(&file)));
     }

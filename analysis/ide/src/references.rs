@@ -2,7 +2,7 @@
 
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_wcrt::table_files;
+use mauve_wcrt::{observed_files, table_files};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::occurrences::{Definition, FoundName, Role, names_at, names_of_definition};
@@ -163,6 +163,7 @@ pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<
     let workspace = project.workspace(db);
     let mut files = project_files(db, project).clone();
     files.extend(table_files(db, workspace).files.iter().copied());
+    files.extend(observed_files(db, workspace).files.iter().copied());
     files.extend(config_file(db, workspace));
     files
 }

@@ -344,7 +344,8 @@ library motion {
 
                 bool bend(ArRobot* base, const std::string& frame, ::geometry_msgs::TwistStamped& order,
                           double& class_, std::uint8_t width) {
-                  // TODO: write this codel. Until then, its results are zero or empty.
+                  // TODO: write this codel. Until then, its results are zero or empty. It must not wait, for a device, a lock,
+                  // another thread or a sleep, unless [wait] or [locks] say so: no response time counts it otherwise.
                   static_cast<void>(base);
                   static_cast<void>(frame);
                   static_cast<void>(order);
@@ -365,7 +366,8 @@ library motion {
                 namespace motion {
 
                 void stop(ArRobot*& base) {
-                  // TODO: write this codel. Until then, its results are zero or empty.
+                  // TODO: write this codel. Until then, its results are zero or empty. It must not wait, for a device, a lock,
+                  // another thread or a sleep, unless [wait] or [locks] say so: no response time counts it otherwise.
                   base = {};
                 }
 

@@ -92,7 +92,7 @@ pub use table_set::{TableSet, table_sets, tables_of};
 pub use task_set::DeployedTasks;
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, observed_files,
-    pattern_of_path, table, table_facts, table_files, table_pattern, timetable_of,
+    observed_in, pattern_of_path, table, table_facts, table_files, table_pattern, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use what_if::WhatIfField;

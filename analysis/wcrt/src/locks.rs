@@ -13,7 +13,7 @@ use crate::psm::{OtherTimes, is_readable};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
 use crate::system::System;
 use crate::table_set::TableSet;
-use crate::timetable::{Lookup, Timetable, observed, observed_files, timetable_of};
+use crate::timetable::{Lookup, Timetable, observed_files, observed_in, timetable_of};
 
 /// A lock of `mauve.toml`, with the codels that its keys name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -92,7 +92,7 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
 
 /// Compares locks with what recordings showed. A lock that a codel holds for longer than `held` counts as not declared.
 fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: &mut DeclaredLocks<'db>) {
-    for ((lock, key), times) in &observed(db, file).0.locks {
+    for ((lock, key), times) in &observed_in(db, file).0.locks {
         let held = Time::from_nanos(times.greatest);
         for &codel in names_of(db, project).by_key(Kind::Codel, key) {
             let declared = found.all.iter().find(|it| it.name == lock.as_str() && it.codels.contains(&codel));

@@ -4,7 +4,7 @@
 mod refuted;
 mod unknown_keys;
 
-pub(crate) use refuted::observed;
+pub use refuted::observed_in;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

@@ -401,6 +401,7 @@ library nav {
     #[test]
     fn sections_and_keys_of_the_configuration() {
         expect![[r#"
+            0 observed ⇒ "observed = "
             0 significance ⇒ "significance = "
             2 [project] (the roots of the models)
             2 [types.Name] (types that no message package declares)
@@ -410,6 +411,7 @@ library nav {
             2 [platform] (what the programs run on)
             2 [clocks] (which releases keep their distance)
             2 [deployment.Name] (what is accepted of a deployment)
+            2 [locks.Name] (locks that codels take)
             2 [chains] (ports that data goes through)
             2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
@@ -424,6 +426,7 @@ library nav {
             0 [assume] (times that the tables lack)
             0 [clocks] (which releases keep their distance)
             0 [deployment.Name] (what is accepted of a deployment)
+            0 [locks.Name] (locks that codels take)
             0 [chains] (ports that data goes through)
             0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
@@ -442,6 +445,7 @@ library nav {
         let tables = "[timing.deployment.Sea]\n$0";
         expect![[r#"
             0 tables ⇒ "tables = "
+            0 observed ⇒ "observed = "
         "#]]
         .assert_eq(&offered(&with(tables, ""), 0));
         assert_eq!(labels(&with("[timing.deployment.Sea]\ntables = [$0]", "")), ["times.toml"]);

@@ -8,7 +8,7 @@ use mauve_hir::{
     first_target_of, names_of, section_with_tables, shell_of,
 };
 use mauve_syntax::TextRange;
-use mauve_wcrt::{table, table_files};
+use mauve_wcrt::{observed_files, observed_in, table, table_files};
 use rustc_hash::FxHashSet;
 
 use super::{Definition, Finder, FoundName, Role, each_once, kind_of, mention, range_of, unquoted};
@@ -30,6 +30,8 @@ pub(crate) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: Fi
         reader.config(db, project);
     } else if table_files(db, workspace).files.contains(&file) {
         reader.table(db, project);
+    } else if observed_files(db, workspace).files.contains(&file) {
+        reader.observed(db, project);
     }
     reader.found
 }
@@ -95,6 +97,9 @@ impl<'db> KeyReader<'db> {
         for (end, span) in config.synchronised.iter().chain(chains) {
             self.endpoint(db, project, &all, end, span);
         }
+        for (key, span) in config.locks.iter().flat_map(|lock| &lock.codels) {
+            self.quoted_key(db, project, KeyOf::Codel, key, span);
+        }
     }
 
     /// Adds an instance of these architectures, and its port behind a dot.
@@ -158,37 +163,96 @@ impl<'db> KeyReader<'db> {
     fn table(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
         let table = table(db, self.file);
         let sections = [
-            (Kind::Codel, &table.codels),
-            (Kind::Component, &table.programs),
-            (Kind::Component, &table.components),
+            (KeyOf::Codel, &table.codels),
+            (KeyOf::Component, &table.programs),
+            (KeyOf::Component, &table.components),
+            (KeyOf::Codel, &table.waits),
+            (KeyOf::Port, &table.accesses),
         ];
-        let entries = sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it)));
-        for (of, entry) in entries {
-            let (key, program) = match ProgramKey::parse(&entry.key) {
-                Some(ProgramKey { component, program }) => (component, Some(program)),
-                None => (entry.key.as_str(), None),
-            };
-            let mut add = |range: Range<usize>, definition, kind| {
-                let range = entry.written(range);
-                self.add(range, &entry.key_span, definition, kind);
-            };
-            let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
-            for &decl in names_of(db, project).by_key(of, key) {
-                add(key.len() - name.len()..key.len(), Definition::Declaration(decl), kind_of(of));
-                if let Some(library) = library {
-                    add(0..library.len(), Definition::Library(library.into()), SymbolKind::Library);
-                }
-                if let Some(program) = &program {
-                    let start = key.len() + 1;
-                    for (Range { start: from, end }, definition, kind) in
-                        in_program(db, project, decl, program)
-                    {
-                        add(start + from..start + end, definition, kind);
-                    }
-                }
+        for (of, entry) in sections.into_iter().flat_map(|(of, all)| all.iter().map(move |it| (of, it))) {
+            self.key(db, project, of, &entry.key, &entry.key_span, &|range| entry.written(range));
+        }
+    }
+
+    /// Adds the names in the keys of a file of `[timing] observed`: without them, what was observed would be forgotten.
+    fn observed(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
+        let observed = &observed_in(db, self.file).0;
+        let codels = observed.codels.iter().map(|(key, it)| (KeyOf::Codel, key, &it.span));
+        let programs = observed.programs.iter().map(|(key, it)| (KeyOf::Component, key, &it.span));
+        let accesses = observed.accesses.iter().map(|(key, it)| (KeyOf::Port, key, &it.span));
+        let locks = observed.locks.iter().map(|((_, key), it)| (KeyOf::Codel, key, &it.span));
+        for (of, key, span) in codels.chain(programs).chain(accesses).chain(locks) {
+            self.quoted_key(db, project, of, key, span);
+        }
+    }
+
+    /// [`KeyReader::key`] in a string.
+    fn quoted_key(
+        &mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: KeyOf,
+        key: &str,
+        span: &Range<usize>,
+    ) {
+        let text = self.file.text(db);
+        let written = Range::<usize>::from(unquoted(text, range_of(span)));
+        let is_verbatim = text.get(written.clone()) == Some(key);
+        let piece = |range: Range<usize>| {
+            is_verbatim.then_some(written.start + range.start..written.start + range.end)
+        };
+        self.key(db, project, of, key, span, &piece);
+    }
+
+    /// Adds the names in a key of a timing table; `piece` returns where these bytes of the key are written.
+    fn key(
+        &mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: KeyOf,
+        whole: &str,
+        span: &Range<usize>,
+        piece: &dyn Fn(Range<usize>) -> Option<Range<usize>>,
+    ) {
+        let (key, program, port) = match (of, ProgramKey::parse(whole)) {
+            (KeyOf::Port, _) => match whole.rsplit_once('.') {
+                Some((component, port)) => (component, None, Some(port)),
+                None => return,
+            },
+            (_, Some(ProgramKey { component, program })) => (component, Some(program), None),
+            (_, None) => (whole, None, None),
+        };
+        let kind = if of == KeyOf::Codel { Kind::Codel } else { Kind::Component };
+        let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
+        for &decl in names_of(db, project).by_key(kind, key) {
+            let mut add =
+                |range: Range<usize>, definition, kind| self.add(piece(range), span, definition, kind);
+            add(key.len() - name.len()..key.len(), Definition::Declaration(decl), kind_of(kind));
+            if let Some(library) = library {
+                add(0..library.len(), Definition::Library(library.into()), SymbolKind::Library);
+            }
+            let start = key.len() + 1;
+            let of_port = port.and_then(|port| {
+                let shell = shell_of(db, project, decl)?;
+                let declared = features_of(db, project, shell).get(port)?.name(db)?;
+                Some((0..port.len(), Definition::At(declared), SymbolKind::Port))
+            });
+            let of_program = program.iter().flat_map(|program| in_program(db, project, decl, program));
+            for (Range { start: from, end }, definition, kind) in of_program.chain(of_port) {
+                add(start + from..start + end, definition, kind);
             }
         }
     }
+}
+
+/// What the key of an entry names.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum KeyOf {
+    Codel,
+    /// A component, or a program of one.
+    Component,
+    /// A port of a component.
+    Port,
 }
 
 /// Returns the names in the key of a program of `component` with their byte ranges: `state.method`, `state.transition.effect`,
@@ -294,6 +358,49 @@ mod tests {
                 2: l Mention Library: Library("l")
                 2: g Mention Codel: codel g
                 3: f Mention Codel: codel f
+            "#]],
+        );
+    }
+
+    #[test]
+    fn waits_accesses_locks_and_what_was_observed() {
+        const MODEL: &str = "//- /a.mal\nlibrary l { codel f(): int  shell S { output port p: int }\n\
+             core K(S) { update = { write(p, f()); } } component C(S, K) }\n\
+             //- /mauve.toml\n$Mtiming.tables = ['t.toml']\ntiming.observed = 'o.toml'\n[locks.bus]\n\
+             codels = ['l.f']\nprotocol = 'none'\n\
+             //- /t.toml\n$T[wait]\nl.f = 1\n[access]\n'l.C.p' = 1\n\
+             //- /o.toml\n$O[codel.'l.f']\nexecutions = 1\ngreatest = 1\n[access.'C.p']\nexecutions = 1\ngreatest = 1\n\
+             [lock.bus.'l.f']\nexecutions = 1\nheld = 1\n";
+        let at = |cursor: &str| {
+            let marked = MODEL.replace(cursor, "$0");
+            ["$M", "$T", "$O"].iter().fold(marked, |text, other| text.replace(other, ""))
+        };
+        check(
+            &at("$M"),
+            expect![[r#"
+                4: l Mention Library: Library("l")
+                4: f Mention Codel: codel f
+            "#]],
+        );
+        check(
+            &at("$T"),
+            expect![[r#"
+                2: l Mention Library: Library("l")
+                2: f Mention Codel: codel f
+                4: l Mention Library: Library("l")
+                4: C Mention Component: component C
+                4: p Mention Port: /a.mal:1 p
+            "#]],
+        );
+        check(
+            &at("$O"),
+            expect![[r#"
+                1: l Mention Library: Library("l")
+                1: f Mention Codel: codel f
+                4: C Mention Component: component C
+                4: p Mention Port: /a.mal:1 p
+                7: l Mention Library: Library("l")
+                7: f Mention Codel: codel f
             "#]],
         );
     }

@@ -21,7 +21,7 @@ const LEAST_WORK: u64 = 100_000;
 
 /// Reads a file of `[timing] observed`, and returns what is wrong with it.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn observed(db: &dyn ModelDb, file: File) -> (Arc<Observed>, Vec<ObservedError>) {
+pub fn observed_in(db: &dyn ModelDb, file: File) -> (Arc<Observed>, Vec<ObservedError>) {
     let (observed, errors) = Observed::parse(file.text(db));
     (Arc::new(observed), errors)
 }
@@ -31,7 +31,7 @@ impl<'db> TimetableBuilder<'db> {
     pub(super) fn observed(&mut self, files: &[File]) {
         let db = self.db;
         for &file in files {
-            let (observed, errors) = observed(db, file);
+            let (observed, errors) = observed_in(db, file);
             for error in errors {
                 let at = Location::Range(file, error.span.start as u32, error.span.end as u32);
                 self.fault(at, TableFault::Observed(error.kind.clone()));
