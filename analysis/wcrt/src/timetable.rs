@@ -842,7 +842,9 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
 /// other entry of `key`.
 pub(crate) fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
     let table = table(db, file);
-    let mut all = table.entries();
+    let sections = [&table.codels, &table.programs, &table.components, &table.waits, &table.accesses];
+    let is_in = |section: &&Vec<Entry>| section.iter().any(|other| other.key_span == entry.key_span);
+    let mut all = sections.into_iter().filter(is_in).flatten();
     let length = entry.key_span.len();
     (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
 }
