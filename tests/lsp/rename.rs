@@ -77,7 +77,7 @@ fn the_robot_stays_what_it_is() {
             "components/hokuyo.mal",
             "output port sc$0an",
             "scan",
-            &[("components/hokuyo.mal", 2), (EXPLORATION, 3)],
+            &[("components/hokuyo.mal", 2), (EXPLORATION, 3), (TIMES, 1)],
         ),
         (
             "property",
@@ -91,7 +91,7 @@ fn the_robot_stays_what_it_is() {
             NAVIGATION,
             "component Navi$0gation(",
             "Navigation",
-            &[(NAVIGATION, 1), (ARCHITECTURE, 1), (TIMES, 1), (PROGRAMS, 3)],
+            &[(NAVIGATION, 1), (ARCHITECTURE, 1), (TIMES, 2), (PROGRAMS, 3)],
         ),
         ("state", NAVIGATION, "initial state Wai$0ting", "Waiting", &[(NAVIGATION, 2), (PROGRAMS, 2)]),
         (
