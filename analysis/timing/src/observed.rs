@@ -98,7 +98,7 @@ pub struct ObservedTimes {
     pub span: Range<usize>,
     /// How many were recorded.
     pub executions: u64,
-    /// The greatest time of one of them: CPU time; for a lock, the elapsed time.
+    /// The greatest time of one of them: CPU time, also of what holds a lock.
     pub greatest: u64,
 }
 
