@@ -1567,11 +1567,7 @@ fn unknown_timing_key(seed: &mut Seed) -> Option<()> {
 fn observe(seed: &mut Seed, header: impl Fn(&str) -> String, entries: &[(&str, &str)]) -> Option<String> {
     let key = section(seed.model.tomls.last_mut()?, "codel").last()?.0.clone();
     let entries = entries.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    let observed = Toml {
-        path: "/robot.observed.toml".to_owned(),
-        sections: vec![(header(&key), entries)],
-        ..seed.model.tomls[0].clone()
-    };
+    let observed = Toml { path: "/robot.observed.toml".to_owned(), sections: vec![(header(&key), entries)] };
     section(&mut seed.model.tomls[0], "timing")
         .push(("observed".to_owned(), "\"robot.observed.toml\"".to_owned()));
     seed.model.tomls.insert(1, observed);

@@ -232,7 +232,7 @@ fn show<'db>(
                 if let Some(wait) = psm.wait_of(index).filter(|wait| *wait > Time::ZERO)
                     && let Some(fields) = document.as_object_mut()
                 {
-                    fields.insert("wait".to_owned(), milliseconds(wait).into());
+                    fields.insert("wait".to_owned(), milliseconds(wait));
                 }
                 document
             };
