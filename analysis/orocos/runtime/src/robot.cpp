@@ -10,11 +10,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <iostream>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 #include "context.hpp"
@@ -615,13 +618,34 @@ void Robot::other_work(const std::string& name, std::int64_t period, std::int64_
   state_->others.push_back({name, {priority, period, cpus}, time});
 }
 
+namespace {
+
+// Ends the program even if the end of a static object waits for a thread of a codel, as that of a condition variable does.
+void end_for_sure(int exit_code) {
+  std::cout.flush();
+  try {
+    std::thread([exit_code] {
+      std::this_thread::sleep_for(std::chrono::nanoseconds(grace));
+      const std::string text = "warning: a static object of a codel does not end: does a thread of a codel still use it?\n";
+      // The run has ended well.
+      _exit(write(STDERR_FILENO, text.data(), text.size()) < 0 ? std::max(exit_code, 1) : exit_code);
+    }).detach();
+  } catch (const std::system_error&) {
+    // Without another thread, the program ends as it can.
+  }
+}
+
+}  // namespace
+
 int Robot::run(int argc, char** argv) {
   block_signals();
   int exit_code = 0;
   if (!read_options(argc, argv, state_->deployment, state_->options, exit_code)) return exit_code;
   set_log_level(state_->options.log_level);
   try {
-    return state_->run();
+    exit_code = state_->run();
+    end_for_sure(exit_code);
+    return exit_code;
   } catch (const std::exception& error) {
     flush_log();
     std::cerr << "error: " << error.what() << "; nothing runs" << std::endl;
