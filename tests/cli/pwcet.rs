@@ -118,7 +118,7 @@ fn ports_are_estimated_and_waits_are_told() {
     assert_eq!((port.key.as_str(), &port.value), ("robot.Laser.frame", &written.codels[0].value));
     assert!(found.out.contains("port robot.Laser.frame"), "{}", found.out);
     let wait = "`robot.scan` waited for up to 7.060 ms, which is in no execution time: in a timing table in ms, [wait] \
-                \"robot.scan\" = 7.1";
+                \"robot.scan\" = { time = 7.1, times = 1 }";
     assert!(found.err.contains(wait), "{}", found.err);
     // Once the table has it, nothing is to be said.
     std::fs::write(folder.join("timing.toml"), table(&folder) + "[wait]\nscan = 7100\n").unwrap();

@@ -105,7 +105,7 @@ fn waits_are_told_and_remembered() {
         "{}",
         run.out
     );
-    assert!(run.out.contains("\n[wait]\n\"arm.read\" = 0.81\n"), "{}", run.out);
+    assert!(run.out.contains("\n[wait]\n\"arm.read\" = { time = 0.81, times = 1 }\n"), "{}", run.out);
 }
 
 #[test]

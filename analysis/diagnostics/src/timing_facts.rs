@@ -93,6 +93,9 @@ fn of_recording<'db>(db: &'db dyn ModelDb, at: Location<'db>, recorded: &Recorde
         Recorded::WaitingCodel { codel, wait, written, is_known, file } => {
             waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
         }
+        Recorded::WaitsOften { codel, times, written, file } => {
+            waiting_codel::more_often(db, at, codel, (*times, *written), *file)
+        }
         Recorded::UndeclaredLock { lock, codel, held, declared } => {
             undeclared_lock::report(at, lock, codel, *held, *declared)
         }

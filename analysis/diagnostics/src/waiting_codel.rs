@@ -24,7 +24,8 @@
 //! wait = 8.06
 //! ```
 //!
-//! With `[wait]` and `grab = 8.1` in the table, the response time of `camera` counts the wait. A recording of an earlier version, or
+//! With `[wait]` and `grab = 8.1` in the table, the response time of `camera` counts the wait. With
+//! `grab = { time = 8.1, times = 2 }`, one execution waits twice at most: to wait more often is this error, too. A recording of an earlier version, or
 //! of another tool, does not tell a wait from preemption by something that it does not have: record again, with `mauve run --trace`
 //! or with packages of this version.
 
@@ -50,4 +51,19 @@ pub(super) fn report<'db>(
     };
     let line = format!("`\"{codel}\" = …` under `[wait]`, in the unit of the table");
     Diagnostic::new(&WAITING_CODEL, at, format!("{what}; no response time counts that: write {line}, at least {wait}"))
+}
+
+pub(super) fn more_often<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    codel: &str,
+    (times, written): (u64, u64),
+    file: File,
+) -> Diagnostic<'db> {
+    let file = file_name(db, file);
+    let message = format!(
+        "codel `{codel}` waited {times} times in one execution, {written} written ({file}): write `times = {times}`, or more, under \
+         `[wait]`"
+    );
+    Diagnostic::new(&WAITING_CODEL, at, message)
 }

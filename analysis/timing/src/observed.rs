@@ -29,6 +29,7 @@ use crate::{Rounding, Time, TimeError, TomlKind, Unit};
 /// executions = 3000
 /// greatest = 0.061
 /// wait = 8.06
+/// times = 2
 /// [access."robot.Camera.frame"]
 /// executions = 3000
 /// greatest = 0.6
@@ -41,7 +42,7 @@ use crate::{Rounding, Time, TimeError, TomlKind, Unit};
 /// let (observed, problems) = Observed::parse(text);
 /// assert!(problems.is_empty());
 /// let grab = &observed.codels["robot.grab"];
-/// assert_eq!((grab.executions, grab.greatest, grab.wait), (3000, 61_000, 8_060_000));
+/// assert_eq!((grab.executions, grab.greatest, grab.wait, grab.times), (3000, 61_000, 8_060_000, 2));
 /// assert_eq!(&text[grab.span.clone()], "\"robot.grab\"");
 /// ```
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
@@ -86,6 +87,8 @@ pub struct ObservedCodel {
     pub greatest: u64,
     /// The greatest time that one execution spent off the CPU and that no thread of the recording explains.
     pub wait: u64,
+    /// How often one execution waited, at most; 0 if that is not known.
+    pub times: u64,
     /// Whether the recording shows that `wait` was spent waiting: otherwise, it may have been preemption by a thread that the
     /// recording does not have.
     pub is_wait_known: bool,
@@ -178,6 +181,9 @@ impl Observed {
             if it.wait > 0 {
                 table.insert("wait", number(it.wait));
             }
+            if it.times > 0 {
+                table.insert("times", count(it.times));
+            }
             if !it.is_wait_known {
                 table.insert("waits", toml_edit::value(UNKNOWN));
             }
@@ -214,6 +220,7 @@ impl Observed {
                 .or_insert(ObservedCodel { is_wait_known: it.is_wait_known, ..ObservedCodel::default() });
             all.executions = all.executions.saturating_add(it.executions);
             all.greatest = all.greatest.max(it.greatest);
+            all.times = all.times.max(it.times);
             match it.wait.cmp(&all.wait) {
                 std::cmp::Ordering::Greater => {
                     (all.wait, all.is_wait_known) = (it.wait, it.is_wait_known);
@@ -250,9 +257,13 @@ fn merge_times<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, other: BTreeMap<K, 
 
 fn times(executions: u64, name: &str, greatest: u64) -> EditTable {
     let mut table = EditTable::new();
-    table.insert("executions", toml_edit::value(i64::try_from(executions).unwrap_or(i64::MAX)));
+    table.insert("executions", count(executions));
     table.insert(name, number(greatest));
     table
+}
+
+fn count(count: u64) -> Item {
+    toml_edit::value(i64::try_from(count).unwrap_or(i64::MAX))
 }
 
 fn number(nanos: u64) -> Item {
@@ -361,7 +372,7 @@ impl Reader {
     ) {
         let errors = self.errors.len();
         let known: &[&'static str] = match section {
-            "codel" => &["executions", "greatest", "wait", "waits"],
+            "codel" => &["executions", "greatest", "wait", "times", "waits"],
             "lock" => &["executions", "held"],
             "work" => &["per_second"],
             _ => &["executions", "greatest"],
@@ -377,9 +388,10 @@ impl Reader {
             }
             return;
         }
-        let executions = self.count(table, &span);
+        let executions = self.count(table, "executions", Some(&span));
         let greatest = self.time(table, if section == "lock" { "held" } else { "greatest" }, Some(&span));
         let wait = self.time(table, "wait", None);
+        let number = self.count(table, "times", None);
         let is_wait_known = match table.get("waits") {
             None => true,
             Some(value) => {
@@ -395,7 +407,7 @@ impl Reader {
         let times = ObservedTimes { span: span.clone(), executions, greatest };
         match (section, parts) {
             ("codel", _) => {
-                let codel = ObservedCodel { span, executions, greatest, wait, is_wait_known };
+                let codel = ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known };
                 observed.codels.insert(key, codel);
             }
             ("program", _) => drop(observed.programs.insert(key, times)),
@@ -442,17 +454,20 @@ impl Reader {
         recordings
     }
 
-    fn count(&mut self, table: &DeTable, entry: &Range<usize>) -> u64 {
-        let Some(value) = table.get("executions") else {
-            self.error(entry.clone(), ObservedErrorKind::MissingKey("executions"));
+    /// Reads a whole number; with `entry`, it must be there.
+    fn count(&mut self, table: &DeTable, name: &'static str, entry: Option<&Range<usize>>) -> u64 {
+        let Some(value) = table.get(name) else {
+            if let Some(entry) = entry {
+                self.error(entry.clone(), ObservedErrorKind::MissingKey(name));
+            }
             return 0;
         };
         let DeValue::Integer(integer) = value.get_ref() else {
-            self.of_kind("executions", value, "a whole number");
+            self.of_kind(name, value, "a whole number");
             return 0;
         };
         u64::from_str_radix(integer.as_str(), integer.radix()).unwrap_or_else(|_| {
-            self.of_kind("executions", value, "a whole number that is not negative");
+            self.of_kind(name, value, "a whole number that is not negative");
             0
         })
     }
@@ -505,6 +520,7 @@ samples = "3abc82820ae84cf9"
 executions = 3000
 greatest = 0.061
 wait = 8.06
+times = 2
 
 [codel."robot.look"]
 executions = 7
@@ -558,12 +574,12 @@ per_second = 12.5
         assert_eq!(all, parse(TEXT));
         let second = TEXT
             .replace("3abc82820ae84cf9", "ff")
-            .replace("wait = 8.06", "wait = 7")
+            .replace("wait = 8.06\ntimes = 2", "wait = 7\ntimes = 3")
             .replace("wait = 0.5\nwaits = \"unknown\"", "wait = 0.75")
             .replace("greatest = 0.6\n", "greatest = 0.65\n");
         assert!(all.merge(parse(&second)));
         let [grab, look] = ["robot.grab", "robot.look"].map(|key| all.codels[key].clone());
-        assert_eq!((grab.executions, grab.wait, grab.is_wait_known), (6000, 8_060_000, true));
+        assert_eq!((grab.executions, grab.wait, grab.times, grab.is_wait_known), (6000, 8_060_000, 3, true));
         assert_eq!((look.executions, look.wait, look.is_wait_known), (14, 750_000, true));
         assert_eq!(all.accesses["robot.Camera.frame"].greatest, 650_000);
         assert_eq!(all.recordings.len(), 2);

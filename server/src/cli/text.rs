@@ -25,6 +25,15 @@ pub(super) fn two_digits(nanoseconds: u64) -> String {
     Time::from_nanos(nanoseconds.div_ceil(unit).saturating_mul(unit)).number()
 }
 
+/// Returns the line of a codel under `[wait]` of a table in milliseconds; `times` is 0 where it is not known how often it waits.
+pub(super) fn wait_entry(codel: &str, wait: u64, times: u64) -> String {
+    let time = two_digits(wait);
+    match times {
+        0 => format!("\"{codel}\" = {time}"),
+        _ => format!("\"{codel}\" = {{ time = {time}, times = {times} }}"),
+    }
+}
+
 /// Returns a count with its noun: `1 file`, `2 files`, `no files`.
 pub(super) fn counted(count: usize, what: &str) -> String {
     match count {

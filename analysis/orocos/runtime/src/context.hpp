@@ -58,6 +58,8 @@ struct CodelStatistics {
   // The executions that waited for something, and the greatest time that one of them was off the CPU. It may have been preempted, too.
   std::uint64_t waits;
   Nanoseconds wait;
+  // How often one of them waited, at most.
+  std::int64_t times;
   // The greatest time that one execution waited for locks.
   Nanoseconds blocked;
 };
@@ -93,7 +95,7 @@ struct Context {
   std::array<CodelStatistics, 64> codels{};
   std::array<PortStatistics, 64> ports{};
 
-  void note(const char* name, Nanoseconds execution, Nanoseconds wait, Nanoseconds waited_for_locks);
+  void note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t times, Nanoseconds waited_for_locks);
   void note_port(const char* name, Nanoseconds time);
 };
 

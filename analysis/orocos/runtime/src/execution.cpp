@@ -42,13 +42,14 @@ std::int64_t voluntary_waits() {
   return getrusage(RUSAGE_THREAD, &usage) == 0 ? usage.ru_nvcsw : 0;
 }
 
-void Context::note(const char* name, Nanoseconds execution, Nanoseconds wait, Nanoseconds waited_for_locks) {
+void Context::note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t times, Nanoseconds waited_for_locks) {
   for (CodelStatistics& it : codels) {
     if (it.codel == nullptr) it.codel = name;
     if (it.codel != name) continue;
     it.execution = std::max(it.execution, execution);
     if (wait > 0) ++it.waits;
     it.wait = std::max(it.wait, wait);
+    if (wait > 0) it.times = std::max(it.times, times);
     it.blocked = std::max(it.blocked, waited_for_locks);
     return;
   }
@@ -125,7 +126,7 @@ CodelExecution::~CodelExecution() {
       context_->waits = voluntary_waits() - context_->lock_waits;
       waits = context_->waits - before;
     }
-    context_->note(codel_, execution, waits > 0 ? off_cpu : 0, blocked);
+    context_->note(codel_, execution, waits > 0 ? off_cpu : 0, waits, blocked);
   }
   if (context_->trace != nullptr) {
     TraceRecord record = TraceRecord::of(TraceRecord::Codel, context_->instance.c_str(), codel_, execution, began_, ended);

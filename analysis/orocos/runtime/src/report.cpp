@@ -115,7 +115,8 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
     if (it.statistics.wait > 0) {
       out += of + " waited for something in " + std::to_string(it.statistics.waits) + " executions, and was off the CPU for up to " +
              milliseconds(it.statistics.wait) + " ms\n";
-      waits += line(it.statistics.codel, it.statistics.wait);
+      waits += std::string("    \"") + it.statistics.codel + "\" = { time = " + two_digits(it.statistics.wait) +
+               ", times = " + std::to_string(it.statistics.times) + " }\n";
     }
     if (it.statistics.blocked > 0) {
       out += of + " waited for locks for up to " + milliseconds(it.statistics.blocked) + " ms\n";

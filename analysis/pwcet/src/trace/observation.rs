@@ -39,6 +39,8 @@ pub struct Wait {
     pub executions: u64,
     /// The greatest time that one of them was off the CPU, as far as nothing explains it.
     pub greatest: u64,
+    /// How often one of them waited, at most; 0 where the recording does not say that. Locks that it has are not in it.
+    pub times: u64,
     /// The recording does not say whether executions waited: something that it does not have may have preempted them.
     pub is_unknown: bool,
 }
@@ -187,6 +189,10 @@ impl Observation {
             if let Some((.., wait)) = self.seen.get_mut(&it.name) {
                 wait.executions += 1;
                 wait.greatest = wait.greatest.max(rest);
+                // What is explained completely was no wait of its own.
+                if rest > 0 {
+                    wait.times = wait.times.max(it.waits.unwrap_or(0));
+                }
             }
         }
     }
@@ -281,6 +287,21 @@ mod tests {
                           g,200000,low,700000,2000000,2,0,500000\n(lock bus) f,90000,low,95000,990000,3,,\n";
         let (found, _) = observe(executions, PERIODS);
         assert_eq!(found, [("f".to_owned(), 1, 100_000, false), ("g".to_owned(), 0, 0, false)]);
+    }
+
+    #[test]
+    fn what_is_explained_is_no_wait_that_counts() {
+        let times = |executions: &str| {
+            let (mut reader, mut found) = (TraceReader::default(), Observe::default());
+            let text = format!(
+                "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n{executions}"
+            );
+            reader.read_csv(text.as_bytes(), None, &mut found).unwrap();
+            found.0.finish(reader.names())[0].wait.times
+        };
+        assert_eq!(times("f,100,low,500,1000,1,2,\nf,100,low,300,2000,2,1,\n"), 2);
+        assert_eq!(times("f,100,low,500,1000,1,2,400\nf,100,low,300,2000,2,1,\n"), 1);
+        assert_eq!(times("f,100,low,90000000,90001000,1,,\n"), 0);
     }
 
     /// In recordings of earlier versions, a short time off the CPU is not suspicious, and a long one is.

@@ -73,27 +73,25 @@ impl<'db> TimetableBuilder<'db> {
     }
 
     fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedCodel) {
-        let ObservedCodel { span, executions, greatest, wait, is_wait_known } = observed;
+        let ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known } = observed;
         let times = ObservedTimes { span: span.clone(), executions: *executions, greatest: *greatest };
         self.observed_time(file, Timed::Codel(codel), &times);
         let of = Timed::Wait(codel);
         let (wait, times) = (Time::from_nanos(*wait), ObservedTimes { greatest: *wait, ..times });
-        let written = match self.times.slots.get(&of).map(Vec::as_slice) {
-            Some([slot]) => match self.refuted(slot, &times) {
-                Some(written) => Some(written),
-                None => return,
+        let (name, is_known) = (codel.qualified(self.db), *is_wait_known);
+        let waiting = |written| Recorded::WaitingCodel { codel: name.clone(), wait, written, is_known, file };
+        let recorded = match self.times.slots.get(&of).map(Vec::as_slice) {
+            Some([slot]) => match (self.refuted(slot, &times), slot.waits.filter(|it| number > it)) {
+                (Some(written), _) => waiting(Some(written)),
+                (None, Some(written)) => Recorded::WaitsOften { codel: name, times: *number, written, file },
+                (None, None) => return,
             },
-            None if times.greatest > UNSUSPICIOUS || *is_wait_known && times.greatest > 0 => None,
+            None if times.greatest > UNSUSPICIOUS || is_known && times.greatest > 0 => waiting(None),
             _ => return,
         };
         self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of, wait));
         let at = self.location_of(&Timed::Codel(codel), file, span);
-        let codel = codel.qualified(self.db);
-        let is_known = *is_wait_known;
-        self.report(
-            at,
-            TimingFactKind::Recorded(Recorded::WaitingCodel { codel, wait, written, is_known, file }),
-        );
+        self.report(at, TimingFactKind::Recorded(recorded));
     }
 
     fn observed_time(&mut self, file: File, of: Timed<'db>, times: &ObservedTimes) {

@@ -6,32 +6,33 @@ use std::path::PathBuf;
 
 use mauve_timing::{Observed, Table, Times};
 
-use crate::cli::text::{duration, two_digits};
+use crate::cli::text::{duration, wait_entry};
 use crate::disk;
 
 /// Returns a message for each codel that waited longer than `table` says, with the line to write.
 pub(super) fn messages(samples: &[PathBuf], table: &Table) -> Vec<String> {
-    // The greatest wait, and whether it may have been preemption.
-    let mut waits: BTreeMap<String, (u64, bool)> = BTreeMap::new();
+    // The greatest wait, whether it may have been preemption, and how often one execution waited.
+    let mut waits: BTreeMap<String, (u64, bool, u64)> = BTreeMap::new();
     for path in samples {
         let Ok(text) = disk::read(&path.with_extension("observed.toml"), disk::LONGEST) else { continue };
         for (codel, it) in Observed::parse(&String::from_utf8_lossy(&text)).0.codels {
             let known = waits.entry(codel).or_default();
             if it.wait > known.0 {
-                *known = (it.wait, !it.is_wait_known);
+                (known.0, known.1) = (it.wait, !it.is_wait_known);
             }
+            known.2 = known.2.max(it.times);
         }
     }
-    waits.retain(|codel, (wait, _)| *wait > known_wait(table, codel));
-    let message = |(codel, (wait, is_unknown)): (&String, &(u64, bool))| {
-        let (time, line) = (duration(*wait), two_digits(*wait));
+    waits.retain(|codel, (wait, ..)| *wait > known_wait(table, codel));
+    let message = |(codel, (wait, is_unknown, times)): (&String, &(u64, bool, u64))| {
+        let (time, line) = (duration(*wait), wait_entry(codel, *wait, *times));
         match is_unknown {
             false => format!(
-                "`{codel}` waited for up to {time}, which is in no execution time: in a timing table in ms, [wait] \"{codel}\" = {line}"
+                "`{codel}` waited for up to {time}, which is in no execution time: in a timing table in ms, [wait] {line}"
             ),
             true => format!(
                 "`{codel}` was off the CPU for up to {time}, which is in no execution time: the recording does not say whether it \
-                 waited; if it did, a timing table in ms needs [wait] \"{codel}\" = {line}"
+                 waited; if it did, a timing table in ms needs [wait] {line}"
             ),
         }
     };

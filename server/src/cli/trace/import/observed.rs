@@ -1,21 +1,25 @@
 //! The file beside a sample file that keeps what recordings showed, `robot.observed.toml` beside `robot.samples`; and what an import
 //! says of waits.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use mauve_hir::CONFIG_FILE;
+use mauve_hir::{CONFIG_FILE, toml_key};
 use mauve_pwcet::trace::{Observation, SpanKind, TraceReader, Wait, lock_of, port_of};
 use mauve_timing::{Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, digest_of};
+use toml_edit::DocumentMut;
 
 use crate::cli::pwcet::date::today;
 use crate::cli::pwcet::put;
-use crate::cli::text::{duration, two_digits};
+use crate::cli::text::{duration, two_digits, wait_entry};
 use crate::disk;
 use crate::output::say;
 
 /// Threads that are not those of instances, and that use less CPU time in a second, are not mentioned.
 pub(in crate::cli::trace) const LEAST_WORK: u64 = 100_000;
+
+/// Accesses of ports up to this time are not mentioned: those of numbers take less.
+const LEAST_ACCESS: u64 = 50_000;
 
 /// What the traces of one command showed.
 #[derive(Debug, Default)]
@@ -89,12 +93,14 @@ impl Memory {
         *executions += times.executions;
         all.executions += wait.executions;
         all.greatest = all.greatest.max(wait.greatest);
+        all.times = all.times.max(wait.times);
         all.is_unknown |= wait.is_unknown;
         let codel = ObservedCodel {
             span: 0..0,
             executions: times.executions,
             greatest: times.greatest,
             wait: wait.greatest,
+            times: wait.times,
             is_wait_known: !wait.is_unknown,
         };
         let known =
@@ -102,6 +108,7 @@ impl Memory {
         known.executions += codel.executions;
         known.greatest = known.greatest.max(codel.greatest);
         known.wait = known.wait.max(codel.wait);
+        known.times = known.times.max(codel.times);
         known.is_wait_known &= codel.is_wait_known;
     }
 
@@ -123,17 +130,83 @@ impl Memory {
             put(&path, &all.text())?;
         }
         let mut out = self.waits();
+        out += &self.accesses();
+        let config = std::path::absolute(&path).ok().and_then(|path| next_config(&path));
+        out += &self.sections(config.as_ref().map(|(_, config)| config));
         let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // Without a mauve.toml, the file will be beside the one that somebody makes.
-        let missing = configured(&path).unwrap_or_else(|| Some(name()));
+        let missing = configured(&path, config)
+            .unwrap_or_else(|| Some(format!("[timing]\nobserved = [\"{}\"]", name())));
         out += &format!("`{}` has what was observed", path.display());
         out += &match missing {
             None => "\n".to_owned(),
             Some(missing) => format!(
-                "; in mauve.toml, so that `mauve check` compares it with the timing tables:\n[timing]\nobserved = [\"{missing}\"]\n"
+                "; in mauve.toml, so that `mauve check` compares it with the timing tables:\n{missing}\n"
             ),
         };
         Ok(out)
+    }
+
+    /// Returns the lines for ports whose accesses took long.
+    fn accesses(&self) -> String {
+        let mut greatest: BTreeMap<&str, u64> = BTreeMap::new();
+        for (port, it) in self.traces.iter().flat_map(|trace| &trace.accesses) {
+            let known = greatest.entry(port).or_default();
+            *known = it.greatest.max(*known);
+        }
+        let long = greatest.iter().filter(|(_, greatest)| **greatest > LEAST_ACCESS);
+        let entries: String =
+            long.map(|(port, greatest)| format!("\"{port}\" = {}\n", two_digits(*greatest))).collect();
+        if entries.is_empty() {
+            return entries;
+        }
+        format!(
+            "a port without an entry in a timing table costs nothing; unless `mauve pwcet` estimates it, for a table in ms:\n\
+             [access]\n{entries}"
+        )
+    }
+
+    /// Returns the sections that mauve.toml lacks.
+    fn sections(&self, config: Option<&DocumentMut>) -> String {
+        let mut locks: BTreeMap<&str, (BTreeSet<&str>, u64)> = BTreeMap::new();
+        let mut work: BTreeMap<&str, u64> = BTreeMap::new();
+        for trace in &self.traces {
+            for ((lock, codel), it) in &trace.locks {
+                let (codels, held) = locks.entry(lock).or_default();
+                codels.insert(codel);
+                *held = it.greatest.max(*held);
+            }
+            for (thread, it) in trace.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
+                let known = work.entry(thread).or_default();
+                *known = it.per_second.max(*known);
+            }
+        }
+        let mut out = String::new();
+        let is_declared = |lock: &str| config.and_then(|it| it.get("locks")?.get(lock)).is_some();
+        for (lock, (codels, held)) in locks.into_iter().filter(|(lock, _)| !is_declared(lock)) {
+            let codels: Vec<String> = codels.into_iter().map(|codel| format!("\"{codel}\"")).collect();
+            out += &format!(
+                "[locks.{}]\ncodels = [{}]\nprotocol = \"inheritance\"   # \"ceiling\", if the lock has a ceiling\nheld = \"{} ms\"\n",
+                toml_key(lock),
+                codels.join(", "),
+                two_digits(held)
+            );
+        }
+        let others = config.and_then(|it| it.get("platform")?.get("other")?.as_array_of_tables());
+        let is_other = |thread: &str| {
+            let mut names =
+                others.iter().flat_map(|all| all.iter()).filter_map(|it| it.get("name")?.as_str());
+            names.any(|name| name == thread)
+        };
+        for (thread, per_second) in work.into_iter().filter(|(thread, _)| !is_other(thread)) {
+            out += &format!(
+                "[[platform.other]]\nname = {}\npriority = 99   # that of the threads; 99 is safe, and ordinary threads may have 1\n\
+                 period = \"1 s\"   # the least time between two pieces of work\ntime = \"{} ms\"   # the greatest time of one; this is what one second had, on average\n",
+                toml_edit::value(thread).to_string().trim(),
+                two_digits(per_second)
+            );
+        }
+        if out.is_empty() { out } else { format!("in mauve.toml, if it is so:\n{out}") }
     }
 
     /// Says which codels waited, and what to write.
@@ -146,17 +219,16 @@ impl Memory {
                 say(&format!(
                     "codel `{codel}` was off the CPU for up to {greatest}, in {of}, and no period of the recording explains it: it waited, \
                      or something that the recording does not have preempted it; a recording with the column `waits` tells \
-                     which (`mauve run --trace`, or packages of this version); if it waited, the timing table needs, in ms, [wait] \"{codel}\" = {}",
-                    two_digits(wait.greatest)
+                     which (`mauve run --trace`, or packages of this version); if it waited, the timing table needs, in ms, [wait] {}",
+                    wait_entry(codel, wait.greatest, wait.times)
                 ));
             } else {
                 lines += &format!("codel `{codel}` waited for up to {greatest}, in {of}\n");
             }
         }
         let known = self.waits.iter().filter(|(_, (wait, _))| wait.greatest > 0 && !wait.is_unknown);
-        let entries: String = known
-            .map(|(codel, (wait, _))| format!("\"{codel}\" = {}\n", two_digits(wait.greatest)))
-            .collect();
+        let entries: String =
+            known.map(|(codel, (wait, _))| wait_entry(codel, wait.greatest, wait.times) + "\n").collect();
         if !entries.is_empty() {
             lines += &format!(
                 "no bound counts a wait that is not in a timing table; for a table in ms:\n[wait]\n{entries}"
@@ -190,18 +262,30 @@ fn read(path: &Path) -> Result<Observed, String> {
     }
 }
 
-/// Returns what `observed` of the next mauve.toml lacks: the path of the file, or none. None without a mauve.toml.
-fn configured(path: &Path) -> Option<Option<String>> {
+/// Returns the lines that mauve.toml lacks to name the file, or none. None without a mauve.toml.
+fn configured(path: &Path, config: Option<(PathBuf, DocumentMut)>) -> Option<Option<String>> {
     let path = std::path::absolute(path).ok()?;
+    let (folder, config) = config?;
+    let timing = config.get("timing");
+    let observed = timing.and_then(|timing| timing.get("observed")?.as_array().cloned()).unwrap_or_default();
+    let mut named = observed.iter().filter_map(|it| Some(folder.join(it.as_str()?)));
+    if named.any(|it| it == path || it.canonicalize().ok() == path.canonicalize().ok()) {
+        return Some(None);
+    }
+    let mut all: Vec<&str> = observed.iter().filter_map(|it| it.as_str()).collect();
+    let relative = path.strip_prefix(&folder).unwrap_or(&path).display().to_string();
+    all.push(&relative);
+    let all: Vec<String> = all.iter().map(|it| format!("\"{it}\"")).collect();
+    // A section may be written once.
+    let header = if timing.is_some() { "under [timing]:\n" } else { "[timing]\n" };
+    Some(Some(format!("{header}observed = [{}]", all.join(", "))))
+}
+
+/// Returns the next mauve.toml of a file, with its folder.
+fn next_config(path: &Path) -> Option<(PathBuf, DocumentMut)> {
     let folder = path.ancestors().skip(1).find(|it| it.join(CONFIG_FILE).is_file())?;
     let text = disk::read(&folder.join(CONFIG_FILE), disk::LONGEST).ok()?;
-    let config: toml_edit::DocumentMut = str::from_utf8(&text).ok()?.parse().ok()?;
-    let observed = config.get("timing").and_then(|timing| timing.get("observed")?.as_array().cloned());
-    let named: Vec<PathBuf> =
-        observed.iter().flatten().filter_map(|it| Some(folder.join(it.as_str()?))).collect();
-    let is_named = named.iter().any(|it| *it == path || it.canonicalize().ok() == path.canonicalize().ok());
-    let relative = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
-    Some((!is_named).then_some(relative))
+    Some((folder.to_owned(), str::from_utf8(&text).ok()?.parse().ok()?))
 }
 
 /// Returns the name of this computer.
