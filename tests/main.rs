@@ -19,7 +19,7 @@
 //! | [`soak`] | a long session of random edits, files and requests |
 //! | [`standalone`] | `mauve run`, on the virtual clock and in real time |
 //! | [`tracing`] | a robot that LTTng records |
-//! | [`waits`] | a robot whose codels wait, share a lock and use other threads |
+//! | [`waits`] | robots whose codels wait, share a lock, pass large values and use other threads |
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,5 @@
-//! A robot whose codels wait, share a lock and use another thread: what its report, a recording and the file beside the samples say.
+//! Robots whose codels wait, share a lock, pass large values and use another thread: what the report, a recording, the file beside the
+//! samples and the check say, and that the robot keeps its bounds with the lines that they print.
 //!
 //! `tests/run` installs CMake and the compilers; without them these tests fail with a message.
 
@@ -168,7 +169,7 @@ fn orocos_a_recording_tells_waits_locks_ports_and_work_elsewhere() {
     let (code, out, err) = run_program(Path::new(program.trim()), "", arguments);
     assert!(code == Some(0) || code == Some(1), "{out}{err}");
     assert!(out.contains("codel robot.grab of grabber waited for something in 40 executions"), "{out}");
-    assert!(out.contains("    [wait]\n    \"robot.grab\" = "), "{out}");
+    assert!(out.contains("    [wait]\n    \"robot.grab\" = { time = "), "{out}");
     assert!(!out.contains("codel robot.take of taker waited for something"), "{out}");
     assert!(out.contains("threads named a \"pool\", 1, which are no instances, used "), "{out}");
 
@@ -187,6 +188,7 @@ fn orocos_a_recording_tells_waits_locks_ports_and_work_elsewhere() {
     // To wait for a lock that the recording has is no wait of the codel.
     assert_eq!((of("robot.take").wait, of("robot.take").is_wait_known), (0, true), "{remembered}");
     let held = |codel: &str| observed.locks[&("bus".to_owned(), codel.to_owned())].clone();
+    assert!((of("robot.grab").times, of("robot.take").times) == (1, 0), "{remembered}");
     assert!(held("robot.hold").greatest >= 5_000_000, "{remembered}");
     assert_eq!(held("robot.hold").executions, of("robot.hold").executions);
     assert_eq!(held("robot.take").executions, of("robot.take").executions + 1, "{remembered}");
@@ -214,4 +216,241 @@ fn orocos_a_recording_tells_waits_locks_ports_and_work_elsewhere() {
     let (code, _, err) = mauve(&folder, &["trace", "import", "rec", "-o", "again.samples"]);
     assert_eq!(code, 2);
     assert!(err.contains("`again.observed.toml`, line 2, is not as this command writes it"), "{err}");
+}
+
+const GUIDE: &str = "\
+library guide {
+  use sensor_msgs
+  codel grab(out image: Image): bool
+  codel look(in image: Image): int
+  codel steer(): int
+  codel plan(): int
+  shell CameraShell { output port frame: Image }
+  core CameraCore(CameraShell) { var image: Image  update = { if grab(image) then { write(frame, image); } else { } } }
+  component Camera(CameraShell, CameraCore)
+  shell TrackerShell { input port frame: Image }
+  core TrackerCore(TrackerShell) { var image: Image  update = { if read(frame, image) == new_data then { look(image); } else { } } }
+  component Tracker(TrackerShell, TrackerCore)
+  shell WheelsShell { }
+  core WheelsCore(WheelsShell) { update = { steer(); } }
+  component Wheels(WheelsShell, WheelsCore)
+  shell PlannerShell { }
+  core PlannerCore(PlannerShell) { update = { plan(); } }
+  component Planner(PlannerShell, PlannerCore)
+  architecture Guide {
+    instance camera: Camera
+    instance wheels: Wheels
+    instance tracker: Tracker
+    instance planner: Planner
+    connection camera.frame -> tracker.frame
+  }
+  deployment Bench {
+    architecture Guide
+    activity camera { affinity = 1  priority = 30  period = 400 }
+    activity wheels { affinity = 1  priority = 25  period = 300 }
+    activity tracker { affinity = 1  priority = 20  period = 600 }
+    activity planner { affinity = 1  priority = 10  period = 600 }
+  }
+}
+";
+
+const GUIDE_TIMES: &str = "unit = \"ms\"\n[codel]\n\"guide.grab\" = 30\n\"guide.look\" = 30\n\"guide.steer\" = 10\n\"guide.plan\" = 10\n";
+
+const GUIDE_CODELS: [(&str, &str); 4] = [
+    (
+        "grab",
+        "\
+#include <guide/guide-codels.hpp>
+
+#include <unistd.h>
+
+namespace guide {
+
+bool grab(::sensor_msgs::Image& image) {
+  usleep(2000);
+  image.data.assign(1000000, 1);
+  usleep(1000);
+  return true;
+}
+
+}  // namespace guide
+",
+    ),
+    (
+        "look",
+        "\
+#include <guide/guide-codels.hpp>
+#include <guide/guide-lock.hpp>
+
+#include <mutex>
+
+namespace guide {
+
+MauveLock bus(\"bus\");
+
+int look(const ::sensor_msgs::Image& image) {
+  const std::lock_guard<MauveLock> held(bus);
+  int sum = 0;
+  for (const auto it : image.data) sum += it;
+  return sum;
+}
+
+}  // namespace guide
+",
+    ),
+    (
+        "steer",
+        "\
+#include <guide/guide-codels.hpp>
+#include <guide/guide-lock.hpp>
+
+#include <mutex>
+
+namespace guide {
+
+extern MauveLock bus;
+
+int steer() {
+  const std::lock_guard<MauveLock> held(bus);
+  return 1;
+}
+
+}  // namespace guide
+",
+    ),
+    // The end of the program must not wait for the thread that waits for work.
+    (
+        "plan",
+        "\
+#include <guide/guide-codels.hpp>
+
+#include <condition_variable>
+#include <ctime>
+#include <mutex>
+#include <thread>
+
+#include <pthread.h>
+
+namespace guide {
+
+static std::mutex mutex;
+static std::condition_variable has_work;
+static int jobs = 0;
+
+static double used() {
+  timespec now = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return now.tv_sec * 1e3 + now.tv_nsec / 1e6;
+}
+
+static void work() {
+  pthread_setname_np(pthread_self(), \"pool\");
+  std::unique_lock<std::mutex> held(mutex);
+  while (true) {
+    has_work.wait(held, [] { return jobs > 0; });
+    --jobs;
+    held.unlock();
+    const double before = used();
+    while (used() - before < 2) {
+    }
+    held.lock();
+  }
+}
+
+int plan() {
+  static bool has_pool = [] {
+    std::thread(work).detach();
+    return true;
+  }();
+  const std::lock_guard<std::mutex> held(mutex);
+  ++jobs;
+  has_work.notify_one();
+  return has_pool ? 1 : 0;
+}
+
+}  // namespace guide
+",
+    ),
+];
+
+/// A section that a command has printed, with its header.
+fn section(out: &str, header: &str) -> String {
+    let lines = out.lines().skip_while(|line| *line != header).enumerate();
+    let its = lines.take_while(|(at, line)| *at == 0 || line.contains(" = ") && !line.starts_with('['));
+    its.map(|(_, line)| format!("{line}\n")).collect()
+}
+
+#[test]
+fn orocos_the_printed_lines_mend_what_a_recording_refutes() {
+    let folder = folder("guide");
+    let write_all = |times: &str, configuration: &str| {
+        write(&folder, &[("robot.mal", GUIDE), ("mauve.toml", configuration), ("times.toml", times)]);
+    };
+    write_all(GUIDE_TIMES, CONFIGURATION);
+    let (code, out, err) = mauve(&folder, &["check"]);
+    assert!(code == 0 && out.contains("all 4 deadlines are proved, if"), "{out}{err}");
+
+    let run_for = |recording: &str| {
+        let codels = folder.join("src");
+        run(Command::new(MAUVE).arg("generate").arg(&folder).arg("--out").arg(&codels));
+        for (name, source) in GUIDE_CODELS {
+            write(&codels, &[(format!("guide/src/codels/{name}.cpp"), source.to_owned())]);
+        }
+        let arguments = ["--build-only", "--codels", codels.to_str().unwrap()];
+        let built = mauve_run(&folder, &folder.join("cache"), &arguments);
+        assert!(built.status.success(), "{}", text(&built.stderr));
+        let recording = folder.join(recording);
+        let recorded = ["--for", "3s", "--trace", recording.to_str().unwrap(), "--allow-non-realtime"];
+        let arguments = &recorded[..if has_real_time() { 4 } else { 5 }];
+        run_program(Path::new(text(&built.stdout).trim()), "", arguments)
+    };
+    let (code, out, err) = run_for("rec");
+    assert!(code == Some(0) || code == Some(1), "{out}{err}");
+    assert!(err.contains("a static object of a codel does not end"), "{err}");
+    let (code, out, err) = mauve(&folder, &["trace", "import", "rec", "-o", "r.samples"]);
+    assert_eq!(code, 0, "{out}{err}");
+
+    // Without the lines, all four are errors.
+    let observed = "under [timing]:\nobserved = [\"r.observed.toml\"]\n";
+    assert!(out.ends_with(observed), "{out}");
+    let configuration = CONFIGURATION.replace("[platform]", "observed = [\"r.observed.toml\"]\n[platform]");
+    write_all(GUIDE_TIMES, &configuration);
+    let (code, said, err) = mauve(&folder, &["check"]);
+    assert_eq!(code, 1, "{said}{err}");
+    for error in [
+        "error[waiting-codel]: codel `guide.grab` waited for ",
+        "error[refuted-time]: an access to port `Camera.frame` took ",
+        "error[undeclared-lock]: codel `guide.look` takes the lock `bus`",
+        "error[undeclared-lock]: codel `guide.steer` takes the lock `bus`",
+        "error[work-elsewhere]: threads named `pool`",
+    ] {
+        assert!(said.contains(error), "{error}\n{said}");
+    }
+
+    // With them, none is.
+    let [waits, accesses, lock, other] =
+        ["[wait]", "[access]", "[locks.bus]", "[[platform.other]]"].map(|header| section(&out, header));
+    let written = |waits: &str| format!("{GUIDE_TIMES}{waits}{accesses}");
+    let configuration = format!("{configuration}{lock}{other}");
+    write_all(&written(&waits), &configuration);
+    let (code, said, err) = mauve(&folder, &["check"]);
+    assert!(
+        code == 0 && said.contains("all 4 deadlines are proved, if"),
+        "{configuration}{waits}{said}{err}"
+    );
+
+    // To wait more often than written is an error, too.
+    let once = "[wait]\n\"guide.grab\" = { time = 60, times = 1 }\n";
+    assert!(waits.contains(", times = 2 }"), "{waits}");
+    write_all(&written(once), &configuration);
+    let (code, said, _) = mauve(&folder, &["check"]);
+    assert!(
+        code == 1 && said.contains("codel `guide.grab` waited 2 times in one execution, 1 written"),
+        "{said}"
+    );
+
+    // The robot keeps these bounds. They have a reserve, as a virtual machine may pause.
+    write_all(&written(&once.replace("times = 1", "times = 2")), &configuration);
+    let (code, out, err) = run_for("again");
+    assert!(!has_real_time() || code == Some(0) && !out.contains("above its bound"), "{out}{err}");
 }
