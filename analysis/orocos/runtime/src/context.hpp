@@ -95,7 +95,7 @@ struct Context {
   std::array<CodelStatistics, 64> codels{};
   std::array<PortStatistics, 64> ports{};
 
-  void note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t times, Nanoseconds waited_for_locks);
+  void note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t wait_count, Nanoseconds waited_for_locks);
   void note_port(const char* name, Nanoseconds time);
 };
 

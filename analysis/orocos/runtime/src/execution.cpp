@@ -42,14 +42,14 @@ std::int64_t voluntary_waits() {
   return getrusage(RUSAGE_THREAD, &usage) == 0 ? usage.ru_nvcsw : 0;
 }
 
-void Context::note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t times, Nanoseconds waited_for_locks) {
+void Context::note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t wait_count, Nanoseconds waited_for_locks) {
   for (CodelStatistics& it : codels) {
     if (it.codel == nullptr) it.codel = name;
     if (it.codel != name) continue;
     it.execution = std::max(it.execution, execution);
     if (wait > 0) ++it.waits;
     it.wait = std::max(it.wait, wait);
-    if (wait > 0) it.times = std::max(it.times, times);
+    if (wait > 0) it.times = std::max(it.times, wait_count);
     it.blocked = std::max(it.blocked, waited_for_locks);
     return;
   }
