@@ -49,7 +49,7 @@ const MAP: [(&str, &[&str]); 12] = [
 const WITHOUT_PROSE: [(&str, &[&str]); 6] = [
     ("syntax", &[]),
     ("analysis/pwcet", &[]),
-    ("analysis/timing", &["table::keys"]),
+    ("analysis/timing", &["observed", "table::keys"]),
     ("analysis/hir", &["activity_field", "config::keys"]),
     ("analysis/wcrt", &[]),
     (

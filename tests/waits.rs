@@ -171,7 +171,7 @@ fn orocos_a_recording_tells_waits_locks_ports_and_work_elsewhere() {
     assert!(out.contains("codel robot.grab of grabber waited for something in 40 executions"), "{out}");
     assert!(out.contains("    [wait]\n    \"robot.grab\" = { time = "), "{out}");
     assert!(!out.contains("codel robot.take of taker waited for something"), "{out}");
-    assert!(out.contains("threads named a \"pool\", 1, which are no instances, used "), "{out}");
+    assert!(out.contains("threads named a \"pool\", 1, which are not instances, used "), "{out}");
 
     let configured = CONFIGURATION.replace("[platform]", "observed = [\"r.observed.toml\"]\n[platform]");
     write(&folder, &[("mauve.toml", configured.as_str())]);

@@ -2,6 +2,7 @@
 
 mod analysis_stats;
 mod check;
+mod date;
 mod editor;
 mod errors;
 mod explain;

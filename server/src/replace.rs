@@ -48,6 +48,23 @@ fn write_beside(
     written
 }
 
+/// Writes a file, or replaces it: a reader gets the old text, none, or the new one.
+pub(crate) fn put(path: &Path, text: &str) -> Result<(), String> {
+    let written = match path.canonicalize() {
+        Ok(real) => replace(&real, text),
+        Err(_) => {
+            let folder = folder_of(path).canonicalize();
+            folder.and_then(|folder| create(&folder.join(path.file_name().unwrap_or_default()), text))
+        }
+    };
+    written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
+}
+
+/// The folder of a file; of a bare name, the current one.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;

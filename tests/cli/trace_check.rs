@@ -507,7 +507,7 @@ fn waits_and_ports_are_told_from_preemption() {
          timing table in ms, [wait] \"arm.read_state\" = 2",
         "its port `arm.Driver.state` took up to 300.0 µs; in a timing table in ms, [access] \"arm.Driver.state\" = 0.3",
         "codel `arm.read_state` waited for up to 2.000 ms",
-        "note: threads named `pool`, which are no instances, used 50.00 ms of CPU time in each second",
+        "note: threads named `pool`, which are not instances, used 50.00 ms of CPU time in each second",
     ] {
         assert!(table.out.contains(expected), "{expected}: {}", table.out);
     }

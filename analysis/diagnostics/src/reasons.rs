@@ -250,20 +250,20 @@ fn lock(why: &LockReason) -> Words {
         ),
         LockReason::TwoLocks { codel, locks: [first, second] } => {
             let why = "in an unknown order, and may wait for ever";
-            let mend = "write `protocol = \"ceiling\"` for both, if they are such locks";
-            (format!("`{codel}` takes the locks `{first}` and `{second}`, {why}: {mend}"), "two locks")
+            let remedy = "write `protocol = \"ceiling\"` for both, if they are such locks";
+            (format!("`{codel}` takes the locks `{first}` and `{second}`, {why}: {remedy}"), "two locks")
         }
         LockReason::WaitsWithLock { codel, lock } => {
-            let mend = format!("release it before, and write `held` in `[locks.{lock}]`");
-            (format!("`{codel}` waits while it holds the lock `{lock}`: {mend}"), "waits with lock")
+            let remedy = format!("release it before, and write `held` in `[locks.{lock}]`");
+            (format!("`{codel}` waits while it holds the lock `{lock}`: {remedy}"), "waits with lock")
         }
         LockReason::UnknownTime { lock, holder } => {
-            let mend = format!("give its codels times, or write `held` in `[locks.{lock}]`");
-            (format!("`{holder}` may hold the lock `{lock}` for an unknown time: {mend}"), "lock unbounded")
+            let remedy = format!("give its codels times, or write `held` in `[locks.{lock}]`");
+            (format!("`{holder}` may hold the lock `{lock}` for an unknown time: {remedy}"), "lock unbounded")
         }
         LockReason::SeveralCpus { lock } => {
-            let mend = "set the `affinity` of all of them to one CPU";
-            (format!("the users of the lock `{lock}` may run on several CPUs: {mend}"), "lock on CPUs")
+            let remedy = "set the `affinity` of all of them to one CPU";
+            (format!("the users of the lock `{lock}` may run on several CPUs: {remedy}"), "lock on CPUs")
         }
         LockReason::Migrates { lock } => {
             let why = format!("it may move to the CPU where a lower priority holds the lock `{lock}`");

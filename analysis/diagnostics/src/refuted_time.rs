@@ -1,6 +1,6 @@
 //! # refuted-time
 //!
-//! A recording showed a longer execution time than a timing table has. Nothing that uses the time is proved until it is mended.
+//! A recording showed a longer execution time than a timing table has. Nothing that uses the time is proved until it is corrected.
 //!
 //! ```mauve
 //! codel work(): void

@@ -127,7 +127,7 @@ fn observed_error(kind: &ObservedErrorKind) -> String {
             format!("unknown unit `{name}`: expected `ns`, `us`, `ms` or `s`")
         }
         ObservedErrorKind::InvalidTime { text, error, .. } => {
-            format!("`{text}` is no time: {}", time_error(*error))
+            format!("`{text}` is not a time: {}", time_error(*error))
         }
     }
 }

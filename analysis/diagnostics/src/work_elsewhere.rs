@@ -1,6 +1,6 @@
 //! # work-elsewhere
 //!
-//! A recording showed that threads which are no instances, such as a pool of threads that a codel starts, used CPU time. No response
+//! A recording showed that threads which are not instances, such as a pool of threads that a codel starts, used CPU time. No response
 //! time counts their work, so that no deployment is proved until it is declared.
 //!
 //! ```mauve
@@ -28,7 +28,7 @@ use super::*;
 
 pub(super) fn report<'db>(at: Location<'db>, thread: &str, per_second: Time) -> Diagnostic<'db> {
     let message = format!(
-        "threads named `{thread}`, which are no instances, used {per_second} of CPU time in each second, and no response time counts \
+        "threads named `{thread}`, which are not instances, used {per_second} of CPU time in each second, and no response time counts \
          that: declare them as `[[platform.other]]` with `name = \"{thread}\"`"
     );
     Diagnostic::new(&WORK_ELSEWHERE, at, message)

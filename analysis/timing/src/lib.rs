@@ -34,7 +34,8 @@
 //! | `lane_analysis.rs` | the analysis of one CPU |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `waits.rs` | waits as jitter |
-//! | `locks.rs` | [`Lock`]: for how long lower priorities delay the users of locks |
+//! | `lock.rs` | [`Lock`]: its users, and what it may do to a task |
+//! | `locks.rs` | for how long lower priorities delay the users of locks |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `tasks.rs` | [`Tasks`]: what a deployment runs at one level |
 //! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
@@ -54,6 +55,7 @@ mod execution_bound;
 mod lane;
 mod lane_analysis;
 mod level;
+mod lock;
 mod locks;
 mod machine;
 mod observed;
@@ -78,7 +80,7 @@ mod worst_case;
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
-pub use locks::{Blocking, Lock, LockUser, Protocol};
+pub use lock::{Blocking, Lock, LockUser, Protocol};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
     Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork, Recording,

@@ -19,98 +19,8 @@
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
 
-use std::sync::Arc;
-
-use serde::{Deserialize, Serialize};
-
 use crate::response_time::linked_cpus;
-use crate::{Demand, Priority, Task, TaskKind, Tasks, Time};
-
-/// How a job that holds a lock is kept from being preempted.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Protocol {
-    /// It inherits the priority of the jobs that wait for the lock (`PTHREAD_PRIO_INHERIT`).
-    Inheritance,
-    /// It has the highest priority of all users of the lock (`PTHREAD_PRIO_PROTECT`).
-    Ceiling,
-    /// It keeps its priority (`std::mutex`).
-    None,
-}
-
-impl Protocol {
-    /// All protocols.
-    pub const ALL: [Protocol; 3] = [Protocol::Inheritance, Protocol::Ceiling, Protocol::None];
-
-    /// `inheritance`, `ceiling` or `none`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Protocol::Inheritance => "inheritance",
-            Protocol::Ceiling => "ceiling",
-            Protocol::None => "none",
-        }
-    }
-}
-
-/// A lock that jobs of several tasks take.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub struct Lock {
-    /// Its name for readers of the result.
-    pub name: Arc<str>,
-    /// Its protocol.
-    pub protocol: Protocol,
-    /// The tasks that may take it, each once.
-    pub users: Vec<LockUser>,
-}
-
-/// A task that may take a lock.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct LockUser {
-    /// The index of the task.
-    pub task: usize,
-    /// For how long it executes while it holds the lock, at most; `None` if that is unknown.
-    pub held: Option<Time>,
-}
-
-/// What locks do to a task.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub enum Blocking {
-    /// Jobs of lower priority delay it for this long, once in a window and once more for each wait in it; 0 without locks.
-    Time(Time),
-    /// The time for which this task may hold this lock (an index into [`Tasks::locks`]) is unknown.
-    UnknownTime {
-        /// The lock.
-        lock: usize,
-        /// The task.
-        holder: usize,
-    },
-    /// The users of this lock, one of which it is, do not all run on one CPU.
-    SeveralCpus {
-        /// The lock.
-        lock: usize,
-    },
-    /// It may run on several CPUs, and a task of lower priority may hold this lock on one of them.
-    Migrates {
-        /// The lock.
-        lock: usize,
-    },
-    /// The task waits for this lock, which has no protocol, while others preempt the task that holds it.
-    Inversion {
-        /// The lock.
-        lock: usize,
-        /// The task of lower priority that holds the lock.
-        holder: usize,
-        /// The tasks that preempt the holder; empty if it is in the background, where any other process does.
-        between: Vec<usize>,
-    },
-    /// While this task waits, one of lower priority may take this lock again: how often is unknown.
-    UnknownWaits {
-        /// The lock.
-        lock: usize,
-        /// The task that waits.
-        waiting: usize,
-    },
-}
+use crate::{Blocking, Demand, Lock, LockUser, Priority, Protocol, Task, TaskKind, Tasks, Time};
 
 impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
@@ -278,6 +188,8 @@ impl Tasks {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::testing::simple;
     use crate::{StateMachine, Waits};

@@ -134,7 +134,7 @@ pub enum Recorded<'db> {
     WaitsOften { codel: String, times: u64, written: u64, file: File },
     /// A recording showed that a codel takes a lock, and no section of `mauve.toml` declares that, or for a shorter time.
     UndeclaredLock { lock: String, codel: String, held: Time, declared: Option<Time> },
-    /// A recording showed CPU time of threads that are no instances, in each second.
+    /// A recording showed CPU time of threads that are not instances, in each second.
     WorkElsewhere { thread: String, per_second: Time },
 }
 

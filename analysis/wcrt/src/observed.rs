@@ -33,8 +33,7 @@ pub use path::{EdgeCount, UnknownPath};
 use path::Path;
 use releases::{Job, LATEST, Releases};
 
-/// A count of exceedances is a finding if its probability is less.
-pub const IMPROBABLE: f64 = 1e-3;
+pub use crate::timetable::IMPROBABLE;
 
 /// The periods of all instances that are remembered, to say who delayed a late one.
 const REMEMBERED: usize = 1 << 10;

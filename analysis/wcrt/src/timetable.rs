@@ -56,6 +56,9 @@ fn without_observed(db: &dyn ModelDb, mut found: TableFiles) -> TableFiles {
     found
 }
 
+/// A count of exceedances is a finding if its probability is less.
+pub const IMPROBABLE: f64 = 1e-3;
+
 /// What the names of files with what recordings showed end with.
 const OBSERVED_SUFFIX: &str = ".observed.toml";
 

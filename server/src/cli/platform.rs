@@ -19,7 +19,7 @@ enum Command {
     /// Check this computer: kernel, throttling, frequency, sleep, rights and clock.
     ///
     /// Response times hold on a computer that runs real-time threads at once and at one speed. One line for each property says
-    /// whether this computer has it, and how to mend it.
+    /// whether this computer has it, and how to fix it.
     ///
     /// Exit codes: 0 nothing is bad; 1 a property is bad.
     Check(check::Check),

@@ -1,7 +1,6 @@
 //! `mauve pwcet SAMPLES…`: from measured executions to the times of a timing table.
 
 mod budgets;
-pub(super) mod date;
 mod document;
 mod estimates;
 mod report;
@@ -18,8 +17,6 @@ use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
-pub(super) use self::write::put;
-
 use self::budgets::{Budgets, budgets};
 use self::estimates::{Estimates, Measured};
 use super::own_output::check_own;
@@ -30,6 +27,7 @@ use crate::cli::options::Outside;
 use crate::cli::text::counted;
 use crate::disk;
 use crate::output::{Output, say};
+use crate::replace::put;
 
 /// The accesses of a port that take longer are not left without a time.
 const SHORT_ACCESS: u64 = 20_000;

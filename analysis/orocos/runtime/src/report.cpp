@@ -79,7 +79,7 @@ std::string reason(const Row& late, const std::vector<Row>& rows, const Causes& 
     if (!it.empty()) return it;
   }
   for (const Work& it : causes.work) {
-    if (work_per_second(it, causes.length) >= least_work) return "threads that are no instances may have preempted it, see below";
+    if (work_per_second(it, causes.length) >= least_work) return "threads that are not instances may have preempted it, see below";
   }
   return "no codel waited or took longer than its time: something that the model does not have preempted it";
 }
@@ -141,7 +141,7 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
   for (const Work& it : causes.work) {
     const Nanoseconds per_second = work_per_second(it, causes.length);
     if (per_second < least_work) continue;
-    out += "  threads named " + it.name + ", which are no instances, used " + milliseconds(per_second) +
+    out += "  threads named " + it.name + ", which are not instances, used " + milliseconds(per_second) +
            " ms of CPU time per second: no bound counts it; describe it as [[platform.other]] in mauve.toml\n";
   }
   return out;

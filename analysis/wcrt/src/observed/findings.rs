@@ -275,6 +275,6 @@ pub struct Observed {
     pub has_cpus: bool,
     /// Whether it names instances.
     pub has_instances: bool,
-    /// The CPU time that threads which are no instances used in a second, by name.
+    /// The CPU time that threads which are not instances used in a second, by name.
     pub work: BTreeMap<String, u64>,
 }

@@ -7,9 +7,8 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
 use mauve_timing::{Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times};
 
-use super::{Slot, TimetableBuilder};
+use super::{IMPROBABLE, Slot, TimetableBuilder};
 use crate::fact::{Recorded, TimingFactKind};
-use crate::observed::IMPROBABLE;
 use crate::reason::{TableFault, Timed, UnusableTime};
 
 /// Accesses of ports without an entry in a table, threads that are no components, and waits up to this time are not reported:

@@ -30,7 +30,7 @@ pub(super) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
     })
 }
 
-/// Says what a proof rests on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.
+/// Says what a proof depends on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.
 fn conditions(deployed: &[Deployed<'_>]) -> String {
     let mut all = Basis::default();
     for basis in deployed.iter().filter_map(Deployed::basis) {

@@ -53,8 +53,8 @@ impl Check {
 fn table(properties: &[Property]) -> String {
     let mut out = String::new();
     for it in properties {
-        let mend = it.mend.map_or_else(String::new, |mend| format!(": {mend}"));
-        let _ = writeln!(out, "{:<8} {:<12} {}{mend}", it.state.word(), it.name, it.found);
+        let fix = it.mend.map_or_else(String::new, |fix| format!(": {fix}"));
+        let _ = writeln!(out, "{:<8} {:<12} {}{fix}", it.state.word(), it.name, it.found);
     }
     out
 }

@@ -126,7 +126,7 @@ impl Measured {
             }
         }
         lines.push(
-            "caches and memory that other CPUs use: measure execution times under the load of the mission"
+            "caches and memory that other CPUs use: measure execution times while the robot does its mission"
                 .to_owned(),
         );
         lines

@@ -59,7 +59,7 @@ pub(super) struct Noise {
 /// A time of more than this many units is none.
 const MOST: u64 = 1 << 50;
 
-/// Reads a file; `Err` says why it is no recording.
+/// Reads a file; `Err` says why it is not a recording.
 pub(super) fn read(text: &str) -> Result<Recording, &'static str> {
     let has = |words: &str| text.contains(words);
     match () {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use mauve_ide::{ExecutionReport, Measured, execution_report};
 
-use super::date::today;
 use super::estimates::{Estimates, Measured as Measurement};
+use crate::cli::date::today;
 
 /// Returns the report on all instances, as one HTML document.
 pub(super) fn report(estimates: &Estimates, samples: &[PathBuf], fingerprints: &[String]) -> String {

@@ -80,7 +80,7 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
     row
 }
 
-/// Returns what is known of a codel that runs rarely: `nav.plan (3, the longest 1.25 ms)`.
+/// Describes a codel that runs rarely: `nav.plan (3, the longest 1.25 ms)`.
 fn high_water(it: &Measured) -> String {
     let longest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
     format!("{} ({}, the longest {longest})", it.name, it.measurement.count())

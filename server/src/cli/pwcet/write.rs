@@ -9,10 +9,10 @@ use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::port_of;
 use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
 
-use super::date::today;
 use super::estimates::{Estimates, Measured};
+use crate::cli::date::today;
 use crate::disk;
-use crate::replace::{create, replace};
+use crate::replace::{folder_of, put};
 
 /// What was written.
 pub(super) struct Written {
@@ -163,22 +163,6 @@ fn relative(file: &Path, table: &Path) -> String {
         up += "../";
     }
     file.display().to_string()
-}
-
-/// Writes a file, or replaces it: a reader gets the old text, none, or the new one.
-pub(in crate::cli) fn put(path: &Path, text: &str) -> Result<(), String> {
-    let written = match path.canonicalize() {
-        Ok(real) => replace(&real, text),
-        Err(_) => {
-            let folder = folder_of(path).canonicalize();
-            folder.and_then(|folder| create(&folder.join(path.file_name().unwrap_or_default()), text))
-        }
-    };
-    written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Where all times come from.

@@ -67,7 +67,7 @@ impl Overheads {
     }
 }
 
-/// What the tables of a deployment say, and what is proved with them.
+/// What the tables of a deployment say, and which deadlines are proved with them.
 struct Tables {
     /// The overhead of a job, and the part of it for context switches.
     declared: Time,

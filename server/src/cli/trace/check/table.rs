@@ -158,7 +158,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
     }
     for (thread, per_second) in it.observed.work.iter().filter(|(_, time)| **time >= LEAST_WORK) {
         notes.push(format!(
-            "threads named `{thread}`, which are no instances, used {} of CPU time in each second, which no bound counts: describe \
+            "threads named `{thread}`, which are not instances, used {} of CPU time in each second, which no bound counts: describe \
              it as [[platform.other]] in mauve.toml",
             duration(*per_second)
         ));

@@ -9,11 +9,11 @@ use mauve_pwcet::trace::{Observation, SpanKind, TraceReader, Wait, lock_of, port
 use mauve_timing::{Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, digest_of};
 use toml_edit::DocumentMut;
 
-use crate::cli::pwcet::date::today;
-use crate::cli::pwcet::put;
+use crate::cli::date::today;
 use crate::cli::text::{duration, two_digits, wait_entry};
 use crate::disk;
 use crate::output::say;
+use crate::replace::put;
 
 /// Threads that are not those of instances, and that use less CPU time in a second, are not mentioned.
 pub(in crate::cli::trace) const LEAST_WORK: u64 = 100_000;
@@ -60,7 +60,7 @@ impl Memory {
             observed.work.insert(thread.clone(), ObservedWork { span: 0..0, per_second });
             if per_second >= LEAST_WORK {
                 say(&format!(
-                    "`{}`: threads named `{thread}`, which are no instances, used {} of CPU time in each second: no bound counts it; \
+                    "`{}`: threads named `{thread}`, which are not instances, used {} of CPU time in each second: no bound counts it; \
                      describe it as [[platform.other]] in mauve.toml",
                     trace.display(),
                     duration(per_second)
@@ -255,7 +255,7 @@ fn read(path: &Path) -> Result<Observed, String> {
         Some(error) => {
             let line = text.get(..error.span.start).unwrap_or_default().lines().count().max(1);
             Err(format!(
-                "`{shown}`, line {line}, is not as this command writes it, so that nothing was added to this file: mend the line, or \
+                "`{shown}`, line {line}, is not as this command writes it, so that nothing was added to this file: correct the line, or \
                  remove the file and import all recordings again"
             ))
         }
