@@ -48,6 +48,14 @@ pub struct Behaviour<'db> {
     pub facts: Vec<Fact<'db>>,
 }
 
+impl<'db> Behaviour<'db> {
+    /// Returns the programs that a thread may execute, with repetitions: those of the edges, and every operation, because the
+    /// connections say which are called, and may be incomplete.
+    pub fn executed(&self) -> impl Iterator<Item = &TimedProgram<'db>> {
+        self.edges.executed().filter_map(|index| self.programs.get(index)).chain(&self.operations)
+    }
+}
+
 /// The possible executions of one period.
 ///
 /// The edges of a state execute its `run` and its guards, up to the guard of the transition that fires. So a state has one

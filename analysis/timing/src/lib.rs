@@ -83,7 +83,8 @@ pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
-    Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork, Recording,
+    LEAST_WORK, Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork,
+    Recording, UNSUSPICIOUS,
 };
 pub use response_time::response_times;
 pub use set_analysis::SetAnalysis;

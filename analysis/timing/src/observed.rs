@@ -3,6 +3,7 @@
 //! `mauve trace import` writes it. A recording has many megabytes and stays outside the repository; this file is in it, and holds
 //! the greatest of all that was observed, so that each later check can compare it with the tables.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -104,6 +105,35 @@ pub struct ObservedTimes {
     /// The greatest time of one of them: CPU time, also of what holds a lock.
     pub greatest: u64,
 }
+
+impl ObservedCodel {
+    /// Adds other executions of the codel.
+    pub fn add(&mut self, other: &ObservedCodel) {
+        self.executions = self.executions.saturating_add(other.executions);
+        self.greatest = self.greatest.max(other.greatest);
+        self.times = self.times.max(other.times);
+        match other.wait.cmp(&self.wait) {
+            Ordering::Greater => (self.wait, self.is_wait_known) = (other.wait, other.is_wait_known),
+            Ordering::Equal => self.is_wait_known |= other.is_wait_known,
+            Ordering::Less => {}
+        }
+    }
+}
+
+impl ObservedTimes {
+    /// Adds others.
+    pub fn add(&mut self, other: &ObservedTimes) {
+        self.executions = self.executions.saturating_add(other.executions);
+        self.greatest = self.greatest.max(other.greatest);
+    }
+}
+
+/// Threads that are not those of instances, and that use less CPU time in a second, in nanoseconds, are not reported.
+pub const LEAST_WORK: u64 = 100_000;
+
+/// Accesses of ports without an entry in a table, and waits that may have been preemption, are not reported up to this time in
+/// nanoseconds: interrupts and the clocks themselves take as long.
+pub const UNSUSPICIOUS: u64 = 50_000;
 
 /// The work of a thread that is not a component.
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
@@ -214,20 +244,7 @@ impl Observed {
         }
         self.recordings.extend(other.recordings);
         for (key, it) in other.codels {
-            let all = self
-                .codels
-                .entry(key)
-                .or_insert(ObservedCodel { is_wait_known: it.is_wait_known, ..ObservedCodel::default() });
-            all.executions = all.executions.saturating_add(it.executions);
-            all.greatest = all.greatest.max(it.greatest);
-            all.times = all.times.max(it.times);
-            match it.wait.cmp(&all.wait) {
-                std::cmp::Ordering::Greater => {
-                    (all.wait, all.is_wait_known) = (it.wait, it.is_wait_known);
-                }
-                std::cmp::Ordering::Equal => all.is_wait_known |= it.is_wait_known,
-                std::cmp::Ordering::Less => {}
-            }
+            self.codels.entry(key).or_default().add(&it);
         }
         merge_times(&mut self.programs, other.programs);
         merge_times(&mut self.accesses, other.accesses);
@@ -249,9 +266,7 @@ const UNKNOWN: &str = "unknown";
 
 fn merge_times<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, other: BTreeMap<K, ObservedTimes>) {
     for (key, it) in other {
-        let all = all.entry(key).or_default();
-        all.executions = all.executions.saturating_add(it.executions);
-        all.greatest = all.greatest.max(it.greatest);
+        all.entry(key).or_default().add(&it);
     }
 }
 

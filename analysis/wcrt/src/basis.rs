@@ -87,9 +87,8 @@ fn large_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl
         return Vec::new();
     };
     let behaviour = behaviour_of(db, project, core);
-    let executed = behaviour.edges.executed().filter_map(|index| behaviour.programs.get(index));
     let mut ports: FxHashSet<Name> = FxHashSet::default();
-    let mut open: Vec<&Cost<'db>> = executed.chain(&behaviour.operations).map(|it| &*it.cost).collect();
+    let mut open: Vec<&Cost<'db>> = behaviour.executed().map(|it| &*it.cost).collect();
     while let Some(cost) = open.pop() {
         match cost {
             Cost::Access(port) => _ = ports.insert(port.clone()),

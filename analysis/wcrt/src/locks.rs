@@ -121,10 +121,8 @@ fn codels_of<'db>(
         return None;
     }
     let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
-    let executed = behaviour.edges.executed().filter_map(|index| behaviour.programs.get(index));
-    // Every operation: the connections say which are called, and may be incomplete.
-    let programs = executed.chain(&behaviour.operations);
-    let mut codels: Vec<Decl<'db>> = programs.flat_map(|program| codels_in(&program.cost)).collect();
+    let mut codels: Vec<Decl<'db>> =
+        behaviour.executed().flat_map(|program| codels_in(&program.cost)).collect();
     codels.sort_by_cached_key(|codel| codel.qualified(db));
     codels.dedup();
     Some(codels)

@@ -316,11 +316,12 @@ impl<'a> Engine<'a> {
             self.releases.push(Reverse((first, self.threads.len())));
         }
         let priority = task.priority.real_time().unwrap_or(u32::MAX);
+        let own_priority = u64::from(priority) * 2 + u64::from(!waits);
         self.threads.push(Thread {
             task: index,
             kind,
-            own_priority: u64::from(priority) * 2 + u64::from(!waits),
-            priority: u64::from(priority) * 2 + u64::from(!waits),
+            own_priority,
+            priority: own_priority,
             period,
             deadline,
             jitter,

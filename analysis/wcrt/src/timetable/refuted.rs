@@ -5,18 +5,13 @@ use std::sync::Arc;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
-use mauve_timing::{Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times};
+use mauve_timing::{
+    LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
+};
 
 use super::{IMPROBABLE, Slot, TimetableBuilder};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{TableFault, Timed, UnusableTime};
-
-/// Accesses of ports without an entry in a table, threads that are no components, and waits up to this time are not reported:
-/// interrupts and the clocks themselves take as long.
-const UNSUSPICIOUS: u64 = 50_000;
-
-/// Threads that are not those of instances, and that use no more CPU time in a second, are not reported.
-const LEAST_WORK: u64 = 100_000;
 
 /// Reads a file of `[timing] observed`, and returns what is wrong with it.
 #[salsa::tracked(returns(ref))]

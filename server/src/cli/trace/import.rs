@@ -20,7 +20,6 @@ use crate::cli::text::counted;
 use crate::output::{Output, say};
 use messages::trace_error;
 pub(in crate::cli) use messages::warnings;
-pub(super) use observed::LEAST_WORK;
 use observed::Memory;
 use recorder::Recorder;
 use table::Imported;

@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use mauve_timing::Priority;
+use mauve_timing::{LEAST_WORK, Priority};
 use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
-use super::super::import::messages::cut;
-use super::super::import::{LEAST_WORK, shown_key};
+use super::super::import::messages::{cut, work_elsewhere};
+use super::super::import::shown_key;
 use super::checked::Checked;
 use super::findings::{message, number};
 use crate::cli::text::{counted, duration, table};
@@ -146,9 +146,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
-    notes.extend(
-        cut("the recording", &it.summary).map(|text| text.replace("`the recording`", "the recording")),
-    );
+    notes.extend(cut("the recording", &it.summary));
     let missing = it.summary.dropped + it.summary.unbalanced + it.summary.clock_errors;
     if it.summary.losses > 0 || missing > 0 {
         notes.push(format!(
@@ -157,11 +155,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
         ));
     }
     for (thread, per_second) in it.observed.work.iter().filter(|(_, time)| **time >= LEAST_WORK) {
-        notes.push(format!(
-            "threads named `{thread}`, which are not instances, used {} of CPU time in each second, which no bound counts: describe \
-             it as [[platform.other]] in mauve.toml",
-            duration(*per_second)
-        ));
+        notes.push(work_elsewhere(thread, *per_second));
     }
     for (_, expected, observed) in rows(it) {
         let name = &expected.instance;

@@ -5,6 +5,7 @@ use std::path::Path;
 use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Summary, TraceError};
 
 use super::table::{executions, incomplete};
+use crate::cli::text::duration;
 
 /// Returns the message for a trace that cannot be read.
 pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> String {
@@ -170,7 +171,7 @@ pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
             incomplete(it.dropped)
         ));
     }
-    found.extend(cut(name, it));
+    found.extend(cut(&format!("`{name}`"), it));
     if it.unbalanced > 0 {
         found.push(format!(
             "`{name}`: {} have a begin without an end, or an end without a begin, and were not imported: the session was stopped \
@@ -195,11 +196,20 @@ pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
     found
 }
 
-/// Returns the warning about a recording that ends too early.
+/// Returns the warning about the work of threads that are not instances, in nanoseconds of each second.
+pub(in crate::cli::trace) fn work_elsewhere(thread: &str, per_second: u64) -> String {
+    format!(
+        "threads named `{thread}`, which are not instances, used {} of CPU time in each second, which no bound counts: describe it as \
+         [[platform.other]] in mauve.toml",
+        duration(per_second)
+    )
+}
+
+/// Returns the warning about a recording, called so, that ends too early.
 pub(in crate::cli::trace) fn cut(name: &str, it: &Summary) -> Option<String> {
     (it.cuts > 0).then(|| {
         format!(
-            "`{name}` was cut, such as by a power failure or a full disk: what was complete before the cut is used ({}), and \
+            "{name} was cut, such as by a power failure or a full disk: what was complete before the cut is used ({}), and \
              the last line without its line feed, or what `babeltrace2` could not read, is not. What the robot did then is in no \
              time; if a file was written without its last line feed, add it",
             executions(it.spans)

@@ -6,20 +6,17 @@ use std::path::{Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, toml_key};
 use mauve_pwcet::trace::{Observation, SpanKind, TraceReader, Wait, lock_of, port_of};
-use mauve_timing::{Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, digest_of};
+use mauve_timing::{
+    LEAST_WORK, Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, UNSUSPICIOUS, digest_of,
+};
 use toml_edit::DocumentMut;
 
+use super::messages::work_elsewhere;
 use crate::cli::date::today;
 use crate::cli::text::{duration, two_digits, wait_entry};
 use crate::disk;
 use crate::output::say;
 use crate::replace::put;
-
-/// Threads that are not those of instances, and that use less CPU time in a second, are not mentioned.
-pub(in crate::cli::trace) const LEAST_WORK: u64 = 100_000;
-
-/// Accesses of ports up to this time are not mentioned: those of numbers take less.
-const LEAST_ACCESS: u64 = 50_000;
 
 /// What the traces of one command showed.
 #[derive(Debug, Default)]
@@ -59,12 +56,7 @@ impl Memory {
         for (thread, &per_second) in observation.work() {
             observed.work.insert(thread.clone(), ObservedWork { span: 0..0, per_second });
             if per_second >= LEAST_WORK {
-                say(&format!(
-                    "`{}`: threads named `{thread}`, which are not instances, used {} of CPU time in each second: no bound counts it; \
-                     describe it as [[platform.other]] in mauve.toml",
-                    trace.display(),
-                    duration(per_second)
-                ));
+                say(&format!("`{}`: {}", trace.display(), work_elsewhere(thread, per_second)));
             }
         }
         for it in observation.finish(reader.names()) {
@@ -72,13 +64,14 @@ impl Memory {
             let times = ObservedTimes { span: 0..0, executions: it.executions, greatest: it.greatest };
             match it.name.kind {
                 SpanKind::Codel => self.add_codel(&mut observed, key, &times, it.wait),
-                SpanKind::Program => add(&mut observed.programs, key, times),
+                SpanKind::Program => observed.programs.entry(key).or_default().add(&times),
                 SpanKind::Access => {
-                    add(&mut observed.accesses, port_of(&key).unwrap_or_default().to_owned(), times);
+                    let port = port_of(&key).unwrap_or_default().to_owned();
+                    observed.accesses.entry(port).or_default().add(&times);
                 }
                 SpanKind::Lock => {
                     if let Some((lock, codel)) = lock_of(&key).filter(|(_, codel)| *codel != "-") {
-                        add(&mut observed.locks, (lock.to_owned(), codel.to_owned()), times);
+                        observed.locks.entry((lock.to_owned(), codel.to_owned())).or_default().add(&times);
                     }
                 }
                 SpanKind::Period => {}
@@ -95,21 +88,14 @@ impl Memory {
         all.greatest = all.greatest.max(wait.greatest);
         all.times = all.times.max(wait.times);
         all.is_unknown |= wait.is_unknown;
-        let codel = ObservedCodel {
+        observed.codels.entry(key).or_default().add(&ObservedCodel {
             span: 0..0,
             executions: times.executions,
             greatest: times.greatest,
             wait: wait.greatest,
             times: wait.times,
             is_wait_known: !wait.is_unknown,
-        };
-        let known =
-            observed.codels.entry(key).or_insert_with(|| ObservedCodel { executions: 0, ..codel.clone() });
-        known.executions += codel.executions;
-        known.greatest = known.greatest.max(codel.greatest);
-        known.wait = known.wait.max(codel.wait);
-        known.times = known.times.max(codel.times);
-        known.is_wait_known &= codel.is_wait_known;
+        });
     }
 
     /// Writes the file. Returns what the command prints of it.
@@ -154,7 +140,7 @@ impl Memory {
             let known = greatest.entry(port).or_default();
             *known = it.greatest.max(*known);
         }
-        let long = greatest.iter().filter(|(_, greatest)| **greatest > LEAST_ACCESS);
+        let long = greatest.iter().filter(|(_, greatest)| **greatest > UNSUSPICIOUS);
         let entries: String =
             long.map(|(port, greatest)| format!("\"{port}\" = {}\n", two_digits(*greatest))).collect();
         if entries.is_empty() {
@@ -236,12 +222,6 @@ impl Memory {
         }
         lines
     }
-}
-
-fn add<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, key: K, times: ObservedTimes) {
-    let known = all.entry(key).or_default();
-    known.executions += times.executions;
-    known.greatest = known.greatest.max(times.greatest);
 }
 
 /// Reads the file, which must be one that this command has written.
