@@ -382,7 +382,7 @@ mod tests {
         Options { levels: levels.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 }
     }
 
-    /// 20,000 exponential times around 4 ms, `slow` of which take 10 ms more.
+    /// 20,000 exponential times around 4 ms. To `slow` of them, 10 ms are added.
     fn with_rare_mode(slow: usize) -> Vec<u64> {
         let mut random = generator(5, 0);
         let time = |index: usize| {

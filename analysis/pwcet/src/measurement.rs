@@ -54,8 +54,8 @@ impl Measurement {
         (0..levels.unwrap_or_default()).map(time).collect()
     }
 
-    /// Returns the instance because of which the bounds of the others at a level are no times of the codel: it has no bound, and an
-    /// execution in it took longer than all of theirs, or its tail has no bound. An instance without a bound that was never slower
+    /// Returns the instance that leaves the codel without a time at a level. It has no bound there, and an execution in it took
+    /// longer than all those in instances with a bound, or its tail has no bound. An instance without a bound that was never slower
     /// than the others is taken to be like them.
     pub fn withheld_by(&self, level: usize) -> Option<&InstanceMeasurement> {
         let greatest = |it: &InstanceMeasurement| it.executions.iter().copied().max();

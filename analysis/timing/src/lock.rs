@@ -64,7 +64,7 @@ pub enum Blocking {
         /// The task.
         holder: usize,
     },
-    /// The users of this lock, one of which it is, do not all run on one CPU.
+    /// The task uses this lock, whose users do not all run on one CPU.
     SeveralCpus {
         /// The lock.
         lock: usize,

@@ -13,7 +13,7 @@
 //! - With *none* of them, it keeps its priority, and any task between the two delays both. Without such a task, B is that of
 //!   inheritance; and a job of still lower priority delays both where it holds a lock with a ceiling that equals this priority.
 //!
-//! A lock that is left is free for whoever has the CPU: it is not kept for a job of lower priority that waits for it. (Linux lets a
+//! When a job leaves a lock, the job that has the CPU may take it, before one of lower priority that waits for it. (Linux lets a
 //! higher priority take it first.)
 //!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority

@@ -71,7 +71,7 @@ pub struct Recording {
     pub source: String,
     /// When it was imported, as a date in ISO 8601.
     pub date: String,
-    /// The computer on which it was imported, unless the recording names another one.
+    /// The computer on which it was imported.
     pub host: String,
     /// The digest of the recording: the same one is never counted twice.
     pub samples: String,

@@ -706,11 +706,9 @@ architecture C { instance o: CO }
     }
 
     /// Returns random numbers below a limit.
-    fn generator(mut state: u64) -> impl FnMut(u64) -> u64 {
-        move |limit| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) % limit
-        }
+    fn generator(seed: u64) -> impl FnMut(u64) -> u64 {
+        let mut random = mauve_timing::Random::new(seed);
+        move |limit| random.up_to(limit - 1)
     }
 
     /// The codels, each with its greatest time in milliseconds.

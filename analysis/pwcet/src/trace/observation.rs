@@ -143,7 +143,7 @@ impl Observation {
         &self.work
     }
 
-    /// Ends a recording; another one, with other times, may follow.
+    /// Ends a recording. The times of the next one are by a clock of its own.
     pub fn end_recording(&mut self) {
         let instances: Vec<String> = self.open.keys().cloned().collect();
         instances.iter().for_each(|instance| self.close(instance, None));
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn preemption_is_no_wait() {
-        // `low` is off the CPU for 600 µs: 400 of them are a period of `high` on its CPU, 100 one of `other` on another one.
+        // `low` is off the CPU for 600 µs. For 400 µs of them `high` executes on its CPU; `other` executes for 100 µs on another CPU.
         let executions = |waits: &str| {
             format!(
                 "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits\nf,200000,low,800000,900000,2,{waits}\n"

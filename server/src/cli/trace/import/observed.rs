@@ -120,7 +120,7 @@ impl Memory {
         let config = std::path::absolute(&path).ok().and_then(|path| next_config(&path));
         out += &self.sections(config.as_ref().map(|(_, config)| config));
         let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        // Without a mauve.toml, the file will be beside the one that somebody makes.
+        // Without a mauve.toml, one in the folder of this file is assumed.
         let missing = configured(&path, config)
             .unwrap_or_else(|| Some(format!("[timing]\nobserved = [\"{}\"]", name())));
         out += &format!("`{}` has what was observed", path.display());
