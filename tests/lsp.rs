@@ -49,5 +49,5 @@ fn copied_robot(name: &str) -> PathBuf {
 
 /// Whether a hint shows no current figure.
 fn is_unknown(hint: &str) -> bool {
-    hint.starts_with("not analysed") || hint.ends_with("before this edit") || hint.ends_with(" earlier")
+    hint.starts_with(['?', '…'])
 }

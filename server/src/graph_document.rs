@@ -28,6 +28,7 @@ pub(crate) fn graph_document<'db>(
             "deadline": activity.and_then(|it| it.deadline).map(milliseconds),
             "own": activity.and_then(|it| it.own).map(milliseconds),
             "response": activity.and_then(|it| it.response).map(milliseconds),
+            "figure": activity.map(|_| &node.figure),
             "status": activity.map(|it| it.verdict.name()),
             "reasons": activity.map(|it| mauve_diagnostics::reasons_of(db, it)).unwrap_or_default(),
             "place": node.place,

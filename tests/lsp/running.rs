@@ -34,7 +34,7 @@ fn a_defect_of_the_main_loop_costs_the_requests_in_flight() {
     client.answer(working).unwrap_err();
     // The text is the client's, and its diagnostics are published again.
     assert_eq!(client.codes(&text), [] as [&str; 0]);
-    assert!(client.hint(&text, "activity navigation").contains("2 ms slack"));
+    assert!(client.hint(&text, "activity navigation").contains("! 997 / 999 ms"));
     let status = client.call("mauve/status", Value::Null).unwrap();
     assert_eq!((&status["documents"], &status["workspaces"][0]["files"]), (&json!(1), &json!(18)));
     assert_eq!(client.shut_down(), Some(0));
@@ -62,7 +62,7 @@ fn a_text_whose_change_has_a_defect_is_unknown_until_it_is_saved() {
     shown(&mut client, "A defect of mauve: asked for");
     assert!(is_unknown(&client.hint(&text, "activity navigation")));
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-    assert!(client.hint(&text, "activity navigation").contains("2 ms slack"));
+    assert!(client.hint(&text, "activity navigation").contains("! 997 / 999 ms"));
 }
 
 #[test]
@@ -87,14 +87,14 @@ fn a_reload_reads_all_files_again() {
     client.codes(&text);
     let status = client.call("mauve/status", Value::Null).unwrap();
     assert_eq!(status["workspaces"][0]["significance"], json!(1e-3));
-    assert_eq!(client.hint(&text, "activity navigation"), "only 18 ms slack");
+    assert_eq!(client.hint(&text, "activity navigation"), "! 882 / 900 ms");
     let with_argument = json!({"command": "mauve.reload", "arguments": [1]});
     assert_eq!(client.call("workspace/executeCommand", with_argument).unwrap_err()["code"], -32602);
     for _ in 0..20 {
         reload(&mut client).unwrap();
     }
     client.idle();
-    assert_eq!(client.hint(&text, "activity navigation"), "only 18 ms slack");
+    assert_eq!(client.hint(&text, "activity navigation"), "! 882 / 900 ms");
     assert_eq!(client.shut_down(), Some(0));
 }
 
@@ -174,7 +174,7 @@ fn a_search_that_is_cancelled_begins_again_after_a_change() {
     std::fs::remove_file(&hold).unwrap();
     client.edit(&mut text, "deadline = 1000", "deadline = 999");
     assert_eq!(client.codes(&text), [] as [&str; 0]);
-    assert!(client.hint(&text, "activity navigation").contains("2 ms slack"));
+    assert!(client.hint(&text, "activity navigation").contains("! 997 / 999 ms"));
 }
 
 /// Returns the messages of the traces that the server has sent, each with its details, which only `verbose` traces have.

@@ -34,7 +34,7 @@ fn start(name: &str, capabilities: Value, options: Value, settings: Value) -> (C
 }
 
 fn wait_for(client: &mut Client, robot: &Text, time: &str) {
-    client.wait_for_hint(robot, "activity pilot", |hint| hint.contains(&format!("· {time} ms")));
+    client.wait_for_hint(robot, "activity pilot", |hint| hint.contains(&format!(" {time} / ")));
 }
 
 fn warning(client: &mut Client) -> String {
@@ -167,7 +167,7 @@ fn what_is_switched_off_is_not_shown() {
     let labels = |client: &mut Client| -> Vec<String> {
         client.hints(&robot.uri).into_iter().map(|(_, label)| label).collect()
     };
-    assert!(labels(&mut client).iter().all(|label| !label.contains("slack")));
+    assert!(labels(&mut client).iter().all(|label| !label.contains(" / ")));
     let lenses = json!({"textDocument": {"uri": robot.uri}});
     assert_eq!(client.call("textDocument/codeLens", lenses.clone()).unwrap(), json!([]));
     let on = json!({"inlayHints": {"responseTimes": true}, "codeLens": {"enable": true}});

@@ -33,7 +33,7 @@ pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
 struct Figures {
     /// `met`, `missed` or `unknown`; empty for an instance without a deadline. The class of its box.
     status: &'static str,
-    /// `✓ 53 ≤ 100 ms`.
+    /// `✓ 53 / 100 ms`.
     verdict: String,
     /// `29.7 %`; empty if unknown.
     load: String,
@@ -46,15 +46,11 @@ struct Figures {
 impl Figures {
     fn of(node: &GraphNode<'_>) -> Option<Figures> {
         let activity = node.activity?;
-        let deadline = activity.deadline.map(Time::number).unwrap_or_default();
-        let (status, verdict) = match (activity.verdict, activity.response) {
-            (Status::Met, Some(response)) => ("met", format!("✓ {} ≤ {deadline} ms", response.number())),
-            (Status::Missed, Some(response)) => {
-                ("missed", format!("✗ {} > {deadline} ms", response.number()))
-            }
-            (Status::NotAnalysed, _) => ("unknown", "? not analysed".to_owned()),
-            (Status::Background, _) => ("", "background".to_owned()),
-            (status, _) => ("missed", format!("✗ {}", status.name().replace('-', " "))),
+        let status = match activity.verdict {
+            Status::Met => "met",
+            Status::NotAnalysed => "unknown",
+            Status::Background => "",
+            _ => "missed",
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
@@ -66,7 +62,7 @@ impl Figures {
         });
         Some(Figures {
             status,
-            verdict,
+            verdict: node.figure.clone(),
             load: node.load.map(percentage).unwrap_or_default(),
             settings: settings.join(" · "),
             part: part.filter(|_| activity.verdict != Status::Background),
@@ -210,7 +206,7 @@ fn svg(graph: &Graph<'_>) -> String {
         let y = size.1 - 18.0;
         let _ = writeln!(
             out,
-            "<text class=\"soft\" x=\"{}\" y=\"{}\">R ≤ D or R &gt; D in ms, CPU utilisation; the bar shows R as a part of D</text>",
+            "<text class=\"soft\" x=\"{}\" y=\"{}\">R / D in ms, CPU utilisation; the bar shows R as a part of D</text>",
             PIXELS.margin,
             number(y)
         );
@@ -333,7 +329,7 @@ fn text(graph: &Graph<'_>) -> String {
     format!("{}\n\n{}", graph.title, canvas.finish())
 }
 
-/// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 > 40 ms`.
+/// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 / 40 ms`.
 pub fn instance_tree(graph: &Graph<'_>) -> String {
     let mut groups: BTreeMap<u64, Vec<&GraphNode<'_>>> = BTreeMap::new();
     for node in &graph.nodes {
@@ -363,6 +359,7 @@ mod tests {
     use mauve_wcrt::Query;
 
     use super::*;
+    use crate::figure::TIGHT_SLACK;
     use crate::fixture::Fixture;
     use crate::graph::graph;
     use crate::graph::tests::MODEL;
@@ -375,7 +372,7 @@ mod tests {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
-        let graph = graph(&db, project, of, Query::shown(&db, project)).unwrap();
+        let graph = graph(&db, project, of, Query::shown(&db, project), TIGHT_SLACK).unwrap();
         make(&graph)
     }
 
@@ -388,9 +385,9 @@ mod tests {
         expect![[r#"
             D at 1e-4
               CPU 1  50.0 %
-                laser  ✓ 20 ≤ 100 ms
-                pilot  ✗ 50 > 40 ms
-                spare  background
+                laser  ✓ 20 / 100 ms
+                pilot  ✗ 50 / 40 ms
+                spare  – not real-time
         "#]]
         .assert_eq(&made("D", instance_tree));
         expect![[r#"
@@ -448,9 +445,9 @@ mod tests {
             expect![[r##"
                 digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
                   label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-                  0 [label="laser: Laser\n✓ 20 ≤ 100 ms · 20.0 %", fillcolor="#e8f5e9"];
-                  1 [label="pilot: Pilot\n✗ 50 > 40 ms · 30.0 %", fillcolor="#fdecea"];
-                  2 [label="spare: Unknown\nbackground", fillcolor="#eef3f8"];
+                  0 [label="laser: Laser\n✓ 20 / 100 ms · 20.0 %", fillcolor="#e8f5e9"];
+                  1 [label="pilot: Pilot\n✗ 50 / 40 ms · 30.0 %", fillcolor="#fdecea"];
+                  2 [label="spare: Unknown\n– not real-time", fillcolor="#eef3f8"];
                   0 -> 1 [label="scan"];
                   1 -> 1 [label="go"];
                 }
@@ -464,17 +461,17 @@ mod tests {
 
                                                      ┌───────────────────────┐
                                                      │ pilot: Pilot          │
-                ┌────────────────────────┐           │ ✗ 50 > 40 ms · 30.0 % │
+                ┌────────────────────────┐           │ ✗ 50 / 40 ms · 30.0 % │
                 │ laser: Laser           │   ┌──────▸┤ scan               go ├──┐
-                │ ✓ 20 ≤ 100 ms · 20.0 % │   │    ┌─▸┤ back                  │  │
+                │ ✓ 20 / 100 ms · 20.0 % │   │    ┌─▸┤ back                  │  │
                 │                   scan ├───┘    │  │ stop                  │  │
                 │                   stop │        │  └───────────────────────┘  │
                 └────────────────────────┘        │                             │
                                                   └─────────────────────────────┘
-                    ┌────────────────┐
-                    │ spare: Unknown │
-                    │ background     │
-                    └────────────────┘
+                   ┌─────────────────┐
+                   │ spare: Unknown  │
+                   │ – not real-time │
+                   └─────────────────┘
             "#]],
         );
     }
@@ -492,10 +489,10 @@ mod tests {
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
         let parts = [
             ">laser</text>",
-            ">✓ 20 ≤ 100 ms</text>",
+            ">✓ 20 / 100 ms</text>",
             ">20.0 %</text>",
             "class=\"box missed\" data-instance=\"1\" data-place=\"model.mal:",
-            ">✗ 50 &gt; 40 ms</text>",
+            ">✗ 50 / 40 ms</text>",
             "<title>laser.scan → pilot.scan</title><path class=\"wire\"",
         ];
         for part in parts {

@@ -12,6 +12,8 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Utilisation};
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
 
+use crate::figure::figure;
+
 /// A graph of instances and connections.
 #[derive(Debug, Clone)]
 pub struct Graph<'db> {
@@ -42,6 +44,8 @@ pub struct GraphNode<'db> {
     pub place: String,
     /// Its activity, for a deployment.
     pub activity: Option<&'db ActivityReport<'db>>,
+    /// The [`figure`] of its activity, `✓ 53 / 100 ms`; empty without an activity.
+    pub figure: String,
     /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
 }
@@ -127,23 +131,33 @@ pub fn selected_graphs<'db>(
 }
 
 /// Returns the graph of an architecture, or of a deployment with its response times. `None` for other declarations, and for a
-/// deployment whose architecture is unknown.
+/// deployment whose architecture is unknown. `tight_slack` is that of [`figure`].
 pub fn graph<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     query: Query,
+    tight_slack: u32,
 ) -> Option<Graph<'db>> {
     let (target, report) = match of.kind(db) {
         Kind::Architecture => (of, None),
         Kind::Deployment => (target_of(db, project, of)?, Some(response_times(db, project, of, query))),
         _ => return None,
     };
+    let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.with_assumptions()));
+    let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, String)> = BTreeMap::new();
+    for (activity, is_assumed) in reported {
+        let (texts, _) = figure(db, activity, is_assumed, tight_slack);
+        // Of several activities of one instance, the first one is shown.
+        figures
+            .entry(&activity.instance)
+            .or_insert_with(|| (activity, texts.into_iter().next().unwrap_or_default()));
+    }
     let flat = flat_of(db, project, target);
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
     let nodes = flat.instances.iter().enumerate().filter_map(|(index, instance)| {
         number.entry(&instance.name).or_insert(index);
-        node(db, project, of, instance, report, query)
+        node(db, (project, of), instance, &figures, query)
     });
     let nodes: Vec<GraphNode<'db>> = nodes.collect();
     let edges = flat.links.iter().filter_map(|link| {
@@ -171,18 +185,16 @@ pub fn graph<'db>(
 
 fn node<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
+    (project, of): (Project<'db>, Decl<'db>),
     instance: &FlatInstance<'db>,
-    report: Option<&'db Report<'db>>,
+    figures: &BTreeMap<&'db Name, (&'db ActivityReport<'db>, String)>,
     query: Query,
 ) -> Option<GraphNode<'db>> {
     let (declared, index) = instance.declared;
     let data = architecture(db, declared)?.instances.get(index)?;
     let written = data.component.as_ref().and_then(|component| component.path.last());
     let component = instance.component.map(|component| component.name(db).clone());
-    let activity = report
-        .and_then(|report| report.activities.iter().find(|activity| activity.instance == instance.name));
+    let (activity, figure) = figures.get(&instance.name).cloned().unzip();
     let load = activity.filter(|activity| activity.verdict != Status::Background).and_then(|activity| {
         let psm = psm_of(db, tables_of(db, project, of), instance.component?, query.level).as_ref().ok()?;
         let mean = psm.machine.greatest_cycle_mean();
@@ -201,6 +213,7 @@ fn node<'db>(
         ports: ports.collect(),
         at,
         activity,
+        figure: figure.unwrap_or_default(),
         load,
     })
 }

@@ -1,4 +1,4 @@
-//! Inlay hints: deadlines and slack of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), execution times of
+//! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), execution times of
 //! programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
 //! of the last complete one are shown, marked as older (`inlay_hints/earlier.rs`).
 
@@ -22,6 +22,7 @@ use mauve_hir::item_tree::{HookKind, Name};
 use mauve_syntax::TextSize;
 
 use self::label::Texts;
+use crate::figure::{HintStatus, TIGHT_SLACK};
 
 /// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,44 +49,10 @@ impl InlayHint {
     }
 }
 
-/// What the figure of a hint says, for its colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum HintStatus {
-    /// Deadlines are met with slack; a CPU has capacity left.
-    Met,
-    /// Deadlines are met with little slack; a CPU is nearly fully used.
-    Tight,
-    /// A deadline is missed, or a CPU is overloaded.
-    Missed,
-    /// The figure is unknown.
-    Unknown,
-    /// The figure is that of an earlier text: this one is incomplete.
-    Older,
-    /// An execution time.
-    Time,
-    /// The value of a property or constant.
-    Value,
-}
-
-impl HintStatus {
-    /// The name of the status, for editors.
-    pub fn name(self) -> &'static str {
-        match self {
-            HintStatus::Met => "met",
-            HintStatus::Tight => "tight",
-            HintStatus::Missed => "missed",
-            HintStatus::Unknown => "unknown",
-            HintStatus::Older => "older",
-            HintStatus::Time => "time",
-            HintStatus::Value => "value",
-        }
-    }
-}
-
 /// The requested hints; by default all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct HintOptions {
-    /// Slack of activities, and how many deadlines are met beside deployments.
+    /// Response times of activities, and how many deadlines are met beside deployments.
     pub response_times: bool,
     /// The utilisation of the CPUs beside deployments.
     pub loads: bool,
@@ -99,7 +66,13 @@ pub struct HintOptions {
 
 impl Default for HintOptions {
     fn default() -> HintOptions {
-        HintOptions { response_times: true, loads: true, program_times: true, values: true, tight_slack: 10 }
+        HintOptions {
+            response_times: true,
+            loads: true,
+            program_times: true,
+            values: true,
+            tight_slack: TIGHT_SLACK,
+        }
     }
 }
 
@@ -164,15 +137,15 @@ impl Place {
 /// A figure.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Figure {
-    text: String,
+    texts: Texts,
     /// How many activities are not included, since they are not analysed.
     missing: usize,
 }
 
 impl Figure {
-    /// The text of a figure that includes everything.
-    fn complete(text: String) -> Figure {
-        Figure { text, missing: 0 }
+    /// The texts of a figure that includes everything.
+    fn complete(texts: Texts) -> Figure {
+        Figure { texts, missing: 0 }
     }
 }
 
@@ -271,8 +244,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms to 19 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: 33 ms slack⟩⟨planner: not real-time⟩
-                deployment Sea { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 38.0 %⟩⟨driver: 31 ms slack⟩⟨planner: not real-time⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✓ 17 / 50 ms⟩⟨planner: – not real-time⟩
+                deployment Sea { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 38.0 %⟩⟨driver: ✓ 19 / 50 ms⟩⟨planner: – not real-time⟩
             "#]],
         );
     }
@@ -289,7 +262,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
                 deployment D {⟨1 of 2 met at 1e-4⟩⟨✗ CPU 1 overloaded (104.0 %)⟩
-                activity driver { priority = 2 period = 50 deadline = 20 }⟨3 ms slack · 17 ms⟩
+                activity driver { priority = 2 period = 50 deadline = 20 }⟨✓ 17 / 20 ms⟩
                 activity planner {⟨✗ CPU 1 overloaded (104.0 %)⟩
             "#]],
         );
@@ -302,7 +275,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } activity planner { priority = background } }⟨0 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✗ 1 ms late⟩⟨planner: not real-time⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } activity planner { priority = background } }⟨0 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✗ 17 / 16 ms⟩⟨planner: – not real-time⟩
             "#]],
         );
     }
@@ -318,8 +291,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
                 deployment D {⟨0 of 2 met, 2 not analysed⟩⟨CPU 1 ≥ 34.0 %⟩
-                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: see planner⟩
-                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for plan⟩
+                activity driver { priority = 1 period = 50 deadline = 50 }⟨? see planner⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨? no time for plan⟩
             "#]],
         );
     }
@@ -336,8 +309,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
                 deployment D {⟨0 of 2 met, 2 not analysed⟩⟨CPU 1 ≥ 70.0 %⟩
-                activity driver { priority = 2 period = }⟨not analysed: syntax error⟩
-                activity planner { priority = 1 period = 100 }⟨not analysed: syntax error⟩
+                activity driver { priority = 2 period = }⟨? syntax error⟩
+                activity planner { priority = 1 period = 100 }⟨? syntax error⟩
             "#]],
         );
     }
@@ -354,8 +327,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨9 ms⟩
                 deployment D {⟨2 of 2 met at 1e-4⟩⟨CPU 1 nearly full (97.0 %)⟩
-                activity driver { priority = 2 period = 10 deadline = 100 }⟨1 ms slack · 9 ms⟩
-                activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨300 ms slack · 700 ms⟩
+                activity driver { priority = 2 period = 10 deadline = 100 }⟨✓ 9 / 10 ms⟩
+                activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨✓ 700 / 1000 ms⟩
             "#]],
         );
     }
@@ -378,12 +351,12 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 ⟨/one.mal⟩
                 core Planning(S) { update = { plan(); } }⟨20 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨2 of 2 met at 1e-4⟩⟨CPU 1 54.0 %⟩⟨3 ms slack · 17 ms⟩
-                activity planner { priority = 1 period = 100 deadline = 100 } }⟨63 ms slack · 37 ms⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨2 of 2 met at 1e-4⟩⟨CPU 1 54.0 %⟩⟨✓ 17 / 20 ms⟩
+                activity planner { priority = 1 period = 100 deadline = 100 } }⟨✓ 37 / 100 ms⟩
                 ⟨/two.mal⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨1 of 2 met, 1 not analysed⟩⟨CPU 1 ≥ 34.0 %⟩⟨3 ms slack · 17 ms⟩
-                activity planner { priority = 1 period = 100 deadline = 100 } }⟨not analysed: error in Planning⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨1 of 2 met, 1 not analysed⟩⟨CPU 1 ≥ 34.0 %⟩⟨✓ 17 / 20 ms⟩
+                activity planner { priority = 1 period = 100 deadline = 100 } }⟨? error in Planning⟩
             "#]],
         );
     }
@@ -407,7 +380,7 @@ codel = \"5 ms\"
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨5 ms · assumed⟩
                 deployment D { architecture A⟨1 of 1 met at 1e-4⟩⟨CPU 1 5.0 %⟩
-                activity planner { priority = 2 period = 100 deadline = 100 }⟨95 ms slack · 5 ms · assumed⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨✓ 5 / 100 ms · assumed⟩
             "#]],
         );
     }
@@ -433,8 +406,8 @@ clocks.synchronised = [\"first\", \"second\"]
             expect![[r#"
                 core K(S) { update = { plan(); } }⟨5 ms · assumed⟩
                 deployment D { architecture A⟨2 of 2 met at 1e-4⟩⟨CPU 1 10.0 %⟩
-                activity first { priority = 2 period = 100 }⟨95 ms slack · 5 ms · assumed⟩
-                activity second { priority = 1 period = 100 offset = 50 }⟨95 ms slack · 5 ms · assumed⟩
+                activity first { priority = 2 period = 100 }⟨✓ 5 / 100 ms · assumed⟩
+                activity second { priority = 1 period = 100 offset = 50 }⟨✓ 5 / 100 ms · assumed⟩
             "#]],
         );
     }
@@ -533,8 +506,8 @@ deployment D {
             HintOptions { response_times: true, ..NONE },
             expect![[r#"
                 deployment D {⟨2 of 2 met at 1e-4⟩
-                activity driver { priority = 2 period = 50 }⟨33 ms slack · 17 ms⟩
-                activity planner { priority = 1 period = 200 } }⟨79 ms slack · 121 ms⟩
+                activity driver { priority = 2 period = 50 }⟨✓ 17 / 50 ms⟩
+                activity planner { priority = 1 period = 200 } }⟨✓ 121 / 200 ms⟩
             "#]],
         );
         check_kinds(

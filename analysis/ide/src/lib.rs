@@ -35,6 +35,7 @@
 //! | `gantt.rs` | a schedule as a drawing |
 //! | `worst_schedule.rs` | the schedule behind a response time |
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
+//! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
 //! | `execution_report.rs`, `execution_report/` | the report of measured execution times, as HTML |
@@ -56,6 +57,7 @@ mod drawing;
 mod exceedance;
 mod execution_report;
 mod explanation;
+mod figure;
 #[cfg(test)]
 mod fixture;
 mod folding_ranges;
@@ -101,6 +103,7 @@ pub use drawing::Drawing;
 pub use exceedance::{CodelOf, Exceedance, draw_exceedance, exceedance, selected_codel};
 pub use execution_report::{ExecutionReport, Measured, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
+pub use figure::{HintStatus, TIGHT_SLACK, figure};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use gantt::draw_schedule;
@@ -108,7 +111,7 @@ pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selecte
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
-pub use inlay_hints::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
+pub use inlay_hints::{EarlierFigures, HintOptions, InlayHint, hash_of_hints, inlay_hints};
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::Links;
 pub use project::{has_name_at, name_of_root, projects_with};

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, names_of, projects};
-use mauve_ide::{Drawing, MachineTitle, draw_graph, draw_state_machine, graph, state_machine};
+use mauve_ide::{Drawing, MachineTitle, TIGHT_SLACK, draw_graph, draw_state_machine, graph, state_machine};
 use mauve_timing::Level;
 use mauve_wcrt::{Query, first_tables};
 
@@ -273,7 +273,7 @@ fn check_all(db: &Database, workspace: Workspace) -> usize {
         for &of in names_of(db, project).all.iter() {
             let svg = match of.kind(db) {
                 Kind::Deployment | Kind::Architecture => {
-                    let Some(graph) = graph(db, project, of, query) else { continue };
+                    let Some(graph) = graph(db, project, of, query, TIGHT_SLACK) else { continue };
                     let drawn = Drawn::of(&draw_graph(&graph, Drawing::Svg));
                     assert_eq!(drawn.frames.len(), graph.nodes.len());
                     assert_eq!(drawn.wires.len(), graph.edges.len());
@@ -338,7 +338,7 @@ fn boxes_keep_their_places_when_times_change() {
         let workspace = workspace(&db, &model, table);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let graph = graph(&db, project, deployment, Query::shown(&db, project)).unwrap();
+        let graph = graph(&db, project, deployment, Query::shown(&db, project), TIGHT_SLACK).unwrap();
         let svg = draw_graph(&graph, Drawing::Svg);
         assert!(svg.contains("✓") || svg.contains("✗") || svg.contains("?"), "{svg}");
         Drawn::of(&svg).frames

@@ -20,6 +20,8 @@ export interface GraphNode {
   period: number | null;
   deadline: number | null;
   response: number | null;
+  /** `✓ 53 / 100 ms`; null without an activity. */
+  figure: string | null;
   status: string | null;
   reasons: string[];
   location: Location | null;
@@ -71,6 +73,7 @@ export interface Scheduled {
   instance: string;
   response: number;
   deadline: number | null;
+  figure: string;
   status: string;
 }
 

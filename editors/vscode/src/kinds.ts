@@ -43,8 +43,8 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       const ask = (of: Subject) => named(request, "mauve/schedule", "deployment", of, (it: Schedule) => it.deployment);
       // An instance that is gone was renamed or removed.
       const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
-      const choices = answer.instances.map(({ instance, response, deadline }) => ({
-        label: deadline === null ? instance : `${instance} (${response} of ${deadline} ms)`,
+      const choices = answer.instances.map(({ instance, figure }) => ({
+        label: `${instance}: ${figure}`,
         value: instance,
       }));
       const instance = answer.instance ?? subject.instance;

@@ -7,7 +7,7 @@ const figure = (status: Figure["data"]["status"], labels: string[], load?: numbe
   label: labels[0],
   data: { status, labels, load },
 });
-const slack = figure("met", ["47 ms slack · 53 ms", "47 ms slack", "+47 ms"]);
+const met = figure("met", ["✓ 53 / 100 ms", "✓ 53 / 100", "✓ 53", "✓"]);
 const deployment = [
   figure("met", ["9 of 9 met at 1e-4", "9 of 9 met", "9/9"]),
   figure("tight", ["CPU 1 nearly full (99.7 %)", "CPU 1 99.7 %"], 100),
@@ -15,10 +15,11 @@ const deployment = [
 ];
 
 test("the first text that fits is drawn", () => {
-  assert.equal(text([slack], 19), "47 ms slack · 53 ms");
-  assert.equal(text([slack], 18), "47 ms slack");
-  assert.equal(text([slack], 6), "+47 ms");
-  assert.equal(text([slack], -40), "+47 ms");
+  assert.equal(text([met], 13), "✓ 53 / 100 ms");
+  assert.equal(text([met], 12), "✓ 53 / 100");
+  assert.equal(text([met], 9), "✓ 53");
+  assert.equal(text([met], 3), "✓");
+  assert.equal(text([met], -40), "✓");
 });
 
 test("figures that share a line", () => {
@@ -38,15 +39,13 @@ test("figures that share a line", () => {
 });
 
 test("figures without an answer of the server are marked", () => {
-  assert.equal(text([slack], 27, true), "47 ms slack · 53 ms earlier");
-  assert.equal(text([slack], 26, true), "47 ms slack earlier");
-  assert.equal(text([slack], 14, true), "+47 ms earlier");
-  assert.equal(text([slack], 7, true), "earlier");
-  assert.equal(text([slack], 0, true), "…");
-  assert.equal(text([slack], 100, true), "47 ms slack · 53 ms earlier");
-  const older = figure("older", ["53 ms before this edit", "53 ms earlier"]);
-  assert.equal(text([older], 40, true), "53 ms before this edit");
-  assert.equal(text(deployment, 40, true), "9 of 9 met at 1e-4 earlier");
-  assert.equal(text(deployment, 18, true), "9 of 9 met earlier");
-  assert.equal(text(deployment, 8, true), "earlier");
+  assert.equal(text([met], 13, true), "… 53 / 100 ms");
+  assert.equal(text([met], 4, true), "… 53");
+  assert.equal(text([met], 0, true), "…");
+  const older = figure("older", ["… 53 / 100 ms", "…"]);
+  assert.equal(text([older], 40, true), "… 53 / 100 ms");
+  assert.equal(text([figure("unknown", ["? no time for astar"])], 40, true), "… no time for astar");
+  assert.equal(text(deployment, 40, true), "… 9 of 9 met · … CPU 1 99.7 %");
+  assert.equal(text(deployment, 18, true), "… 9 of 9 met");
+  assert.equal(text(deployment, 4, true), "…");
 });

@@ -39,12 +39,13 @@ function asOlder(figure: Figure): Figure {
   if (data.status === "older") {
     return figure;
   }
-  const labels = [...(data.labels ?? [label]).map((text) => `${text} earlier`), "earlier", "…"];
-  return { ...figure, label: `${label} earlier`, data: { ...data, status: "older", labels } };
+  const older = (text: string) => `… ${text.replace(/^[✓!✗?–]( |$)/, "")}`.trimEnd();
+  const labels = [...(data.labels ?? [label]).map(older), "…"];
+  return { ...figure, label: older(label), data: { ...data, status: "older", labels } };
 }
 
 /** What stands for a figure where there is no room for more. */
-const mark = /^([✓!✗?–…]|earlier)$/;
+const mark = /^[✓!✗?–…]$/;
 
 /**
  * What is drawn of the figures at the end of a line, in at most `room` columns: with bars, without, in fewer words, without the

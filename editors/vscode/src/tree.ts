@@ -3,7 +3,7 @@ import type { Location } from "vscode-languageclient/node";
 import type { Graph, GraphNode } from "./answers";
 import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
-import { cpus, number, percent, rows, statusOf, summary, words } from "./panel/figures";
+import { cpus, percent, rows, statusOf, summary } from "./panel/figures";
 import { showLocation } from "./panels";
 import { Server } from "./server";
 
@@ -146,12 +146,8 @@ function deployment(id: string, graph: Graph): Entry {
   return { id, label: graph.name, description: text, status, icon: "server-process", tooltip: `${graph.name}: ${text}\n${graph.root}`, children };
 }
 
-/** `53 ms ≤ 100 ms · slack 47 ms` */
-function instance(id: string, { instance, component, response, deadline, status, reasons, activity, location }: GraphNode): Entry {
-  const isKnown = response !== null && deadline !== null;
-  const compared = isKnown ? `${number(response)} ms ${response <= deadline ? "≤" : ">"} ${number(deadline)} ms` : "";
-  const slack = isKnown ? (response <= deadline ? `slack ${number(deadline - response)} ms` : `${number(response - deadline)} ms late`) : "";
-  const description = isKnown ? `${compared} · ${slack}` : words(status);
+function instance(id: string, { instance, component, figure, status, reasons, activity, location }: GraphNode): Entry {
+  const description = figure ?? "no activity";
   return {
     id: `${id} ${instance}`,
     label: instance,

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use mauve_diagnostics::{errors_of, errors_of_text};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, target_of};
-use mauve_ide::{draw_graph, graph};
+use mauve_ide::{TIGHT_SLACK, draw_graph, graph};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 
@@ -44,7 +44,7 @@ impl Graph {
         let (project, of) = self.selected(&db, &workspaces)?;
         let shown = Query::shown(&db, project);
         let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
-        let found = graph(&db, project, of, query);
+        let found = graph(&db, project, of, query, TIGHT_SLACK);
         let graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
         for missing in &graph.missing {
             say(&format!("incomplete: {missing}"));

@@ -15,7 +15,7 @@ check('the server is attached, and figures are drawn', function()
     local namespace = vim.api.nvim_get_namespaces()['mauve.figures']
     return namespace and vim.inspect(vim.api.nvim_buf_get_extmarks(0, namespace, 0, -1, { details = true })) or ''
   end, function(seen)
-    return seen:find('only 3 ms slack', 1, true)
+    return seen:find('! 997 / 1000', 1, true)
   end)
 end)
 

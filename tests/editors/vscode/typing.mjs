@@ -46,12 +46,12 @@ export async function watch(page) {
         }
         watched.activities++;
         all += `${name}: ${figure}\n`;
-        watched.older += /before this edit|earlier/.test(figure) ? 1 : 0;
+        watched.older += /… /.test(figure) ? 1 : 0;
         // A name that is being typed is that of no instance.
         known.add(watched.frames === 1 ? name : "");
         // Until the server has the last key of a name, what is shown is that of the name before.
         const isOfPrefix = figure.includes("instance unknown");
-        if (known.has(name) && !isOfPrefix && (figure === "" || figure.startsWith("not analysed"))) {
+        if (known.has(name) && !isOfPrefix && (figure === "" || figure.startsWith("?"))) {
           watched.without.push(`${text} ${figure}`);
         }
         const { left, top } = rows[0].getBoundingClientRect();

@@ -24,7 +24,7 @@ pub(super) fn of_declaration<'db>(
     found.into_boxed_slice()
 }
 
-/// Returns a value that changes whenever the label of a hint of a declaration changes.
+/// Returns a value that changes whenever the subject or the label of a hint of a declaration changes.
 pub(super) fn hash_of_declaration(
     db: &dyn ModelDb,
     project: Project<'_>,
@@ -35,7 +35,8 @@ pub(super) fn hash_of_declaration(
         Kind::Core if options.program_times => programs::hash_of_labels(db, project, decl),
         Kind::Architecture | Kind::Deployment => {
             let found = of_declaration(db, project, decl, options).iter();
-            let shown = found.map(|HintOf { hint, .. }| (&hint.label, &hint.labels, hint.status));
+            let shown =
+                found.map(|HintOf { hint, subject, .. }| (subject, &hint.label, &hint.labels, hint.status));
             hash_of(shown.collect::<Vec<_>>())
         }
         _ => 0,

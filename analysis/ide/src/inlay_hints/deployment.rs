@@ -1,25 +1,24 @@
-//! Hints of a deployment: the slack and the response time of each activity, how many deadlines are met, and the utilisation of
-//! each CPU.
+//! Hints of a deployment: the response time and the deadline of each activity, how many deadlines are met, and the utilisation
+//! of each CPU.
 
 use std::collections::HashMap;
 
-use mauve_diagnostics::{cpu_names, short_reason};
+use mauve_diagnostics::cpu_names;
 use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
-use mauve_timing::{CpuLoad, Status, Time};
+use mauve_timing::{CpuLoad, Status};
 use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
 
-use super::label::{MOST_CHARACTERS, Round, Texts, cut, most_at, short};
-use super::{Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
+use super::label::{Texts, most_at};
+use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
+use crate::figure::{HintStatus, MOST_CHARACTERS, figure};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
 const HIGH_LOAD: u32 = 90;
 
 /// The maximum number of CPUs that have hints: those with the greatest utilisation.
 const MOST_CPUS: usize = 4;
-
-const NOT_REAL_TIME: &str = "not real-time";
 
 /// The room for the older figure of one of the hints on the line of a deployment.
 const SHARED_ROOM: usize = 24;
@@ -94,76 +93,19 @@ struct Shown {
 }
 
 impl Shown {
-    /// What the hint of an activity shows: its slack and its response time, or why there is none.
+    /// What the hint of an activity shows: its response time and its deadline, or why there is no response time.
     fn of<'db>(
         db: &'db dyn ModelDb,
         activity: &ActivityReport<'db>,
         is_assumed: bool,
         tight_slack: u32,
     ) -> Shown {
-        let deadline = activity.deadline.unwrap_or_default();
-        let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
-        let (texts, status) = match (activity.verdict, activity.response) {
-            (Status::Background, _) => (Texts::of([NOT_REAL_TIME, "–"].map(str::to_owned)), HintStatus::Time),
-            (Status::Met, Some(response)) => {
-                let slack = deadline.checked_sub(response).unwrap_or_default();
-                let is_tight = u128::from(slack.as_nanos()) * 100
-                    < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
-                let slack = short(slack, Round::Down);
-                let (only, mark, status) = match is_tight {
-                    true => ("only ", "!", HintStatus::Tight),
-                    false => ("", "✓", HintStatus::Met),
-                };
-                let verdict = [format!("{only}{slack} slack"), format!("{only}+{slack}"), mark.to_owned()];
-                (with_response(verdict, response, is_assumed), status)
-            }
-            (Status::Missed, Some(response)) => {
-                let late = response.checked_sub(deadline).unwrap_or_default();
-                let late = short(late, Round::Up);
-                let verdict = [format!("✗ {late} late"), format!("✗ −{late}"), "✗".to_owned()];
-                (with_response(verdict, response, is_assumed), HintStatus::Missed)
-            }
-            (Status::NotAnalysed, _) => {
-                let reason = cut(&reason(), MOST_CHARACTERS - "not analysed: ".len());
-                let texts = [format!("not analysed: {reason}"), "not analysed".to_owned(), "?".to_owned()];
-                (Texts::of(texts), HintStatus::Unknown)
-            }
-            (Status::Unbounded, _) => {
-                let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
-                (Texts::of([long, short, "✗ overloaded".to_owned(), "✗".to_owned()]), HintStatus::Missed)
-            }
-            (_, _) => {
-                let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
-                (Texts::of(texts), HintStatus::Missed)
-            }
-        };
-        let figure = match (activity.verdict, activity.response) {
-            (Status::NotAnalysed, _) => None,
-            (Status::Background, _) => Some(NOT_REAL_TIME.to_owned()),
-            (_, Some(response)) => Some(short(response, Round::Up)),
-            (_, None) => Some("no bound".to_owned()),
-        };
-        Shown { texts, status, figure: figure.map(Figure::complete) }
+        let (texts, status) = figure(db, activity, is_assumed, tight_slack);
+        let texts = Texts::of(texts);
+        let is_known = activity.verdict != Status::NotAnalysed;
+        let figure = is_known.then(|| Figure::complete(texts.clone()));
+        Shown { texts, status, figure }
     }
-}
-
-/// Returns a verdict with its response time; the verdict in words, in short, and as a mark. Assumed times are always marked.
-fn with_response([verdict, in_short, mark]: [String; 3], response: Time, is_assumed: bool) -> Texts {
-    let response = short(response, Round::Up);
-    match is_assumed {
-        false => Texts::of([format!("{verdict} · {response}"), verdict, in_short, mark]),
-        true => Texts::of([
-            format!("{verdict} · {response} · assumed"),
-            format!("{verdict} · assumed"),
-            format!("assumed: {verdict}"),
-            format!("assumed: {in_short}"),
-        ]),
-    }
-}
-
-/// Returns `CPU 1 overloaded` of `CPU 1 overloaded (102.7 %)`.
-fn without_percent(reason: &str) -> &str {
-    reason.split(" (").next().unwrap_or_default()
 }
 
 /// Returns how many deadlines of a deployment are met.
@@ -180,7 +122,7 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
     };
     let has = |status: HintStatus| activities.iter().any(|activity| activity.status == status);
     let worst = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight].into_iter().find(|it| has(*it));
-    let figure = Some(Figure { text: figure, missing: unknown });
+    let figure = Some(Figure { texts: texts.clone(), missing: unknown });
     Shown { texts, status: worst.unwrap_or(HintStatus::Met), figure }
 }
 
@@ -217,9 +159,10 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
         let texts = match status {
             HintStatus::Missed => words("✗ ", "overloaded"),
             HintStatus::Tight => words("", "nearly full"),
-            _ => Texts::of([text.clone()]),
+            _ => Texts::of([text]),
         };
-        let figure = Some(Figure { text, missing: if cpu.complete { 0 } else { unknown } });
+        let missing = if cpu.complete { 0 } else { unknown };
+        let figure = Some(Figure { texts: texts.clone(), missing });
         (cpu.mask, Shown { texts, status, figure }, load)
     })
 }

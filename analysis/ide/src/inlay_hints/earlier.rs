@@ -13,10 +13,9 @@ use mauve_wcrt::level_shown;
 
 use super::declaration::{hash_of_declaration, of_declaration};
 use super::figures::{Figures, PATIENCE, is_newer, older};
-use super::label::{MOST_CHARACTERS, Texts, most_at};
-use super::{
-    Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, hash_of, programs,
-};
+use super::label::{Texts, most_at};
+use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line, hash_of, programs};
+use crate::figure::{HintStatus, MOST_CHARACTERS};
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -216,8 +215,7 @@ pub(super) fn of_lost_activities(
                 if let Some((_, figures, figure)) = of.filter(|_| !places.contains(&offset)) {
                     subjects.insert(subject.clone());
                     let room = most_at(column(text, offset));
-                    let reason =
-                        Texts::of(["not analysed: syntax error", "not analysed", "?"].map(str::to_owned));
+                    let reason = Texts::of(["? syntax error", "?"].map(str::to_owned));
                     let hint = InlayHint::new(offset, reason, MOST_CHARACTERS, HintStatus::Unknown);
                     let reason = HintOf { hint, subject: Some(subject), figure: None, room };
                     lost.push(HintOf { hint: older(&reason, figure), ..reason.clone() });
@@ -326,8 +324,8 @@ deployment D {
         "core Driving(S) { | 17 ms | time",
         "deployment D { | 2 of 2 met at 1e-4 | met",
         "deployment D { | CPU 1 69.0 % | met",
-        "activity driver { | 33 ms slack · 17 ms | met",
-        "activity planner | 79 ms slack · 121 ms | met",
+        "activity driver { | ✓ 17 / 50 ms | met",
+        "activity planner | ✓ 121 / 200 ms | met",
     ];
 
     #[test]
@@ -335,14 +333,14 @@ deployment D {
         let mut editor = Editor::new();
         assert_eq!(editor.set_model("", ""), COMPLETE);
         let in_core = [
-            "initial state Pla | ≤ 70 ms before this edit | older",
-            "run = { plan(); p | 70 ms before this edit | older",
-            "transition again | ≤ 70 ms before this edit | older",
+            "initial state Pla | … ≤ 70 ms per period | older",
+            "run = { plan(); p | … 70 ms | older",
+            "transition again | … ≤ 70 ms per period | older",
             "core Driving(S) { | 17 ms | time",
-            "deployment D { | 2 of 2 met earlier | older",
-            "deployment D { | CPU 1 69.0 % earlier | older",
-            "activity driver { | 33 ms slack · 17 ms | met",
-            "activity planner | 121 ms before this edit | older",
+            "deployment D { | … 2 of 2 met at 1e-4 | older",
+            "deployment D { | … CPU 1 69.0 % | older",
+            "activity driver { | ✓ 17 / 50 ms | met",
+            "activity planner | … 121 / 200 ms | older",
         ];
         assert_eq!(editor.set_model("plan(); }", "plan(); pl }"), in_core);
         // The figures of the last complete text are kept, however many incomplete ones follow.
@@ -350,7 +348,7 @@ deployment D {
         let doubled = editor.set_model("plan(); }", "plan(); plan(); }");
         assert_eq!(doubled[7], "activity planner | ✗ CPU 1 overloaded (104.0 %) | missed");
         let older = editor.set_model("plan(); }", "plan(); plan(); p }");
-        assert_eq!(older[7], "activity planner | no bound before this edit | older");
+        assert_eq!(older[7], "activity planner | … CPU 1 overloaded (104.0 %) | older");
         assert_eq!(editor.set_model("", ""), COMPLETE);
     }
 
@@ -366,8 +364,8 @@ deployment D {
         assert_eq!(
             shown[6..],
             [
-                "activity driver { | driver: 17 ms earlier | older",
-                "activity driver { | planner_of_the_…: 121 ms earlier | older",
+                "activity driver { | driver: … 17 / 50 ms | older",
+                "activity driver { | planner_of_the_…: … 121 / 200 ms | older",
             ]
         );
     }
@@ -380,9 +378,9 @@ deployment D {
         assert_eq!(
             shown[8..],
             [
-                "activity driver { | 33 ms slack · 17 ms | met",
-                "activity planner | 121 ms before this edit | older",
-                "activity planner | not analysed: syntax error | unknown",
+                "activity driver { | ✓ 17 / 50 ms | met",
+                "activity planner | … 121 / 200 ms | older",
+                "activity planner | ? syntax error | unknown",
             ]
         );
         assert_eq!(editor.earlier.reasons_due(), None);
@@ -397,18 +395,15 @@ deployment D {
     fn figures_without_a_time_and_without_a_declaration_are_kept() {
         let mut editor = Editor::new();
         let shown = editor.set("/times.toml", "codel.plan = \ncodel.drive = 17", false);
-        assert_eq!(shown[6], "activity driver { | 17 ms before this edit | older");
+        assert_eq!(shown[6], "activity driver { | … 17 / 50 ms | older");
         assert_eq!(editor.set("/times.toml", "codel.plan = 70\ncodel.drive = 17", false), COMPLETE);
         let without = editor.set_model("deployment D", "deploy D");
         assert_eq!(
             without[4..],
-            [
-                "activity driver { | 17 ms before this edit | older",
-                "activity planner | 121 ms before this edit | older",
-            ]
+            ["activity driver { | … 17 / 50 ms | older", "activity planner | … 121 / 200 ms | older",]
         );
         let again = editor.set_model("priority = 2 period = 50", "priority = 2 period = ");
-        assert_eq!(again[6], "activity driver { | 17 ms before this edit | older");
+        assert_eq!(again[6], "activity driver { | … 17 / 50 ms | older");
     }
 
     #[test]
@@ -417,14 +412,11 @@ deployment D {
         let shown = editor.set_model("period = 50 }", "period = 50 } }");
         assert_eq!(
             shown[6..],
-            [
-                "activity driver { | 17 ms before this edit | older",
-                "activity planner | 121 ms before this edit | older",
-            ]
+            ["activity driver { | … 17 / 50 ms | older", "activity planner | … 121 / 200 ms | older",]
         );
         let path = "/robot.mal";
         let saved = editor.set(path, &MODEL.replacen("period = 50 }", "period = 50 } }", 1), true);
-        let reason = "activity planner | not analysed: syntax error | unknown".to_owned();
+        let reason = "activity planner | ? syntax error | unknown".to_owned();
         assert!(saved.contains(&reason), "{saved:?}");
         assert_eq!(editor.set_model("", ""), COMPLETE);
     }
@@ -449,6 +441,6 @@ deployment D {
         let mut editor = Editor::new();
         editor.workspace.set_significance(&mut editor.db).to(Level::from_f64(1e-6));
         let shown = editor.set_model("period = 200", "period = ");
-        assert!(!shown.iter().any(|line| line.contains("before this edit")), "{shown:?}");
+        assert!(!shown.iter().any(|line| line.contains("… ")), "{shown:?}");
     }
 }

@@ -3,17 +3,11 @@
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use super::label::{MOST_CHARACTERS, Texts, cut};
-use super::{Figure, HintOf, HintStatus, InlayHint, Subject};
+use super::{Figure, HintOf, InlayHint, Subject};
+use crate::figure::HintStatus;
 
 /// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
-
-/// The markers of older figures; the shorter one on long lines.
-const OLDER: [&str; 2] = [" before this edit", " earlier"];
-
-/// What stands where there is no room for an older figure.
-const MARKS: [&str; 2] = ["earlier", "…"];
 
 /// The figures of a declaration.
 #[derive(Debug, Clone, Default)]
@@ -71,7 +65,7 @@ pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<
     };
     let mut missing: Vec<(&Subject, &Figure)> =
         figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
-    missing.sort_by_key(|(_, figure)| &figure.text);
+    missing.sort_by_key(|(_, figure)| &figure.texts);
     let load = |(subject, figure): (&Subject, &Figure)| HintOf {
         hint: older(deadlines, figure),
         subject: Some(subject.clone()),
@@ -83,15 +77,6 @@ pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<
 
 /// Returns the hint of an earlier figure.
 pub(super) fn older(HintOf { hint, room, .. }: &HintOf, figure: &Figure) -> InlayHint {
-    let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
-    let texts = OLDER.map(|marker| format!("{text}{marker}")).into_iter().chain(MARKS.map(str::to_owned));
-    let texts = Texts::of(texts);
-    let older = InlayHint::new(hint.offset, texts, *room, HintStatus::Older);
+    let older = InlayHint::new(hint.offset, figure.texts.as_older(), *room, HintStatus::Older);
     InlayHint { explained_at: hint.explained_at, ..older }
-}
-
-/// Returns the label of an older figure with the shorter marker.
-pub(super) fn in_short(label: &str) -> String {
-    let [long, short] = OLDER;
-    label.replace(long, short)
 }

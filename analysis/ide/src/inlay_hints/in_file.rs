@@ -6,9 +6,9 @@ use mauve_syntax::TextRange;
 
 use super::declaration::{hash_of_declaration, of_declaration};
 use super::earlier::{EarlierFigures, Owner, of_lost_activities};
-use super::figures::{in_short, missing_loads, with_earlier};
-use super::label::{MOST_CHARACTERS, cut};
-use super::{HintOf, HintOptions, HintStatus, InlayHint, Subject, hash_of, programs};
+use super::figures::{missing_loads, with_earlier};
+use super::{HintOf, HintOptions, InlayHint, Subject, hash_of, programs};
+use crate::figure::{MOST_CHARACTERS, cut};
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;
@@ -37,7 +37,7 @@ const SHORTEST_NAME: usize = 7;
 /// let range = TextRange::up_to(TextSize::of(model));
 /// let (options, earlier) = (HintOptions::default(), EarlierFigures::default());
 /// let hints = mauve_ide::inlay_hints(&db, projects(&db, workspace)[0], file, range, options, &earlier);
-/// assert!(hints.iter().any(|hint| hint.label == "83 ms slack · 17 ms"));
+/// assert!(hints.iter().any(|hint| hint.label == "✓ 17 / 100 ms"));
 /// ```
 pub fn inlay_hints(
     db: &dyn ModelDb,
@@ -100,7 +100,7 @@ fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
     let hint = |found: &HintOf| {
         let mut hint = found.hint.clone();
         if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
-            let with_name = |label: &String| with_name(name, label, hint.status);
+            let with_name = |label: &String| with_name(name, label);
             (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
             hint.labels.dedup();
         }
@@ -109,13 +109,8 @@ fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
     shown.into_iter().map(hint).collect()
 }
 
-/// Returns the label of a hint after a name. If there is no room for both, the name is cut, or the end of the label; that of an older
-/// figure says that it is older, and stays.
-fn with_name(name: &str, label: &str, status: HintStatus) -> String {
-    let label = match status {
-        HintStatus::Older => in_short(label),
-        _ => label.to_owned(),
-    };
+/// Returns the label of a hint after a name. If there is no room for both, the name is cut, or the end of the label.
+fn with_name(name: &str, label: &str) -> String {
     let room = MOST_CHARACTERS.saturating_sub(label.chars().count() + ": ".len());
     cut(&format!("{}: {label}", cut(name, room.max(SHORTEST_NAME))), MOST_CHARACTERS)
 }

@@ -1,9 +1,6 @@
 //! The texts of hints: short enough for an editor that is split in two.
 
-use mauve_timing::{Time, Unit};
-
-/// The maximum length of a hint, in characters.
-pub(crate) const MOST_CHARACTERS: usize = 32;
+use crate::figure::{MOST_CHARACTERS, cut};
 
 /// The columns that an editor shows on a small screen, beside its lists of files and its map. Editors that know better choose among
 /// the texts themselves.
@@ -18,14 +15,14 @@ pub(super) fn most_at(column: usize) -> usize {
 }
 
 /// Texts that say the same in fewer and fewer words, each of at most [`MOST_CHARACTERS`].
-#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Texts(Vec<String>);
 
 impl Texts {
     /// Returns those of `texts` that are short enough; if there is none, the last one without its end.
     ///
     /// ```text
-    /// Texts::of(["47 ms slack · 53 ms", "47 ms slack", "+47 ms"]).within(15) = "47 ms slack"
+    /// Texts::of(["✓ 53 / 100 ms", "✓ 53 / 100", "✓ 53", "✓"]).within(8) = "✓ 53"
     /// ```
     pub(super) fn of(texts: impl IntoIterator<Item = String>) -> Texts {
         let mut texts: Vec<String> = texts.into_iter().collect();
@@ -44,70 +41,27 @@ impl Texts {
         fits.or(self.0.last()).map_or("", String::as_str)
     }
 
+    /// Returns the texts with the mark of older figures, `…`, in the place of their own.
+    pub(super) fn as_older(&self) -> Texts {
+        let older = self.0.iter().map(|text| {
+            let mut words = text.splitn(2, ' ');
+            match (words.next(), words.next()) {
+                (Some("✓" | "!" | "✗" | "–"), rest) => format!("… {}", rest.unwrap_or_default()),
+                _ => format!("… {text}"),
+            }
+        });
+        let older: Vec<String> = older.map(|text| cut(text.trim_end(), MOST_CHARACTERS)).collect();
+        Texts::of(older.into_iter().chain(["…".to_owned()]))
+    }
+
     pub(super) fn into_all(self) -> Vec<String> {
         self.0
     }
 }
 
-/// Returns a text of at most `most` characters: itself, or its beginning and `…`.
-pub(super) fn cut(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.to_owned();
-    }
-    let beginning: String = text.chars().take(most.saturating_sub(1)).collect();
-    format!("{}…", beginning.trim_end())
-}
-
-/// The direction in which a time is rounded that is too long for a hint.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Round {
-    /// For response and execution times.
-    Up,
-    /// For slack.
-    Down,
-}
-
-/// Returns a time with at most six digits: `53 ms`, `991.4 ms`, `1234.56 ms`, `98765.5 s`. Longer ones are rounded.
-pub(super) fn short(time: Time, round: Round) -> String {
-    let exact = time.number();
-    if exact.chars().filter(char::is_ascii_digit).count() <= 6 {
-        return format!("{exact} ms");
-    }
-    let nanos = time.as_nanos();
-    let unit = if nanos < 1_000_000 * 1_000_000 { Unit::Milliseconds } else { Unit::Seconds };
-    // Six significant digits are left.
-    let digits = nanos.checked_ilog10().unwrap_or_default();
-    let step = 10u64.pow(digits.saturating_sub(5));
-    let rounded = match round {
-        Round::Up => nanos.div_ceil(step).checked_mul(step).unwrap_or(nanos),
-        Round::Down => nanos / step * step,
-    };
-    format!("{} {unit}", Time::from_nanos(rounded).number_in(unit))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn long_times_are_rounded_to_the_safe_side() {
-        let both = |nanos: u64| {
-            let time = Time::from_nanos(nanos);
-            (short(time, Round::Up), short(time, Round::Down))
-        };
-        let same = |text: &str| (text.to_owned(), text.to_owned());
-        assert_eq!(both(0), same("0 ms"));
-        assert_eq!(both(53_000_000), same("53 ms"));
-        assert_eq!(both(991_400_000), same("991.4 ms"));
-        assert_eq!(both(1_234), same("0.001234 ms"));
-        assert_eq!(both(1_234_567_891), ("1234.57 ms".into(), "1234.56 ms".into()));
-        assert_eq!(both(999_999_999), ("1000 ms".into(), "999.999 ms".into()));
-        assert_eq!(both(7_200_000_000_001), ("7200.01 s".into(), "7200 s".into()));
-        for nanos in [1, 999_999, 10_000_001, 123_456_789_012, u64::MAX / 2] {
-            let (up, down) = both(nanos);
-            assert!(up.chars().count() <= 16 && down.chars().count() <= 16, "{up} {down}");
-        }
-    }
 
     #[test]
     fn the_first_text_that_fits_is_shown() {

@@ -13,8 +13,9 @@ use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::figures::{Figures, with_earlier};
-use super::label::{MOST_CHARACTERS, Round, Texts, most_at, short};
-use super::{Figure, HintOf, HintStatus, InlayHint, Place, Subject, column, end_of_line, hash_of};
+use super::label::{Texts, most_at};
+use super::{Figure, HintOf, InlayHint, Place, Subject, column, end_of_line, hash_of};
+use crate::figure::{HintStatus, short};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
@@ -37,10 +38,11 @@ pub(super) fn of_core<'db>(
             return;
         };
         let room = most_at(column(text, offset));
-        let texts = label.map_or_else(Texts::default, Label::texts);
+        let texts = label.map_or_else(Texts::default, |label| label.texts.clone());
         let hint = InlayHint::new(offset, texts, room, HintStatus::Time);
         let hint = InlayHint { explained_at: Some(explained_at), ..hint };
-        let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
+        let (subject, figure) =
+            (Some(Subject::Program(place.clone())), label.map(|label| Figure::complete(label.texts.clone())));
         found.extend(with_earlier(HintOf { hint, subject, figure, room }, earlier));
     };
     match labels {
@@ -57,7 +59,7 @@ pub(super) fn figures<'db>(
     of: Decl<'db>,
 ) -> Option<impl Iterator<Item = (Subject, Figure)> + use<'db>> {
     let labels = labels_of(db, project, of).as_ref()?.iter();
-    Some(labels.map(|label| (Subject::Program(label.place.clone()), label.figure())))
+    Some(labels.map(|label| (Subject::Program(label.place.clone()), Figure::complete(label.texts.clone()))))
 }
 
 /// Returns a hash of the labels in a core.
@@ -71,22 +73,7 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
 struct Label {
     id: SourceId,
     place: Place,
-    text: String,
-    /// The length of the figure at its beginning.
-    figure: usize,
-    is_assumed: bool,
-}
-
-impl Label {
-    /// Returns its text, and only its figure for where there is no room for more. Assumed times are always marked.
-    fn texts(&self) -> Texts {
-        let figure = (!self.is_assumed).then(|| self.figure().text);
-        Texts::of([self.text.clone()].into_iter().chain(figure))
-    }
-
-    fn figure(&self) -> Figure {
-        Figure::complete(self.text.get(..self.figure).unwrap_or_default().to_owned())
-    }
+    texts: Texts,
 }
 
 /// Returns the labels of the programs, states and transitions of a core: none for those that take no time, and for programs
@@ -110,29 +97,26 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         times.sort_unstable();
         let is_assumed = all.iter().any(|costs| costs.assumed);
         let (least, greatest) = (*times.first()?, *times.last().filter(|time| **time > Time::ZERO)?);
-        let (text, figure) = label(least, greatest, place, is_assumed);
-        Some(Label { id: *id, place: place.clone(), text, figure, is_assumed })
+        let texts = texts_of(least, greatest, place, is_assumed);
+        Some(Label { id: *id, place: place.clone(), texts })
     };
     Some(places_of(db, of).iter().filter_map(label).collect())
 }
 
-/// Returns the label of the times of all components and tables, and the length of the figure in it.
-fn label(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> (String, usize) {
-    let longest = short(greatest, Round::Up);
+/// Returns the texts for the times of all components and tables. Assumed times are always marked.
+fn texts_of(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> Texts {
+    let longest = short(greatest);
     let figure = match place {
         Place::State(_) | Place::Transition(_) => format!("≤ {longest}"),
         Place::Update | Place::Method(_) if least == greatest => longest,
-        Place::Update | Place::Method(_) => format!("{} to {longest}", short(least, Round::Up)),
+        Place::Update | Place::Method(_) => format!("{} to {longest}", short(least)),
     };
     let after = match place {
         Place::State(_) | Place::Transition(_) => " per period",
         Place::Update | Place::Method(_) => "",
     };
-    let texts = match is_assumed {
-        true => Texts::of([format!("{figure}{after} · assumed"), format!("{figure} · assumed")]),
-        false => Texts::of([format!("{figure}{after}"), figure.clone()]),
-    };
-    (texts.within(MOST_CHARACTERS).to_owned(), figure.len())
+    let assumed = if is_assumed { " · assumed" } else { "" };
+    Texts::of([format!("{figure}{after}{assumed}"), format!("{figure}{assumed}")])
 }
 
 /// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.

@@ -10,8 +10,9 @@ use mauve_hir::{
 };
 use rustc_hash::FxHashMap;
 
-use super::label::{MOST_CHARACTERS, Texts, cut};
-use super::{HintOf, HintStatus, InlayHint, end_of_line};
+use super::label::Texts;
+use super::{HintOf, InlayHint, end_of_line};
+use crate::figure::{HintStatus, MOST_CHARACTERS, cut};
 
 pub(super) fn of_values<'db>(
     db: &'db dyn ModelDb,

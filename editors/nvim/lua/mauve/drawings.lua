@@ -80,6 +80,7 @@ local function colour(buffer)
     vim.cmd([[
       syntax clear
       syntax match MauveMet /✓ [^│┤├·]*/
+      syntax match MauveTight /! [0-9][^│┤├·]*/
       syntax match MauveMissed /✗ [^│┤├·]*/
       syntax match MauveUnknown /? [^│┤├·]*/
       syntax match MauveMissed /!\+/

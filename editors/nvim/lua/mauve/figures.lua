@@ -60,7 +60,13 @@ local function room_behind(line, views)
 end
 
 -- What stands for a hint where there is no room for more.
-local marks = { ['✓'] = true, ['!'] = true, ['✗'] = true, ['?'] = true, ['–'] = true, ['…'] = true, earlier = true }
+local marks = { ['✓'] = true, ['!'] = true, ['✗'] = true, ['?'] = true, ['–'] = true, ['…'] = true }
+
+--- A label, marked as that of an earlier text as the server does it: `… 53 / 100 ms`.
+local function as_older(label)
+  local mark, rest = label:match('^(%S+) ?(.*)$')
+  return vim.trim('… ' .. (marks[mark] and rest or label))
+end
 
 --- What is drawn of the hints of a line, in at most so many columns: in fewer and fewer words, without the last hints, and at last
 --- a mark. Without a known room, the labels. Also returns whether it fits.
@@ -78,7 +84,7 @@ local function chunks_of(hints, room, is_late)
       local label, status = labels[math.min(by, #labels)], hint.data and hint.data.status
       if is_late and status ~= 'older' and status ~= 'value' then
         -- As the server marks them.
-        label, status = by > #labels and '…' or label .. ' earlier', 'older'
+        label, status = by > #labels and '…' or as_older(label), 'older'
       end
       has_mark = has_mark or marks[label]
       shown[index] = { ' ' .. label .. ' ', (groups[status] or groups.value)[1] }

@@ -1,7 +1,7 @@
 // What a panel shows beside its drawing, by its kind.
 import type { Answers, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
 import { bar, h } from "./dom";
-import { cpus, number, percent, Row, rows, signs, statusOf, Step, steps, summary, words } from "./figures";
+import { cpus, number, percent, Row, rows, statusOf, Step, steps, summary } from "./figures";
 
 /** What a part of the page does. */
 export interface Actions {
@@ -81,13 +81,11 @@ function name(...children: (Node | string | undefined)[]): HTMLElement {
   return h("th", { scope: "row" }, ...children);
 }
 
-function verdict(status: Row["status"], words: string): HTMLElement {
-  return h("td", { class: "verdict" }, `${signs[status]} ${words}`);
-}
-
-/** A response time and its deadline, with the part of the one in the other. */
-function response(text: string, status: Row["status"], part: number): HTMLElement {
-  return h("td", { class: "response" }, h("span", {}, text), status === "none" ? undefined : bar(part, status));
+/** A response time and its deadline, `✓ 53 / 100 ms`, with the part of the one in the other. */
+function response(figure: string | null, status: Row["status"], part: number): HTMLElement {
+  const share = Number.isFinite(part) && part >= 0 ? h("small", {}, percent(part)) : undefined;
+  const shown = h("span", { class: "verdict" }, figure ?? "no activity");
+  return h("td", { class: "response" }, shown, status === "none" ? undefined : bar(part, status), share);
 }
 
 /** A row whose element in the drawing is lit while the pointer is on it. */
@@ -102,22 +100,20 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   if (significance === null) {
     return [reasons("Not in the drawing", lost)];
   }
-  const row = ({ index, node, status, slack, part }: Row) => {
+  const row = ({ index, node, status, part }: Row) => {
     const item: Item = `instance:${index}`;
-    const times = node.response === null && node.deadline === null ? "–" : `${number(node.response)} / ${number(node.deadline)}`;
     const cpu = cpus(node.affinity).replace(/^CPUs? /, "");
-    const figures = [number(slack), percent(node.load), number(node.priority), number(node.period), cpu];
+    const figures = [percent(node.load), number(node.priority), number(node.period), cpu];
     const cells = [
       name(link(node.instance, item, actions, node.component)),
-      verdict(status, words(node.status)),
-      response(times, status, part),
+      response(node.figure, status, part),
       ...figures.map((text) => figure(text)),
     ];
     const tr = rowOf(item, actions, status, ...cells);
-    return node.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 8 }, node.reasons.join("; ")))];
+    return node.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 6 }, node.reasons.join("; ")))];
   };
-  const figures = { Slack: "figure", Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
-  const columns = { Instance: "", Status: "", "Response / deadline": "figure", ...figures } as const;
+  const figures = { Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
+  const columns = { Instance: "", "Response / deadline": "figure", ...figures } as const;
   const cpu = ({ mask, utilisation, complete }: Graph["cpus"][number]) => {
     const status = utilisation === null ? "unknown" : utilisation > 1 ? "missed" : "met";
     const text = utilisation === null ? "utilisation unknown" : `${complete ? "" : "≥ "}${percent(utilisation)}`;
@@ -125,7 +121,7 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   };
   return [
     h("section", { class: "cpus" }, h("h2", {}, "Utilisation"), h("ul", {}, ...loads.map(cpu))),
-    table("activities", "Response times in ms, the worst first", columns, rows(nodes).flatMap(row)),
+    table("activities", "Response times, the worst first", columns, rows(nodes).flatMap(row)),
     reasons("Not analysed", lost),
   ];
 }
@@ -189,12 +185,11 @@ function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], 
     const isChosen = it.instance === instance;
     const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
     button.addEventListener("click", () => actions.choose(it.instance));
-    const times = response(`${number(it.response)} / ${number(it.deadline)}`, status, part(it));
-    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), verdict(status, words(it.status)), times);
+    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), response(it.figure, status, part(it)));
   };
   const sorted = [...instances].sort((one, other) => part(other) - part(one));
-  const caption = "Response times in ms, the worst first: show the schedule of";
-  const columns = { Instance: "", Status: "", "Response / deadline": "figure" } as const;
+  const caption = "Response times, the worst first: show the schedule of";
+  const columns = { Instance: "", "Response / deadline": "figure" } as const;
   return [reasons("No schedule", why), table("activities", caption, columns, sorted.map(row))];
 }
 

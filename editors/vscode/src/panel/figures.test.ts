@@ -1,7 +1,7 @@
 import assert from "node:assert";
 import test from "node:test";
 import type { GraphNode } from "../answers";
-import { cpus, number, rows, steps, summary, words } from "./figures";
+import { cpus, number, rows, steps, summary } from "./figures";
 
 const node = (instance: string, status: string, response: number | null, deadline: number | null): GraphNode => ({
   instance,
@@ -12,6 +12,7 @@ const node = (instance: string, status: string, response: number | null, deadlin
   period: 100,
   deadline,
   response,
+  figure: `${response} / ${deadline} ms`,
   status,
   reasons: [],
   location: null,
@@ -31,16 +32,16 @@ test("the worst activity is first", () => {
   assert.deepEqual(sorted, [["endless", 4], ["new", 5], ["late", 2], ["a", 3], ["b", 0], ["idle", 1]]);
 });
 
-test("a row has the slack if that is known", () => {
+test("a row has the response time as a part of the deadline", () => {
   const [row] = rows([node("a", "met", 52.5, 100)]);
-  assert.equal(row.slack, 47.5);
+  assert.equal(row.part, 0.525);
   const [unknown] = rows([node("a", "not-analysed", null, 100)]);
-  assert.deepEqual([unknown.slack, unknown.status, words(unknown.node.status)], [null, "unknown", "not analysed"]);
+  assert.deepEqual([unknown.part, unknown.status], [Infinity, "unknown"]);
 });
 
-test("the summary names missed deadlines, then unknown ones, then the least slack", () => {
-  const met = [node("a", "met", 50, 100), node("b", "met", 99, 100)];
-  assert.equal(summary(rows(met)).text, "All 2 deadlines are met; least slack: b, 1 ms");
+test("the summary names missed deadlines, then unknown ones, then the least slack as a part of the deadline", () => {
+  const met = [node("a", "met", 9, 10), node("b", "met", 997, 1000)];
+  assert.equal(summary(rows(met)).text, "All 2 deadlines are met; least slack: b, 997 / 1000 ms");
   const missed = summary(rows([...met, node("c", "missed", 101, 100), node("d", "not-analysed", null, 1)]));
   assert.deepEqual(missed, { status: "missed", text: "1 deadline missed: c; 1 not analysed: d" });
   assert.equal(summary(rows([])).status, "none");

@@ -7,7 +7,6 @@ export interface Row {
   node: GraphNode;
   /** A class of the styles. */
   status: "met" | "missed" | "unknown" | "none";
-  slack: number | null;
   /** The response time as a part of the deadline; infinite without a bound. */
   part: number;
 }
@@ -52,11 +51,6 @@ export function statusOf(status: string | null): Row["status"] {
 
 export const signs: Record<Row["status"], string> = { met: "✓", missed: "✗", unknown: "?", none: "–" };
 
-/** The status in words. */
-export function words(status: string | null): string {
-  return (status ?? "no activity").replaceAll("-", " ");
-}
-
 /** The rows of the activities, the worst first: those without a bound, then by the response time as a part of the deadline. */
 export function rows(nodes: GraphNode[]): Row[] {
   const found = nodes.map((node, index): Row => {
@@ -64,7 +58,7 @@ export function rows(nodes: GraphNode[]): Row[] {
     const isKnown = response !== null && deadline !== null;
     const status = statusOf(node.status);
     const part = status === "none" ? -1 : isKnown ? response / Math.max(deadline, Number.MIN_VALUE) : Infinity;
-    return { index, node, status, slack: isKnown ? deadline - response : null, part };
+    return { index, node, status, part };
   });
   const byName = (one: Row, other: Row) => one.node.instance.localeCompare(other.node.instance);
   return found.sort((one, other) => (one.part === other.part ? byName(one, other) : one.part > other.part ? -1 : 1));
@@ -92,9 +86,9 @@ export function summary(all: Row[]): { status: Row["status"]; text: string } {
   if (met.length === 0) {
     return { status: "none", text: "No activity has a deadline" };
   }
-  const least = met.reduce((one, other) => ((other.slack ?? 0) < (one.slack ?? 0) ? other : one));
+  const least = met.reduce((one, other) => (other.part > one.part ? other : one));
   const deadlinesMet = met.length === 1 ? "The deadline is met" : `All ${met.length} deadlines are met`;
-  return { status: "met", text: `${deadlinesMet}; least slack: ${least.node.instance}, ${number(least.slack)} ms` };
+  return { status: "met", text: `${deadlinesMet}; least slack: ${least.node.instance}, ${least.node.figure}` };
 }
 
 /** A step of the worst periods: the same edge several times in a row is one. */

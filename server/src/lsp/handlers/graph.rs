@@ -98,7 +98,9 @@ fn document(
     let db = &snapshot.db;
     let mut query = Query::shown(db, project);
     query.level = level.unwrap_or(query.level);
-    let Some(graph) = graph_of(db, project, of, query) else { return Ok(None) };
+    let Some(graph) = graph_of(db, project, of, query, snapshot.settings.hints.tight_slack) else {
+        return Ok(None);
+    };
     let mut document = graph_document(db, (project, of), query, &graph);
     let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();

@@ -64,12 +64,16 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
             at_position(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities))
         }
     };
-    let instances = report.activities.iter().filter(|it| it.response.is_some());
-    let instances = instances.filter(|it| it.verdict != Status::Background).map(|it| {
+    let tight_slack = snapshot.settings.hints.tight_slack;
+    let instances = report.activities.iter().zip(report.with_assumptions());
+    let has_response = |it: &ActivityReport<'_>| it.response.is_some() && it.verdict != Status::Background;
+    let instances = instances.filter(|(it, _)| has_response(it)).map(|(it, is_assumed)| {
+        let (figure, _) = mauve_ide::figure(db, it, is_assumed, tight_slack);
         json!({
             "instance": it.instance.to_string(),
             "response": it.response.map(milliseconds),
             "deadline": it.deadline.map(milliseconds),
+            "figure": figure.first(),
             "status": it.verdict.name(),
         })
     });

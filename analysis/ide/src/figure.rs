@@ -1,0 +1,199 @@
+//! The one form of a figure: a mark, the response time, the deadline and their unit.
+
+use mauve_diagnostics::short_reason;
+use mauve_hir::ModelDb;
+use mauve_timing::{Status, Time, Unit};
+use mauve_wcrt::ActivityReport;
+
+/// The maximum length of a hint, in characters.
+pub(crate) const MOST_CHARACTERS: usize = 32;
+
+/// Slack below this share of the deadline, in percent, is little, unless the user sets another one.
+pub const TIGHT_SLACK: u32 = 10;
+
+/// What the figure of a hint says, for its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum HintStatus {
+    /// Deadlines are met with slack; a CPU has capacity left.
+    Met,
+    /// Deadlines are met with little slack; a CPU is nearly fully used.
+    Tight,
+    /// A deadline is missed, or a CPU is overloaded.
+    Missed,
+    /// The figure is unknown.
+    Unknown,
+    /// The figure is that of an earlier text: this one is incomplete.
+    Older,
+    /// An execution time.
+    Time,
+    /// The value of a property or constant.
+    Value,
+}
+
+impl HintStatus {
+    /// The name of the status, for editors.
+    pub fn name(self) -> &'static str {
+        match self {
+            HintStatus::Met => "met",
+            HintStatus::Tight => "tight",
+            HintStatus::Missed => "missed",
+            HintStatus::Unknown => "unknown",
+            HintStatus::Older => "older",
+            HintStatus::Time => "time",
+            HintStatus::Value => "value",
+        }
+    }
+}
+
+/// Returns what is shown of an activity, in fewer and fewer words: without the unit, without the deadline, and at last the mark alone;
+/// or why it has no response time. Slack below `tight_slack` percent of the deadline is [`HintStatus::Tight`].
+///
+/// ```text
+/// ✓ 53 / 100 ms    ! 997 / 1000 ms    ✗ 113 / 100 ms    ✗ CPU 1 overloaded (101.7 %)    ? no time for astar
+/// ```
+pub fn figure<'db>(
+    db: &'db dyn ModelDb,
+    activity: &ActivityReport<'db>,
+    is_assumed: bool,
+    tight_slack: u32,
+) -> (Vec<String>, HintStatus) {
+    let deadline = activity.deadline.unwrap_or_default();
+    let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
+    let with_response = |mark, response| response_texts(mark, compared(response, deadline), is_assumed);
+    match (activity.verdict, activity.response) {
+        (Status::Background, _) => (["– not real-time", "–"].map(str::to_owned).to_vec(), HintStatus::Time),
+        (Status::Met, Some(response)) => {
+            let slack = deadline.checked_sub(response).unwrap_or_default();
+            let is_tight = u128::from(slack.as_nanos()) * 100
+                < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
+            match is_tight {
+                true => (with_response("!", response), HintStatus::Tight),
+                false => (with_response("✓", response), HintStatus::Met),
+            }
+        }
+        (Status::Missed, Some(response)) => (with_response("✗", response), HintStatus::Missed),
+        (Status::NotAnalysed, _) => {
+            let reason = cut(&format!("? {}", reason()), MOST_CHARACTERS);
+            (vec![reason, "?".to_owned()], HintStatus::Unknown)
+        }
+        (Status::Unbounded, _) => {
+            let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
+            (vec![long, short, "✗ overloaded".to_owned(), "✗".to_owned()], HintStatus::Missed)
+        }
+        (_, _) => {
+            let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
+            (texts.to_vec(), HintStatus::Missed)
+        }
+    }
+}
+
+/// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed times are always marked.
+fn response_texts(mark: &str, figures: Vec<String>, is_assumed: bool) -> Vec<String> {
+    let assumed = if is_assumed { " · assumed" } else { "" };
+    let texts = figures.iter().map(|figure| format!("{mark} {figure}{assumed}"));
+    let last = if is_assumed { format!("{mark} assumed") } else { mark.to_owned() };
+    texts.chain([last]).collect()
+}
+
+/// Returns `CPU 1 overloaded` of `CPU 1 overloaded (102.7 %)`.
+fn without_percent(reason: &str) -> &str {
+    reason.split(" (").next().unwrap_or_default()
+}
+
+/// Returns a text of at most `most` characters: itself, or its beginning and `…`.
+pub(crate) fn cut(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    let beginning: String = text.chars().take(most.saturating_sub(1)).collect();
+    format!("{}…", beginning.trim_end())
+}
+
+/// Returns a time with at most six digits: `53 ms`, `991.4 ms`, `1234.56 ms`, `98765.5 s`. Longer ones are rounded up.
+pub(crate) fn short(time: Time) -> String {
+    let unit = unit_of(time);
+    format!("{} {unit}", rounded(time, Round::Up).number_in(unit))
+}
+
+/// Returns a response time beside its deadline in fewer and fewer words: `53 / 100 ms`, `53 / 100`, `53`. A response time is rounded
+/// up and a deadline down, unless the figures would contradict the verdict then. Seconds keep their unit.
+fn compared(response: Time, deadline: Time) -> Vec<String> {
+    let mut shown = (rounded(response, Round::Up), rounded(deadline, Round::Down));
+    if (shown.0 <= shown.1) != (response <= deadline) {
+        shown = (response, deadline);
+    }
+    let unit = unit_of(response.max(deadline));
+    let [response, deadline] = [shown.0, shown.1].map(|time| time.number_in(unit));
+    let with_unit = format!("{response} / {deadline} {unit}");
+    match unit {
+        Unit::Seconds => vec![with_unit, format!("{response} s")],
+        _ => vec![with_unit, format!("{response} / {deadline}"), response],
+    }
+}
+
+/// The direction in which a time is rounded that has more than six digits.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Round {
+    Up,
+    Down,
+}
+
+/// Times of 1,000 s and more with many digits are shown in seconds.
+fn unit_of(time: Time) -> Unit {
+    let is_long = time.as_nanos() >= 1_000_000 * 1_000_000 && digits(time) > MOST_DIGITS;
+    if is_long { Unit::Seconds } else { Unit::Milliseconds }
+}
+
+/// The maximum number of digits of a time in a hint.
+const MOST_DIGITS: usize = 6;
+
+/// The number of digits of a time in milliseconds.
+fn digits(time: Time) -> usize {
+    time.number().chars().filter(char::is_ascii_digit).count()
+}
+
+/// Returns a time with six significant digits.
+fn rounded(time: Time, round: Round) -> Time {
+    if digits(time) <= MOST_DIGITS {
+        return time;
+    }
+    let nanos = time.as_nanos();
+    let step = 10u64.pow(nanos.checked_ilog10().unwrap_or_default().saturating_sub(5));
+    Time::from_nanos(match round {
+        Round::Up => nanos.div_ceil(step).checked_mul(step).unwrap_or(nanos),
+        Round::Down => nanos / step * step,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_times_are_rounded_up() {
+        let short = |nanos| short(Time::from_nanos(nanos));
+        assert_eq!(short(0), "0 ms");
+        assert_eq!(short(53_000_000), "53 ms");
+        assert_eq!(short(991_400_000), "991.4 ms");
+        assert_eq!(short(1_234), "0.001234 ms");
+        assert_eq!(short(1_234_567_891), "1234.57 ms");
+        assert_eq!(short(999_999_999), "1000 ms");
+        assert_eq!(short(7_200_000_000_001), "7200.01 s");
+        for nanos in [1, 999_999, 10_000_001, 123_456_789_012, u64::MAX / 2] {
+            assert!(short(nanos).chars().count() <= 16, "{}", short(nanos));
+        }
+    }
+
+    #[test]
+    fn a_response_time_stands_beside_its_deadline() {
+        let compared = |response, deadline| compared(Time::from_nanos(response), Time::from_nanos(deadline));
+        assert_eq!(compared(53_000_000, 100_000_000), ["53 / 100 ms", "53 / 100", "53"]);
+        assert_eq!(compared(991_400_000, 1_000_000_000), ["991.4 / 1000 ms", "991.4 / 1000", "991.4"]);
+        let second = 1_000_000_000;
+        assert_eq!(compared(53_000_000, 100_000 * second), ["0.053 / 100000 s", "0.053 s"]);
+        assert_eq!(compared(7_200 * second + 1, 9_000 * second + 1), ["7200.01 / 9000 s", "7200.01 s"]);
+        // Rounded up, the response time would exceed the deadline.
+        assert_eq!(compared(1_234_567_891, 1_234_567_899)[2], "1234.567891");
+        assert_eq!(compared(1_234_567_899, 1_234_567_891)[2], "1234.57");
+    }
+}
