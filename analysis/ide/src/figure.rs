@@ -89,10 +89,15 @@ pub fn figure<'db>(
 
 /// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed times are always marked.
 fn response_texts(mark: &str, figures: Vec<String>, is_assumed: bool) -> Vec<String> {
-    let assumed = if is_assumed { " · assumed" } else { "" };
-    let texts = figures.iter().map(|figure| format!("{mark} {figure}{assumed}"));
-    let last = if is_assumed { format!("{mark} assumed") } else { mark.to_owned() };
-    texts.chain([last]).collect()
+    let with_mark = figures.iter().map(|figure| format!("{mark} {figure}"));
+    match is_assumed {
+        false => with_mark.chain([mark.to_owned()]).collect(),
+        true => {
+            let assumed = with_mark.clone().map(|figure| format!("{figure} · assumed"));
+            let in_short = with_mark.last().map(|figure| format!("{figure} assumed"));
+            assumed.chain(in_short).chain([format!("{mark} assumed")]).collect()
+        }
+    }
 }
 
 /// Returns `CPU 1 overloaded` of `CPU 1 overloaded (102.7 %)`.

@@ -7,7 +7,7 @@ use crate::figure::{MOST_CHARACTERS, cut};
 const COLUMNS: usize = 105;
 
 /// The maximum length of a hint on a line that leaves no more room.
-const LEAST_ROOM: usize = 18;
+const LEAST_ROOM: usize = 20;
 
 /// Returns the maximum length of a hint that begins at this column.
 pub(super) fn most_at(column: usize) -> usize {
