@@ -16,6 +16,7 @@ mod robot;
 mod samples;
 mod sensitivity;
 mod simulate;
+mod standard_input;
 mod task_sets;
 mod trace_check;
 mod trace_import;

@@ -116,8 +116,13 @@ pub(crate) fn bytes_of(file: File, longest: u64) -> io::Result<Vec<u8>> {
         return Err(io::Error::other("this is not a file"));
     }
     // The reported length of a file is not reliable.
+    at_most(longest, file)
+}
+
+/// Reads all that there is, if it is no longer than this.
+pub(crate) fn at_most(longest: u64, input: impl io::Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    file.take(longest + 1).read_to_end(&mut bytes)?;
+    input.take(longest + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > longest {
         return Err(io::Error::other(format!("this file is longer than {longest} bytes, and is not read")));
     }
@@ -127,7 +132,12 @@ pub(crate) fn bytes_of(file: File, longest: u64) -> io::Result<Vec<u8>> {
 /// Returns the text of a file up to the first byte that is not UTF-8, and the reason if the text is incomplete. The
 /// path must have its links resolved.
 pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
-    match read_real(real, LONGEST).map(String::from_utf8) {
+    text_in(read_real(real, LONGEST))
+}
+
+/// The same for bytes that were read, or for the reason why they were not.
+pub(crate) fn text_in(bytes: io::Result<Vec<u8>>) -> (String, Option<String>) {
+    match bytes.map(String::from_utf8) {
         Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
         Ok(Ok(text)) => (text, None),
         Ok(Err(error)) => {

@@ -120,7 +120,35 @@ pub(crate) fn load(
     paths: &[PathBuf],
     allows_outside: bool,
 ) -> Result<Vec<Workspace>, String> {
+    loaded(Loader::new(allows_outside), db, paths)
+}
+
+/// Returns the workspaces of a model or a `mauve.toml` that has this text, whatever the disk has. It need not exist.
+///
+/// # Errors
+///
+/// As [`load`]; the file's folder does not exist.
+pub(crate) fn load_with(
+    db: &mut Database,
+    file: &Path,
+    text: &str,
+    problem: Option<String>,
+    allows_outside: bool,
+) -> Result<Vec<Workspace>, String> {
+    let shown = file.display();
+    let path = std::path::absolute(file).map_err(|error| format!("`{shown}` is not a path: {error}"))?;
+    if path.is_dir() {
+        return Err(format!("`{shown}` is a folder: name a file"));
+    }
+    parent(&path)
+        .canonicalize()
+        .map_err(|error| format!("the folder of `{shown}` cannot be read: {error}"))?;
     let mut loader = Loader::new(allows_outside);
+    loader.opened(db, &path, text, problem.map(Problem::Cut));
+    loaded(loader, db, &[path])
+}
+
+fn loaded(mut loader: Loader, db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
     let mut left = Left::default();
     loop {
         match loader.load(db, paths) {
@@ -448,7 +476,8 @@ impl Loader {
     pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
         let canonical = file.path(db).clone();
         if self.edited.remove(&canonical) {
-            let text = file.text(db).clone();
+            // What was shown of no file is needed no more.
+            let text = if canonical.is_absolute() { file.text(db).clone() } else { "".into() };
             file.set_text_with(db, text, Durability::HIGH);
         }
         self.changed(db, &canonical);

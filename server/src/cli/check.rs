@@ -2,11 +2,12 @@
 
 mod fix;
 mod sarif;
+mod standard_input;
 mod verdict;
 
 use std::io::IsTerminal as _;
 use std::mem::ManuallyDrop;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
@@ -17,6 +18,7 @@ use mauve_hir::{Database, Location, Workspace};
 use serde::Serialize;
 
 use self::fix::Fixed;
+use self::standard_input::load_or_read;
 use self::verdict::{Suppressed, deadlines, is_proof_missing};
 use super::wcrt;
 use crate::analysis_document::analysis_document;
@@ -51,6 +53,9 @@ pub(crate) struct Check {
     /// Show what --fix would change, write nothing, and exit with 1 if there is something.
     #[arg(long, conflicts_with = "format")]
     diff: bool,
+    /// Check the text on standard input in place of this file, in its project. (`-` as PATH is standard input.)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fix", "diff"])]
+    stdin_path: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -105,7 +110,8 @@ impl Check {
         let written = fixed.as_ref().map(|fixed| fixed.write(&here));
         // The process ends after the command, and freeing the database would be a tenth of its time.
         let mut db = ManuallyDrop::new(Database::default());
-        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let (replaced, allows_outside) = (self.stdin_path.as_deref(), self.outside.allow_outside);
+        let workspaces = load_or_read(&mut db, &self.paths.paths, replaced, allows_outside)?;
         let db: &Database = &db;
         let mut findings: Vec<Finding<'_>> = Vec::new();
         let mut suppressed = Vec::new();
