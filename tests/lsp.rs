@@ -1,11 +1,13 @@
 //! The language server over its standard streams.
 
+mod addresses;
 mod code_actions;
 mod completion;
 mod diagnostics;
 mod disk;
 mod generate;
 mod histories;
+mod initialize;
 mod language_server;
 mod measured;
 mod message_packages;

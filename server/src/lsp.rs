@@ -11,6 +11,7 @@
 //! | `frame.rs` | messages on a byte stream |
 //! | `transport.rs` | order, panics, the ways in which a session ends |
 //! | `backend.rs`, `event.rs` | the methods: each an event for the main loop |
+//! | `address.rs` | which addresses are files on the disk |
 //! | `answering.rs` | which text a request is about |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
@@ -36,6 +37,7 @@
 //!
 //! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
 
+pub(crate) mod address;
 mod answering;
 mod backend;
 mod capabilities;
@@ -102,12 +104,13 @@ const WRITERS: usize = 2;
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. If it
-/// `allows_outside`, projects may read files outside their folders.
+/// `allows_outside`, projects may read files outside their folders. It ends with the process of the `client`, if that is known.
 pub(crate) fn run(
     input: impl std::io::Read + Send + 'static,
     output: impl Write + Send + 'static,
     mirror: Option<Mirror>,
     allows_outside: bool,
+    client: Option<u32>,
 ) -> Result<u8, String> {
     let failed = |error: std::io::Error| format!("the server cannot start: {error}");
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -166,7 +169,7 @@ pub(crate) fn run(
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         let main_loop = main_loop_ended;
-        serve(service, socket, Streams { incoming, outgoing, backlog, outbox, main_loop }).await
+        serve(service, socket, Streams { incoming, outgoing, backlog, outbox, client, main_loop }).await
     });
     let _ = last_words.recv_timeout(FAREWELL);
     // Running jobs are not waited for.

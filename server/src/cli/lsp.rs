@@ -23,6 +23,9 @@ pub(crate) struct Lsp {
     mirror: Option<PathBuf>,
     #[command(flatten)]
     outside: Outside,
+    /// End with this process: that of the editor, which passes it.
+    #[arg(long = "clientProcessId", value_name = "NUMBER")]
+    client: Option<u32>,
     /// Accepted because some editors pass it; the server always uses standard input and output.
     #[arg(long, hide = true)]
     stdio: bool,
@@ -50,7 +53,8 @@ impl Lsp {
             mirror.map_err(|error| format!("cannot record the session in `{}`: {error}", path.display()))
         });
         let allows_outside = self.outside.allow_outside;
-        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, allows_outside)?;
+        let code =
+            run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, allows_outside, self.client)?;
         Ok(Output::verbatim("", code))
     }
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::disk::read;
+use crate::lsp::address::file_at;
 use crate::lsp::frame;
 use crate::lsp::mirror::{Line, Side};
 use crate::lsp::run;
@@ -113,7 +114,7 @@ fn folder_address(first: &Line) -> Option<&str> {
 }
 
 fn folder_of(first: &Line) -> Option<PathBuf> {
-    tower_lsp::lsp_types::Url::parse(folder_address(first)?).ok()?.to_file_path().ok()
+    file_at(folder_address(first)?)
 }
 
 struct Session {
@@ -127,7 +128,7 @@ impl Session {
     fn begin() -> Result<Session, String> {
         let pipe = || std::io::pipe().map_err(|error| format!("no pipe to the server: {error}"));
         let ((server_input, input), (output, server_output)) = (pipe()?, pipe()?);
-        std::thread::spawn(move || run(server_input, server_output, None, false));
+        std::thread::spawn(move || run(server_input, server_output, None, false, None));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
         Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })

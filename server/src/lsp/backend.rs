@@ -2,20 +2,21 @@
 //! receives all events in the client's order; workers compute the answers, in `handlers/`.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
 use serde::{Deserialize as _, Serialize};
-use serde_json::{Value, from_value};
+use serde_json::{Value, from_value, json};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tower_lsp::jsonrpc::{Error, Request, Result};
-use tower_lsp::lsp_types::notification::{self, Notification as NotificationType};
 use tower_lsp::lsp_types::request::{self, Request as RequestType};
 use tower_lsp::lsp_types::*;
 use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
+use super::address::file_at;
 use super::answering::REQUEST;
 use super::capabilities::Capabilities;
 use super::event::{Event, Job};
@@ -36,7 +37,7 @@ const MOST_ATTEMPTS: usize = 100;
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
     main_loop: mpsc::Sender<Event>,
-    /// The client's `initialize` parameters as JSON: tower-lsp drops fields that it does not know.
+    /// The client's `initialize` parameters as JSON, from which each field is read by itself: an odd one costs no other.
     raw: OnceLock<Value>,
     client: Client,
     /// The client's capabilities, and the settings in its initialization options.
@@ -77,9 +78,12 @@ const LOST_FOLDERS: &str = "mauve could not understand all of the editor's messa
 const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files \
     are unknown: save them. If you have just opened a file, close it and open it again.";
 
-/// Returns the URI of the document that a message is about.
-fn uri_in(params: Option<&Value>) -> Option<Value> {
-    params?.pointer("/textDocument/uri").cloned()
+const TEXT_NOTIFICATIONS: [&str; 4] =
+    ["textDocument/didOpen", "textDocument/didChange", "textDocument/didSave", "textDocument/didClose"];
+
+/// Returns the URI of the document that a message is about, as it is written.
+fn uri_in(params: Option<&Value>) -> Option<&str> {
+    params?.pointer("/textDocument/uri")?.as_str()
 }
 
 /// Declares methods that are not part of the protocol, each with its handler.
@@ -157,37 +161,71 @@ impl Backend {
 
     /// Handles a message before tower-lsp does, and returns it if tower-lsp is to handle it as well.
     ///
-    /// tower-lsp drops a notification whose parameters it does not understand. Notifications about documents are
-    /// therefore deserialized here, and their events sent. If one is malformed, or is sent as a request, the text
-    /// that it may have changed becomes unknown.
+    /// tower-lsp drops a notification whose parameters it does not understand, and refuses a session for one odd field of
+    /// `initialize`. So they are read here, each field by itself. If a notification about a document is malformed, or is sent
+    /// as a request, the text that it may have changed becomes unknown.
     pub(crate) fn preprocess(&self, request: Request) -> Option<Request> {
-        if matches!(
-            request.method(),
-            "textDocument/didOpen" | "textDocument/didChange" | "textDocument/didClose"
-        ) {
+        if TEXT_NOTIFICATIONS.contains(&request.method()) {
             if request.id().is_none() {
                 self.document_notification(request);
                 return None;
             }
             self.text_unknown(uri_in(request.params()));
         }
-        if request.method() == "$/setTrace" && self.session.get().is_some() {
-            self.trace.set(request.params().and_then(|params| params.get("value")).unwrap_or(&Value::Null));
-            return None;
+        let params = request.params().unwrap_or(&Value::Null);
+        if request.method() == "initialize" {
+            let _ = self.raw.set(params.clone());
+            let (method, id, _) = request.into_parts();
+            let understood = Request::build(method).params(json!({"capabilities": {}}));
+            return Some(id.into_iter().fold(understood, |it, id| it.id(id)).finish());
         }
-        self.notice(&request);
-        Some(request)
+        // Before `initialize`, the protocol has a server drop notifications.
+        let is_notification = request.id().is_none() && self.session.get().is_some();
+        if is_notification && self.notified(request.method(), params) { None } else { Some(request) }
+    }
+
+    /// Handles a notification that is not about a document; returns whether it is known.
+    fn notified(&self, method: &str, params: &Value) -> bool {
+        match method {
+            "initialized" => self.initialized(),
+            "$/setTrace" => self.trace.set(&params["value"]),
+            "workspace/didChangeConfiguration" => {
+                // Clients that support requests for settings often send empty settings here, and some send none.
+                let can_be_asked = self.session.get().is_some_and(|(it, _)| it.configuration);
+                self.configure(params.get("settings").filter(|_| !can_be_asked));
+            }
+            "workspace/didChangeWatchedFiles" => {
+                self.send(Event::Disk { paths: files_of(&params["changes"]).collect(), missed: false });
+            }
+            "workspace/didChangeWorkspaceFolders" => {
+                let lists = ["added", "removed"].map(|list| &params["event"][list]);
+                let [added, removed] = lists.map(|list| files_of(list).collect());
+                self.send(Event::Folders { added, removed });
+                let is_known = |it: &Value| it["uri"].as_str().is_some_and(|uri| Url::parse(uri).is_ok());
+                if !lists.iter().all(|it| it.as_array().is_some_and(|list| list.iter().all(is_known))) {
+                    self.warn(LOST_FOLDERS);
+                }
+            }
+            _ => return false,
+        }
+        true
     }
 
     fn document_notification(&self, request: Request) {
         let (method, _, params) = request.into_parts();
-        let uri = uri_in(params.as_ref());
-        let params = params.unwrap_or_default();
+        let uri = uri_in(params.as_ref()).map(str::to_owned);
+        let mut params = params.unwrap_or_default();
+        // The range says it as well, and some clients count otherwise.
+        let changes = params.get_mut("contentChanges").and_then(Value::as_array_mut);
+        for change in changes.into_iter().flatten().filter_map(Value::as_object_mut) {
+            change.remove("rangeLength");
+        }
         let event = match &*method {
             "textDocument/didOpen" => {
                 from_value::<DidOpenTextDocumentParams>(params).map(|it| Event::Opened(it.text_document))
             }
             "textDocument/didChange" => from_value::<DidChangeTextDocumentParams>(params).map(Event::Changed),
+            "textDocument/didSave" => from_value::<DidSaveTextDocumentParams>(params).map(Event::Saved),
             _ => {
                 from_value::<DidCloseTextDocumentParams>(params).map(|it| Event::Closed(it.text_document.uri))
             }
@@ -201,43 +239,17 @@ impl Backend {
             }
             Err(error) => {
                 tracing::error!("the parameters of {method} are invalid: {error}");
-                self.text_unknown(uri);
+                self.text_unknown(uri.as_deref());
             }
         }
     }
 
-    /// Reads the fields of a message that tower-lsp drops.
-    fn notice(&self, request: &Request) {
-        let params = request.params().unwrap_or(&Value::Null);
-        if request.method() == "initialize" {
-            let _ = self.raw.set(params.clone());
-        }
-        match request.method() {
-            // Some clients send no settings, only a notification that they have changed.
-            "workspace/didChangeConfiguration"
-                if DidChangeConfigurationParams::deserialize(params).is_err() =>
-            {
-                self.configure(None);
-            }
-            // The valid settings are applied.
-            "workspace/didChangeWorkspaceFolders"
-                if DidChangeWorkspaceFoldersParams::deserialize(params).is_err() =>
-            {
-                let url = |folder: &Value| Url::parse(folder["uri"].as_str()?).ok();
-                let urls = |key: &str| {
-                    params["event"][key].as_array().into_iter().flatten().filter_map(url).collect()
-                };
-                self.send(Event::Folders { added: urls("added"), removed: urls("removed") });
-                self.warn(LOST_FOLDERS);
-            }
-            _ => {}
-        }
-    }
-
-    /// Marks the text of a document as unknown after an invalid message about it; all texts, if the message does not name one.
-    fn text_unknown(&self, uri: Option<Value>) {
-        match uri.and_then(|uri| from_value(uri).ok()) {
-            Some(uri) => self.send(Event::TextUnknown(Some(uri))),
+    /// Marks the text of a document as unknown after an invalid message about it; all texts, if the message does not name one. A
+    /// document whose address is none is no document of ours.
+    fn text_unknown(&self, uri: Option<&str>) {
+        match uri.map(Url::parse) {
+            Some(Ok(uri)) => self.send(Event::TextUnknown(Some(uri))),
+            Some(Err(error)) => tracing::warn!("a text is ignored, whose address is none: {error}"),
             None => self.texts_unknown(),
         }
     }
@@ -453,14 +465,13 @@ impl Drop for Pull {
 
 type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
 
-/// Implements the methods of the protocol: by a handler, by a handler for semantic tokens, by a method of
-/// [`Backend`], or by a method for a notification.
+/// Implements the methods of the protocol: by a handler, by a handler for semantic tokens, or by a method
+/// of [`Backend`].
 macro_rules! language_server {
     (
         handlers: { $($method:ident: $request:ident => $handler:expr;)* }
         tokens: { $($tokens:ident: $tokens_request:ident => $tokens_handler:path;)* }
         requests: { $($own:ident: $own_request:ident;)* }
-        notifications: { $($notified:ident: $notification:ident;)* }
     ) => {
         #[tower_lsp::async_trait]
         impl LanguageServer for Backend {
@@ -486,10 +497,6 @@ macro_rules! language_server {
                 params: <request::$own_request as RequestType>::Params,
             ) -> Result<<request::$own_request as RequestType>::Result> {
                 Backend::$own(self, params).await
-            })*
-
-            $(async fn $notified(&self, params: <notification::$notification as NotificationType>::Params) {
-                Backend::$notified(self, params);
             })*
 
             // lsp-types declares a different result type.
@@ -555,27 +562,17 @@ language_server! {
         inlay_hint_resolve: InlayHintResolveRequest;
         workspace_diagnostic: WorkspaceDiagnosticRequest;
     }
-    notifications: {
-        initialized: Initialized;
-        did_save: DidSaveTextDocument;
-        did_change_watched_files: DidChangeWatchedFiles;
-        did_change_workspace_folders: DidChangeWorkspaceFolders;
-        did_change_configuration: DidChangeConfiguration;
-    }
 }
 
 /// The methods that need more than a handler.
 impl Backend {
-    async fn initialize(&self, params: InitializeParams) -> Result<InitializeResult> {
-        let capabilities = Capabilities::of(&params, self.raw.get().unwrap_or(&Value::Null));
-        #[allow(deprecated, reason = "older clients have no folders")]
-        let root = params.root_uri;
-        let folders = match params.workspace_folders {
-            Some(folders) => uris(folders),
-            None => root.into_iter().collect(),
-        };
-        let given = params.initialization_options.unwrap_or_default();
-        let (settings, problems) = Settings::read(&given, Settings::default());
+    async fn initialize(&self, _: InitializeParams) -> Result<InitializeResult> {
+        let params = self.raw.get().unwrap_or(&Value::Null);
+        for odd in odd_fields(params) {
+            tracing::warn!("an odd field of `initialize`: {odd}");
+        }
+        let (capabilities, folders) = (Capabilities::of(params), folders_of(params));
+        let (settings, problems) = Settings::read(&params["initializationOptions"], Settings::default());
         let _ = self.session.set((capabilities, settings));
         self.send(Event::Initialize { capabilities, folders });
         self.send(Event::Configured(settings, problems));
@@ -586,7 +583,7 @@ impl Backend {
         })
     }
 
-    fn initialized(&self, _: InitializedParams) {
+    fn initialized(&self) {
         self.send(Event::Initialized);
         self.configure(None);
         if self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration) {
@@ -603,25 +600,6 @@ impl Backend {
                 }
             });
         }
-    }
-
-    fn did_save(&self, params: DidSaveTextDocumentParams) {
-        self.send(Event::Saved(params));
-    }
-
-    fn did_change_watched_files(&self, params: DidChangeWatchedFilesParams) {
-        let paths = params.changes.into_iter().filter_map(|change| change.uri.to_file_path().ok());
-        self.send(Event::Disk { paths: paths.collect(), missed: false });
-    }
-
-    fn did_change_workspace_folders(&self, params: DidChangeWorkspaceFoldersParams) {
-        self.send(Event::Folders { added: uris(params.event.added), removed: uris(params.event.removed) });
-    }
-
-    fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
-        // Clients that support requests for settings often send empty settings here.
-        let can_be_asked = self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration);
-        self.configure(Some(&params.settings).filter(|_| !can_be_asked));
     }
 
     async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {
@@ -703,6 +681,43 @@ fn written<T: Serialize>(result: T) -> Option<T> {
     }
 }
 
-fn uris(folders: Vec<WorkspaceFolder>) -> Vec<Url> {
-    folders.into_iter().map(|folder| folder.uri).collect()
+/// Returns the files and folders that a list of objects with addresses names.
+fn files_of(list: &Value) -> impl Iterator<Item = PathBuf> {
+    list.as_array().into_iter().flatten().filter_map(|it| file_at(it["uri"].as_str()?))
+}
+
+/// Returns the folders that a client has open, in the words of this version of the protocol, else of an earlier one.
+fn folders_of(params: &Value) -> Vec<PathBuf> {
+    if params["workspaceFolders"].is_array() {
+        return files_of(&params["workspaceFolders"]).collect();
+    }
+    let root = match params["rootUri"].as_str() {
+        Some(uri) => file_at(uri),
+        None => params["rootPath"].as_str().map(PathBuf::from).filter(|path| path.is_absolute()),
+    };
+    root.into_iter().collect()
+}
+
+/// Returns the fields of `initialize` that the protocol does not have like this, each with the reason. Those of the capabilities are
+/// `textDocument.hover` and the like.
+fn odd_fields(params: &Value) -> Vec<String> {
+    let fields = |value: &Value| value.as_object().cloned().unwrap_or_default().into_iter();
+    let others = fields(params).filter(|(name, _)| name != "capabilities").map(|(name, value)| {
+        let alone = json!({"capabilities": {}, (&*name): value});
+        (name, alone)
+    });
+    let capabilities = fields(&params["capabilities"]).flat_map(|(section, value)| {
+        let parts: Vec<(String, Value)> = match value.is_object() {
+            true => fields(&value)
+                .map(|(name, value)| (format!("{section}.{name}"), json!({(name): value})))
+                .collect(),
+            false => vec![(section.clone(), value)],
+        };
+        parts.into_iter().map(move |(path, value)| (path, json!({"capabilities": {(&*section): value}})))
+    });
+    let odd = |(path, alone): (String, Value)| {
+        let error = InitializeParams::deserialize(alone).err()?;
+        Some(format!("`{path}`: {error}"))
+    };
+    others.chain(capabilities).filter_map(odd).collect()
 }

@@ -123,44 +123,113 @@ fn has(client: &Value, path: &str, value: Value) -> bool {
 }
 
 impl Capabilities {
-    /// Returns the capabilities of a client; `raw` are its parameters as JSON.
-    pub(crate) fn of(params: &InitializeParams, raw: &Value) -> Capabilities {
-        let name = params.client_info.as_ref().map_or("", |info| info.name.as_str());
-        let tokens = params.capabilities.text_document.as_ref().and_then(|it| it.semantic_tokens.as_ref());
-        let encodings = params.capabilities.general.as_ref().and_then(|it| it.position_encodings.as_deref());
-        // Serialising plain data never fails.
-        let client = serde_json::to_value(&params.capabilities).unwrap_or_default();
-        let at = |path: &str| client.pointer(path).filter(|value| !value.is_null());
+    /// Returns the capabilities of the client with these parameters of `initialize`. Each is read by itself.
+    pub(crate) fn of(params: &Value) -> Capabilities {
+        let name = params.pointer("/clientInfo/name").and_then(Value::as_str).unwrap_or_default();
+        let client = &params["capabilities"];
+        let at = |path: &str| client.pointer(path).filter(|value| value.is_object());
         let all_symbols = |path: &str| {
             let kinds = [SymbolKind::ENUM_MEMBER, SymbolKind::EVENT, SymbolKind::STRUCT, SymbolKind::OBJECT];
-            kinds.into_iter().all(|kind| has(&client, path, json!(kind)))
+            kinds.into_iter().all(|kind| has(client, path, json!(kind)))
         };
-        let is_true = |value: Option<&Value>| value.and_then(Value::as_bool).unwrap_or(false);
-        let draws = |it| has(&client, "/experimental/commands", json!(drawing_command(it)));
+        let is_true = |path: &str| client.pointer(path).and_then(Value::as_bool).unwrap_or(false);
+        let knows = |encoding| has(client, "/general/positionEncodings", json!(encoding));
+        let draws = |it| has(client, "/experimental/commands", json!(drawing_command(it)));
         Capabilities {
             change_annotations: at("/workspace/workspaceEdit/changeAnnotationSupport").is_some(),
             code_actions: at("/textDocument/codeAction/codeActionLiteralSupport").is_some(),
             draws: LENS_DRAWINGS.into_iter().all(draws),
-            encoding: Encoding::negotiated(encodings),
+            encoding: Encoding::negotiated(knows),
             keeps_last_line: name == "Neovim",
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
             // what it gets for files that it has shown.
             pull_all_diagnostics: name != "Neovim",
-            // lsp-types looks for the refresh under another name than the protocol's.
             pull_diagnostics: at("/textDocument/diagnostic").is_some()
-                && is_true(raw.pointer("/capabilities/workspace/diagnostics/refreshSupport")),
+                && is_true("/workspace/diagnostics/refreshSupport"),
             // A client that does not keep `data` cannot resolve the action.
-            resolves_edits: is_true(at("/textDocument/codeAction/dataSupport"))
-                && has(&client, "/textDocument/codeAction/resolveSupport/properties", json!("edit")),
+            resolves_edits: is_true("/textDocument/codeAction/dataSupport")
+                && has(client, "/textDocument/codeAction/resolveSupport/properties", json!("edit")),
             symbol_kinds: all_symbols("/textDocument/documentSymbol/symbolKind/valueSet"),
-            tokens: Legend::of(tokens, name),
+            tokens: Legend::of(at("/textDocument/semanticTokens"), name),
             workspace_symbol_kinds: all_symbols("/workspace/symbol/symbolKind/valueSet"),
-            ..Capabilities::with_flags(&client)
+            ..Capabilities::with_flags(client)
         }
     }
 
     /// Returns whether the client can generate packages.
     pub(crate) fn can_generate(self) -> bool {
         self.creates_files && (self.generates || self.applies_edits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All that is read of a client, as a good one says it.
+    fn good() -> Value {
+        json!({"clientInfo": {"name": "editor"}, "capabilities": {
+            "general": {"positionEncodings": ["utf-8", "utf-16"]},
+            "window": {"workDoneProgress": true},
+            "experimental": {"commands": [GENERATE, CHOOSE_SIGNIFICANCE]},
+            "workspace": {
+                "applyEdit": true, "configuration": true, "diagnostics": {"refreshSupport": true},
+                "workspaceEdit": {
+                    "documentChanges": true, "resourceOperations": ["create", "delete"],
+                    "changeAnnotationSupport": {"groupsOnLabel": true},
+                },
+            },
+            "textDocument": {
+                "diagnostic": {"dynamicRegistration": true},
+                "hover": {"contentFormat": ["markdown", "plaintext"]},
+                "documentSymbol": {"symbolKind": {"valueSet": [1, 19, 22, 23, 24]}},
+                "codeAction": {
+                    "codeActionLiteralSupport": {"codeActionKind": {"valueSet": ["quickfix"]}},
+                    "dataSupport": true, "resolveSupport": {"properties": ["edit"]},
+                },
+                "semanticTokens": {
+                    "requests": {"range": true}, "formats": ["relative"], "augmentsSyntaxTokens": false,
+                    "tokenTypes": ["class", "type"], "tokenModifiers": ["declaration"],
+                },
+            },
+        }})
+    }
+
+    /// The pointers to all values in a value.
+    fn pointers(value: &Value, at: &str) -> Vec<String> {
+        let below = |(name, value): (String, &Value)| pointers(value, &format!("{at}/{name}"));
+        let children: Vec<String> = match value {
+            Value::Object(fields) => {
+                fields.iter().map(|(name, value)| (name.clone(), value)).flat_map(below).collect()
+            }
+            Value::Array(values) => {
+                values.iter().enumerate().map(|(at, value)| (at.to_string(), value)).flat_map(below).collect()
+            }
+            _ => Vec::new(),
+        };
+        children.into_iter().chain((!at.is_empty()).then(|| at.to_owned())).collect()
+    }
+
+    #[test]
+    fn an_odd_value_is_as_good_as_none() {
+        let good = good();
+        let all = pointers(&good, "");
+        assert!(all.len() > 50);
+        for pointer in all {
+            let value = good.pointer(&pointer).unwrap();
+            let mut without = good.clone();
+            *without.pointer_mut(&pointer).unwrap() = Value::Null;
+            for odd in [json!(7.5), json!("odd"), json!(["odd", {}]), json!({"odd": [1]})] {
+                // An object of another kind is one that says nothing.
+                if value.is_object() && odd.is_object() {
+                    continue;
+                }
+                let mut with = good.clone();
+                *with.pointer_mut(&pointer).unwrap() = odd.clone();
+                let name = pointer == "/clientInfo/name" && odd.is_string();
+                assert!(name || Capabilities::of(&with) == Capabilities::of(&without), "{pointer}: {odd}");
+            }
+        }
+        assert_ne!(Capabilities::of(&good), Capabilities::of(&json!({})));
     }
 }

@@ -1,11 +1,12 @@
 //! The documents that the client has open: copies of the client's texts.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use tower_lsp::lsp_types::{Position, Range, TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
+use super::address::{Home, file_of, path_of};
 use super::position::Encoding;
 use super::rope::Rope;
 use crate::disk::text_of;
@@ -16,8 +17,7 @@ use crate::load::canonical_path;
 pub(crate) struct Open {
     /// Its path; a unique name if it is not a file.
     pub(crate) path: PathBuf,
-    /// Whether it is a file, which may not exist yet.
-    pub(crate) is_file: bool,
+    pub(crate) home: Home,
     /// The client's version number.
     pub(crate) version: i32,
     pub(crate) text: Rope,
@@ -59,7 +59,7 @@ impl Documents {
     /// Opens a document, replacing an open one with the same URI.
     pub(crate) fn open(&mut self, document: TextDocumentItem) {
         let TextDocumentItem { uri, version, text, .. } = document;
-        let (path, is_file) = path_of(&uri);
+        let (path, home) = path_of(&uri);
         if path.is_dir() {
             tracing::error!("{uri} is a folder");
             return;
@@ -73,7 +73,7 @@ impl Documents {
         {
             self.0.remove(&address);
         }
-        self.0.insert(uri, Open::new(path, is_file, version, &text));
+        self.0.insert(uri, Open::new(path, home, version, &text));
     }
 
     /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
@@ -81,8 +81,8 @@ impl Documents {
         if self.0.contains_key(uri) {
             return Some(uri.clone());
         }
-        let path = uri.to_file_path().ok()?;
-        self.0.iter().find(|(_, open)| open.is_file && open.path == path).map(|(uri, _)| uri.clone())
+        let path = file_of(uri)?;
+        self.0.iter().find(|(_, open)| open.path == path).map(|(uri, _)| uri.clone())
     }
 
     /// Returns the document with a URI in any spelling.
@@ -178,9 +178,10 @@ impl Documents {
         }
         let address = known.unwrap_or_else(|| uri.clone());
         let open = self.0.entry(address).or_insert_with(|| {
-            let (path, is_file) = path_of(uri);
+            let (path, home) = path_of(uri);
+            let is_file = home == Home::File;
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
-            Open::new(path, is_file, 0, &text)
+            Open::new(path, home, 0, &text)
         });
         open.problem = Some(LOST.to_owned());
         open.note_change();
@@ -188,10 +189,10 @@ impl Documents {
 }
 
 impl Open {
-    fn new(path: PathBuf, is_file: bool, version: i32, text: &str) -> Open {
+    fn new(path: PathBuf, home: Home, version: i32, text: &str) -> Open {
         Open {
             path,
-            is_file,
+            home,
             version,
             text: Rope::new(text),
             problem: None,
@@ -220,19 +221,6 @@ fn typed(change: &TextDocumentContentChangeEvent) -> Option<Range> {
         let end = Position::new(line, start.saturating_add(length as u32));
         Range::new(replaced.start, end)
     })
-}
-
-/// Returns the path of a document, or a unique name if it is not a file. Only models are opened without a file.
-fn path_of(uri: &Url) -> (PathBuf, bool) {
-    match uri.to_file_path() {
-        Ok(path) => (path, true),
-        Err(()) => (PathBuf::from(format!("{uri}.mal")), false),
-    }
-}
-
-/// Returns the URI of a document that is not a file, from its unique name.
-pub(crate) fn uri_of_document(name: &Path) -> Option<Url> {
-    Url::parse(name.to_str()?.strip_suffix(".mal")?).ok()
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::load::{Walk, Walked};
 pub(crate) enum Event {
     Initialize {
         capabilities: Capabilities,
-        folders: Vec<Url>,
+        folders: Vec<PathBuf>,
     },
     /// The client sent `initialized`: the server may send messages.
     Initialized,
@@ -44,8 +44,8 @@ pub(crate) enum Event {
         missed: bool,
     },
     Folders {
-        added: Vec<Url>,
-        removed: Vec<Url>,
+        added: Vec<PathBuf>,
+        removed: Vec<PathBuf>,
     },
     /// Shows everything at this significance level; without one, at that of each `mauve.toml`.
     Significance(Option<Level>),

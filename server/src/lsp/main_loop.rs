@@ -20,6 +20,7 @@ use tower_lsp::lsp_types::{
     DidChangeTextDocumentParams, TextDocumentItem, Url, VersionedTextDocumentIdentifier,
 };
 
+use super::address::Home;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
 use super::diagnostics::url_of;
@@ -195,7 +196,7 @@ impl MainLoop {
             }
             Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
             Event::Disk { paths, missed } => self.disk(&paths, missed),
-            Event::Folders { added, removed } => self.folders_changed(added, removed),
+            Event::Folders { added, removed } => self.folders_changed(added, &removed),
             Event::Significance(level) => {
                 if self.loader.set_significance(&mut self.db, level) {
                     self.staleness.bump_generation();
@@ -244,19 +245,18 @@ impl MainLoop {
         self.changing = None;
     }
 
-    fn initialize(&mut self, capabilities: Capabilities, folders: Vec<Url>) {
+    fn initialize(&mut self, capabilities: Capabilities, folders: Vec<PathBuf>) {
         self.capabilities = capabilities;
         if capabilities.pull_diagnostics {
             self.publisher.pull();
         }
-        self.folders = paths(folders).collect();
+        self.folders = folders;
         self.staleness.outdate_workspaces();
     }
 
-    fn folders_changed(&mut self, added: Vec<Url>, removed: Vec<Url>) {
-        let removed: BTreeSet<PathBuf> = paths(removed).collect();
+    fn folders_changed(&mut self, added: Vec<PathBuf>, removed: &[PathBuf]) {
         self.folders.retain(|folder| !removed.contains(folder));
-        self.folders.extend(paths(added));
+        self.folders.extend(added);
         self.staleness.restart_load();
     }
 
@@ -299,8 +299,8 @@ impl MainLoop {
         if self.strays.remove(uri) {
             self.staleness.outdate_workspaces();
         }
-        let Some(document) =
-            self.documents.0.remove(uri).and_then(|_| self.shared_documents.get(uri).copied())
+        let Some((open, document)) =
+            self.documents.0.remove(uri).zip(self.shared_documents.get(uri).copied())
         else {
             return;
         };
@@ -315,7 +315,8 @@ impl MainLoop {
         if !is_open {
             let is_outdated = self.loader.closed(&mut self.db, document.file);
             let path = document.file.path(&self.db);
-            if is_outdated || !path.is_file() || self.loader.is_config(path) {
+            let is_outdated = is_outdated || !path.is_file() || self.loader.is_config(path);
+            if is_outdated && open.home != Home::Elsewhere {
                 self.staleness.outdate_workspaces();
             }
         }
@@ -394,10 +395,12 @@ impl MainLoop {
             };
             shared.insert(uri.clone(), Document { file, version: open.version, is_analysed });
             let is_new_stray = known.is_none()
+                && open.home != Home::Elsewhere
                 && !is_in_a_folder(&self.db, &self.workspaces, file)
                 && self.strays.insert(uri.clone());
             let is_permitted = known.is_none() && self.loader.is_refused(&open.path);
-            let is_other_language = changed.contains(&file)
+            let is_other_language = open.home != Home::Elsewhere
+                && changed.contains(&file)
                 && is_foreign(&open.path, file.text(&self.db)) != self.foreign.contains(&file);
             // The load at the end of a walk includes both.
             let is_loaded_later = self.staleness.is_walking();
@@ -507,7 +510,7 @@ impl MainLoop {
 
     /// Returns the file of a document, if the path of the document leads to another one now.
     fn left_by(&self, uri: &Url, open: &Open) -> Option<File> {
-        let file = self.shared_documents.get(uri).filter(|_| open.is_file)?.file;
+        let file = self.shared_documents.get(uri).filter(|_| open.home == Home::File)?.file;
         (canonical_path(&open.path) != *file.path(&self.db)).then_some(file)
     }
 
@@ -562,15 +565,15 @@ impl MainLoop {
                 self.foreign.extend(self.shared_documents.get(uri).map(|document| document.file));
                 continue;
             }
-            match (open.is_file, self.shared_documents.get(uri)) {
-                (true, document) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
+            match (open.home, self.shared_documents.get(uri)) {
+                (Home::File, document) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
                     let is_within = |folder: &PathBuf| canonical_path(&open.path).starts_with(folder);
                     match document.filter(|_| !folders.iter().any(is_within)) {
                         Some(document) => elsewhere.push((document.file, open.path.clone())),
                         None => paths.push(open.path.clone()),
                     }
                 }
-                (false, Some(document)) => alone.push(document.file),
+                (Home::Itself, Some(document)) if is_model(&open.path) => alone.push(document.file),
                 _ => {}
             }
         }
@@ -603,6 +606,8 @@ impl MainLoop {
         // Open documents of a removed folder stay, because they are open.
         let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
         let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
+        let is_elsewhere = |uri| self.documents.get(uri).is_some_and(|open| open.home == Home::Elsewhere);
+        let strays = strays.filter(|(uri, _)| !is_elsewhere(uri));
         self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
         Ok(Vec::new())
@@ -618,7 +623,7 @@ impl MainLoop {
             capabilities: self.capabilities,
             settings: self.settings,
             typed: typing::typed_in(&self.documents),
-            are_saved: self.documents.0.values().all(|open| open.is_saved),
+            are_saved: self.documents.0.values().all(|open| open.is_saved || open.home == Home::Elsewhere),
             earlier: Arc::clone(&self.earlier),
             generation: self.staleness.generation(),
             is_complete: self.staleness.is_published(),
@@ -792,11 +797,6 @@ fn hold(is_cancelled: &dyn Fn() -> bool) {
     while std::fs::exists(&path).unwrap_or(false) && !is_cancelled() {
         std::thread::sleep(Duration::from_millis(1));
     }
-}
-
-/// Returns the paths of the URIs that are files or folders on the disk.
-fn paths(urls: Vec<Url>) -> impl Iterator<Item = PathBuf> {
-    urls.into_iter().filter_map(|url| url.to_file_path().ok())
 }
 
 /// Returns whether a workspace in the client's folders contains this file.

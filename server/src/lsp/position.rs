@@ -20,8 +20,7 @@ pub(crate) enum Encoding {
 
 impl Encoding {
     /// Returns the most efficient encoding that the client supports: UTF-8 needs no conversion.
-    pub(crate) fn negotiated(known: Option<&[PositionEncodingKind]>) -> Encoding {
-        let knows = |kind| known.is_some_and(|known| known.contains(&kind));
+    pub(crate) fn negotiated(knows: impl Fn(PositionEncodingKind) -> bool) -> Encoding {
         if knows(PositionEncodingKind::UTF8) {
             Encoding::Utf8
         } else if knows(PositionEncodingKind::UTF32) && !knows(PositionEncodingKind::UTF16) {
@@ -179,9 +178,10 @@ mod tests {
     #[test]
     fn bytes_are_chosen_where_they_are_known() {
         use PositionEncodingKind as Kind;
-        assert_eq!(Encoding::negotiated(None), Encoding::Utf16);
-        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF16, Kind::UTF8])), Encoding::Utf8);
-        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF32])), Encoding::Utf32);
-        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF32, Kind::UTF16])), Encoding::Utf16);
+        let negotiated = |known: &[Kind]| Encoding::negotiated(|kind| known.contains(&kind));
+        assert_eq!(negotiated(&[]), Encoding::Utf16);
+        assert_eq!(negotiated(&[Kind::UTF16, Kind::UTF8]), Encoding::Utf8);
+        assert_eq!(negotiated(&[Kind::UTF32]), Encoding::Utf32);
+        assert_eq!(negotiated(&[Kind::UTF32, Kind::UTF16]), Encoding::Utf16);
     }
 }

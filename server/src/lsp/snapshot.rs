@@ -20,6 +20,7 @@ use tower_lsp::lsp_types::{
     Diagnostic, Location, Range, TextDocumentIdentifier, TextDocumentPositionParams, Url,
 };
 
+use super::address::file_of;
 use super::capabilities::Capabilities;
 use super::diagnostics::{self, ANOTHER_TEXT, DiagnosticStyle};
 use super::outbox::Outbox;
@@ -81,7 +82,7 @@ impl Snapshot {
         let file = match self.documents.get(url) {
             Some(document) if !document.is_analysed => return Err(Error::invalid_params(ANOTHER_TEXT)),
             Some(document) => Some(document.file),
-            None => url.to_file_path().ok().and_then(|path| self.known(path)),
+            None => file_of(url).and_then(|path| self.known(path)),
         };
         let file =
             file.ok_or_else(|| Error::invalid_params(format!("`{url}` is neither open nor in a workspace")))?;

@@ -37,6 +37,8 @@ pub(crate) struct Streams {
     pub(crate) backlog: Arc<Backlog>,
     /// Has the texts of messages that the server initiates.
     pub(crate) outbox: Arc<Outbox>,
+    /// The client's process, if the command line names it.
+    pub(crate) client: Option<u32>,
     /// Receives why the main loop has ended.
     pub(crate) main_loop: oneshot::Receiver<String>,
 }
@@ -54,7 +56,7 @@ pub(crate) async fn serve(
     let (mut to_client, mut from_client) = socket.split();
     let mut tasks: JoinSet<Answered> = JoinSet::new();
     let mut heartbeat = tokio::time::interval(HEARTBEAT);
-    let mut client: Option<u32> = None;
+    let mut clients: Vec<u32> = streams.client.into_iter().filter(|&client| is_alive(client)).collect();
     let mut is_shut_down = false;
     // Messages that the server initiates wait until the last one is written, so a client that does not read costs no
     // memory.
@@ -68,12 +70,12 @@ pub(crate) async fn serve(
                 let Some(request) = received else { continue };
                 match request.method() {
                     "exit" => return code(is_shut_down),
-                    "initialize" => client = client.or_else(|| process_of(&request)),
+                    "initialize" => clients.extend(process_of(&request).filter(|&process| is_alive(process))),
                     _ => {}
                 }
+                let trace = initial_trace(&request);
                 let Some(request) = service.inner().preprocess(request) else { continue };
                 let is_shutdown = request.method() == "shutdown";
-                let trace = initial_trace(&request);
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
                     std::task::Poll::Ready(answered) => {
@@ -117,7 +119,7 @@ pub(crate) async fn serve(
                 return 101;
             }
             _ = heartbeat.tick() => {
-                if client.is_some_and(|client| !is_alive(client)) {
+                if !clients.iter().all(|&client| is_alive(client)) {
                     tracing::warn!("the client process has ended");
                     return code(false);
                 }
@@ -317,12 +319,11 @@ fn understood(mut message: Value) -> Result<Message, NoMessage> {
     })
 }
 
-/// Returns the client's process, if it is given and visible. (A process in another container is not.)
 fn process_of(initialize: &Request) -> Option<u32> {
-    let process = initialize.params()?.get("processId")?.as_u64()?;
-    u32::try_from(process).ok().filter(|&process| is_alive(process))
+    u32::try_from(initialize.params()?.get("processId")?.as_u64()?).ok()
 }
 
+/// Returns whether a process is there. (One in another container is not, and is no client to wait for.)
 fn is_alive(process: u32) -> bool {
     let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
     // A process that may not be signalled exists as well.

@@ -31,6 +31,7 @@ use tower_lsp::lsp_types::{
 
 use super::rename::refused;
 use crate::generate::{GenerateRequest, Generated};
+use crate::lsp::address::file_of;
 use crate::lsp::commands::GENERATE;
 use crate::lsp::diagnostics::ANOTHER_TEXT;
 use crate::lsp::generate::{Preview, only, open, preview, refusal, request, title};
@@ -228,7 +229,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
     let mut builder = EditBuilder::new(capabilities.change_annotations);
     // VS Code shows all of an edit before it is made where a part of it is to be confirmed, and leaves that part out
     // unless the user chooses it. So it is one that does nothing, and no file is left out by accident.
-    let is_there = asked.to_file_path().is_ok_and(|path| path.is_file());
+    let is_there = file_of(asked).is_some_and(|path| path.is_file());
     if capabilities.change_annotations && is_there && !steps.is_empty() {
         builder.create(asked.clone(), None, Some(true), &annotation("Preview the generated files", true));
     }

@@ -6,6 +6,7 @@ use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
+use crate::lsp::address::file_of;
 use crate::lsp::snapshot::Snapshot;
 
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
@@ -27,7 +28,7 @@ pub(super) fn hover_at(
         let (file, range) = (at.file(db), at.range(db));
         let mut url = snapshot.url(file)?;
         // A fragment changes the address of a document without a file.
-        if url.scheme() == "file" {
+        if file_of(&url).is_some() {
             let at = snapshot.lines(file).position(range.start());
             url.set_fragment(Some(&format!("L{},{}", at.line + 1, at.character + 1)));
         }

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use mauve_ide::Change;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
 use tower_lsp::lsp_types::{
-    PrepareRenameResponse, RenameFilesParams, RenameParams, TextDocumentPositionParams, Url, WorkspaceEdit,
+    PrepareRenameResponse, RenameFilesParams, RenameParams, TextDocumentPositionParams, WorkspaceEdit,
 };
 
 use crate::load::canonical_path;
+use crate::lsp::address::file_at;
 use crate::lsp::diagnostics::ANOTHER_TEXT;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::workspace_edit;
@@ -43,7 +44,7 @@ pub(crate) fn will_rename_files(
     params: &RenameFilesParams,
 ) -> Result<Option<WorkspaceEdit>> {
     snapshot.complete()?;
-    let path = |uri: &String| Some(canonical_path(&Url::parse(uri).ok()?.to_file_path().ok()?));
+    let path = |uri: &String| Some(canonical_path(&file_at(uri)?));
     let moves = params.files.iter().filter_map(|it| Some((path(&it.old_uri)?, path(&it.new_uri)?)));
     let moves: Vec<(PathBuf, PathBuf)> = moves.collect();
     let change = mauve_ide::rename_files(&snapshot.db, &snapshot.workspaces, &moves);

@@ -22,12 +22,13 @@ use std::sync::Arc;
 use mauve_hir::File;
 use mauve_ide::{SymbolKind, TokenKind, TokenModifier};
 use mauve_syntax::TextRange;
+use serde_json::Value;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
-    SemanticToken, SemanticTokenModifier, SemanticTokenType, SemanticTokens,
-    SemanticTokensClientCapabilities, SemanticTokensDelta, SemanticTokensDeltaParams, SemanticTokensEdit,
-    SemanticTokensFullDeltaResult, SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions,
-    SemanticTokensParams, SemanticTokensRangeParams, SemanticTokensRangeResult, SemanticTokensResult, Url,
+    SemanticToken, SemanticTokenModifier, SemanticTokenType, SemanticTokens, SemanticTokensDelta,
+    SemanticTokensDeltaParams, SemanticTokensEdit, SemanticTokensFullDeltaResult, SemanticTokensFullOptions,
+    SemanticTokensLegend, SemanticTokensOptions, SemanticTokensParams, SemanticTokensRangeParams,
+    SemanticTokensRangeResult, SemanticTokensResult, Url,
 };
 
 use crate::lsp::capabilities::Legend;
@@ -203,18 +204,18 @@ fn names_of(kind: TokenKind) -> &'static [&'static str] {
 
 impl Legend {
     /// What the client of this name knows; nothing, where it does not ask for tokens.
-    pub(crate) fn of(client: Option<&SemanticTokensClientCapabilities>, name: &str) -> Legend {
+    pub(crate) fn of(client: Option<&Value>, name: &str) -> Legend {
         let Some(client) = client else { return Legend::default() };
         let bits = |known: &mut dyn Iterator<Item = bool>| {
             known.enumerate().map(|(bit, known)| u32::from(known) << bit).sum()
         };
-        let knows_type = |name: &str| client.token_types.iter().any(|it| it.as_str() == name);
-        let knows_modifier =
-            |name: &str| client.token_modifiers.contains(&SemanticTokenModifier::from(name.to_owned()));
+        let knows = |list: &str, name: &str| {
+            client[list].as_array().is_some_and(|all| all.iter().any(|it| it == name))
+        };
         Legend {
-            types: bits(&mut types().map(knows_type)),
-            modifiers: bits(&mut MODIFIERS.iter().map(|(_, name)| knows_modifier(name))),
-            with_words: client.augments_syntax_tokens == Some(false),
+            types: bits(&mut types().map(|name| knows("tokenTypes", name))),
+            modifiers: bits(&mut MODIFIERS.iter().map(|(_, name)| knows("tokenModifiers", name))),
+            with_words: client["augmentsSyntaxTokens"] == false,
             // On a refresh Neovim (0.12.4) asks for a part and for what has changed at once, and then changes the part as if it
             // were the whole.
             with_range: name != "Neovim",
@@ -277,12 +278,8 @@ mod tests {
         }
     }
 
-    fn client(types: &[&'static str], modifiers: &[&'static str]) -> SemanticTokensClientCapabilities {
-        SemanticTokensClientCapabilities {
-            token_types: types.iter().map(|name| SemanticTokenType::new(name)).collect(),
-            token_modifiers: modifiers.iter().map(|name| SemanticTokenModifier::new(name)).collect(),
-            ..SemanticTokensClientCapabilities::default()
-        }
+    fn client(types: &[&str], modifiers: &[&str]) -> Value {
+        serde_json::json!({"tokenTypes": types, "tokenModifiers": modifiers})
     }
 
     #[test]
