@@ -100,7 +100,7 @@ const checks = {
     await inlay((it) => it.some((hint) => text(hint).startsWith("overrides")) && ofFigures(it).length === 0);
     const settings = vscode.workspace.getConfiguration("mauve.decorations");
     await settings.update("enable", false, vscode.ConfigurationTarget.Workspace);
-    await inlay((it) => it.some((hint) => text(hint) === "! 997 / 1000"));
+    await inlay((it) => it.some((hint) => text(hint).startsWith("! 997 / 1000")));
     await settings.update("enable", undefined, vscode.ConfigurationTarget.Workspace);
     await inlay((it) => ofFigures(it).length === 0);
   },
