@@ -117,13 +117,19 @@ class Session:
             self.open(path)
         # The robot is in order; here is something to be set right.
         self.open(self.folder / "untidy.mal", "codel   f( ):int\nshell S{\n input port x:int\n}\n")
+        # The old side of a diff, and an address that is none.
+        old = self.folder / "deployment.mal"
+        self.open_at(f"git:{old}?HEAD", old.read_text().replace("deadline = 1000", "deadline = 7"))
+        del self.texts[self.open_at(f"_diff_right:{old}", "codel f(")]
 
     def open(self, path, text=None):
-        text = path.read_text() if text is None else text
-        self.texts[path.as_uri()] = text
-        document = types.TextDocumentItem(uri=path.as_uri(), language_id="mauve", version=1, text=text)
+        return self.open_at(path.as_uri(), path.read_text() if text is None else text)
+
+    def open_at(self, uri, text):
+        self.texts[uri] = text
+        document = types.TextDocumentItem(uri=uri, language_id="mauve", version=1, text=text)
         self.client.text_document_did_open(types.DidOpenTextDocumentParams(text_document=document))
-        return path.as_uri()
+        return uri
 
     def change(self, uri, version, old, new):
         text = self.texts[uri]
