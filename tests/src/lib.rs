@@ -51,6 +51,38 @@ pub fn fixture(text: &str) -> Vec<(String, String)> {
     files
 }
 
+/// The models of a page of `tests/mistakes`, `tests/spec` or `mauve explain`, each with the frame that its block names.
+///
+/// ```
+/// let page = "```mauve frame=f\nshell S { $0\n}\n```\n```mauve in=f\nproperty n: int\n```\n";
+/// assert_eq!(mauve_tests::models_of_page(page), ["shell S { property n: int\n}\n"]);
+/// ```
+pub fn models_of_page(page: &str) -> Vec<String> {
+    let block = |text: &str| text.split("```").next().unwrap().to_owned();
+    let blocks = page.split("```mauve").skip(1).map(|it| it.split_once('\n').unwrap());
+    let all: Vec<(&str, String)> = blocks.map(|(info, rest)| (info.trim(), block(rest))).collect();
+    let framed = |name: &str, model: &str| {
+        let frame = all.iter().find(|(info, _)| info.strip_prefix("frame=") == Some(name)).expect("a frame");
+        frame.1.replace("$0\n", model)
+    };
+    let models = all.iter().filter(|(info, _)| !info.starts_with("frame="));
+    models
+        .map(|(info, text)| info.strip_prefix("in=").map_or(text.clone(), |name| framed(name, text)))
+        .collect()
+}
+
+/// The models of `tests/mistakes` and `tests/spec`, each with its page and number.
+pub fn models_of_pages() -> Vec<(String, String)> {
+    let folders = ["mistakes", "spec"].map(|name| files_in(&models().join("..").join(name)));
+    let pages = folders.concat().into_iter().flat_map(|path| {
+        let of = path.components().rev().take(2).map(|part| part.as_os_str().display().to_string());
+        let name = of.collect::<Vec<_>>().into_iter().rev().collect::<Vec<_>>().join("/");
+        let models = models_of_page(&std::fs::read_to_string(&path).unwrap());
+        models.into_iter().enumerate().map(move |(number, model)| (format!("{name} {number}"), model))
+    });
+    pages.collect()
+}
+
 /// Numbers that look random, the same ones in each run with one seed, which is not 0 (xorshift).
 pub struct Random(pub u64);
 

@@ -361,5 +361,15 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     }
     let named = mauve_hir::check_configuration(db, workspace);
     found.extend(named.iter().map(|(project, fact)| render(db, *project, fact)));
+    // The right key may exist beside the misspelt one: a second one is no TOML.
+    let is_readable = |fix: &Fix<'db>| {
+        let [(at, text)] = fix.edits.as_slice() else { return true };
+        let mut fixed = file.text(db).to_string();
+        fixed.replace_range(std::ops::Range::<usize>::from(at.range(db)), text);
+        toml::de::DeTable::parse(&fixed).is_ok()
+    };
+    for diagnostic in &mut found {
+        diagnostic.fixes.retain(is_readable);
+    }
     found
 }

@@ -324,10 +324,15 @@ const MAX_NEIGHBOURS: usize = 200;
 
 // Statements
 
-/// `1.` → `1.0`, `.5` → `0.5`
+/// `1.` → `1.0`, `.5` → `0.5`; nothing for `1.2.0` and `1..2`.
 fn fraction(point: &SyntaxToken) -> Option<Rewrite> {
     let before = previous_significant(point)?;
     let range = point.text_range();
+    let neighbours = [mauve_syntax::previous_token(point), mauve_syntax::next_token(point)];
+    let mut kinds = neighbours.iter().flatten().map(SyntaxToken::kind);
+    if kinds.any(|kind| matches!(kind, SyntaxKind::DOT | SyntaxKind::FLOAT_NUMBER)) {
+        return None;
+    }
     let (at, title) = match before.kind() {
         SyntaxKind::INT_NUMBER => (range.end(), format!("Write `{}.0`", before.text())),
         _ => (range.start(), format!("Write `0.{}`", next_significant(point)?.text())),

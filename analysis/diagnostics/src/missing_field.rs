@@ -21,8 +21,8 @@
 //! }
 //! ```
 //!
-//! Fix: write the field, with a value to be changed: the priority below those of all others on the CPU, where it is free; a
-//! period of 100 ms.
+//! Fix: write the field, with a value to be changed: the priority below those of all others on the CPU, or the lowest that none
+//! of them has; a period of 100 ms.
 
 use super::*;
 use mauve_hir::field_entry;

@@ -28,6 +28,7 @@
 //! ```
 
 use super::*;
+use mauve_syntax::is_nearest;
 use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue, data, external_types, message_of, package, used_packages};
 
 /// Reports the unknown type `ty`, which may be a misspelling of `near`.
@@ -101,7 +102,10 @@ pub(super) fn similar_type<'db>(
             let used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
             let messages = used.filter_map(|of| package(db, workspace, of)).flat_map(|it| it.messages.keys());
             let candidates = messages.chain(external_types(db, workspace).keys());
-            let own = || similar(name, candidates).map(|near| near.to_string());
+            // `booxl` is nearer to `bool` than to the message `Bool`.
+            let built_ins = || LANGUAGE_TYPES.iter().map(|(it, _)| *it);
+            let own = similar(name, candidates).filter(|near| is_nearest(name, near, built_ins()));
+            let own = || own.map(|near| near.to_string());
             exact_built_in(name).map(str::to_owned).or_else(own).or_else(|| similar_built_in(name))
         }
         [of_std, name] if of_std == "std" => built_in(name).map(str::to_owned),

@@ -128,7 +128,7 @@ reports! { db, project, at:
     K::UnresolvedState { name, near } => unresolved_state::report(at, name, near.clone());
     K::UnresolvedType { of, kind, ty } => unresolved_type(db, project, at, *of, *kind, ty);
     K::UnresolvedVariable { name, near } => unresolved_variable::report(at, name, near.clone());
-    K::UnusedCodel { codel } => unused_codel::report(db, *codel);
+    K::UnusedCodel { codel } => unused_codel::report(db, project, *codel);
     K::UnusedDeclaration { kind, name } => unused_declaration::report(at, *kind, name);
     K::UnusedProperty { kind, name } => unused_property::report(at, *kind, name);
     K::UnusedVariable { is_handler, name, is_removable } =>
@@ -165,5 +165,7 @@ fn unresolved_type<'db>(
     }
     let near = names_of(db, project).similar(db, of.library(db).as_ref(), kind, &ty.path);
     let near = near.or_else(|| other_kind::in_right_library(db, project, of, kind, &ty.path));
+    // A shell that extends itself and an architecture that imports itself are the next mistake.
+    let near = near.filter(|near| of.kind(db) != kind || near != of.name(db));
     found.look_elsewhere(db, project, of, (kind, &ty.path), near)
 }

@@ -356,29 +356,36 @@ fn missing_token(
         true => tokens_before(next.as_ref()?).find(is_there)?.text_range().end(),
         false => error.range.end(),
     };
+    let behind = next.as_ref().and_then(next_significant).map(|it| it.kind());
+    let is_next = |kind: SyntaxKind| next.as_ref().is_some_and(|it| it.kind() == kind);
     let text = match sign {
         // Before a value, an operator or a comma is more likely missing.
         ")" | "]" if is_found && next.as_ref().is_some_and(begins_value) => return None,
+        // `(1,5)` is no list of arguments.
+        ")" if is_next(SyntaxKind::COMMA) && !is_in_list(next.as_ref()?) => return None,
+        // `initial State A` has its keyword.
+        _ if next.as_ref().is_some_and(|it| it.text().eq_ignore_ascii_case(sign)) => return None,
+        // `vra n: int` lacks no sign: its first word is misspelt. So is that of `fi n > 0 then`.
+        ";" | ":" if behind == Some(SyntaxKind::COLON) => return None,
+        ";" if is_next(SyntaxKind::THEN_KW) => return None,
+        "=" if behind == Some(SyntaxKind::EQ) => return None,
+        "to" if behind == Some(SyntaxKind::L_PAREN) => return None,
         ";" if is_found && next.as_ref().is_some_and(|it| !it.kind().is_word() && it.kind() != SyntaxKind::R_CURLY) => return None,
         "," if next.as_ref().is_some_and(begins_value) => sign.to_owned(),
-        ";" | ")" | "]" => sign.to_owned(),
+        ";" | "]" => sign.to_owned(),
+        // One error stands for all that are missing.
+        ")" => sign.repeat(open_nodes(&root, before, SyntaxKind::L_PAREN, SyntaxKind::R_PAREN).len().max(1)),
         "}" => {
-            // The brace has the indentation of the line of the opening brace.
-            let offset = mauve_syntax::token_before(&root, before)?;
-            let mut lists = offset.parent_ancestors();
-            let list = lists.find(|node| {
-                let mut tokens = node.children_with_tokens().filter_map(NodeOrToken::into_token);
-                let is_open = tokens.clone().any(|token| token.kind() == SyntaxKind::L_CURLY);
-                is_open && !tokens.any(|token| token.kind() == SyntaxKind::R_CURLY)
-            })?;
-            format!("\n{}}}", indentation(&list))
+            // A brace has the indentation of the line of the opening brace.
+            let lists = open_nodes(&root, before, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY);
+            lists.iter().map(|list| format!("\n{}}}", indentation(list))).collect()
         }
         // Without the token that must follow, the insertion would cause another error.
         ":" | "=" | "->" | "." | "then" | "to" | "if" | "state" | "port" => {
             let next = next.filter(|token| is_found || token.kind() == SyntaxKind::L_CURLY)?;
             let fits = match sign {
                 "then" => next.kind() == SyntaxKind::L_CURLY,
-                "=" => next.kind() != SyntaxKind::COLON,
+                "=" => !matches!(next.kind(), SyntaxKind::COLON | SyntaxKind::SEMICOLON),
                 "if" => true,
                 _ => next.kind().is_word(),
             };
@@ -391,6 +398,26 @@ fn missing_token(
         _ => return None,
     };
     Some((before, text))
+}
+
+/// Returns the nodes around the end of a token that have this sign and not the one that closes it, the innermost first.
+fn open_nodes(root: &SyntaxNode, offset: TextSize, open: SyntaxKind, close: SyntaxKind) -> Vec<SyntaxNode> {
+    let before = mauve_syntax::token_before(root, offset);
+    let lists = before.iter().flat_map(SyntaxToken::parent_ancestors).filter(|node| {
+        let mut tokens = node.children_with_tokens().filter_map(NodeOrToken::into_token);
+        let is_open = tokens.clone().any(|token| token.kind() == open);
+        is_open && !tokens.any(|token| token.kind() == close)
+    });
+    lists.collect()
+}
+
+/// Returns whether a comma separates arguments or parameters, instead of the digits of a number.
+fn is_in_list(comma: &SyntaxToken) -> bool {
+    let lists = [SyntaxKind::ARGUMENT_LIST, SyntaxKind::PARAM_LIST];
+    let is_digits = |it: &SyntaxToken| it.kind() == SyntaxKind::INT_NUMBER;
+    let is_in_number = previous_token(comma).is_some_and(|it| is_digits(&it))
+        && mauve_syntax::next_token(comma).is_some_and(|it| is_digits(&it));
+    !is_in_number && comma.parent_ancestors().any(|node| lists.contains(&node.kind()))
 }
 
 /// Returns the `=` in a condition, to replace by `==`.

@@ -1,43 +1,12 @@
-//! Every fix that is offered for the models on the pages mends what it is offered for, and breaks nothing.
+//! Fixes, by example: what they write, and which are not offered. `each_fix.rs` tests all of them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use mauve_diagnostics::{Finding, Fix, Severity, codes, page, workspace_diagnostics};
+use mauve_diagnostics::{Finding, Fix, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
 
 type Texts = BTreeMap<PathBuf, String>;
-
-#[test]
-fn a_fix_mends_what_it_is_offered_for_and_breaks_nothing() {
-    let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
-    for code in codes() {
-        let page = page(code.name).unwrap();
-        for model in page.split("```mauve\n").skip(1).map(|rest| rest.split("```").next().unwrap()) {
-            let texts: Texts =
-                mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text)).collect();
-            let db = Database::default();
-            let findings = found(&db, &texts);
-            for finding in findings.iter().filter(|finding| finding.diagnostic.code.name == code.name) {
-                for fix in &finding.diagnostic.fixes {
-                    *offered.entry(code.name).or_default() += 1;
-                    let fixed = applied(&db, &texts, fix);
-                    let fixed_db = Database::default();
-                    let after = found(&fixed_db, &fixed);
-                    let count = |all: &[Finding<'_>]| {
-                        all.iter().filter(|it| it.diagnostic.code.name == code.name).count()
-                    };
-                    let what = format!("{}: {}\n{model}\n{fixed:#?}\n{after:#?}", code.name, fix.title);
-                    assert!(count(&after) < count(&findings), "it is still there: {what}");
-                    let errors =
-                        |all: &[Finding<'_>]| all.iter().filter(|it| it.severity == Severity::Error).count();
-                    assert!(errors(&after) <= errors(&findings), "there are more errors: {what}");
-                }
-            }
-        }
-    }
-    assert!(offered.len() >= 20, "codes with fixes: {offered:?}");
-}
 
 fn found<'db>(db: &'db Database, texts: &Texts) -> Vec<Finding<'db>> {
     let workspace = Workspace::of_texts(db, "/".into(), texts.clone());
@@ -167,7 +136,7 @@ fn a_field_that_is_missing_is_written_with_a_value_that_is_free() {
     };
     for (one, other, priority) in [
         (" priority = 7 period = 10 ", " ", 6),
-        (" priority = 1 period = 10 ", " ", 1),
+        (" priority = 1 period = 10 ", " ", 2),
         (" priority = background ", " ", 1),
         (" priority = 7 period = 10 affinity = 1 ", " affinity = 2 ", 1),
     ] {
@@ -281,4 +250,62 @@ fn a_key_is_replaced_where_the_table_has_no_other_of_that_name() {
     }
     // A key of several tokens.
     assert_eq!(titles("near.tow = 1\n"), [] as [&str; 0]);
+}
+
+/// A name that is declared already, the declaration itself, a priority that is taken, a value of a wrong type, a sign that is not
+/// the missing one.
+#[test]
+fn a_fix_that_is_the_next_mistake_is_not_offered() {
+    const ROBOT: &str =
+        "shell S { }\ncore C(S) { update = { } }\ncomponent K(S, C)\narchitecture A { instance front: K }\n";
+    let in_update =
+        |text: &str| format!("shell S {{ }}\ncore C(S) {{ var n: int = 0; update = {{ {text} }} }}\n");
+    let with_config = |model: &str, config: &str| format!("{model}//- /mauve.toml\n{config}");
+    let activity = |name: &str, number: u32| format!("activity {name} {{ priority = {number} period = 10 }}");
+    for (code, model) in [
+        (
+            "unresolved-instance",
+            format!("{ROBOT}deployment D {{ architecture A {} {} }}\n", activity("front", 1), activity("frnot", 2)),
+        ),
+        ("unresolved-architecture", "architecture Robot1 { import Robot2 }\n".to_owned()),
+        ("unresolved-shell", "shell Laser1 extends Laser2 { }\n".to_owned()),
+        (
+            "operation-definition",
+            "shell S { provide park(): void }\ncore C(S) { provide park(): bool = { return true; } update = { } }\n".to_owned(),
+        ),
+        (
+            "operation-definition",
+            "shell S { provide at(): int }\ncore C(S) { provide at(): string = { return \"\"; } update = { } }\n".to_owned(),
+        ),
+        ("unused-codel", with_config("codel bus(): int\n", "[locks.b]\ncodels = [\"bus\"]\nprotocol = \"inheritance\"\n")),
+        ("invalid-configuration", with_config(ROBOT, "[platfrom]\ncpus = 1\n[platform]\ncpus = 2\n")),
+        ("invalid-configuration", with_config(ROBOT, "[platform]\ncups = 1\ncpus = 2\n")),
+        ("syntax-error", in_update("n = 1.2.0;")),
+        ("syntax-error", in_update("n = 1..2;")),
+        ("syntax-error", in_update("n = (1,5 + 2);")),
+        ("syntax-error", in_update("fi (n > 2) then { } else { }")),
+        ("syntax-error", in_update("vra m: int = 3;")),
+        ("syntax-error", "codel plan(ni goal: int): int\n".to_owned()),
+        ("syntax-error", format!("{ROBOT}deployment D {{ architecture A activity front {{ transition period = 5 }} }}\n")),
+        ("syntax-error", "shell S { }\ncore C(S) { statemachine { initial State A { } } }\n".to_owned()),
+    ] {
+        let db = Database::default();
+        let texts: Texts = mauve_tests::fixture(&model).into_iter().map(|(path, text)| (path.into(), text)).collect();
+        let all = found(&db, &texts);
+        let reported: Vec<_> = all.iter().filter(|it| it.diagnostic.code.name == code).collect();
+        assert!(!reported.is_empty(), "no {code} in {model}");
+        let titles: Vec<&str> =
+            reported.iter().flat_map(|it| &it.diagnostic.fixes).map(|it| it.title.as_str()).collect();
+        assert_eq!(titles, [] as [&str; 0], "{code} in {model}");
+    }
+}
+
+#[test]
+fn all_signs_that_are_missing_at_one_place_are_written_at_once() {
+    let model = "shell S { }\ncore C(S) {\n  var n: int = 0\n  update = { n = ((n + 1) * (n + 2; }\n}\n";
+    check_after("syntax-error", model, &[("Write `))`", &model.replace("2;", "2));"))]);
+    let model = "shell S { }\ncore C(S) {\n  update = { }\n  stop = {\n    { ";
+    let after = format!("{model}\n    }}\n  }}\n}}");
+    let after = after_fixes("syntax-error", model).pop().zip(Some(after)).unwrap();
+    assert!(mauve_syntax::parse(&after.0.1).errors().is_empty(), "{after:?}");
 }

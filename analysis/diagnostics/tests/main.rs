@@ -4,8 +4,9 @@
 //! |---|---|
 //! | [`damaged`] | damage for several of the tests: what is damaged, how, and the report of a failure |
 //! | [`damage`] | one damaged token never makes a response time shorter |
+//! | [`each_fix`] | each fix removes its diagnostic and adds no error |
 //! | [`exported`] | a task set that is written and read again gives the same report |
-//! | [`fixes`] | each fix of a page mends its model |
+//! | [`fixes`] | what fixes write, and which are not offered |
 //! | [`fuzz`] | the properties of `tests/fuzz`, on some thousand texts |
 //! | [`interpreter`] | the cost of each edge, compared with an interpreter of random cores |
 //! | [`losses`] | response times in damaged texts, by example |
@@ -31,6 +32,7 @@
 mod common;
 mod damage;
 mod damaged;
+mod each_fix;
 mod exported;
 mod fixes;
 mod fuzz;

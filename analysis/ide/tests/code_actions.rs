@@ -12,7 +12,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, is_model, names_of, projects};
 use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
-use mauve_tests::{Random, char_boundary, models, random_model, texts_moved};
+use mauve_tests::{Random, char_boundary, models, models_of_pages, random_model, texts_moved};
 use mauve_timing::{Rounding, Time, Unit};
 use mauve_wcrt::{Query, response_times};
 
@@ -373,4 +373,99 @@ fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
             *offered.entry(key.0).or_default() += 1;
         }
     }
+}
+
+/// The findings of a workspace, by code, file and message.
+fn findings(
+    db: &Database,
+    workspace: Workspace,
+) -> BTreeMap<(&'static str, PathBuf, String), (Severity, usize)> {
+    let mut found = BTreeMap::new();
+    for it in workspace_diagnostics(db, workspace) {
+        let of = &it.diagnostic;
+        let key = (of.code.name, of.at.file(db).path(db).clone(), of.message.clone());
+        found.entry(key).or_insert((it.severity, 0)).1 += 1;
+    }
+    found
+}
+
+/// Each quick fix alone, and then all fixes that an editor may apply unasked: what they are offered for is gone, these add no
+/// error, and a second run has nothing to do.
+#[test]
+fn quick_fixes_remove_what_they_are_offered_for_and_all_together_end() {
+    let (mut alone, mut together) = (0, 0);
+    for (name, model) in models_of_pages() {
+        let texts: Texts =
+            mauve_tests::fixture(&model).into_iter().map(|(path, text)| (path.into(), text)).collect();
+        let mut db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), texts.clone());
+        let before = findings(&db, workspace);
+        let mut new = Database::default();
+        let fixed_workspace = Workspace::of_texts(&new, "/".into(), texts.clone());
+        let actions_in = |db: &Database,
+                          file,
+                          range,
+                          kind|
+         -> Vec<(String, Vec<(&'static str, PathBuf, String)>, Change)> {
+            let question =
+                ActionQuestion { file, range, diagnostics: &[], kinds: &[kind], changes: Changes::All };
+            let project = project_with(db, workspace, file);
+            let all = code_actions(db, &[workspace], project, question).into_iter().filter_map(|action| {
+                let of = |it: &mauve_diagnostics::Finding<'_>| {
+                    let it = &it.diagnostic;
+                    (it.code.name, it.at.file(db).path(db).clone(), it.message.clone())
+                };
+                Some((action.title, action.fixed.iter().map(of).collect(), action.change?))
+            });
+            all.collect()
+        };
+        let places: BTreeSet<(PathBuf, TextSize)> = workspace_diagnostics(&db, workspace)
+            .iter()
+            .map(|it| (it.diagnostic.at.file(&db).path(&db).clone(), it.diagnostic.at.range(&db).start()))
+            .collect();
+        for (path, offset) in places {
+            let file = workspace.file(&db, &path).unwrap();
+            for (title, fixed, change) in
+                actions_in(&db, file, TextRange::empty(offset), ActionKind::QuickFix)
+            {
+                // A fix is an edit here.
+                for (path, text) in &texts {
+                    let Some(file) = fixed_workspace.file(&new, path) else { continue };
+                    let of = change.files.iter().find(|it| it.file.path(&db) == path);
+                    let text = of.map_or(text.clone(), |it| change.applied(&db, it.file));
+                    if **file.text(&new) != *text {
+                        file.set_text(&mut new, text.into());
+                    }
+                }
+                let after = findings(&new, fixed_workspace);
+                for key in fixed {
+                    let [old, left] = [&before, &after].map(|of| of.get(&key).map_or(0, |it| it.1));
+                    assert!(left < old, "{title:?} leaves {key:?} in {name}\n{model}");
+                }
+                alone += 1;
+            }
+        }
+        for path in texts.keys() {
+            let Some(file) = workspace.file(&db, path) else { continue };
+            let range = TextRange::empty(0.into());
+            let Some((_, _, change)) = actions_in(&db, file, range, ActionKind::FixAll).pop() else {
+                continue;
+            };
+            together += 1;
+            let text = change.applied(&db, file);
+            file.set_text(&mut db, text.into());
+            let after = findings(&db, workspace);
+            let errors = after.iter().filter(|(_, (severity, _))| *severity == Severity::Error);
+            for (key, (_, count)) in errors {
+                assert!(
+                    before.get(key).is_some_and(|it| it.1 >= *count),
+                    "{key:?} is new in {name}\n{model}"
+                );
+            }
+            let again = actions_in(&db, file, range, ActionKind::FixAll);
+            assert!(again.is_empty(), "{again:?} in {name}\n{model}");
+            file.set_text(&mut db, texts[path].as_str().into());
+        }
+    }
+    assert!(alone > 400 && together > 5, "{alone} alone, {together} together");
 }

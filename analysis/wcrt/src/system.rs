@@ -230,6 +230,7 @@ impl<'db> SystemReader<'db> {
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
+        let named: FxHashSet<&Name> = activities.iter().map(|activity| &activity.instance.name).collect();
         let mut strays = Vec::new();
         let mut twice: FxHashMap<&Name, Refusal<'db>> = FxHashMap::default();
         for &activity in activities {
@@ -238,7 +239,9 @@ impl<'db> SystemReader<'db> {
             let instance = flat.instance(name);
             // The incomplete architecture may have this instance: that is no second mistake.
             if instance.is_none() && flat.refusals.is_empty() {
-                let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
+                // Another activity of an instance that has one would be the next mistake.
+                let without = flat.instances.iter().map(|instance| &instance.name);
+                let near = similar(name, without.filter(|it| !named.contains(it)));
                 let at = self.at(activity.instance.id);
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
@@ -510,16 +513,19 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    /// A priority below those of all other activities that may run where `activity` does; 1, where one has that already.
+    /// A priority below those of all other activities that may run where `activity` does; the lowest that none of them has, where
+    /// one has 1 already.
     fn free_priority(&self, activity: &Activity) -> u32 {
         let value = |of: &Activity, field: ActivityField| mask(&of.field(field)?.value);
         let cpus =
             |of: &Activity| value(of, ActivityField::Affinity).filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let others = others.filter(|other| cpus(other) & cpus(activity) != 0);
-        let least = others.filter_map(|other| value(other, ActivityField::Priority)).min();
-        let below = least.map_or(1, |least| least.saturating_sub(1)).clamp(1, 99);
-        u32::try_from(below).unwrap_or(1)
+        let taken: FxHashSet<u64> =
+            others.filter_map(|other| value(other, ActivityField::Priority)).collect();
+        let below = taken.iter().min().map_or(1, |least| least.saturating_sub(1)).min(99);
+        let free = (below.max(1)..=99).find(|priority| !taken.contains(priority));
+        free.and_then(|it| u32::try_from(it).ok()).unwrap_or(1)
     }
 
     /// Enters the connected operations. Refuses the activities that may also provide an operation whose connection is unknown.

@@ -151,7 +151,11 @@ impl<'db> InferenceContext<'_, 'db> {
         let data = feature.data(self.db)?;
         let of = |decl| self.signature(decl, &data.parameters, data.ty.as_ref());
         let missing = data.parameters.len().checked_sub(operation.parameters.len())?;
-        if !of(self.of).is(&of(feature.shell))
+        // The values that the program returns would be of a wrong type.
+        let own = self.signature(self.of, &operation.parameters, operation.result.as_ref());
+        let keeps_result = operation.result.is_none() || own.result == of(self.of).result;
+        if !keeps_result
+            || !of(self.of).is(&of(feature.shell))
             || operation.parameters.iter().any(|it| it.name.name.is_empty())
         {
             return None;
