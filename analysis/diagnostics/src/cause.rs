@@ -9,9 +9,14 @@ pub(crate) enum Cause {
     NotIncluded(File),
     /// The library (`None`: outside libraries) does not use this one, which declares a name.
     NotUsed(Option<Name>, Name),
+    /// A library has this name in several letter cases; in lower case.
+    LetterCase(String),
     /// The architecture has no instance of this name.
     NoInstance(Name, Name),
 }
+
+/// The message at the location of a follow-up.
+pub(super) const FOLLOWS: &str = "this follows from the same mistake";
 
 /// Of more follow-ups, the locations are not shown.
 const MOST_RELATED: usize = 3;
@@ -39,7 +44,11 @@ pub(super) fn one_for_each_cause<'db>(
         };
         let earlier = Arc::make_mut(earlier);
         if earlier.related.len() < MOST_RELATED {
-            earlier.related.push((diagnostic.at.clone(), "this follows from the same mistake".to_owned()));
+            match diagnostic.cause {
+                // It is where the first one is, and names what follows.
+                Some(Cause::LetterCase(_)) => earlier.related.extend(diagnostic.related.iter().cloned()),
+                _ => earlier.related.push((diagnostic.at.clone(), FOLLOWS.to_owned())),
+            }
         }
         // One `use` or `include` is enough, but each name has to be changed.
         if !matches!(earlier.cause, Some(Cause::NoInstance(..))) {

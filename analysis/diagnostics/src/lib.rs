@@ -141,6 +141,13 @@ impl<'db> Diagnostic<'db> {
         let Some(name) = path.last() else { return self };
         let has_one =
             || names_of(db, project).anywhere(kind, name).iter().find_map(|it| it.library(db).as_ref());
+        let library = match path {
+            [library, _, ..] => Some(library),
+            _ => has_one(),
+        };
+        if let Some(found) = library.and_then(|it| misspelt_name::of_letter_case(db, project, it, &self)) {
+            return found;
+        }
         if path.len() == 1
             && of.library(db).is_some()
             && let Some(library) = has_one()

@@ -56,6 +56,7 @@ pub(super) fn of_type<'db>(
 /// Reports the unknown package `name`, which may be a misspelling of `near`.
 pub(super) fn of_package<'db>(
     db: &'db dyn ModelDb,
+    project: Project<'db>,
     at: Location<'db>,
     name: &str,
     near: Name,
@@ -65,7 +66,8 @@ pub(super) fn of_package<'db>(
         Location::Source(of, _) => Some(Cause::NotUsed(of.library(db).clone(), near.clone())),
         _ => None,
     };
-    Diagnostic::new(&MISSPELT_NAME, at, message).did_you_mean(Some(near)).caused_by(cause)
+    let found = Diagnostic::new(&MISSPELT_NAME, at, message).did_you_mean(Some(near)).caused_by(cause);
+    of_letter_case(db, project, name, &found).unwrap_or(found)
 }
 
 /// Returns the location of a `use`, in the library of `of`, that is most likely a misspelling of `library`.
@@ -86,6 +88,57 @@ pub(super) fn misspelt_use<'db>(
         is_unknown(it.name(db)) && similar_package(db, project, it.name(db)).as_ref() == Some(library)
     });
     found.map(Location::name_of)
+}
+
+/// The names of libraries that a project has in several letter cases, by the name in lower case: each with its places, which are
+/// the library in each file, and its `use`s.
+#[salsa::tracked(returns(ref))]
+fn letter_cases<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> FxHashMap<String, Vec<(Name, Vec<Location<'db>>)>> {
+    let mut all: FxHashMap<String, Vec<(Name, Vec<Location<'db>>)>> = FxHashMap::default();
+    let mut add = |name: &Name, at: Location<'db>| {
+        let spellings = all.entry(name.to_lowercase()).or_default();
+        match spellings.iter_mut().find(|(known, _)| known == name) {
+            Some((_, places)) => places.push(at),
+            None => spellings.push((name.clone(), vec![at])),
+        }
+    };
+    for &file in project_files(db, project) {
+        let mut seen = FxHashSet::default();
+        for &decl in &declarations(db, file).all {
+            if decl.kind(db) == Kind::Use {
+                add(decl.name(db), Location::name_of(decl));
+            }
+            decl.library(db).iter().filter(|it| seen.insert(*it)).for_each(|it| add(it, Location::Library(decl)));
+        }
+    }
+    all.retain(|_, spellings| spellings.len() > 1);
+    all
+}
+
+/// Returns the diagnostic that stands for `found`, and for all others that follow, where the project has the name of `library` in
+/// several letter cases, and the rarest is that of a library: `library Motion` beside `library motion`, or beside several
+/// `use motion`.
+pub(super) fn of_letter_case<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: &str,
+    found: &Diagnostic<'db>,
+) -> Option<Diagnostic<'db>> {
+    let key = library.to_lowercase();
+    let spellings = letter_cases(db, project).get(&key)?;
+    let frequency = |it: &&(Name, Vec<Location<'db>>)| (it.1.len(), it.0.clone());
+    let (right, _) = spellings.iter().max_by_key(frequency)?;
+    let (wrong, places) = spellings.iter().min_by_key(frequency)?;
+    let at = places.iter().find(|at| matches!(at, Location::Library(_)))?;
+    let message =
+        format!("library `{wrong}` differs from `{right}` only in letter case; did you mean `{right}`?");
+    let mut report = Diagnostic::new(found.code, at.clone(), message).related(&found.at, cause::FOLLOWS);
+    let edits = places.iter().map(|at| (at.clone(), right.to_string())).collect();
+    report.fixes.push(Fix { title: format!("Change to `{right}`"), edits });
+    Some(report.caused_by(Some(Cause::LetterCase(key))))
 }
 
 /// Returns the type that `path`, written in `of`, is most likely a misspelling of: a built-in type, a message of a package

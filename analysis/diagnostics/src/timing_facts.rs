@@ -48,7 +48,10 @@ pub(super) fn timing_diagnostic<'db>(
             let name = key.rsplit('.').next().unwrap_or(key).into();
             let file = file_outside(db, project, *kind, &name);
             let found = unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref());
-            found.caused_by(file.map(Cause::NotIncluded))
+            let of_case = key
+                .rsplit_once('.')
+                .and_then(|(it, _)| misspelt_name::of_letter_case(db, project, it, &found));
+            of_case.unwrap_or_else(|| found.caused_by(file.map(Cause::NotIncluded)))
         }
         Fact::UnknownTimingLibrary { library, keys, near, written } => {
             unknown_timing_key::library(at, library, *keys, near.as_ref(), written)

@@ -23,7 +23,7 @@ pub(super) fn report<'db>(
     name: &str,
 ) -> Diagnostic<'db> {
     if let Some(near) = misspelt_name::similar_package(db, project, name) {
-        return misspelt_name::of_package(db, at, name, near);
+        return misspelt_name::of_package(db, project, at, name, near);
     }
     let message = format!("no library or message package `{name}`: its types are not checked");
     Diagnostic::new(&UNKNOWN_PACKAGE, at, message)

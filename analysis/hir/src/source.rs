@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{
     Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, next_significant, next_token,
     previous_token, token_at,
@@ -162,6 +163,8 @@ pub enum Location<'db> {
     Before(Decl<'db>, SourceId),
     /// An empty range after the source.
     Behind(Decl<'db>, SourceId),
+    /// The name of the library around the declaration.
+    Library(Decl<'db>),
     /// An empty range before the declaration.
     Above(Decl<'db>),
     /// An empty range after the last item within the braces of the declaration, for an additional item.
@@ -190,6 +193,7 @@ impl<'db> Location<'db> {
             Location::Source(decl, _)
             | Location::Before(decl, _)
             | Location::Behind(decl, _)
+            | Location::Library(decl)
             | Location::Above(decl)
             | Location::End(decl)
             | Location::Inside(decl, _)
@@ -209,6 +213,11 @@ impl<'db> Location<'db> {
             Location::Source(decl, it) => id(decl, it),
             Location::Before(decl, it) => id(decl, it).map(|range| TextRange::empty(range.start())),
             Location::Behind(decl, it) => id(decl, it).map(|range| TextRange::empty(range.end())),
+            Location::Library(decl) => map(decl).and_then(|map| {
+                let token = token_at(&parse(db, decl.file(db)).syntax(), map.range.start())?;
+                let library = token.parent_ancestors().find_map(ast::Library::cast)?;
+                Some(library.name()?.syntax().text_range())
+            }),
             Location::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
             Location::End(decl) => map(decl).and_then(|map| {
                 let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
