@@ -88,7 +88,7 @@ pub enum ActionKind {
     Rewrite,
     /// Sorts the `use`s of a file.
     OrganizeUses,
-    /// Applies all fixes that are the only fix of their diagnostic.
+    /// Applies all fixes of a file that an editor may apply unasked.
     FixAll,
 }
 

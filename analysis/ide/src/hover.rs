@@ -97,7 +97,9 @@ fn of_activity<'db>(
         }
     });
     let markdown: String = explanations.map(|it| format!("{it}\n")).collect();
-    (!markdown.is_empty()).then_some((name, deployment, markdown))
+    // On the keyword, an editor marks the keyword.
+    let range = if name.contains_inclusive(offset) { name } else { token.text_range() };
+    (!markdown.is_empty()).then_some((range, deployment, markdown))
 }
 
 fn of_name<'db>(

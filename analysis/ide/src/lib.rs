@@ -113,7 +113,7 @@ pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{EarlierFigures, HintOptions, InlayHint, hash_of_hints, inlay_hints};
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
-pub use markdown::Links;
+pub use markdown::{Links, code as markdown_code};
 pub use project::{has_name_at, name_of_root, projects_with};
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};

@@ -39,7 +39,8 @@ pub(crate) fn bar(share: f64) -> String {
     "█".repeat(eighths / 8) + EIGHTHS.get(eighths % 8).copied().unwrap_or_default()
 }
 
-pub(crate) fn code(text: &str) -> String {
+/// Returns a text as code in a line, whatever signs it has.
+pub fn code(text: &str) -> String {
     let text = text.replace(char::is_control, "\u{fffd}");
     let fence = "`".repeat(longest_run(&text) + 1);
     let space = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };

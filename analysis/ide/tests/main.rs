@@ -7,6 +7,7 @@
 //! | [`drawings`] | the geometry of drawings of random models |
 //! | [`explanations`] | the sums in explanations and hovers |
 //! | [`inlay_hints`] | hints of random deployments, and while a model is typed |
+//! | [`ranges`] | ranges contain the cursor and each other |
 //! | [`renames`] | random renames keep the meaning of a model |
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
@@ -16,6 +17,7 @@ mod completion;
 mod drawings;
 mod explanations;
 mod inlay_hints;
+mod ranges;
 mod renames;
 
 use mauve_hir::{File, ModelDb, Project, Workspace};

@@ -10,7 +10,8 @@ use super::{
 };
 use crate::Change;
 
-/// The codes that an editor may fix by itself when a file is saved: their fixes guess no name and change no number.
+/// The codes that an editor may fix by itself when a file is saved: their fixes guess no name and write no number. Three of them
+/// leave the meaning of a text as it is; a connection with swapped ends has none, and no figure, before its fix.
 const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
 /// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key provides
