@@ -11,7 +11,7 @@
 //! | `frame.rs` | messages on a byte stream |
 //! | `transport.rs` | order, panics, the ways in which a session ends |
 //! | `backend.rs`, `event.rs` | the methods: each an event for the main loop |
-//! | `address.rs` | which addresses are files on the disk |
+//! | `address.rs` | which addresses are files on the disk, and the addresses of files |
 //! | `answering.rs` | which text a request is about |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
@@ -55,6 +55,7 @@ pub(crate) mod mirror;
 mod outbox;
 mod outgoing;
 mod pages;
+mod plain_text;
 mod position;
 mod progress;
 mod project;

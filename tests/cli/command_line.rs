@@ -173,6 +173,17 @@ fn what_is_denied_is_an_error() {
     assert_eq!(found.code, 0, "{}", found.out);
 }
 
+/// RFC 3986, of which the schema of SARIF makes a rule of its readers.
+#[test]
+fn addresses_in_sarif_have_no_signs_that_an_address_may_not_have() {
+    let name = "[a] ^b|c/d\\{e}`%41é:.mal";
+    let found = run_in("sarif-signs", &[(name, "codel f(): int\n")], &["check", "--format", "sarif"]);
+    let log: Value = serde_json::from_str(&found.out).unwrap();
+    let at = &log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"];
+    let uri = "%5Ba%5D%20%5Eb%7Cc/d%5C%7Be%7D%60%2541%C3%A9%3A.mal";
+    assert_eq!(at, &serde_json::json!({ "uri": uri, "uriBaseId": "%SRCROOT%" }));
+}
+
 #[test]
 fn sarif_has_what_the_standard_asks_for() {
     let found = run_in("sarif", &MANY, &["check", "--format", "sarif", "--deny", "equal-priorities"]);

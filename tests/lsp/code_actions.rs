@@ -53,6 +53,7 @@ fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
     let (mut client, server) = start(&folder, &good_editor());
     assert_eq!(server["codeActionProvider"]["resolveProvider"], true);
     let kinds = server["codeActionProvider"]["codeActionKinds"].as_array().unwrap();
+    assert!(kinds.contains(&json!("source.fixAll.mauve")), "{kinds:?}");
     assert!(kinds.contains(&json!("quickfix")) && kinds.contains(&json!("source.organizeImports")));
     let mut text = client.open_file(&folder.join("components/navigation.mal"));
     client.edit(&mut text, "astar(", "/* 🦀 é */ astra(");
@@ -164,18 +165,57 @@ fn what_is_done_when_a_file_is_saved() {
         "library own {\n  use std_msgs\n  use geometry_msgs\n  shell S { input port p: Pose }\n  core C(S): { update = { } }\n}\n",
     );
     client.diagnostics(&text);
-    let mut done = |kind: &str| {
-        let found = actions(&mut client, &text, "library", 0, json!({"only": [kind]}));
+    let mut done = |asked: &str, kind: &str| {
+        let found = actions(&mut client, &text, "library", 0, json!({"only": [asked]}));
         let [action] = found.as_slice() else { panic!("{found:#?}") };
         assert_eq!(action["kind"], kind);
         let resolved = client.call("codeAction/resolve", action.clone()).unwrap();
         text.applied(&resolved["edit"]["documentChanges"][0]["edits"])
     };
-    assert_eq!(done("source.organizeImports"), text.text.replace("  use std_msgs\n", ""));
-    assert_eq!(done("source.fixAll"), text.text.replace("C(S):", "C(S)"));
+    let organized = done("source.organizeImports", "source.organizeImports");
+    assert_eq!(organized, text.text.replace("  use std_msgs\n", ""));
+    // Editors name the server in the setting for a save, or all servers.
+    for asked in ["source.fixAll", "source.fixAll.mauve"] {
+        assert_eq!(done(asked, "source.fixAll.mauve"), text.text.replace("C(S):", "C(S)"), "{asked}");
+    }
+    for other in ["source.fix", "source.fixAll.m", "source.fixAll.mauve.more", "source.fixAll.eslint"] {
+        let found = actions(&mut client, &text, "library", 0, json!({"only": [other]}));
+        assert_eq!(found, [] as [Value; 0], "{other}");
+    }
+    let several = json!({"only": ["refactor.inline", "source"]});
+    let found = actions(&mut client, &text, "library", 0, several);
+    let kinds: Vec<&str> = found.iter().map(|it| it["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["source.fixAll.mauve", "source.organizeImports", "source.generate.mauve"]);
     // Nobody looks for that wherever a cursor goes.
     let found = actions(&mut client, &text, "C(S)", 0, json!({}));
     assert!(found.iter().all(|action| !action["kind"].as_str().unwrap().starts_with("source")), "{found:#?}");
+}
+
+/// All fixes for a save, in one edit: those that guess nothing and leave every figure as it is.
+#[test]
+fn a_save_fixes_what_changes_no_figure() {
+    let folder = empty("action_save_figures");
+    let (mut client, _) = start(&folder, &good_editor());
+    let model = "codel plan(in n: int): int\nshell S { input port i: int  output port o: int }\n\
+        core K(S): {\n  var n: int = 1\n    - 2\n  var old: int = 3\n  update = {\n    if n > 0 then { n = plan(n); }\n    \
+        if n > 1 then { n = plna(n); }\n  }\n}\ncomponent C(S, K)\narchitecture A { instance a: C  instance b: C  \
+        connection b.i -> a.o }\ndeployment D { architecture A\n  activity a { priority = 1 period = 10 deadline = 20 }\n  \
+        activity b { priority = 1 } }\n";
+    let text = client.open(&folder.join("own.mal"), model);
+    client.diagnostics(&text);
+    let found = actions(&mut client, &text, "codel", 0, json!({"only": ["source.fixAll.mauve"]}));
+    assert_eq!(found.len(), 1, "{found:#?}");
+    let resolved = client.call("codeAction/resolve", found[0].clone()).unwrap();
+    let changes = resolved["edit"]["documentChanges"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{changes:#?}");
+    // The misspelt codel, the unused variable and the fields of the activities are the user's.
+    let expected = model
+        .replace("core K(S): {", "core K(S) {")
+        .replace("1\n    - 2", "1 - 2")
+        .replace("plan(n); }", "plan(n); } else { }")
+        .replace("plna(n); }", "plna(n); } else { }")
+        .replace("b.i -> a.o", "a.o -> b.i");
+    assert_eq!(text.applied(&changes[0]["edits"]), expected);
 }
 
 /// The time of the actions grows in proportion to the errors of a file: the server may run for some seconds only, in which

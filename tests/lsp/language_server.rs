@@ -358,6 +358,90 @@ fn a_plain_client_is_served_too() {
     assert_eq!(client.count(|it| it["method"] == "workspace/inlayHint/refresh"), 0);
 }
 
+/// Hovers, tooltips of hints, documentation of completions and signatures: for a client that names plain text, or names nothing.
+#[test]
+fn plain_text_has_no_signs_of_markdown() {
+    let folder = copied_robot("lsp_plain_text");
+    let comment = "// Finds `a_way` of **few** turns, see [0; 1] and a\\_b <b>.\n  codel astar(";
+    let signs = ["```", "**", "\\_", "\\*", "&lt;", "&nbsp;", "](", "| ---", "|--"];
+    let format = json!(["plaintext"]);
+    let plain = json!({"textDocument": {
+        "hover": {"contentFormat": format},
+        "completion": {"completionItem": {"documentationFormat": format}},
+        "signatureHelp": {"signatureInformation": {"documentationFormat": format}},
+    }});
+    for capabilities in [plain, json!({})] {
+        let (mut client, _) = start(&folder, &capabilities);
+        let mut shown: Vec<String> = Vec::new();
+        let mut of_astar = 0;
+        for name in [
+            "components/navigation.mal",
+            "components/navigation_shell.mal",
+            "deployment.mal",
+            "timing/p3dx.toml",
+        ] {
+            let mut text = client.open_file(&folder.join(name));
+            let is_commented = text.text.contains("  codel astar(");
+            if is_commented {
+                client.edit(&mut text, "codel astar(", comment);
+            }
+            client.diagnostics(&text);
+            let words = text.text.match_indices(|it: char| !it.is_alphanumeric()).map(|(at, _)| at + 1);
+            for at in words.filter(|&at| text.text.is_char_boundary(at)).step_by(7).collect::<Vec<_>>() {
+                let params = json!({"textDocument": {"uri": text.uri}, "position": text.position(at)});
+                let hover = client.call("textDocument/hover", params).unwrap();
+                let Some(said) = hover["contents"]["value"].as_str() else { continue };
+                assert_eq!(hover["contents"]["kind"], "plaintext");
+                shown.push(said.to_owned());
+            }
+            if is_commented {
+                let hover = client.call("textDocument/hover", text.at("astar(")).unwrap();
+                let said = hover["contents"]["value"].as_str().unwrap();
+                assert!(said.contains("Finds a_way of few turns, see [0; 1] and a_b <b>."), "{said}");
+                of_astar += 1;
+            }
+            let range = json!({"start": text.position(0), "end": text.position(text.text.len())});
+            let params = json!({"textDocument": {"uri": text.uri}, "range": range});
+            let hints = client.call("textDocument/inlayHint", params).unwrap();
+            for hint in hints.as_array().unwrap().iter().take(12) {
+                let resolved = client.call("inlayHint/resolve", hint.clone()).unwrap();
+                shown.extend(resolved["tooltip"]["value"].as_str().map(str::to_owned));
+            }
+        }
+        assert_eq!(of_astar, 1);
+        assert!(shown.len() > 40, "{}", shown.len());
+        for said in &shown {
+            let found = signs.iter().find(|sign| said.contains(**sign));
+            assert!(found.is_none() && !said.contains('`'), "{found:?} in {said}");
+            assert!(!said.lines().any(|line| line.starts_with('|')), "{said}");
+        }
+    }
+}
+
+/// A file is told apart by its address: a client that writes it otherwise gets its own, and every other one that of RFC 3986.
+#[test]
+fn addresses_are_those_of_the_client_or_of_the_standard() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_addresses_out");
+    let model =
+        "include \"[b]^|.mal\"\ncodel f(): int\nshell S { }\ncore C(S) { update = { f(); plna(); } }\n";
+    write(&folder, &[("a[1].mal", model), ("[b]^|.mal", "core D(S) { update = { g(); } }\n")]);
+    let (mut client, _) = start(&folder, &json!({}));
+    let base = address(&folder);
+    client.wait_for_published(|all| {
+        all.contains_key(&format!("{base}/%5Bb%5D%5E%7C.mal"))
+            && all.contains_key(&format!("{base}/a%5B1%5D.mal"))
+    });
+    // As VS Code, as a client that encodes more, and as one that encodes less.
+    for uri in ["a%5B1%5D.mal", "%61%5b1%5d.mal", "a[1].mal"] {
+        let text = client.open_at(&format!("{base}/{uri}"), model);
+        let found = client.diagnostics(&text);
+        assert!(found.iter().any(|it| it["code"] == "unresolved-codel"), "{uri}: {found:?}");
+        let target = client.call("textDocument/definition", text.at("f(); plna")).unwrap();
+        assert_eq!(target[0]["uri"], json!(text.uri), "{uri}");
+        client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
+    }
+}
+
 #[test]
 fn folders_come_and_go() {
     let folder = copied_robot("lsp_folders");

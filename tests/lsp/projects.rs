@@ -70,6 +70,10 @@ fn the_nearest_configuration_answers_and_a_lens_names_the_other_projects() {
     assert!(client.hint(&arm, "core Arm").contains("40 ms"));
     let shown = hover(&mut client, &arm, "lift(): int");
     assert!(shown.contains("40 ms at") && !shown.contains("30 ms"), "{shown}");
+    assert!(shown.ends_with("Project `arm.mal`, also in `one.mal`, `two.mal`\n"), "{shown}");
+    // A word of the language means the same in all of them.
+    let word = hover(&mut client, &arm, "update");
+    assert!(!word.is_empty() && !word.contains("Project"), "{word}");
     let (title, arguments) = lenses(&mut client, &arm).remove(0);
     assert_eq!(title, "Project arm.mal, also in one.mal, two.mal");
     let shown = |path: &str| json!(mauve_tests::address(&folder.join(path)));
@@ -80,6 +84,8 @@ fn the_nearest_configuration_answers_and_a_lens_names_the_other_projects() {
     assert_eq!(lenses(&mut client, &shared)[0].0, "Project one.mal, also in two.mal");
     // A file of one project has no such lens.
     let one = client.open_file(&folder.join("one.mal"));
+    let shown = hover(&mut client, &one, "one(): int");
+    assert!(!shown.is_empty() && !shown.contains("Project"), "{shown}");
     assert!(!lenses(&mut client, &one).iter().any(|(title, _)| title.starts_with("Project")));
     // References are those of all projects.
     let params = arm.at("lift(): int");

@@ -99,8 +99,8 @@ impl Replay {
 fn moved(text: &str, folder: &std::path::Path) -> Result<String, String> {
     let shown = folder.display();
     let folder = folder.canonicalize().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
-    let new = tower_lsp::lsp_types::Url::from_file_path(&folder)
-        .map_err(|()| format!("`{shown}` cannot be written as a URI"))?;
+    let new = crate::lsp::address::address_of(&folder)
+        .ok_or_else(|| format!("`{shown}` cannot be written as a URI"))?;
     let first = text.lines().find_map(|line| serde_json::from_str::<Line>(line).ok());
     let old = first.as_ref().and_then(folder_address);
     let old =

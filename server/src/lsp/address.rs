@@ -1,5 +1,5 @@
-//! The addresses of the protocol, and which of them are files on the disk. Everything that has an address asks here: a library's
-//! own way takes the path of an address of any scheme.
+//! The addresses of the protocol, and which of them are files on the disk. Everything that has or writes an address asks here: a
+//! library's own way takes the path of an address of any scheme, and writes signs that no address may have.
 //!
 //! ```text
 //! file:///robot/base.mal               a file; also FILE:///…, file://localhost/… and file:///robot/%62ase.mal
@@ -37,6 +37,22 @@ pub(crate) fn file_of(address: &Url) -> Option<PathBuf> {
 /// Returns the same for an address as it is written.
 pub(crate) fn file_at(address: &str) -> Option<PathBuf> {
     file_of(&Url::parse(address).ok()?)
+}
+
+/// Returns the address of a file or a folder; `None` if its path is relative.
+///
+/// `Url` leaves signs such as `[` and `^` as they are, which RFC 3986 allows in no path. Clients that compare texts, and readers of
+/// SARIF, expect `%5B` and `%5E`.
+#[expect(clippy::disallowed_methods, reason = "this is the one place")]
+pub(crate) fn address_of(path: &Path) -> Option<Url> {
+    let url = Url::from_file_path(path).ok()?;
+    let is_allowed = |sign: char| sign.is_ascii_alphanumeric() || "-._~!$&'()*+,;=:@/%".contains(sign);
+    let encoded = |sign: char| match is_allowed(sign) {
+        true => sign.to_string(),
+        false => format!("%{:02X}", u32::from(sign)),
+    };
+    let path: String = url.path().chars().map(encoded).collect();
+    Url::parse(&format!("file://{path}")).ok()
 }
 
 /// Returns the path of a document, or a unique name if it is no file. Such a text is a model unless its name says otherwise.
@@ -100,5 +116,21 @@ mod tests {
             assert_eq!(address_of_document(&path), Some(address));
         }
         assert_eq!(address_of_document(Path::new("/r/a.mal")), None);
+    }
+
+    #[test]
+    fn an_address_has_the_signs_of_rfc_3986_and_leads_back() {
+        let printed: String = (' '..='~').filter(|sign| *sign != '/').collect();
+        for name in ["[a] ^b|c.mal", "a\\b`{}<>\"#?%41.mal", "größe 🦀.mal", printed.as_str(), "\u{1}\t.mal"]
+        {
+            let path = Path::new("/robot").join(name);
+            let address = address_of(&path).unwrap();
+            let is_allowed =
+                |sign: char| sign.is_ascii_alphanumeric() || "-._~!$&'()*+,;=:@/%".contains(sign);
+            assert!(address.path().chars().all(is_allowed), "{address}");
+            assert_eq!(file_of(&address).unwrap(), path, "{address}");
+        }
+        assert_eq!(address_of(Path::new("/a[1]^|.mal")).unwrap().as_str(), "file:///a%5B1%5D%5E%7C.mal");
+        assert_eq!(address_of(Path::new("a.mal")), None);
     }
 }

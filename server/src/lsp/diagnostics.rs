@@ -4,7 +4,7 @@ use mauve_diagnostics::{Finding, Severity};
 use mauve_hir::{File, ModelDb};
 use tower_lsp::lsp_types::*;
 
-use super::address::address_of_document;
+use super::address::{address_of, address_of_document};
 use super::pages;
 use super::position::{Encoding, LineIndex};
 use crate::harmless::harmless;
@@ -63,7 +63,7 @@ pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Fin
 #[salsa::tracked(returns(clone))]
 pub(crate) fn url_of(db: &dyn ModelDb, file: File) -> Option<Url> {
     let path = file.path(db);
-    Url::from_file_path(path).ok().or_else(|| address_of_document(path))
+    address_of(path).or_else(|| address_of_document(path))
 }
 
 fn severity_of(severity: Severity) -> DiagnosticSeverity {

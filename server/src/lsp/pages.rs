@@ -9,13 +9,14 @@ use mauve_diagnostics::{codes, page};
 use tower_lsp::lsp_types::Url;
 
 use crate::cache::cache_folder;
+use crate::lsp::address::address_of;
 
 /// Returns the address of the page of a diagnostic; none if there is no folder for the pages.
 pub(crate) fn address(code: &str) -> Option<Url> {
     static FOLDER: OnceLock<Option<PathBuf>> = OnceLock::new();
     let folder =
         FOLDER.get_or_init(|| written().inspect_err(|error| tracing::info!("no pages: {error}")).ok());
-    Url::from_file_path(folder.as_ref()?.join(format!("{code}.md"))).ok()
+    address_of(&folder.as_ref()?.join(format!("{code}.md")))
 }
 
 /// Writes the pages of this version to the user's cache. Other servers of this version write the same pages.

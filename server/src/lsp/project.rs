@@ -1,6 +1,6 @@
 //! The project that answers for a file. A model may be part of several: two robots include one library, or a robot includes a
-//! file of another folder. An editor feature answers for one of them, and a code lens names the others. Diagnostics, references and
-//! renames see all.
+//! file of another folder. An editor feature answers for one of them; a code lens and hovers name the others. Diagnostics, references
+//! and renames see all.
 
 use std::cmp::Reverse;
 
@@ -76,25 +76,38 @@ impl Snapshot {
 
     /// Returns the lenses of a file in text order: that of its projects, if it has several, and those of its declarations.
     pub(crate) fn lenses(&self, file: File) -> Vec<CodeLens> {
-        let (db, projects) = (&self.db, self.projects(file));
+        let project = self.project(file);
+        let named = project
+            .filter(|_| is_model(file.path(&self.db)))
+            .and_then(|it| self.others_named(it, file, |name| name));
         let mut found = Vec::new();
-        if let [answering, others @ ..] = projects.as_slice()
-            && !others.is_empty()
-            && is_model(file.path(db))
-        {
-            let name = |project| name_of_root(db, project, &projects);
-            let (named, more) = others.split_at(others.len().min(MOST_PROJECTS));
-            let mut names: Vec<String> = named.iter().map(|it| name(*it)).collect();
-            if !more.is_empty() {
-                names.push(format!("{} more", more.len()));
-            }
-            let title = format!("Project {}, also in {}", name(*answering), names.join(", "));
+        if let Some((title, others)) = named {
             let start = TextRange::empty(TextSize::new(0));
-            let roots = others.iter().map(|project| (project.root(db), start)).collect();
+            let roots = others.iter().map(|project| (project.root(&self.db), start)).collect();
             found.push(CodeLens { range: start, title, action: LensAction::Show(roots) });
         }
-        found.extend(code_lenses(db, projects.first().copied(), file));
+        found.extend(code_lenses(&self.db, project, file));
         found
+    }
+
+    /// Names the project that answers for a file that several projects share, and the others; returns these, too. `shown`: writes a
+    /// name.
+    pub(crate) fn others_named<'a>(
+        &'a self,
+        answering: Project<'a>,
+        file: File,
+        shown: fn(String) -> String,
+    ) -> Option<(String, Vec<Project<'a>>)> {
+        let (db, projects) = (&self.db, self.projects(file));
+        let others: Vec<Project<'_>> = projects.iter().copied().filter(|it| *it != answering).collect();
+        let name = |project| shown(name_of_root(db, project, &projects));
+        let (named, more) = others.split_at(others.len().min(MOST_PROJECTS));
+        let mut names: Vec<String> = named.iter().map(|it| name(*it)).collect();
+        if !more.is_empty() {
+            names.push(format!("{} more", more.len()));
+        }
+        let title = format!("Project {}, also in {}", name(answering), names.join(", "));
+        (!others.is_empty()).then_some((title, others))
     }
 
     /// Returns a value that changes whenever the kinds of a file's names change.

@@ -9,6 +9,7 @@ use mauve_syntax::format::Replacement;
 use tower_lsp::lsp_types::*;
 
 use super::snapshot::Snapshot;
+use crate::lsp::address::address_of;
 
 /// Translates a change; `None` if the client cannot create its files. `label` is the title of the chosen action.
 pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) -> Option<WorkspaceEdit> {
@@ -35,7 +36,7 @@ pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) 
         builder.edit(uri, version, text_edits(snapshot, it.file, &it.edits), Some(&annotation));
     }
     for (path, text) in &change.created {
-        let uri = Url::from_file_path(path).ok()?;
+        let uri = address_of(path)?;
         builder.create(uri.clone(), Some(false), Some(false), &annotation(label));
         builder.edit(uri, None, vec![TextEdit::new(Range::default(), text.clone())], None);
     }
@@ -115,7 +116,7 @@ pub(crate) fn text_edits(snapshot: &Snapshot, file: File, edits: &[Replacement])
 
 /// Returns the URIs of the files that exist. A codel may not be written yet, or a message package may be removed.
 pub(crate) fn files_there(paths: &[PathBuf]) -> impl Iterator<Item = Url> {
-    paths.iter().filter(|path| path.is_file()).filter_map(|path| Url::from_file_path(path).ok())
+    paths.iter().filter(|path| path.is_file()).filter_map(|path| address_of(path))
 }
 
 /// Translates a location.

@@ -8,12 +8,12 @@ use std::path::Path;
 use mauve_diagnostics::{Code, Finding, Fix, Severity, Suppression, page};
 use mauve_hir::{Database, Location};
 use serde::Serialize;
-use tower_lsp::lsp_types::Url;
 
 use super::verdict::Suppressed;
 use crate::cli::lines::{Lines, RangeDocument};
 use crate::cli::text::shown;
 use crate::json::{non_empty, object};
+use crate::lsp::address::address_of;
 
 /// What the locations of files below the current folder are relative to.
 const ROOT: &str = "%SRCROOT%";
@@ -43,9 +43,9 @@ pub(super) fn log(
             rules.push(finding.diagnostic.code);
         }
     }
-    let root = Url::from_directory_path(here).ok();
+    let root = address_of(here).map(|url| format!("{}/", url.as_str().trim_end_matches('/')));
     let artifacts =
-        Artifacts { db, root: root.as_ref(), lines: Lines::new(|text| text.encode_utf16().count()) };
+        Artifacts { db, root: root.as_deref(), lines: Lines::new(|text| text.encode_utf16().count()) };
     let none = (!suppressed.is_empty()).then(Vec::new);
     let whys = findings.iter().map(|_| none.clone());
     let whys = whys.chain(suppressed.iter().map(|(_, why)| Some(vec![why])));
@@ -62,7 +62,7 @@ pub(super) fn log(
                     rules: rules.into_iter().map(rule).collect::<Vec<_>>(),
                 },
             },
-            [originalUriBaseIds]: root.map(|root| BTreeMap::from([(ROOT, object! { uri: String::from(root) })])),
+            [originalUriBaseIds]: root.map(|root| BTreeMap::from([(ROOT, object! { uri: root })])),
             columnKind: "utf16CodeUnits",
             results: results,
         }],
@@ -142,7 +142,7 @@ fn prose(page: &str) -> String {
 
 struct Artifacts<'a> {
     db: &'a Database,
-    root: Option<&'a Url>,
+    root: Option<&'a str>,
     lines: Lines,
 }
 
@@ -161,8 +161,8 @@ impl Artifacts<'_> {
     /// Returns the address of a file, and the base that it is relative to.
     fn artifact(&self, at: &Location<'_>) -> (String, Option<&'static str>) {
         let path = at.file(self.db).path(self.db);
-        let Ok(url) = Url::from_file_path(path) else { return (path.display().to_string(), None) };
-        match self.root.and_then(|root| url.as_str().strip_prefix(root.as_str())) {
+        let Some(url) = address_of(path) else { return (path.display().to_string(), None) };
+        match self.root.and_then(|root| url.as_str().strip_prefix(root)) {
             // A colon in the first part would end a scheme.
             Some(below) => (below.replace(':', "%3A"), Some(ROOT)),
             None => (url.into(), None),

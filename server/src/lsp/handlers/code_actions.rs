@@ -14,6 +14,9 @@ use super::generate::{self, Messages};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
+/// All fixes that change no meaning and no figure. A client that asks for `source.fixAll` gets them, too.
+const FIX_ALL: CodeActionKind = CodeActionKind::new("source.fixAll.mauve");
+
 /// The kinds of code actions that the server offers.
 pub(crate) const KINDS: &[CodeActionKind] = &[
     CodeActionKind::QUICKFIX,
@@ -21,7 +24,7 @@ pub(crate) const KINDS: &[CodeActionKind] = &[
     CodeActionKind::REFACTOR_INLINE,
     CodeActionKind::REFACTOR_REWRITE,
     CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
-    CodeActionKind::SOURCE_FIX_ALL,
+    FIX_ALL,
     generate::KIND,
 ];
 
@@ -37,7 +40,7 @@ fn kind(kind: ActionKind) -> CodeActionKind {
         ActionKind::Inline => CodeActionKind::REFACTOR_INLINE,
         ActionKind::Rewrite => CodeActionKind::REFACTOR_REWRITE,
         ActionKind::OrganizeUses => CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
-        ActionKind::FixAll => CodeActionKind::SOURCE_FIX_ALL,
+        ActionKind::FixAll => FIX_ALL,
     }
 }
 

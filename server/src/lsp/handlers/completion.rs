@@ -11,7 +11,7 @@ use tower_lsp::lsp_types::{
     InsertTextMode, MarkupContent, MarkupKind, TextEdit,
 };
 
-use super::hover::plain_text;
+use crate::lsp::plain_text::plain_text;
 use crate::lsp::position::LineIndex;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::text_edits;

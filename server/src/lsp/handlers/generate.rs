@@ -31,6 +31,7 @@ use tower_lsp::lsp_types::{
 
 use super::rename::refused;
 use crate::generate::{GenerateRequest, Generated};
+use crate::lsp::address::address_of;
 use crate::lsp::address::file_of;
 use crate::lsp::commands::GENERATE;
 use crate::lsp::diagnostics::ANOTHER_TEXT;
@@ -240,7 +241,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
         if known.is_some_and(|(_, document)| !document.is_analysed) {
             return Err(refused(format!("{}: {ANOTHER_TEXT}", path.display())));
         }
-        let uri = known.map(|(uri, _)| uri.clone()).or_else(|| Url::from_file_path(&path).ok());
+        let uri = known.map(|(uri, _)| uri.clone()).or_else(|| address_of(&path));
         let uri = uri.ok_or_else(|| refused(format!("{} cannot be written as a URI", path.display())))?;
         let version = known.map(|(_, document)| document.version);
         let (text, end, annotation) = match &step.action {

@@ -1,12 +1,13 @@
 //! `textDocument/hover`.
 
 use mauve_hir::{File, Location, ModelDb};
-use mauve_ide::HoverFormat;
+use mauve_ide::{HoverFormat, markdown_code};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
 use crate::lsp::address::file_of;
+use crate::lsp::plain_text::plain_text;
 use crate::lsp::snapshot::Snapshot;
 
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
@@ -40,7 +41,15 @@ pub(super) fn hover_at(
     };
     let project = snapshot.project_at(file, offset);
     let hover = mauve_ide::hover(&snapshot.db, project, file, offset, format)?;
-    Some((hover.range, content(snapshot, hover.markdown)))
+    // A word of the language means the same in all projects.
+    let is_word = || mauve_ide::hover(&snapshot.db, None, file, offset, format).is_some();
+    let as_code = |name: String| markdown_code(&name);
+    let named = project.and_then(|it| snapshot.others_named(it, file, as_code)).filter(|_| !is_word());
+    let markdown = match named {
+        Some((title, _)) => format!("{}\n\n{title}\n", hover.markdown.trim_end()),
+        None => hover.markdown,
+    };
+    Some((hover.range, content(snapshot, markdown)))
 }
 
 /// Returns Markdown, or its text for a client that shows no Markdown.
@@ -49,10 +58,4 @@ fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
         true => MarkupContent { kind: MarkupKind::Markdown, value: markdown },
         false => MarkupContent { kind: MarkupKind::PlainText, value: plain_text(&markdown) },
     }
-}
-
-/// Returns Markdown without its fences.
-pub(super) fn plain_text(markdown: &str) -> String {
-    let lines = markdown.lines().filter(|line| !line.starts_with("```"));
-    lines.collect::<Vec<_>>().join("\n").trim_end().to_owned()
 }
