@@ -4,10 +4,12 @@
 //! Instances are not mixed: they may execute a codel with other inputs, or on other CPUs, and a mixture of two distributions is
 //! none of the distributions that an estimate assumes.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::estimate::{Estimate, NoEstimate, Options, estimate};
-use crate::samples::{Samples, SamplesError};
+use crate::samples::{Samples, SamplesError, SeriesId};
 
 /// What was measured of one codel or program.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,18 +111,18 @@ pub fn measure(
             return Err((index, SamplesError::Repeated { run }));
         }
     }
-    let mut names: Vec<(String, String)> = Vec::new();
-    for it in files.iter().flat_map(Samples::series).filter(|it| wanted(&it.key)) {
-        names.push((it.key.clone(), it.instance.clone()));
+    // The series of each codel in each instance, by key and instance.
+    let mut names: BTreeMap<(String, String), Vec<(usize, SeriesId)>> = BTreeMap::new();
+    for (index, file) in files.iter().enumerate() {
+        for it in file.series().iter().filter(|it| wanted(&it.key)) {
+            names.entry((it.key.clone(), it.instance.clone())).or_default().push((index, it.id));
+        }
     }
-    names.sort();
-    names.dedup();
     let mut read = Vec::with_capacity(names.len());
-    for (key, instance) in names {
+    for ((key, instance), series) in names {
         let (mut executions, mut runs) = (Vec::new(), Vec::new());
-        for (index, file) in files.iter_mut().enumerate() {
-            let found = file.series().iter().find(|it| it.key == key && it.instance == instance);
-            let Some(id) = found.map(|it| it.id) else { continue };
+        for (index, id) in series {
+            let Some(file) = files.get_mut(index) else { continue };
             let mut run = None;
             for it in file.executions(id).map_err(|error| (index, error))? {
                 if run != Some(it.run) {
@@ -176,6 +178,18 @@ mod tests {
         let samples = Samples::open(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         samples
+    }
+
+    /// With a search in all series for each of them, this takes minutes.
+    #[test]
+    fn each_series_is_found_at_once() {
+        const INSTANCES: usize = 150_000;
+        let names: Vec<String> = (0..INSTANCES).map(|it| format!("a{it:06}")).collect();
+        let instances: Vec<(&str, usize, f64)> = names.iter().map(|it| (it.as_str(), 1, 1.0)).collect();
+        let found = measure(&mut [file("many", 1, &instances)], |_| true, &options()).unwrap();
+        let [plan] = &found[..] else { panic!("{} codels", found.len()) };
+        assert_eq!((plan.instances.len(), plan.count()), (INSTANCES, INSTANCES));
+        assert!(plan.instances.iter().zip(&names).all(|(it, name)| it.instance == *name));
     }
 
     #[test]

@@ -16,6 +16,7 @@ mod error;
 mod overlap;
 mod writer;
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
 use std::ops::ControlFlow;
@@ -197,8 +198,9 @@ impl Samples {
 
     /// Returns the index of the first run of `other` that this file has, too.
     pub fn common_run(&self, other: &Samples) -> Option<usize> {
-        let is_here = |run: &Run| self.index.runs.iter().any(|it| it.is_same(run));
-        other.index.runs.iter().position(is_here)
+        let of = |run: &Run| (run.executions > 0).then_some((run.executions, run.fingerprint));
+        let known: HashSet<_> = self.index.runs.iter().filter_map(of).collect();
+        other.index.runs.iter().position(|run| of(run).is_some_and(|it| known.contains(&it)))
     }
 
     /// Returns the series in the order in which they appeared.

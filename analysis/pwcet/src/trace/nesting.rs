@@ -14,7 +14,7 @@ use super::{Scheduling, Span, Summary, Thread, is_suspicious};
 /// Spans deeper than these are not nested by a generated package: a thread's begins lack their ends.
 const DEEPEST: usize = 256;
 
-/// Threads that are remembered while no span of them is open.
+/// So many threads are remembered while no span of them is open, or as many as have one.
 const MOST_THREADS: usize = 1 << 14;
 
 /// A time in which events were discarded, in nanoseconds, both ends included.
@@ -28,6 +28,10 @@ pub(super) struct Gap {
 #[derive(Debug, Default)]
 pub(super) struct Nesting {
     threads: HashMap<Thread, State>,
+    /// More threads than this are forgotten where no span of them is open.
+    most_threads: usize,
+    /// Whether spans of threads that are not remembered may have been dropped.
+    has_dropped: bool,
     /// Gaps that no event has reached yet, by their begins.
     gaps: VecDeque<Gap>,
     /// Until then, events were discarded.
@@ -101,12 +105,15 @@ impl Nesting {
             self.lossy_until = None;
         }
         let is_lossy = self.lossy_until.is_some();
-        if self.threads.len() > MOST_THREADS {
+        if self.threads.len() > self.most_threads.max(MOST_THREADS) {
             self.threads.retain(|_, state| !state.open.is_empty());
+            // So that the next search is paid by the threads that are new until then.
+            self.most_threads = 2 * self.threads.len();
         }
+        let missing = if self.has_dropped { Missing::Dropped } else { Missing::Start };
         let state = self.threads.entry(thread).or_insert(State {
             open: Vec::new(),
-            missing: Missing::Start,
+            missing,
             last_time: 0,
             last_cpu: 0,
         });
@@ -158,9 +165,8 @@ impl Nesting {
     }
 
     fn drop_all(&mut self, summary: &mut Summary) {
-        for state in self.threads.values_mut() {
-            summary.dropped += state.drop();
-        }
+        summary.dropped += self.threads.drain().map(|(_, state)| state.open.len() as u64).sum::<u64>();
+        self.has_dropped = true;
     }
 }
 
@@ -362,6 +368,29 @@ mod tests {
         let (found, summary) = run("+1 0 0, -1 10 15, +1 100000 100, -1 100001 5000000", &[]);
         assert_eq!(found, [(1, 0, 15), (1, 100_000, 4_999_900)]);
         assert_eq!(summary, Summary { suspicious: 1, ..Summary::default() });
+    }
+
+    /// With a search in all threads for each event or gap, this takes minutes.
+    #[test]
+    fn threads_and_gaps_are_not_searched_for_each_other() {
+        const THREADS: u64 = 300_000;
+        let (mut nesting, mut summary) = (Nesting::default(), Summary::default());
+        let mut spans = 0;
+        for (is_end, from) in [(false, 0), (true, THREADS)] {
+            for thread in 0..THREADS {
+                let step = Step { thread, name: 1, is_end, time: from + thread, cpu_ns: from };
+                spans += u64::from(feed(&mut nesting, step, &mut summary).is_some());
+            }
+        }
+        assert_eq!((spans, &summary), (THREADS, &Summary::default()));
+        for gap in 0..THREADS {
+            let at = 3 * THREADS + 2 * gap;
+            nesting.lose(Gap { begin: at, end: at }, &mut summary);
+            let step = Step { thread: gap % 5, name: 1, is_end: false, time: at + 1, cpu_ns: THREADS };
+            assert!(feed(&mut nesting, step, &mut summary).is_none());
+        }
+        nesting.finish(&mut summary);
+        assert_eq!((summary.dropped, summary.cut_at_end), (THREADS - 1, 1));
     }
 
     #[test]
