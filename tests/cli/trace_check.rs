@@ -669,6 +669,111 @@ fn times_from_tables_are_compared_at_their_level_only() {
     }
 }
 
+const TWO: [(&str, &str); 3] = [
+    (
+        "robot.mal",
+        "codel f(): void  codel g(): void
+shell S { }
+core K(S) { update = { f(); } }  core L(S) { update = { g(); } }
+component C(S, K)  component E(S, L)
+architecture A { instance a: C  instance b: E }
+deployment D { architecture A  activity a { priority = 2  period = 10 }  activity b { priority = 1  period = 10 } }
+",
+    ),
+    ("mauve.toml", "timing.tables = [\"t.toml\"]\n"),
+    ("t.toml", "codel.f = 1\ncodel.g = 1\n"),
+];
+
+const EXECUTIONS: &str = "codel,execution_ns,elapsed_ns,time_ns,order\n";
+
+/// Compares a recording with [`TWO`]: the code, the findings, the text and standard error.
+fn beside_two(name: &str, files: &[(&str, &str)], path: &str) -> (i32, Vec<String>, String) {
+    let folder = own_scratch(&format!("trace-check-{name}"));
+    write(&folder, &TWO);
+    write(&folder, files);
+    // The text of what LTTng records, instead of babeltrace2.
+    let command = "chmod +x babeltrace2; PATH=\"$PWD:$PATH\" exec \"$0\" trace check \"$@\"";
+    let run = |format: &str| {
+        let arguments = ["-c", command, MAUVE, path, ".", "--format", format];
+        mauve("/bin/sh", &folder, &arguments)
+    };
+    let (table, json) = (run("table"), run("json"));
+    assert_eq!(table.code, json.code, "{}{}", table.err, json.err);
+    let document: Value = serde_json::from_str(&json.out).unwrap_or_default();
+    let findings = document["findings"].as_array().into_iter().flatten();
+    let codes = findings.map(|it| it["code"].as_str().unwrap().to_owned()).collect();
+    (table.code, codes, table.out + &table.err)
+}
+
+/// An event of a codel in the text of babeltrace2.
+fn codel_event(time: u64, codel: &str, phase: u32, cpu: u64) -> String {
+    format!(
+        "echo '[7.{time:09}] vm mauve_x:codel: {{ cpu_id = 0 }}, {{ vtid = 1 }}, {{ instance = \"a\", codel = \"{codel}\", phase = {phase}, cpu_ns = {cpu} }}'\n"
+    )
+}
+
+/// Nothing that was observed is no agreement, whatever the reason.
+#[test]
+fn nothing_observed_is_a_finding() {
+    let lttng = |events: &[String]| format!("#!/bin/sh\n{}", events.concat());
+    let backwards: Vec<String> =
+        (0..10).map(|it| codel_event(1000 - 10 * it, "f", it as u32 % 2, 100 + it)).collect();
+    let begins: Vec<String> = (0..10).map(|it| codel_event(10 * it, "f", 0, 100 + it)).collect();
+    let ends: Vec<String> = (0..10).map(|it| codel_event(10 * it, "f", 1, 100 + it)).collect();
+    let (backwards, begins, ends) = (lttng(&backwards), lttng(&begins), lttng(&ends));
+    let periods = "instance,release_ns,begin_ns,end_ns,execution_ns\n";
+    let both = [("rec/executions.csv", EXECUTIONS), ("rec/periods.csv", periods)];
+    let of_lttng =
+        |text| [("trace/metadata", "/* CTF 1.8 */\n"), ("trace/channel_0", "x"), ("babeltrace2", text)];
+    let all: [(&str, &[(&str, &str)], &str, &[&str], &str); 5] = [
+        (
+            "header",
+            &[("e.csv", EXECUTIONS)],
+            "e.csv",
+            &["nothing-observed"],
+            ": 0 events were read, with 0 complete",
+        ),
+        ("headers", &both, "rec", &["nothing-observed"], ": 0 events were read, with 0 complete"),
+        (
+            "backwards",
+            &of_lttng(&backwards),
+            "trace",
+            &["nothing-observed", "clock"],
+            ": 10 events were read, with 0 complete executions; not used: 5 where a clock ran backwards; ",
+        ),
+        (
+            "begins",
+            &of_lttng(&begins),
+            "trace",
+            &["nothing-observed"],
+            "not used: 10 not ended in the recording",
+        ),
+        ("ends", &of_lttng(&ends), "trace", &["nothing-observed"], "not used: 10 begun before the recording"),
+    ];
+    for (name, files, path, codes, said) in all {
+        let (code, found, text) = beside_two(name, files, path);
+        assert_eq!((code, found), (1, codes.iter().map(|it| (*it).to_owned()).collect()), "{name}: {text}");
+        assert!(text.contains("  ✗ no execution of D was observed") && text.contains(said), "{name}: {text}");
+        assert!(!text.contains('✓'), "{name}: {text}");
+    }
+}
+
+/// A part is no whole: what was never observed is in the line with the verdict, and a clock that ran backwards is a finding.
+#[test]
+fn a_part_of_the_codels_is_said_to_be_a_part() {
+    let lines = format!("{EXECUTIONS}f,100,200,1000,0\nf,100,200,2000,1\n");
+    let (code, found, text) = beside_two("part", &[("e.csv", &lines)], "e.csv");
+    assert_eq!((code, found.len()), (0, 0), "{text}");
+    assert!(
+        text.contains("✓ no execution contradicts the model; 1 of 2 codels were never observed, "),
+        "{text}"
+    );
+    let lines = format!("{EXECUTIONS}f,100,200,9000,0\nf,100,200,2000,1\n");
+    let (code, found, text) = beside_two("order", &[("e.csv", &lines)], "e.csv");
+    assert_eq!((code, found), (1, vec!["clock".to_owned()]), "{text}");
+    assert!(text.contains("✗ a clock ran backwards at 1 execution, "), "{text}");
+}
+
 /// `a` takes 0.3 ms more than its codel and its port, `b` 0.01 ms: the line for the table says what is proved with it.
 #[test]
 fn an_overhead_is_advised_and_tried() {

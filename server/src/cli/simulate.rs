@@ -208,7 +208,7 @@ impl Simulate {
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
                 let drawing = if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text };
-                draw_schedule(&title, &it.deployment, &it.schedule, drawing)
+                draw_schedule(&title, &it.deployment, &it.schedule, drawing, &|| ())
             }
             Format::Perfetto => trace_events::text(only(all)?),
         };
@@ -285,6 +285,7 @@ fn cells(row: &Row<'_, '_>) -> Vec<String> {
         None => "—".to_owned(),
     };
     let verdict = match (statistics, row.left_out) {
+        (Some(Statistics { jobs: 0, .. }), _) => "no job ended".to_owned(),
         (Some(Statistics { misses: 0, .. }), _) => "✓ met".to_owned(),
         (Some(statistics), _) => format!("✗ {} missed", statistics.misses),
         (None, Some(LeftOut::Background)) => "background".to_owned(),

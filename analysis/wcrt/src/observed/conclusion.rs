@@ -31,23 +31,28 @@ impl Observer {
                 instance.observed.is_observed = true;
             }
         }
+        let mut by_instance: Vec<Vec<(&str, &Series)>> = vec![Vec::new(); self.instances.len()];
+        for (id, series) in &all {
+            let own = series.instance.and_then(|index| by_instance.get_mut(index));
+            own.into_iter().for_each(|own| own.push((names.get(*id).key.as_str(), series)));
+        }
+        let mut seen_in: BTreeMap<&str, Vec<&trace::Seen>> = BTreeMap::new();
+        seen.iter().for_each(|it| seen_in.entry(&it.name.instance).or_default().push(it));
         let by_key = times(&self.expected, names, &all);
         let recent = std::mem::take(&mut self.recent);
         for (index, instance) in std::mem::take(&mut self.instances).into_iter().enumerate() {
             if let Some(expected) = self.expected.instances.get(index) {
-                let own = all.iter().filter(|(_, series)| series.instance == Some(index));
-                let own: Vec<(&str, &Series)> =
-                    own.map(|(id, series)| (names.get(*id).key.as_str(), series)).collect();
+                let own = by_instance.get(index).map(Vec::as_slice).unwrap_or_default();
                 let mut context = Finish {
                     index,
                     all: &self.expected,
                     expected,
                     recent: &recent,
-                    seen: seen.iter().filter(|it| it.name.instance == expected.instance).collect(),
+                    seen: seen_in.remove(expected.instance.as_str()).unwrap_or_default(),
                     has_instances: observed.has_instances,
                     findings: &mut observed.findings,
                 };
-                let found = context.instance(instance, &own);
+                let found = context.instance(instance, own);
                 observed.has_scheduling |= !found.priorities.is_empty();
                 observed.has_cpus |= !found.cpus.is_empty();
                 observed.instances.push(found);
@@ -85,6 +90,12 @@ impl Observer {
             observed.findings.push(Finding { instance: None, kind, at, count: worst.exceeded });
         }
         observed.times = by_key;
+        let is_seen = observed.instances.iter().any(|it| it.is_observed)
+            || observed.times.iter().any(|it| it.executions > 0);
+        if !is_seen && observed.findings.is_empty() {
+            let kind = FindingKind::NothingObserved;
+            observed.findings.push(Finding { instance: None, kind, at: None, count: 0 });
+        }
         observed
     }
 }

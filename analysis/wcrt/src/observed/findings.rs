@@ -58,6 +58,10 @@ pub struct Finding {
 pub enum FindingKind {
     /// The recording does not have the instance.
     NotObserved,
+    /// No execution of the deployment was observed, so that nothing was compared.
+    NothingObserved,
+    /// A clock ran backwards at `count` executions.
+    Clock,
     /// The priority of the thread; 0 without the real-time scheduler.
     Priority {
         /// That of the model; 0 in the background.

@@ -14,7 +14,7 @@ use mauve_diagnostics::errors_of;
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
 use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
 use mauve_timing::Level;
-use mauve_wcrt::observed::{Expected, Observer, expected};
+use mauve_wcrt::observed::{Expected, Finding, FindingKind, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
 
 use self::checked::Checked;
@@ -75,7 +75,12 @@ impl Check {
             summary.add(&reader.finish());
             observer.end_recording();
         }
-        let observed = observer.finish(reader.names());
+        let mut observed = observer.finish(reader.names());
+        let is_untimed = |it: &Finding| matches!(it.kind, FindingKind::Untimed { .. });
+        if summary.clock_errors > 0 && !observed.findings.iter().any(is_untimed) {
+            let (kind, count) = (FindingKind::Clock, summary.clock_errors);
+            observed.findings.push(Finding { instance: None, kind, at: None, count });
+        }
         let errors = errors_of(&db, project);
         let name = deployment.name(&db).to_string();
         let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };

@@ -23,6 +23,7 @@ pub(in crate::cli) use messages::warnings;
 use observed::Memory;
 use recorder::Recorder;
 use table::Imported;
+pub(super) use table::executions;
 pub(in crate::cli) use table::shown_key;
 
 #[derive(Debug, clap::Args)]

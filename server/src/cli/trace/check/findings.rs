@@ -5,6 +5,7 @@ use mauve_pwcet::trace::port_of;
 use mauve_timing::Time;
 use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath, Waited};
 
+use super::super::import::executions;
 use super::checked::Checked;
 use crate::cli::text::{duration, two_digits};
 
@@ -12,6 +13,8 @@ use crate::cli::text::{duration, two_digits};
 pub(super) fn code(kind: &FindingKind) -> &'static str {
     match kind {
         FindingKind::NotObserved => "not-observed",
+        FindingKind::NothingObserved => "nothing-observed",
+        FindingKind::Clock => "clock",
         FindingKind::Priority { .. } => "priority",
         FindingKind::Cpus { .. } => "cpus",
         FindingKind::OtherCpu { .. } => "other-cpu",
@@ -85,6 +88,12 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::NotObserved => format!(
             "`{instance}` is not in the recording: it did not run, or its package was built without -DMAUVE_TRACING=ON"
         ),
+        FindingKind::NothingObserved => nothing_message(it),
+        FindingKind::Clock => format!(
+            "a clock ran backwards at {}, so that response times say nothing: sort the lines of a file by time_ns, and record on a kernel \
+             with a stable clock",
+            executions(count)
+        ),
         FindingKind::Priority { expected, observed } => format!(
             "`{instance}` has {} instead of {} in {}{first}: the deployment script failed to set it, or another program changed it",
             scheduler(*observed),
@@ -146,6 +155,26 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             precise(*expected)
         ),
     }
+}
+
+/// What was read of a recording that shows nothing, and why nothing of it is an execution.
+fn nothing_message(it: &Checked<'_>) -> String {
+    let summary = &it.summary;
+    let counts = [
+        (summary.dropped, "near events that the tracer discarded"),
+        (summary.clock_errors, "where a clock ran backwards"),
+        (summary.unbalanced, "with a begin or an end only"),
+        (summary.cut_at_start, "begun before the recording"),
+        (summary.cut_at_end, "not ended in the recording"),
+    ];
+    let lost = counts.into_iter().filter(|(count, _)| *count > 0);
+    let lost: Vec<String> = lost.map(|(count, why)| format!("{count} {why}")).collect();
+    let lost = if lost.is_empty() { String::new() } else { format!("; not used: {}", lost.join(", ")) };
+    format!(
+        "no execution of {} was observed, so that nothing was compared: {} events were read, with {} complete executions{lost}; start the \
+         deployment before the recording, stop it after, and build its packages with -DMAUVE_TRACING=ON",
+        it.name, summary.events, summary.spans
+    )
 }
 
 /// Returns the instance that a finding is about.

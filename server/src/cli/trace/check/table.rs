@@ -61,7 +61,14 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     }
     match it.observed.findings.len() {
         0 if !it.observed.has_periods => {
-            out += "  ✓ no execution contradicts the model; periods are not compared\n";
+            let unseen = it.observed.times.iter().filter(|time| time.executions == 0).count();
+            let unseen = match unseen {
+                0 => String::new(),
+                unseen => {
+                    format!("{unseen} of {} were never observed, ", counted(it.observed.times.len(), "codel"))
+                }
+            };
+            let _ = writeln!(out, "  ✓ no execution contradicts the model; {unseen}periods are not compared");
         }
         0 => out += "  ✓ nothing in the recording contradicts the model\n",
         count => {

@@ -122,7 +122,7 @@ pub(in crate::cli) fn shown_key(key: &str) -> String {
 }
 
 /// Returns a number of executions.
-pub(super) fn executions(count: u64) -> String {
+pub(in crate::cli::trace) fn executions(count: u64) -> String {
     match count {
         1 => "1 execution".to_owned(),
         _ => format!("{count} executions"),
