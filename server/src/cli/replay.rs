@@ -28,7 +28,7 @@ pub(crate) struct Replay {
 /// The largest record that is read, in bytes.
 const LONGEST: u64 = 1 << 28;
 
-/// How long to wait for an answer before it is reported as missing.
+/// How long to wait for messages that do not come, all of them together.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 impl Replay {
@@ -67,10 +67,12 @@ impl Replay {
         }
         let mut session = Session::begin()?;
         let begin = Instant::now();
+        let mut late = Vec::new();
         for line in &lines {
             match line.from {
                 Side::Client => session.say(&line.message)?,
-                Side::Server => session.expect(&line.message),
+                Side::Server if session.expect(&line.message) => {}
+                Side::Server => late.push(&line.message),
             }
         }
         let said = lines.iter().filter(|line| line.from == Side::Client).count();
@@ -82,7 +84,7 @@ impl Replay {
         if cut {
             out += "the last line of the record is incomplete\n";
         }
-        let differences = session.end(&lines);
+        let differences = session.end(&lines, &late);
         let code = u8::from(!differences.is_empty());
         match differences.len() {
             0 => out += "all answers and the last diagnostics equal the record\n",
@@ -121,7 +123,8 @@ struct Session {
     input: Option<PipeWriter>,
     said: mpsc::Receiver<Value>,
     heard: Vec<Value>,
-    missing: Vec<String>,
+    /// How long it still waits for messages that do not come.
+    patience: Duration,
 }
 
 impl Session {
@@ -131,7 +134,7 @@ impl Session {
         std::thread::spawn(move || run(server_input, server_output, None, false, None));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
-        Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })
+        Ok(Session { input: Some(input), said, heard: Vec::new(), patience: PATIENCE })
     }
 
     fn say(&mut self, message: &Value) -> Result<(), String> {
@@ -152,28 +155,19 @@ impl Session {
         frame::write(input, &message.to_string()).map_err(|error| format!("the server has ended: {error}"))
     }
 
-    /// Waits for the server message that the record has here: an answer, or diagnostics.
-    fn expect(&mut self, recorded: &Value) {
-        let is_it: Box<dyn Fn(&Value) -> bool> = match (id_of(recorded), uri_of(recorded)) {
-            (Some(id), _) => Box::new(move |heard| id_of(heard) == Some(id)),
-            // Those of a version that was overtaken then may come now, and the other way round: a newer one is as good.
-            (None, Some(uri)) => {
-                let version = |it: &Value| it.pointer("/params/version").and_then(Value::as_i64);
-                let Some(at_least) = version(recorded) else { return };
-                Box::new(move |heard| {
-                    uri_of(heard) == Some(uri) && version(heard).is_some_and(|version| version >= at_least)
-                })
-            }
-            _ => return,
-        };
-        let end = Instant::now() + PATIENCE;
+    /// Waits for the server message that the record has here: an answer, or diagnostics. Returns whether it came.
+    fn expect(&mut self, recorded: &Value) -> bool {
+        let Some(is_it) = matching(recorded) else { return true };
+        let begin = Instant::now();
         while !self.heard.iter().any(&is_it) {
-            let Ok(message) = self.said.recv_timeout(end.saturating_duration_since(Instant::now())) else {
-                self.missing.push(format!("no {recorded} within {} s\n", PATIENCE.as_secs()));
-                return;
+            let Ok(message) = self.said.recv_timeout(self.patience.saturating_sub(begin.elapsed())) else {
+                // The next messages may still come: the last comparison shows it.
+                self.patience = self.patience.saturating_sub(begin.elapsed());
+                return false;
             };
             self.hear(message);
         }
+        true
     }
 
     fn hear(&mut self, message: Value) {
@@ -185,14 +179,23 @@ impl Session {
     }
 
     /// Ends the session, and lists the differences from the record.
-    fn end(mut self, lines: &[Line]) -> Vec<String> {
+    fn end(mut self, lines: &[Line], late: &[&Value]) -> Vec<String> {
         self.input = None;
         while let Ok(message) = self.said.recv_timeout(PATIENCE) {
             self.hear(message);
         }
         let recorded: Vec<&Value> =
             lines.iter().filter(|line| line.from == Side::Server).map(|line| &line.message).collect();
-        let mut found = std::mem::take(&mut self.missing);
+        let mut found = Vec::new();
+        let is_missing =
+            |it: &&&Value| matching(it).is_some_and(|is_it| !self.heard.iter().any(|heard| is_it(heard)));
+        let missing = late.iter().filter(is_missing).count();
+        if missing > 0 {
+            found.push(format!(
+                "{missing} messages of the record did not come, with a wait of {} s for all of them\n",
+                PATIENCE.as_secs()
+            ));
+        }
         for answer in &recorded {
             let Some(id) = id_of(answer) else { continue };
             let again = self.heard.iter().find(|heard| id_of(heard) == Some(id));
@@ -219,6 +222,22 @@ impl Session {
             }
         }
         found
+    }
+}
+
+/// Returns what recognises a recorded message of the server: an answer, or diagnostics; nothing for others.
+fn matching(recorded: &Value) -> Option<Box<dyn Fn(&Value) -> bool + '_>> {
+    match (id_of(recorded), uri_of(recorded)) {
+        (Some(id), _) => Some(Box::new(move |heard| id_of(heard) == Some(id))),
+        // Those of a version that was overtaken then may come now, and the other way round: a newer one is as good.
+        (None, Some(uri)) => {
+            let version = |it: &Value| it.pointer("/params/version").and_then(Value::as_i64);
+            let at_least = version(recorded)?;
+            Some(Box::new(move |heard| {
+                uri_of(heard) == Some(uri) && version(heard).is_some_and(|version| version >= at_least)
+            }))
+        }
+        _ => None,
     }
 }
 
@@ -254,4 +273,25 @@ fn method_of(lines: &[Line], id: &Value) -> String {
 fn difference(what: &str, recorded: &Value, now: Option<&Value>) -> String {
     let now = now.map_or_else(|| "nothing".to_owned(), Value::to_string);
     format!("{what}\n  recorded {recorded}\n  now      {now}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_messages_are_waited_for_once() {
+        let mut session = Session::begin().unwrap();
+        session.patience = Duration::from_millis(500);
+        let begin = Instant::now();
+        let recorded: Vec<Value> =
+            (0..1000).map(|id| json!({ "jsonrpc": "2.0", "id": id, "result": null })).collect();
+        assert!(recorded.iter().all(|it| !session.expect(it)));
+        // With a wait for each of them, more than eight minutes.
+        assert!(begin.elapsed() < Duration::from_secs(60));
+        // What comes late is not missing.
+        session.heard.extend(recorded.iter().skip(3).cloned());
+        let found = session.end(&[], &recorded.iter().collect::<Vec<_>>());
+        assert_eq!(found, ["3 messages of the record did not come, with a wait of 30 s for all of them\n"]);
+    }
 }
