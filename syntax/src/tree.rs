@@ -48,12 +48,17 @@ impl Parse {
         self.debug_dump_interruptible(&|| ())
     }
 
-    /// Returns [`Parse::debug_dump`]. Calls `interrupt` often; it may unwind.
+    /// Returns [`Parse::debug_dump`]. Calls `interrupt` often; it may unwind. A text of more than 64 MB, such as that of a deep tree, is
+    /// cut, and ends with `…`.
     pub fn debug_dump_interruptible(&self, interrupt: &dyn Fn()) -> String {
         let mut out = String::new();
         let mut depth = 0;
         for event in self.syntax().preorder_with_tokens() {
             interrupt();
+            if out.len() > MOST_DUMPED {
+                out += "…\n";
+                break;
+            }
             match event {
                 rowan::WalkEvent::Enter(element) => {
                     out.extend(std::iter::repeat_n("  ", depth));
@@ -74,6 +79,9 @@ impl Parse {
         out
     }
 }
+
+/// The bytes of a dump.
+const MOST_DUMPED: usize = 64 << 20;
 
 /// Returns whether `node` is complete: no `ERROR` is in it.
 ///

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mauve_syntax::{NodeOrToken, SyntaxNode};
+use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken};
+use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use crate::disk::text_of;
 use crate::harmless::harmless;
+use crate::json::object;
 use crate::load::canonical_path;
 use crate::output::Output;
 
@@ -44,22 +46,44 @@ impl Parse {
                     json!({ "start": start, "end": end, "message": mauve_diagnostics::syntax_error_message(&parse, error) })
                 };
                 let errors: Vec<Value> = parse.errors().iter().map(error).collect();
-                crate::json::text(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?
+                let tree = element(NodeOrToken::Node(parse.syntax()));
+                let document = object! { tree: tree, errors: errors };
+                serde_json::to_string(&document).map_err(|error| error.to_string())? + "\n"
             }
         };
         Ok(Output::verbatim(text, code))
     }
 }
 
-fn node(of: &SyntaxNode) -> Value {
-    let child = |child| match child {
-        NodeOrToken::Node(child) => node(&child),
-        NodeOrToken::Token(token) => {
-            let start: u32 = mauve_syntax::SyntaxToken::text_range(&token).start().into();
-            json!({ "kind": format!("{:?}", token.kind()), "start": start, "text": token.text() })
-        }
+/// A node or a token in JSON. It is written while the tree is read: a document in memory takes a thousand times the text.
+#[derive(Serialize)]
+struct Element {
+    kind: String,
+    start: u32,
+    #[serde(flatten)]
+    content: Content,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Content {
+    Token { text: String },
+    Node { end: u32, children: Children },
+}
+
+struct Children(SyntaxNode);
+
+impl Serialize for Children {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(self.0.children_with_tokens().map(element))
+    }
+}
+
+fn element(of: NodeOrToken<SyntaxNode, SyntaxToken>) -> Element {
+    let (kind, range) = (format!("{:?}", of.kind()), of.text_range());
+    let content = match of {
+        NodeOrToken::Node(node) => Content::Node { end: range.end().into(), children: Children(node) },
+        NodeOrToken::Token(token) => Content::Token { text: token.text().to_owned() },
     };
-    let (start, end): (u32, u32) = (of.text_range().start().into(), of.text_range().end().into());
-    let children: Vec<Value> = of.children_with_tokens().map(child).collect();
-    json!({ "kind": format!("{:?}", of.kind()), "start": start, "end": end, "children": children })
+    Element { kind, start: range.start().into(), content }
 }
