@@ -86,6 +86,78 @@ fn the_whole_analysis_fits_into_a_small_stack() {
     assert!(text.contains(",262,262,262,met"), "{text}{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// A megabyte that is as deep as it can be, in an address space of a gigabyte.
+#[test]
+fn a_megabyte_of_brackets() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "brackets");
+    let program =
+        |text: &str| format!("core C(S) {{ update = {{ x = {}", text.repeat(1_000_000 / text.len()));
+    let all = [
+        ("round.mal".to_owned(), program("(")),
+        ("calls.mal".to_owned(), program("f(")),
+        ("blocks.mal".to_owned(), program("{")),
+        ("other.mal".to_owned(), "[(".repeat(500_000)),
+    ];
+    write(&folder, &all);
+    for (path, _) in &all {
+        for (format, ending) in [("tree", "\n"), ("json", "]}\n")] {
+            let limited =
+                format!("ulimit -v 1048576; exec {MAUVE} parse {path} --format {format} >{path}.{format}");
+            let output = std::process::Command::new("sh")
+                .args(["-c", &limited])
+                .current_dir(&folder)
+                .output()
+                .unwrap();
+            assert_eq!(output.status.code(), Some(1), "{path}: {}", String::from_utf8_lossy(&output.stderr));
+            let made = std::fs::read_to_string(folder.join(format!("{path}.{format}"))).unwrap();
+            assert!(
+                made.ends_with(ending) && made.len() < 150_000_000,
+                "{path}, {format}: {} bytes",
+                made.len()
+            );
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Names of 60,000 letters: what quotes them is cut, so that output does not grow with each use of a name.
+#[test]
+fn long_names_are_cut_where_they_are_shown() {
+    let long = "x".repeat(60_000);
+    let model = format!(
+        "codel f{long}(): int\nshell S {{ output port o{long}: int  input port i{long}: int }}\n\
+         core C(S) {{ statemachine {{ initial state A{long} {{ transition t{long} if (f{long}() > 0) to B{long} }}  state B{long} {{ transition u{long} to A{long} }} }} }}\n\
+         component K{long}(S, C)\narchitecture A {{ instance a{long}: K{long}  instance b{long}: K{long}  connection a{long}.o{long} -> b{long}.i{long} }}\n\
+         deployment D{long} {{ architecture A  activity a{long} {{ priority = 1 period = 10 deadline = 0.1 }}  activity b{long} {{ priority = 2 period = 10 }} }}\n"
+    );
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "long-names");
+    write(&folder, &[("a.mal", model.as_str()), ("mauve.toml", "assume.codel = \"0.3 ms\"\n")]);
+    let drawings = ["svg", "text", "dot"];
+    let component = format!("K{long}");
+    // A title and a reason have the name once.
+    let mut all = vec![(vec!["wcrt"], 400_000), (vec!["simulate", "--for", "100ms"], 400_000)];
+    all.extend(drawings.map(|it| (vec!["graph", "--format", it], 10_000)));
+    all.extend(drawings.map(|it| (vec!["psm", ".", &component, "--format", it], 10_000)));
+    for (arguments, most) in all {
+        let run = mauve(MAUVE, &folder, &arguments);
+        let shown = arguments.iter().map(|it| it.get(..8).unwrap_or(it)).collect::<Vec<_>>().join(" ");
+        assert!(
+            run.out.len() > 100 && run.out.len() < most,
+            "{shown}: {} bytes {:.300}",
+            run.out.len(),
+            run.err
+        );
+    }
+    let found: Value =
+        serde_json::from_str(&mauve(MAUVE, &folder, &["check", "--format", "json"]).out).unwrap();
+    let findings = found["diagnostics"].as_array().unwrap();
+    assert!(!findings.is_empty());
+    for it in findings {
+        let message = it["message"].as_str().unwrap();
+        assert!(message.chars().count() <= 2_000, "{} letters", message.chars().count());
+    }
+}
+
 #[test]
 fn a_file_of_ten_megabytes() {
     let mut text = String::new();

@@ -1,5 +1,7 @@
 //! `mauve graph`.
 
+use std::fmt::Write as _;
+
 use mauve_tests::{Run, mauve, models};
 use serde_json::Value;
 
@@ -93,4 +95,60 @@ fn what_cannot_be_shown_is_refused() {
     let found = run_in("broken", &broken, &["graph"]);
     assert!(found.code == 1 && found.err.contains("error"), "{}", found.err);
     assert!(found.out.contains("│ x: Missing │"), "{}", found.out);
+}
+
+/// Each state has a way on, a way back to the first state, and one to a state far away: 10,000 transitions.
+fn many_transitions(states: usize) -> String {
+    let mut text = "codel f(): int\nshell S { }\ncore C(S) { statemachine {\n".to_owned();
+    for state in 0..states {
+        let initial = if state == 0 { "initial " } else { "" };
+        let targets = [(state + 1) % states, 0, (state * 37 + 11) % states];
+        let _ = write!(text, "{initial}state s{state} {{ run = {{ f(); }}");
+        for (index, target) in targets.into_iter().enumerate() {
+            let _ = write!(text, " transition t{index} if (f() > {index}) to s{target}");
+        }
+        text += " }\n";
+    }
+    text + "} }\ncomponent K(S, C)\n"
+}
+
+/// Each instance is connected with two others.
+fn many_connections(instances: usize) -> String {
+    let mut text = "shell S { input port a: int  input port c: int  output port b: int }\ncodel f(): void\n\
+                    core C(S) { update = { f(); } }\ncomponent K(S, C)\narchitecture A {\n"
+        .to_owned();
+    for instance in 0..instances {
+        let _ = writeln!(text, "  instance i{instance}: K");
+    }
+    for instance in 1..instances {
+        let _ = writeln!(text, "  connection i{}.b -> i{instance}.a", instance - 1);
+        let _ = writeln!(text, "  connection i{}.b -> i{instance}.c", (instance * 37 + 11) % instances);
+    }
+    text + "}\n"
+}
+
+/// What is too large for a picture says so in the picture, with its size and what to do instead; before, it took minutes.
+#[test]
+fn a_drawing_that_no_one_can_read_says_so() {
+    let (machine, graph) = (many_transitions(3_400), many_connections(5_000));
+    let files = [
+        ("machine.mal", machine.as_str()),
+        ("graph.mal", &graph),
+        ("mauve.toml", "[assume]\ncodel = \"0.001 ms\"\n"),
+    ];
+    let all = [
+        ("psm", "machine.mal", "3400 states and "),
+        ("graph", "graph.mal", "5000 instances and 9998 connections"),
+    ];
+    for (command, path, size) in all {
+        for format in ["svg", "text"] {
+            let run = run_in("large", &files, &[command, path, "--format", format]);
+            assert_eq!(run.code, 0, "{}", run.err);
+            assert!(run.out.contains(&format!("too large to draw: {size}")), "{}", run.out);
+            assert!(run.out.contains(&format!("`mauve {command} --format dot`")), "{}", run.out);
+            assert!(run.out.len() < 10_000, "{} bytes", run.out.len());
+        }
+        let dot = run_in("large", &files, &[command, path, "--format", "dot"]);
+        assert!(dot.out.starts_with("digraph ") && dot.out.lines().count() > 10_000, "{}", dot.err);
+    }
 }

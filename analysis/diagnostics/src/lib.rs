@@ -100,12 +100,27 @@ pub struct Fix<'db> {
     pub edits: Vec<(Location<'db>, String)>,
 }
 
+/// The characters of a message. Names may have tens of thousands, and a message is sent and shown many times.
+const MOST_CHARACTERS: usize = 2_000;
+
+/// Returns a text of at most `most` characters, without its middle where it is longer.
+pub fn shortened(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    if length <= most {
+        return text.to_owned();
+    }
+    let tail = most.saturating_sub(1) / 2;
+    let head: String = text.chars().take(most.saturating_sub(1 + tail)).collect();
+    let tail: String = text.chars().skip(length - tail).collect();
+    format!("{head}…{tail}")
+}
+
 impl<'db> Diagnostic<'db> {
     fn new(code: &'static Code, at: Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         Diagnostic {
             code,
             at,
-            message: message.into(),
+            message: shortened(&message.into(), MOST_CHARACTERS),
             related: Vec::new(),
             fixes: Vec::new(),
             accepted: None,
@@ -119,12 +134,13 @@ impl<'db> Diagnostic<'db> {
     }
 
     fn related(mut self, at: &Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
-        self.related.push((at.clone(), message.into()));
+        self.related.push((at.clone(), shortened(&message.into(), MOST_CHARACTERS)));
         self
     }
 
     fn fix(mut self, title: impl Into<String>, at: Location<'db>, text: String) -> Diagnostic<'db> {
-        self.fixes.push(Fix { title: title.into(), edits: vec![(at, text)] });
+        let title = shortened(&title.into(), MOST_CHARACTERS);
+        self.fixes.push(Fix { title, edits: vec![(at, text)] });
         self
     }
 

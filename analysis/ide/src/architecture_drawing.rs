@@ -6,11 +6,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{cpu_names, utilisation};
+use mauve_hir::ModelDb;
 use mauve_hir::item_tree::{FeatureKind, Name};
 use mauve_timing::{Status, Time, Unit};
+use rustc_hash::FxHashMap;
 
 use crate::drawing::{
-    Drawing, dot_text, fitted, moved, number, svg_frame, svg_head, svg_path, svg_text, text_width,
+    Drawing, dot_text, drawn_name, fitted, moved, number, svg_frame, svg_head, svg_path, svg_text,
+    text_width, too_large,
 };
 use crate::graph::{Graph, GraphNode};
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Side, Slot, Spacing, place};
@@ -21,12 +24,29 @@ use crate::text_canvas::{TextCanvas, cells};
 /// In SVG, each box is a group with `data-instance`, and each line a group with `data-source` and `data-target`, which hold the
 /// numbers of instances, and `data-edge`, which holds the number of the connection. `data-place` holds the file and the line of
 /// the declaration.
-pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
-    match drawing {
-        Drawing::Dot => dot(graph),
-        Drawing::Svg => svg(graph),
-        Drawing::Text => text(graph),
-    }
+pub fn draw_graph(db: &dyn ModelDb, graph: &Graph<'_>, drawing: Drawing) -> String {
+    let interrupt = || db.unwind_if_revision_cancelled();
+    let graph = &with_drawn_names(graph.clone());
+    let drawn = match drawing {
+        Drawing::Dot => Some(dot(graph)),
+        Drawing::Svg => svg(graph, &interrupt),
+        Drawing::Text => text(graph, &interrupt),
+    };
+    drawn.unwrap_or_else(|| {
+        let content = format!("{} instances and {} connections", graph.nodes.len(), graph.edges.len());
+        too_large(drawing, &graph.title, &content, "mauve graph")
+    })
+}
+
+/// Returns the graph with the names that a drawing shows.
+fn with_drawn_names<'db>(mut graph: Graph<'db>) -> Graph<'db> {
+    let of_nodes = graph.nodes.iter_mut().flat_map(|node| {
+        let ports = node.ports.iter_mut().map(|port| &mut port.name);
+        [&mut node.instance, &mut node.component].into_iter().chain(ports)
+    });
+    let of_edges = graph.edges.iter_mut().flat_map(|edge| [&mut edge.source.1, &mut edge.target.1]);
+    of_nodes.chain(of_edges).for_each(|name| *name = drawn_name(name).into());
+    graph
 }
 
 /// The response time of an instance beside its deadline, in words.
@@ -123,17 +143,20 @@ fn diagram(
 ) -> (Diagram, Vec<Vec<(Name, bool)>>) {
     // The declared ports, then those that only connections have, such as those of unknown components.
     let mut ports: Vec<Vec<(Name, bool)>> = Vec::new();
-    for node in &graph.nodes {
+    let mut known: FxHashMap<(usize, Name), usize> = FxHashMap::default();
+    for (number, node) in graph.nodes.iter().enumerate() {
         ports.push(node.ports.iter().map(|port| (port.name.clone(), is_incoming(port.kind))).collect());
+        for (index, port) in node.ports.iter().enumerate() {
+            known.entry((number, port.name.clone())).or_insert(index);
+        }
     }
-    let mut number_of = |(number, name): &(usize, Name), is_incoming: bool| {
-        let Some(ports) = ports.get_mut(*number) else { return (*number, 0) };
-        let found = ports.iter().position(|(port, _)| port == name);
-        let port = found.unwrap_or_else(|| {
-            ports.push((name.clone(), is_incoming));
-            ports.len() - 1
-        });
-        (*number, port)
+    let mut number_of = |end: &(usize, Name), is_incoming: bool| {
+        let Some(ports) = ports.get_mut(end.0) else { return (end.0, 0) };
+        let port = *known.entry(end.clone()).or_insert(ports.len());
+        if port == ports.len() {
+            ports.push((end.1.clone(), is_incoming));
+        }
+        (end.0, port)
     };
     let lines = graph.edges.iter().map(|edge| {
         // A required operation is the source, a provided one the target.
@@ -160,7 +183,7 @@ const FIGURES: f64 = 168.0;
 /// The width of a utilisation.
 const LOAD: f64 = 56.0;
 
-fn svg(graph: &Graph<'_>) -> String {
+fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let has_figures = graph.report.is_some();
     let head = if has_figures { 76.0 } else { 50.0 };
     let (diagram, ports) = diagram(graph, |node, ports| {
@@ -178,7 +201,7 @@ fn svg(graph: &Graph<'_>) -> String {
         }
     });
     let title_height = 28.0;
-    let placement = moved(place(&diagram, PIXELS), (0.0, title_height));
+    let placement = moved(place(&diagram, PIXELS, interrupt)?, (0.0, title_height));
     let legend = if has_figures { 34.0 } else { 0.0 };
     let width = placement.width.max(text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin);
     let size = (width, placement.height + title_height + legend);
@@ -211,7 +234,7 @@ fn svg(graph: &Graph<'_>) -> String {
             number(y)
         );
     }
-    out + "</svg>\n"
+    Some(out + "</svg>\n")
 }
 
 fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
@@ -288,7 +311,7 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
 const CELLS: Spacing =
     Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, line: 1.0 };
 
-fn text(graph: &Graph<'_>) -> String {
+fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
         let name = format!("{}: {}", node.instance, node.component);
         std::iter::once(name).chain(Figures::of(node).map(|it| it.with_load())).collect()
@@ -307,8 +330,8 @@ fn text(graph: &Graph<'_>) -> String {
             ports: Vec::new(),
         }
     });
-    let placement = place(&diagram, CELLS);
-    let mut canvas = TextCanvas::of(&placement);
+    let placement = place(&diagram, CELLS, interrupt)?;
+    let mut canvas = TextCanvas::of(&placement)?;
     for (line, edge) in placement.lines.iter().zip(&graph.edges) {
         canvas.tip(&line.points, edge.operation);
     }
@@ -326,7 +349,7 @@ fn text(graph: &Graph<'_>) -> String {
             canvas.text(at, *y, name);
         }
     }
-    format!("{}\n\n{}", graph.title, canvas.finish())
+    Some(format!("{}\n\n{}", graph.title, canvas.finish()))
 }
 
 /// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 / 40 ms`.
@@ -365,15 +388,15 @@ mod tests {
     use crate::graph::tests::MODEL;
 
     fn drawn(name: &str, drawing: Drawing) -> String {
-        made(name, |graph| draw_graph(graph, drawing))
+        made(name, |db, graph| draw_graph(db, graph, drawing))
     }
 
-    fn made(name: &str, make: impl Fn(&Graph<'_>) -> String) -> String {
+    fn made(name: &str, make: impl Fn(&dyn ModelDb, &Graph<'_>) -> String) -> String {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
         let graph = graph(&db, project, of, Query::shown(&db, project), TIGHT_SLACK).unwrap();
-        make(&graph)
+        make(&db, &graph)
     }
 
     fn check(name: &str, drawing: Drawing, expected: Expect) {
@@ -389,7 +412,7 @@ mod tests {
                 pilot  ✗ 50 / 40 ms
                 spare  – not real-time
         "#]]
-        .assert_eq(&made("D", instance_tree));
+        .assert_eq(&made("D", |_, graph| instance_tree(graph)));
         expect![[r#"
             A
               no CPU
@@ -397,7 +420,7 @@ mod tests {
                 pilot
                 spare
         "#]]
-        .assert_eq(&made("A", instance_tree));
+        .assert_eq(&made("A", |_, graph| instance_tree(graph)));
     }
 
     #[test]
@@ -474,6 +497,19 @@ mod tests {
                    └─────────────────┘
             "#]],
         );
+    }
+
+    #[test]
+    fn an_edit_cancels_a_drawing() {
+        for drawing in [Drawing::Svg, Drawing::Text] {
+            let cancelled = || {
+                made("D", |db, graph| {
+                    db.cancellation_token().cancel();
+                    draw_graph(db, graph, drawing)
+                })
+            };
+            assert!(salsa::Cancelled::catch(cancelled).is_err(), "{drawing:?} is drawn to its end");
+        }
     }
 
     #[test]

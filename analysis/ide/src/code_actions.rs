@@ -24,7 +24,7 @@ mod uses;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
-use mauve_diagnostics::{Finding, file_findings};
+use mauve_diagnostics::{Finding, file_findings, shortened};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
 use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::format::Replacement;
@@ -55,18 +55,6 @@ pub struct CodeAction<'db> {
 
 /// The maximum length of a title, in characters.
 pub(crate) const MOST_CHARACTERS: usize = 60;
-
-/// Returns a text of at most `most` characters, without its middle where it is longer.
-pub(crate) fn shortened(text: &str, most: usize) -> String {
-    let length = text.chars().count();
-    if length <= most {
-        return text.to_owned();
-    }
-    let tail = most.saturating_sub(1) / 2;
-    let head: String = text.chars().take(most.saturating_sub(1 + tail)).collect();
-    let tail: String = text.chars().skip(length - tail).collect();
-    format!("{head}…{tail}")
-}
 
 impl CodeAction<'_> {
     fn new(kind: ActionKind, title: impl Into<String>) -> Self {

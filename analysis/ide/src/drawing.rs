@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use mauve_diagnostics::shortened;
 use serde::Deserialize;
 
 use crate::layout::{Area, Placement};
@@ -21,6 +22,14 @@ pub enum Drawing {
     Text,
 }
 
+/// The letters of a name in a drawing.
+const MOST_LETTERS: usize = 100;
+
+/// Returns a name as a drawing shows it.
+pub(crate) fn drawn_name(name: &str) -> String {
+    shortened(name, MOST_LETTERS)
+}
+
 /// Returns the head of an SVG document of this size: the style, the tip of arrows, a background, and the title.
 ///
 /// `place` holds the attributes that place the title.
@@ -34,6 +43,20 @@ pub(crate) fn svg_head((width, height): (f64, f64), place: &str, title: &str) ->
         title = svg_text(title),
         style = include_str!("drawing.css"),
     )
+}
+
+/// Returns what is shown instead of a drawing that is too large: what it would have, and the command that lists all of it.
+pub(crate) fn too_large(drawing: Drawing, title: &str, content: &str, command: &str) -> String {
+    let why =
+        format!("too large to draw: {content}; `{command} --format dot` writes all of them for Graphviz");
+    match drawing {
+        Drawing::Svg => {
+            let size = (text_width(title, 14.0, true).max(text_width(&why, 12.0, false)) + 48.0, 90.0);
+            let head = svg_head(size, "x=\"24\" y=\"30\"", title);
+            format!("{head}<text class=\"soft\" x=\"24\" y=\"60\">{}</text>\n</svg>\n", svg_text(&why))
+        }
+        Drawing::Dot | Drawing::Text => format!("{title}\n\n{why}\n"),
+    }
 }
 
 /// Returns the frame of a box, with corners of this radius.

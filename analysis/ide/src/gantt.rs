@@ -3,27 +3,28 @@
 use std::cmp::Reverse;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::cpu_names;
+use mauve_diagnostics::{cpu_names, shortened};
 use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
 
-use crate::code_actions::shortened;
 use crate::drawing::{Drawing, svg_head, svg_text};
 use crate::text_canvas::cells;
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
+/// To cancel, `interrupt` unwinds.
 pub fn draw_schedule(
     title: &str,
     deployment: &DeployedTasks<'_>,
     schedule: &Schedule,
     drawing: Drawing,
+    interrupt: &dyn Fn(),
 ) -> String {
     let lanes = lanes(deployment, schedule);
     let chart = Chart::new(&lanes, deployment, schedule);
     match drawing {
-        Drawing::Svg => chart.draw(title),
+        Drawing::Svg => chart.draw(title, interrupt),
         Drawing::Text | Drawing::Dot => chart.text(title),
     }
 }
@@ -61,7 +62,7 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
     let mut lanes: Vec<Lane<'_>> = simulated
         .map(|(activity, task)| Lane {
             activity,
-            name: tasks.name(activity),
+            name: shortened(&tasks.name(activity), 2 * MOST_LETTERS),
             shown: shortened(&tasks.name(activity), MOST_LETTERS),
             priority: task.priority.real_time(),
             cpus: task.cpus.unwrap_or_default(),
@@ -127,7 +128,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         Chart { lanes, deployment, schedule, lane, font, left }
     }
 
-    fn draw(&self, title: &str) -> String {
+    fn draw(&self, title: &str, interrupt: &dyn Fn()) -> String {
         let groups = self.groups().count();
         let bottom = TOP + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
         let width = self.left + PLOT + 40.0;
@@ -142,7 +143,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             let _ = writeln!(out, "<text x=\"20\" y=\"{at:.1}\" class=\"name\">{cpus}</text>");
             y += HEADING;
             for lane in lanes {
-                self.lane(&mut out, lane, y, index % 2 == 0);
+                self.lane(&mut out, lane, y, index % 2 == 0, interrupt);
                 y += self.lane;
                 index += 1;
             }
@@ -257,7 +258,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         }
     }
 
-    fn lane(&self, out: &mut String, lane: &Lane<'_>, top: f64, is_shaded: bool) {
+    fn lane(&self, out: &mut String, lane: &Lane<'_>, top: f64, is_shaded: bool, interrupt: &dyn Fn()) {
         let base = top + self.lane - 5.0;
         let height = self.lane * 0.56;
         if is_shaded {
@@ -284,12 +285,12 @@ impl<'a, 'db> Chart<'a, 'db> {
             self.left,
         );
         self.releases(out, lane, base);
-        self.slices(out, lane, base, height);
+        self.slices(out, lane, base, height, interrupt);
         self.misses(out, lane, base);
     }
 
     /// The slices, and thin lines where a job is preempted.
-    fn slices(&self, out: &mut String, lane: &Lane<'_>, base: f64, height: f64) {
+    fn slices(&self, out: &mut String, lane: &Lane<'_>, base: f64, height: f64, interrupt: &dyn Fn()) {
         let mut preempted = String::new();
         for pair in lane.slices.windows(2) {
             if let [before, after] = pair
@@ -307,6 +308,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             lane.jobs.get(index).map(|job| job.deadline)
         };
         for slice in &lane.slices {
+            interrupt();
             let class = if lane.priority.is_none() { THROTTLED.to_owned() } else { colour(slice.cpu) };
             let end = deadline(slice).map_or(slice.end, |deadline| deadline.clamp(slice.start, slice.end));
             let label = self.label(slice);
@@ -516,7 +518,7 @@ rt_throttling = false
     #[test]
     fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
         check(|deployment, schedule| {
-            let svg = draw_schedule("D", &deployment, schedule, Drawing::Svg);
+            let svg = draw_schedule("D", &deployment, schedule, Drawing::Svg, &|| ());
             assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
             let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
             let titles: String = titles.map(|title| format!("{title}\n")).collect();
@@ -554,7 +556,16 @@ rt_throttling = false
             not simulated, and may delay others: spare; not simulated, in the background: logger
         "#]];
         check(|deployment, schedule| {
-            expected.assert_eq(&draw_schedule("D", &deployment, schedule, Drawing::Text));
+            expected.assert_eq(&draw_schedule("D", &deployment, schedule, Drawing::Text, &|| ()));
+        });
+    }
+
+    #[test]
+    fn a_drawing_can_be_cancelled() {
+        check(|deployment, schedule| {
+            let calls = std::cell::Cell::new(0);
+            draw_schedule("D", &deployment, schedule, Drawing::Svg, &|| calls.set(calls.get() + 1));
+            assert_eq!(calls.get(), schedule.slices.len());
         });
     }
 
@@ -564,14 +575,14 @@ rt_throttling = false
             for activity in deployment.tasks.activities_mut() {
                 activity.name = format!("<&\"{}", "x".repeat(40)).into();
             }
-            let svg = draw_schedule("<D>", &deployment, schedule, Drawing::Svg);
+            let svg = draw_schedule("<D>", &deployment, schedule, Drawing::Svg, &|| ());
             assert!(
                 svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"),
                 "{svg}"
             );
             deployment.tasks = Tasks::default();
             let empty = deployment.tasks.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
-            let svg = draw_schedule("", &deployment, &empty, Drawing::Svg);
+            let svg = draw_schedule("", &deployment, &empty, Drawing::Svg, &|| ());
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
         });
     }

@@ -12,6 +12,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Utilisation};
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
 
+use crate::drawing::drawn_name;
 use crate::figure::figure;
 
 /// A graph of instances and connections.
@@ -156,11 +157,13 @@ pub fn graph<'db>(
     let flat = flat_of(db, project, target);
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
     let nodes = flat.instances.iter().enumerate().filter_map(|(index, instance)| {
+        db.unwind_if_revision_cancelled();
         number.entry(&instance.name).or_insert(index);
         node(db, (project, of), instance, &figures, query)
     });
     let nodes: Vec<GraphNode<'db>> = nodes.collect();
     let edges = flat.links.iter().filter_map(|link| {
+        db.unwind_if_revision_cancelled();
         let end = |(instance, feature): &(Name, Name)| Some((*number.get(instance)?, feature.clone()));
         let (source, target) = (end(&link.source)?, end(&link.target)?);
         let place = file_and_line(db, project.workspace(db), &link.at);
@@ -172,10 +175,10 @@ pub fn graph<'db>(
         missing.push("a connection has an error".to_owned());
     }
     let title = match report {
-        None => of.name(db).to_string(),
+        None => drawn_name(of.name(db)),
         Some(report) => format!(
             "{} at {}{}: response times and deadlines in ms, CPU utilisation",
-            of.name(db),
+            drawn_name(of.name(db)),
             query.level,
             times_of(report.times.as_deref())
         ),

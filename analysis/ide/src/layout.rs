@@ -18,6 +18,7 @@ mod turns;
 use std::collections::{BTreeMap, BTreeSet};
 
 use order::order_of;
+use rustc_hash::FxHashMap;
 use turns::Gap;
 
 /// A diagram without positions.
@@ -44,7 +45,7 @@ pub(crate) struct BoxSize {
 }
 
 /// A side of a box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Side {
     Left,
     Right,
@@ -128,14 +129,18 @@ pub(crate) struct PlacedLine {
 /// diagram is drawn in a simpler way, with more crossings.
 const MANY_ITEMS: usize = 600;
 
-/// Places a diagram. Lines whose boxes or ports do not exist have no points.
-pub(crate) fn place(diagram: &Diagram, spacing: Spacing) -> Placement {
+/// A diagram with more boxes and places where lines pass a column is not drawn: no one can read it, and editors freeze on its picture.
+const MOST_ITEMS: usize = 60_000;
+
+/// Places a diagram; nothing if it is too large. Lines whose boxes or ports do not exist have no points. Calls `interrupt` often,
+/// which may unwind.
+pub(crate) fn place(diagram: &Diagram, spacing: Spacing, interrupt: &dyn Fn()) -> Option<Placement> {
     let exists =
         |&(number, port): &(usize, usize)| diagram.boxes.get(number).is_some_and(|it| port < it.ports.len());
     let is_usable = |line: &LineEnds| exists(&line.source) && exists(&line.target);
     // From here on, all numbers are those of boxes, ports and lines that exist.
     let lines = (0..diagram.lines.len()).filter(|&line| is_usable(&diagram.lines[line])).collect();
-    Layout::new(diagram, spacing, lines).placement()
+    Layout::new(diagram, spacing, lines, interrupt).map(Layout::placement)
 }
 
 /// A place in the sequence of columns that a line passes: a slot, or a position in a column between.
@@ -165,43 +170,59 @@ enum Content {
 struct Layout<'a> {
     diagram: &'a Diagram,
     spacing: Spacing,
+    interrupt: &'a dyn Fn(),
     /// The lines between different boxes.
     lines: Vec<usize>,
-    /// The lines from a box to itself.
-    loops: Vec<usize>,
+    /// The lines from a box to itself, by box.
+    loops: BTreeMap<usize, Vec<usize>>,
     /// The position of each box in an order that most lines follow.
     order: Vec<usize>,
     columns: Vec<Vec<Item>>,
     /// The column of each box.
     column_of: Vec<usize>,
+    /// Where a line passes a column: the index in the column, by line and column.
+    passes: FxHashMap<(usize, usize), usize>,
     boxes: Vec<PlacedBox>,
 }
 
 impl<'a> Layout<'a> {
-    fn new(diagram: &'a Diagram, spacing: Spacing, usable: Vec<usize>) -> Layout<'a> {
+    fn new(
+        diagram: &'a Diagram,
+        spacing: Spacing,
+        usable: Vec<usize>,
+        interrupt: &'a dyn Fn(),
+    ) -> Option<Layout<'a>> {
         let ends = |line: &usize| (diagram.lines[*line].source.0, diagram.lines[*line].target.0);
         let is_loop = |line: &usize| ends(line).0 == ends(line).1;
-        let (loops, lines): (Vec<usize>, Vec<usize>) = usable.into_iter().partition(is_loop);
+        let (all_loops, lines): (Vec<usize>, Vec<usize>) = usable.into_iter().partition(is_loop);
+        let mut loops: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        all_loops.iter().for_each(|line| loops.entry(ends(line).0).or_default().push(*line));
+        if diagram.boxes.len() + diagram.lines.len() > MOST_ITEMS {
+            return None;
+        }
         let order = order_of(diagram.boxes.len(), &lines.iter().map(ends).collect::<Vec<_>>());
         let mut layout = Layout {
             diagram,
             spacing,
+            interrupt,
             lines,
             loops,
             order,
             columns: Vec::new(),
+            passes: FxHashMap::default(),
             column_of: vec![0; diagram.boxes.len()],
             boxes: vec![PlacedBox::default(); diagram.boxes.len()],
         };
         layout.make_slots();
         let ranks = layout.ranks();
-        let lanes = layout.lines.iter().map(|&line| layout.span(line, &ranks).count()).sum::<usize>();
-        match diagram.boxes.len() + lanes > MANY_ITEMS {
-            true => layout.assign_simply(&ranks),
-            false => layout.assign_by_dagre(),
+        let lanes = layout.lines.iter().map(|&line| layout.span(line, &ranks).len()).sum::<usize>();
+        match diagram.boxes.len() + lanes {
+            ..=MANY_ITEMS => layout.assign_by_dagre(),
+            ..=MOST_ITEMS => layout.assign_simply(&ranks),
+            _ => return None,
         }
         layout.number_columns();
-        layout
+        Some(layout)
     }
 
     fn line(&self, line: usize) -> LineEnds {
@@ -238,6 +259,13 @@ impl<'a> Layout<'a> {
             }
         }
         self.separate();
+        let items = self.columns.iter().enumerate().flat_map(|(column, items)| {
+            items.iter().enumerate().filter_map(move |(index, item)| match item.content {
+                Content::Line(line) | Content::Label(line) => Some(((line, column), index)),
+                Content::Box(_) => None,
+            })
+        });
+        self.passes = items.collect();
     }
 
     fn gap(&self, above: Content, below: Content) -> f64 {
@@ -287,7 +315,7 @@ impl<'a> Layout<'a> {
                 used[number].insert((port, side));
             }
         }
-        for &line in &self.loops {
+        for &line in self.loops.values().flatten() {
             let LineEnds { source: (number, source), target: (_, target), .. } = self.line(line);
             if self.diagram.boxes[number].head.is_some() {
                 used[number].extend([(source, Side::Right), (target, Side::Left)]);
@@ -319,7 +347,7 @@ impl<'a> Layout<'a> {
 
     /// The lines from a box to itself, in order.
     fn loops_of(&self, number: usize) -> impl Iterator<Item = LineEnds> + '_ {
-        self.loops.iter().map(|&line| self.line(line)).filter(move |line| line.source.0 == number)
+        self.loops.get(&number).into_iter().flatten().map(|&line| self.line(line))
     }
 
     /// The distance between the middle of a box and the ends of a line to itself below it.
@@ -377,9 +405,8 @@ impl<'a> Layout<'a> {
             let near = |number: usize, side: Side, other: usize| {
                 let column = self.column_of[number];
                 let next = if side == Side::Right { column.checked_add(1) } else { column.checked_sub(1) };
-                let items = next.and_then(|next| self.columns.get(next)).into_iter().flatten();
-                let mut of_line = items.filter(|item| is_of_line(item.content, line));
-                of_line.next().map_or_else(|| centre(other), |item| item.top + item.height / 2.0)
+                let item = next.and_then(|next| self.passing(line, next));
+                item.map_or_else(|| centre(other), |item| item.top + item.height / 2.0)
             };
             let pairs = [
                 ((ends.source.0, ends.source.1, source), near(ends.source.0, source, ends.target.0)),
@@ -416,9 +443,16 @@ impl<'a> Layout<'a> {
         }
     }
 
-    fn slot(&self, (number, port): (usize, usize), side: Side) -> f64 {
-        let mut slots = self.boxes[number].slots.iter();
-        slots.find(|slot| slot.port == port && slot.side == side).map(|slot| slot.y).unwrap_or_default()
+    /// Where a line passes a column.
+    fn passing(&self, line: usize, column: usize) -> Option<Item> {
+        self.columns.get(column)?.get(*self.passes.get(&(line, column))?).copied()
+    }
+
+    /// The heights of the slots, by box, port and side.
+    fn slots(&self) -> FxHashMap<(usize, usize, Side), f64> {
+        let all = self.boxes.iter().enumerate();
+        all.flat_map(|(number, it)| it.slots.iter().map(move |slot| ((number, slot.port, slot.side), slot.y)))
+            .collect()
     }
 
     /// The stops of each line between boxes, from left to right.
@@ -432,12 +466,14 @@ impl<'a> Layout<'a> {
                 }
             }
         }
+        let slots = self.slots();
         let stops = self.lines.iter().map(|&line| {
+            (self.interrupt)();
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
             let stop = |end: (usize, usize), side: Side| Stop {
                 column: self.column_of[end.0],
-                y: self.slot(end, side),
+                y: slots.get(&(end.0, end.1, side)).copied().unwrap_or_default(),
             };
             let mut stops = vec![stop(ends.source, source), stop(ends.target, target)];
             stops.extend(between.remove(&line).unwrap_or_default());
@@ -452,11 +488,12 @@ impl<'a> Layout<'a> {
     fn straighten(&mut self, stops: &mut [Vec<Stop>]) {
         let mut columns = std::mem::take(&mut self.columns);
         for (&line, stops) in self.lines.iter().zip(stops) {
+            (self.interrupt)();
             for index in 1..stops.len().saturating_sub(1) {
                 let neighbours = [index - 1, index + 1].map(|index| stops[index].y);
                 let stop = &mut stops[index];
                 let items = &mut columns[stop.column];
-                let Some(at) = items.iter().position(|item| is_of_line(item.content, line)) else { continue };
+                let Some(&at) = self.passes.get(&(line, stop.column)) else { continue };
                 let item = items[at];
                 let above = at.checked_sub(1).and_then(|above| items.get(above));
                 let least = above.map_or(self.spacing.margin, |above| {
@@ -478,7 +515,7 @@ impl<'a> Layout<'a> {
 
     /// Sets the horizontal positions, and makes the lines.
     fn turn(mut self, stops: &[Vec<Stop>]) -> Placement {
-        let gaps: Vec<Gap> = (1..self.columns.len()).map(|right| self.turns_before(right, stops)).collect();
+        let gaps = self.gaps(stops);
         // The left and the right end of each column.
         let mut ends: Vec<(f64, f64)> = Vec::new();
         let mut x = self.spacing.margin;
@@ -503,6 +540,7 @@ impl<'a> Layout<'a> {
         }
         let mut lines = vec![PlacedLine::default(); self.diagram.lines.len()];
         for (&line, stops) in self.lines.iter().zip(stops) {
+            (self.interrupt)();
             let points = self.points(line, stops, &gaps, &ends);
             lines[line] = PlacedLine { points, label: self.label(line, &ends) };
         }
@@ -537,9 +575,10 @@ impl<'a> Layout<'a> {
 
     fn label(&self, line: usize, ends: &[(f64, f64)]) -> Option<Area> {
         let (width, height) = self.line(line).label?;
-        let mut all = self.columns.iter().zip(ends);
-        all.find_map(|(items, (left, right))| {
-            let item = items.iter().find(|item| item.content == Content::Label(line))?;
+        let (first, last) = self.ends_of(line);
+        (self.column_of[first]..self.column_of[last]).find_map(|column| {
+            let item = self.passing(line, column).filter(|item| item.content == Content::Label(line))?;
+            let (left, right) = ends.get(column)?;
             let x = ((left + right - width) / 2.0).floor();
             Some(Area { x, y: item.top, width, height })
         })
@@ -547,17 +586,19 @@ impl<'a> Layout<'a> {
 
     /// The lines from a box to itself: below it, or around it to the port on its other side.
     fn placed_loops(&self) -> Vec<(usize, PlacedLine)> {
-        let mut count_of: BTreeMap<usize, f64> = BTreeMap::new();
-        let placed = self.loops.iter().map(|&line| {
+        let slots = self.slots();
+        let slot = |(number, port): (usize, usize), side| slots.get(&(number, port, side)).copied();
+        let all = self.loops.values().flat_map(|of_box| of_box.iter().enumerate());
+        let placed = all.map(|(index, &line)| {
             let ends = self.line(line);
             let Area { x, y, width, height } = self.boxes[ends.source.0].area;
             let (right, bottom) = (x + width - self.spacing.line, y + height - self.spacing.line);
-            let count = count_of.entry(ends.source.0).or_default();
-            *count += 1.0;
+            let count = index as f64 + 1.0;
             if self.diagram.boxes[ends.source.0].head.is_some() {
-                let (from, to) = (self.slot(ends.source, Side::Right), self.slot(ends.target, Side::Left));
-                let side = self.spacing.ends + (*count - 1.0) * self.spacing.turns;
-                let below = bottom + *count * (self.spacing.lines + self.spacing.line);
+                let (from, to) = (slot(ends.source, Side::Right), slot(ends.target, Side::Left));
+                let (from, to) = (from.unwrap_or_default(), to.unwrap_or_default());
+                let side = self.spacing.ends + (count - 1.0) * self.spacing.turns;
+                let below = bottom + count * (self.spacing.lines + self.spacing.line);
                 let points = vec![
                     (right, from),
                     (right + side, from),
@@ -662,7 +703,7 @@ mod tests {
 
     /// Checks what the documentation of this module promises.
     fn check(diagram: &Diagram, spacing: Spacing) {
-        let placement = place(diagram, spacing);
+        let placement = place(diagram, spacing, &|| ()).unwrap();
         let boxes: Vec<Area> = placement.boxes.iter().map(|it| it.area).collect();
         let labels: Vec<Area> = placement.lines.iter().filter_map(|line| line.label).collect();
         let all: Vec<Area> = boxes.iter().chain(&labels).copied().collect();
@@ -731,22 +772,69 @@ mod tests {
         }
     }
 
+    /// Lines between boxes, each with a port of its own for each line.
+    fn diagram_of(boxes: usize, lines: impl Iterator<Item = (usize, usize)>) -> Diagram {
+        let size = BoxSize { width: 8.0, height: 3.0, row: 1.0, ..BoxSize::default() };
+        let mut diagram = Diagram { boxes: vec![size; boxes], lines: Vec::new() };
+        for (source, target) in lines {
+            let mut end = |number: usize| {
+                let ports = &mut diagram.boxes[number].ports;
+                ports.push(None);
+                (number, ports.len() - 1)
+            };
+            let (source, target) = (end(source), end(target));
+            diagram.lines.push(LineEnds { source, target, label: Some((4.0, 1.0)) });
+        }
+        diagram
+    }
+
+    /// With a method whose steps grow with the square, each of these takes minutes.
+    #[test]
+    fn steps_grow_with_the_size() {
+        const SIZE: usize = 15_000;
+        let backwards = diagram_of(SIZE, (1..SIZE).map(|it| (it, it - 1)));
+        let star = diagram_of(SIZE, (1..SIZE).map(|it| (0, it)));
+        let loops = diagram_of(SIZE, (0..SIZE).map(|it| (it, it)));
+        let rings = diagram_of(SIZE, (0..SIZE).map(|it| (it, it ^ 1)));
+        for diagram in [backwards, star, loops, rings] {
+            let calls = std::cell::Cell::new(0);
+            let placement = place(&diagram, CELLS, &|| calls.set(calls.get() + 1)).unwrap();
+            assert!(placement.lines.iter().all(|line| line.points.len() >= 2));
+            // Often enough that an edit does not wait.
+            assert!(
+                calls.get() >= diagram.lines.len() || diagram.lines[0].source.0 == diagram.lines[0].target.0
+            );
+        }
+    }
+
+    #[test]
+    fn what_no_one_can_read_is_not_placed() {
+        let boxes = diagram_of(MOST_ITEMS + 1, std::iter::empty());
+        // Few boxes, and lines that pass many of them.
+        let passing = diagram_of(400, (1..400).flat_map(|it| [(it - 1, it), (it, 0)]));
+        for diagram in [boxes, passing] {
+            assert!(place(&diagram, CELLS, &|| ()).is_none());
+        }
+    }
+
     #[test]
     fn sources_are_left_of_targets() {
         let boxes =
             vec![BoxSize { width: 8.0, height: 3.0, ports: vec![None, None], ..BoxSize::default() }; 3];
         let line = |source, target| LineEnds { source: (source, 0), target: (target, 1), label: None };
-        let placement = place(&Diagram { boxes, lines: vec![line(2, 0), line(0, 1)] }, CELLS);
+        let placement =
+            place(&Diagram { boxes, lines: vec![line(2, 0), line(0, 1)] }, CELLS, &|| ()).unwrap();
         let x: Vec<f64> = placement.boxes.iter().map(|it| it.area.x).collect();
         assert!(x[2] < x[0] && x[0] < x[1], "{x:?}");
     }
 
     #[test]
     fn a_diagram_without_boxes_is_empty() {
-        let placement = place(&Diagram::default(), PIXELS);
+        let placement = place(&Diagram::default(), PIXELS, &|| ()).unwrap();
         assert!(placement.boxes.is_empty() && placement.width >= 0.0 && placement.height.is_finite());
         // Lines of boxes that do not exist have no points.
         let lines = vec![LineEnds { source: (0, 0), target: (7, 3), label: None }];
-        assert!(place(&Diagram { boxes: Vec::new(), lines }, PIXELS).lines[0].points.is_empty());
+        let placement = place(&Diagram { boxes: Vec::new(), lines }, PIXELS, &|| ()).unwrap();
+        assert!(placement.lines[0].points.is_empty());
     }
 }

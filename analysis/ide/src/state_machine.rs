@@ -11,7 +11,8 @@ use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::TableSet;
 
 use crate::drawing::{
-    Drawing, dot_text, moved, number, svg_frame, svg_head, svg_path, svg_text, svg_tip, text_width,
+    Drawing, dot_text, drawn_name, moved, number, svg_frame, svg_head, svg_path, svg_text, svg_tip,
+    text_width, too_large,
 };
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, Placement, Spacing, place};
 use crate::machine_view::{MachineEdge, MachineView};
@@ -31,12 +32,13 @@ pub struct MachineTitle<'a> {
 impl MachineTitle<'_> {
     fn text(&self, view: &MachineView<'_>) -> String {
         let assumed = view.psm.is_some_and(|psm| !psm.assumed.is_empty());
+        let component = drawn_name(self.component);
         let times = match view.psm {
             Some(_) if assumed => "execution times per period in ms, some of them assumed",
             Some(_) => "execution times per period in ms",
             None => "execution times unknown",
         };
-        format!("{} at {}{}: {times}", self.component, self.level, times_of(self.times))
+        format!("{component} at {}{}: {times}", self.level, times_of(self.times))
     }
 }
 
@@ -52,23 +54,32 @@ pub fn draw_state_machine<'db>(
     view: &MachineView<'db>,
     drawing: Drawing,
 ) -> String {
-    let machine = Machine::new(title.text(view), view, |at| file_and_line(db, workspace, at));
-    match drawing {
-        Drawing::Dot => machine.dot(title.component),
-        Drawing::Svg => machine.svg(),
-        Drawing::Text => machine.text(),
-    }
+    let interrupt = || db.unwind_if_revision_cancelled();
+    let place_of = |at: &Location<'db>| {
+        interrupt();
+        file_and_line(db, workspace, at)
+    };
+    let machine = Machine::new(title.text(view), view, place_of);
+    let drawn = match drawing {
+        Drawing::Dot => Some(machine.dot(&drawn_name(title.component))),
+        Drawing::Svg => machine.svg(&interrupt),
+        Drawing::Text => machine.text(&interrupt),
+    };
+    drawn.unwrap_or_else(|| {
+        let content = format!("{} states and {} transitions", machine.states.len(), view.edges.len());
+        too_large(drawing, &machine.title, &content, "mauve psm")
+    })
 }
 
-struct Machine<'a> {
+struct Machine {
     title: String,
-    states: Vec<DrawnState<'a>>,
+    states: Vec<DrawnState>,
     /// By source and target.
     arrows: Vec<Arrow>,
 }
 
-struct DrawnState<'a> {
-    name: &'a str,
+struct DrawnState {
+    name: String,
     is_initial: bool,
     is_worst: bool,
     place: String,
@@ -95,12 +106,12 @@ struct DrawnEdge {
     place: String,
 }
 
-impl<'a> Machine<'a> {
+impl Machine {
     fn new<'db>(
         title: String,
-        view: &'a MachineView<'db>,
+        view: &MachineView<'db>,
         place_of: impl Fn(&Location<'db>) -> String,
-    ) -> Machine<'a> {
+    ) -> Machine {
         let place_of = |at: &Option<Location<'db>>| at.as_ref().map(&place_of).unwrap_or_default();
         let mut arrows: BTreeMap<(usize, usize), ByTransition<'_, 'db>> = BTreeMap::new();
         for (number, edge) in view.edges.iter().enumerate() {
@@ -118,7 +129,7 @@ impl<'a> Machine<'a> {
             edges.into_iter().any(|edge| edge.source == state)
         };
         let drawn = |(name, (number, edge)): (&str, (usize, &MachineEdge<'db>))| {
-            let time = edge.time.map_or_else(|| "?".to_owned(), milliseconds);
+            let (name, time) = (drawn_name(name), edge.time.map_or_else(|| "?".to_owned(), milliseconds));
             let label =
                 |time: &str| if name.is_empty() { time.to_owned() } else { format!("{name}: {time}") };
             DrawnEdge {
@@ -134,7 +145,7 @@ impl<'a> Machine<'a> {
             title,
             states: (view.states.iter().enumerate())
                 .map(|(number, state)| DrawnState {
-                    name: &state.name,
+                    name: drawn_name(&state.name),
                     is_initial: state.initial,
                     is_worst: in_worst(number),
                     place: place_of(&state.at),
@@ -159,10 +170,11 @@ impl<'a> Machine<'a> {
         );
         for state in &self.states {
             let bold = if state.is_initial { " [penwidth=2]" } else { "" };
-            let _ = writeln!(out, "  {}{bold};", dot_text(state.name));
+            let _ = writeln!(out, "  {}{bold};", dot_text(&state.name));
         }
         for arrow in &self.arrows {
-            let name = |state: usize| dot_text(self.states.get(state).map_or("", |state| state.name));
+            let name =
+                |state: usize| dot_text(self.states.get(state).map_or("", |state| state.name.as_str()));
             let labels: Vec<&str> = arrow.edges.iter().map(|edge| edge.label.as_str()).collect();
             let bold = if arrow.is_worst() { ", penwidth=2" } else { "" };
             let label = dot_text(&labels.join("\n")).replace('\n', "\\n");
@@ -177,9 +189,10 @@ impl<'a> Machine<'a> {
         &self,
         spacing: Spacing,
         row: f64,
-        size: impl Fn(&DrawnState<'_>) -> (f64, f64),
+        size: impl Fn(&DrawnState) -> (f64, f64),
         label: impl Fn(&Arrow) -> (f64, f64),
-    ) -> Placement {
+        interrupt: &dyn Fn(),
+    ) -> Option<Placement> {
         let mut diagram = Diagram::default();
         for state in &self.states {
             let (width, height) = size(state);
@@ -197,13 +210,13 @@ impl<'a> Machine<'a> {
             let target = (arrow.target, port(arrow.target));
             diagram.lines.push(LineEnds { source, target, label: Some(label(arrow)) });
         }
-        place(&diagram, spacing)
+        place(&diagram, spacing, interrupt)
     }
 
-    fn svg(&self) -> String {
+    fn svg(&self, interrupt: &dyn Fn()) -> Option<String> {
         const TITLE: f64 = 28.0;
-        let size = |state: &DrawnState<'_>| {
-            let width = text_width(state.name, 13.0, true) + 32.0;
+        let size = |state: &DrawnState| {
+            let width = text_width(&state.name, 13.0, true) + 32.0;
             ((width / 8.0).ceil() * 8.0, 38.0)
         };
         let label = |arrow: &Arrow| {
@@ -220,7 +233,7 @@ impl<'a> Machine<'a> {
             margin: 24.0,
             line: 0.0,
         };
-        let placement = moved(self.place(spacing, 14.0, size, label), (0.0, TITLE));
+        let placement = moved(self.place(spacing, 14.0, size, label, interrupt)?, (0.0, TITLE));
         let width = placement.width.max(text_width(&self.title, 14.0, true) + 2.0 * spacing.margin);
         let size = (width, placement.height + TITLE);
         let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", spacing.margin), &self.title);
@@ -258,27 +271,27 @@ impl<'a> Machine<'a> {
                  {}\n\
                  <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text></g>",
                 svg_text(&state.place),
-                svg_text(state.name),
+                svg_text(&state.name),
                 if state.is_initial { ", the initial state" } else { "" },
                 svg_frame(placed.area, 12),
                 number(x + width / 2.0),
                 number(y + height / 2.0 + 4.5),
-                svg_text(state.name),
+                svg_text(&state.name),
             );
         }
-        out + "</svg>\n"
+        Some(out + "</svg>\n")
     }
 
-    fn text(&self) -> String {
-        let size = |state: &DrawnState<'_>| (cells(&self.shown(state)) + 4.0, 3.0);
+    fn text(&self, interrupt: &dyn Fn()) -> Option<String> {
+        let size = |state: &DrawnState| (cells(&self.shown(state)) + 4.0, 3.0);
         let label = |arrow: &Arrow| {
             let widths = arrow.edges.iter().map(|edge| cells(&edge.label));
             (widths.fold(0.0, f64::max) + 2.0, arrow.edges.len() as f64)
         };
         let spacing =
             Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 2.0, label: 0.0, margin: 0.0, line: 1.0 };
-        let placement = self.place(spacing, 1.0, size, label);
-        let mut canvas = TextCanvas::of(&placement);
+        let placement = self.place(spacing, 1.0, size, label, interrupt)?;
+        let mut canvas = TextCanvas::of(&placement)?;
         for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
             canvas.tip(&line.points, false);
             let Some(area) = line.label else { continue };
@@ -298,11 +311,11 @@ impl<'a> Machine<'a> {
         } else {
             "> the initial state"
         };
-        format!("{}\n\n{}\n{legend}\n", self.title, canvas.finish())
+        Some(format!("{}\n\n{}\n{legend}\n", self.title, canvas.finish()))
     }
 
-    fn shown(&self, state: &DrawnState<'_>) -> String {
-        if state.is_initial { format!("> {}", state.name) } else { state.name.to_owned() }
+    fn shown(&self, state: &DrawnState) -> String {
+        if state.is_initial { format!("> {}", state.name) } else { state.name.clone() }
     }
 }
 
@@ -345,6 +358,10 @@ codel = "1.5 ms"
 "#;
 
     fn drawn(drawing: Drawing) -> String {
+        drawn_after(drawing, |_| ())
+    }
+
+    fn drawn_after(drawing: Drawing, then: impl FnOnce(&Database)) -> String {
         let db = Database::default();
         let texts = mauve_tests::fixture(MODEL).into_iter().map(|(path, text)| (PathBuf::from(path), text));
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
@@ -353,7 +370,17 @@ codel = "1.5 ms"
         let level = Level::TEN_TO_MINUS_FOUR;
         let view = state_machine(&db, first_tables(&db, project, pilot), pilot, level);
         let title = MachineTitle { component: "Pilot", level, times: None };
+        then(&db);
         draw_state_machine(&db, workspace, title, &view, drawing)
+    }
+
+    #[test]
+    fn an_edit_cancels_a_drawing() {
+        for drawing in [Drawing::Svg, Drawing::Text, Drawing::Dot] {
+            let cancelled = || drawn_after(drawing, |db| salsa::Database::cancellation_token(db).cancel());
+            let cancelled = std::panic::AssertUnwindSafe(cancelled);
+            assert!(salsa::Cancelled::catch(cancelled).is_err(), "{drawing:?} is drawn to its end");
+        }
     }
 
     #[test]

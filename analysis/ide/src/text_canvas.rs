@@ -26,25 +26,29 @@ const DOWN: u8 = 2;
 const LEFT: u8 = 4;
 const RIGHT: u8 = 8;
 
-/// More cells than this are not drawn: the drawing would use too much memory.
-const MOST_CELLS: usize = 20_000_000;
+/// More cells than this are not drawn: a terminal shows no line of thousands of letters.
+const MOST_CELLS: usize = 4_000_000;
 
 impl TextCanvas {
-    /// Makes an empty canvas. One that is too large stays empty.
-    pub(crate) fn new(width: f64, height: f64) -> TextCanvas {
+    /// Makes an empty canvas; none if it is too large.
+    pub(crate) fn new(width: f64, height: f64) -> Option<TextCanvas> {
         let (width, height) = (width.max(0.0) as usize, height.max(0.0) as usize);
-        if width.saturating_mul(height) > MOST_CELLS {
-            return TextCanvas::default();
-        }
-        TextCanvas { rows: vec![vec![Cell::Lines(0); width]; height] }
+        let is_drawn = width.saturating_mul(height) <= MOST_CELLS;
+        is_drawn.then(|| TextCanvas { rows: vec![vec![Cell::Lines(0); width]; height] })
     }
 
-    /// Draws the borders of all boxes, then all lines.
-    pub(crate) fn of(placement: &Placement) -> TextCanvas {
-        let mut canvas = TextCanvas::new(placement.width, placement.height);
+    /// Draws the borders of all boxes, then all lines; nothing if it is too large, or its lines are too long.
+    pub(crate) fn of(placement: &Placement) -> Option<TextCanvas> {
+        let points =
+            placement.lines.iter().flat_map(|line| line.points.iter().zip(line.points.iter().skip(1)));
+        let length: f64 = points.map(|(from, to)| (to.0 - from.0).abs() + (to.1 - from.1).abs()).sum();
+        if length > MOST_CELLS as f64 {
+            return None;
+        }
+        let mut canvas = TextCanvas::new(placement.width, placement.height)?;
         placement.boxes.iter().for_each(|placed| canvas.border(placed.area));
         placement.lines.iter().for_each(|line| canvas.line(&line.points));
-        canvas
+        Some(canvas)
     }
 
     fn cell(&mut self, x: f64, y: f64) -> Option<&mut Cell> {
@@ -159,7 +163,7 @@ mod tests {
 
     #[test]
     fn lines_that_meet_are_joined() {
-        let mut canvas = TextCanvas::new(30.0, 5.0);
+        let mut canvas = TextCanvas::new(30.0, 5.0).unwrap();
         canvas.border(Area { x: 0.0, y: 0.0, width: 9.0, height: 4.0 });
         canvas.border(Area { x: 20.0, y: 1.0, width: 8.0, height: 4.0 });
         canvas.line(&[(8.0, 1.0), (14.0, 1.0), (14.0, 3.0), (20.0, 3.0)]);
@@ -178,10 +182,10 @@ mod tests {
 
     #[test]
     fn what_is_outside_is_not_drawn() {
-        let mut canvas = TextCanvas::new(4.0, 1.0);
+        let mut canvas = TextCanvas::new(4.0, 1.0).unwrap();
         canvas.text(-2.0, 0.0, "abcdefgh");
         canvas.line(&[(0.0, 9.0), (9.0, 9.0)]);
         assert_eq!(canvas.finish(), "cdef\n");
-        assert_eq!(TextCanvas::new(1e9, 1e9).finish(), "");
+        assert!(TextCanvas::new(1e9, 1e9).is_none());
     }
 }

@@ -274,7 +274,7 @@ fn check_all(db: &Database, workspace: Workspace) -> usize {
             let svg = match of.kind(db) {
                 Kind::Deployment | Kind::Architecture => {
                     let Some(graph) = graph(db, project, of, query, TIGHT_SLACK) else { continue };
-                    let drawn = Drawn::of(&draw_graph(&graph, Drawing::Svg));
+                    let drawn = Drawn::of(&draw_graph(db, &graph, Drawing::Svg));
                     assert_eq!(drawn.frames.len(), graph.nodes.len());
                     assert_eq!(drawn.wires.len(), graph.edges.len());
                     drawn
@@ -339,7 +339,7 @@ fn boxes_keep_their_places_when_times_change() {
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         let graph = graph(&db, project, deployment, Query::shown(&db, project), TIGHT_SLACK).unwrap();
-        let svg = draw_graph(&graph, Drawing::Svg);
+        let svg = draw_graph(&db, &graph, Drawing::Svg);
         assert!(svg.contains("✓") || svg.contains("✗") || svg.contains("?"), "{svg}");
         Drawn::of(&svg).frames
     };

@@ -50,7 +50,7 @@ impl Graph {
             say(&format!("incomplete: {missing}"));
         }
         let text = match self.format.drawing() {
-            Some(drawing) => draw_graph(&graph, drawing),
+            Some(drawing) => draw_graph(&db, &graph, drawing),
             None => crate::json::text(&graph_document(&db, (project, of), query, &graph))?,
         };
         let errors = errors_of(&db, project);

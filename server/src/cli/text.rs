@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mauve_diagnostics::shortened;
 use mauve_timing::Time;
 
 /// Returns a path as it is shown: relative to `here` if it is below that folder.
@@ -43,6 +44,9 @@ pub(super) fn counted(count: usize, what: &str) -> String {
     }
 }
 
+/// The letters of a cell: names may have tens of thousands, for which each row would have as many spaces.
+const MOST_LETTERS: usize = 400;
+
 /// Formats a table: text is aligned to the left, numbers to the right.
 pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
@@ -50,7 +54,7 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
         let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
         cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
     };
-    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let widths: Vec<usize> = (0..header.len()).map(width).map(|it| it.min(MOST_LETTERS)).collect();
     let right: Vec<bool> = (0..header.len())
         .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
         .collect();
@@ -59,6 +63,7 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     for row in std::iter::once(&names).chain(rows) {
         let mut line = String::from(" ");
         for (column, cell) in row.iter().enumerate() {
+            let cell = shortened(cell, MOST_LETTERS);
             let width = widths.get(column).copied().unwrap_or_default();
             let gap = " ".repeat(width.saturating_sub(cell.chars().count()));
             match right.get(column) {

@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
-use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if};
+use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if, shortened};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -28,7 +28,7 @@ use mauve_wcrt::{
     ActivityReport, Deadlines, Query, Report, WhatIfField, response_times, response_times_if, system_of,
 };
 
-use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
+use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
 use crate::Change;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";

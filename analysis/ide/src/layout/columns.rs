@@ -29,7 +29,7 @@ impl Layout<'_> {
     }
 
     /// The content of a column where a line passes, and its height.
-    fn passing(&self, line: usize, has_label: bool) -> (Content, f64) {
+    fn content(&self, line: usize, has_label: bool) -> (Content, f64) {
         match self.line(line).label {
             Some((_, height)) if has_label => {
                 (Content::Label(line), height + self.spacing.label + self.spacing.line)
@@ -49,7 +49,7 @@ impl Layout<'_> {
         for &line in &self.lines {
             let (left, right) = self.ends_of(line);
             let (width, height) = match self.line(line).label {
-                Some((width, _)) => (width, self.passing(line, true).1),
+                Some((width, _)) => (width, self.content(line, true).1),
                 None => (0.0, 0.0),
             };
             let edge = EdgeLabel { width, height, labelpos: LabelPos::Center, ..EdgeLabel::default() };
@@ -86,7 +86,7 @@ impl Layout<'_> {
                 // The first and the last one are on the borders of the boxes.
                 let is_known = ranks.get(&at).is_some_and(|items| has_line(items, line));
                 if at > rank_of[left] && at < rank_of[right] && !is_known {
-                    let (content, height) = self.passing(line, label_at == Some(at));
+                    let (content, height) = self.content(line, label_at == Some(at));
                     ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
                 }
             }
@@ -104,7 +104,7 @@ impl Layout<'_> {
         for &line in &self.lines {
             let span = self.span(line, ranks);
             for rank in span.clone() {
-                let (content, height) = self.passing(line, rank == span.start);
+                let (content, height) = self.content(line, rank == span.start);
                 columns[rank].push(Item { content, top: 0.0, height });
             }
         }
@@ -112,6 +112,7 @@ impl Layout<'_> {
         // The last height of each line, from the left.
         let mut height_of: BTreeMap<usize, f64> = BTreeMap::new();
         for items in &mut columns {
+            (self.interrupt)();
             for item in items.iter_mut() {
                 item.top = match item.content {
                     Content::Line(line) | Content::Label(line) => {

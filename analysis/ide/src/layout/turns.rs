@@ -1,8 +1,10 @@
 //! Decides where lines turn between two columns.
 
+use std::collections::BinaryHeap;
+
 use super::*;
 
-/// More turns than this between two columns are not ordered.
+/// More lines than this between two columns are not ordered.
 const MANY_TURNS: usize = 300;
 
 /// Lines that share a turn.
@@ -48,31 +50,41 @@ pub(super) struct Gap {
 impl Gap {
     fn new(mut nets: Vec<Net>, spacing: Spacing) -> Gap {
         nets.sort_by(|a, b| a.span().0.total_cmp(&b.span().0));
-        if nets.len() <= MANY_TURNS {
-            for _ in 0..nets.len() {
-                let mut is_ordered = true;
-                for index in 1..nets.len() {
-                    if let [a, b] = &nets[index - 1..=index]
-                        && b.cost_before(a) < a.cost_before(b)
-                    {
-                        nets.swap(index - 1, index);
-                        is_ordered = false;
-                    }
+        let is_ordered_well = nets.iter().map(|net| net.lines.len()).sum::<usize>() <= MANY_TURNS;
+        for _ in 0..if is_ordered_well { nets.len() } else { 0 } {
+            let mut is_ordered = true;
+            for index in 1..nets.len() {
+                if let [a, b] = &nets[index - 1..=index]
+                    && b.cost_before(a) < a.cost_before(b)
+                {
+                    nets.swap(index - 1, index);
+                    is_ordered = false;
                 }
-                if is_ordered {
-                    break;
-                }
+            }
+            if is_ordered {
+                break;
             }
         }
         // Nets that are apart vertically share a turn.
         let mut placed: Vec<((f64, f64), usize)> = Vec::new();
+        // From the top, those that end above a net are above all that follow.
+        let mut near: BinaryHeap<(usize, usize)> = BinaryHeap::new();
         let mut turns = BTreeMap::new();
-        for net in &nets {
+        for (index, net) in nets.iter().enumerate() {
             let (top, bottom) = net.span();
             let is_near = |&&((a, b), _): &&((f64, f64), usize)| {
                 top <= b + spacing.lines && bottom + spacing.lines >= a
             };
-            let turn = placed.iter().filter(is_near).map(|(_, turn)| turn + 1).max().unwrap_or_default();
+            let last = if is_ordered_well {
+                placed.iter().filter(is_near).map(|(_, turn)| *turn).max()
+            } else {
+                while near.peek().is_some_and(|(_, above)| !is_near(&&placed[*above])) {
+                    near.pop();
+                }
+                near.peek().map(|(turn, _)| *turn)
+            };
+            let turn = last.map_or(0, |turn| turn + 1);
+            near.push((turn, index));
             placed.push(((top, bottom), turn));
             turns.extend(net.lines.iter().map(|&line| (line, turn)));
         }
@@ -90,28 +102,31 @@ impl Gap {
 }
 
 impl Layout<'_> {
-    /// Decides where lines turn between the column `right` and the one before.
-    pub(super) fn turns_before(&self, right: usize, stops: &[Vec<Stop>]) -> Gap {
-        let mut nets: BTreeMap<NetKey, Net> = BTreeMap::new();
+    /// Decides where lines turn between each column and the next.
+    pub(super) fn gaps(&self, stops: &[Vec<Stop>]) -> Vec<Gap> {
+        let mut all: Vec<BTreeMap<NetKey, Net>> = vec![BTreeMap::new(); self.columns.len().saturating_sub(1)];
         for (&line, stops) in self.lines.iter().zip(stops) {
-            let Some(pair) = stops.windows(2).find(|pair| matches!(pair, [_, to] if to.column == right))
-            else {
-                continue;
-            };
-            let [from, to] = pair else { continue };
+            (self.interrupt)();
             let ends = self.line(line);
             let (side, _) = self.sides(ends);
-            // Lines from one port share their turn next to it.
-            let at_source = match side {
-                Side::Right => stops.first().is_some_and(|first| first.column == from.column),
-                Side::Left => stops.last().is_some_and(|last| last.column == right),
-            };
-            let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
-            let net = nets.entry(key).or_default();
-            net.lines.push(line);
-            net.left.push(from.y);
-            net.right.push(to.y);
+            for (from, to) in stops.iter().zip(stops.iter().skip(1)) {
+                // Lines from one port share their turn next to it.
+                let at_source = match side {
+                    Side::Right => stops.first().is_some_and(|first| first.column == from.column),
+                    Side::Left => stops.last().is_some_and(|last| last.column == to.column),
+                };
+                let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
+                let Some(nets) = to.column.checked_sub(1).and_then(|gap| all.get_mut(gap)) else { continue };
+                let net = nets.entry(key).or_default();
+                net.lines.push(line);
+                net.left.push(from.y);
+                net.right.push(to.y);
+            }
         }
-        Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
+        let gap = |nets: BTreeMap<NetKey, Net>| {
+            (self.interrupt)();
+            Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
+        };
+        all.into_iter().map(gap).collect()
     }
 }

@@ -113,7 +113,7 @@ fn document(
     for (document, edge) in edges.zip(&graph.edges) {
         document["location"] = location(&edge.at);
     }
-    document["drawing"] = draw_graph(&graph, drawing).into();
+    document["drawing"] = draw_graph(db, &graph, drawing).into();
     document["tree"] = instance_tree(&graph).into();
     document["incomplete"] = snapshot.has_syntax_errors(project).into();
     Ok(Some(document))

@@ -104,14 +104,16 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     document["instance"] = of_activity.instance.to_string().into();
     document["bound"] = json!(of_activity.response.map(milliseconds));
     let deployment = DeployedTasks::simulated(db, project, of, query.level);
-    match WorstOf::of(&deployment, index, query, &|| db.unwind_if_revision_cancelled()) {
+    let interrupt = || db.unwind_if_revision_cancelled();
+    match WorstOf::of(&deployment, index, query, &interrupt) {
         Ok(worst) => {
-            let schedule = worst.schedule(&deployment, MOST_EVENTS, &|| db.unwind_if_revision_cancelled());
+            let schedule = worst.schedule(&deployment, MOST_EVENTS, &interrupt);
             let note = worst.description(&deployment, &schedule);
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            document["drawing"] = draw_schedule(&title, &deployment, &schedule, params.drawing).into();
+            let drawing = draw_schedule(&title, &deployment, &schedule, params.drawing, &interrupt);
+            document["drawing"] = drawing.into();
         }
         Err(why) => {
             let why = no_worst_case(why, &of_activity.instance, &name);
