@@ -89,12 +89,12 @@ pub fn figure<'db>(
 
 /// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed times are always marked.
 fn response_texts(mark: &str, figures: Vec<String>, is_assumed: bool) -> Vec<String> {
-    let with_mark = figures.iter().map(|figure| format!("{mark} {figure}"));
+    let mut with_mark = figures.iter().map(|figure| format!("{mark} {figure}"));
     match is_assumed {
         false => with_mark.chain([mark.to_owned()]).collect(),
         true => {
             let assumed = with_mark.clone().map(|figure| format!("{figure} · assumed"));
-            let in_short = with_mark.last().map(|figure| format!("{figure} assumed"));
+            let in_short = with_mark.next_back().map(|figure| format!("{figure} assumed"));
             assumed.chain(in_short).chain([format!("{mark} assumed")]).collect()
         }
     }
