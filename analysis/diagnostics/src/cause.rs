@@ -13,6 +13,8 @@ pub(crate) enum Cause {
     LetterCase(String),
     /// The architecture has no instance of this name.
     NoInstance(Name, Name),
+    /// The times of this table overload CPUs.
+    Overload(File),
 }
 
 /// The message at the location of a follow-up.
@@ -45,8 +47,10 @@ pub(super) fn one_for_each_cause<'db>(
         let earlier = Arc::make_mut(earlier);
         if earlier.related.len() < MOST_RELATED {
             match diagnostic.cause {
-                // It is where the first one is, and names what follows.
-                Some(Cause::LetterCase(_)) => earlier.related.extend(diagnostic.related.iter().cloned()),
+                // It is where the first one is, or near it, and names what follows.
+                Some(Cause::LetterCase(_) | Cause::Overload(_)) => {
+                    earlier.related.extend(diagnostic.related.iter().cloned())
+                }
                 _ => earlier.related.push((diagnostic.at.clone(), FOLLOWS.to_owned())),
             }
         }

@@ -40,7 +40,7 @@
 //! tables = ["imu.toml"]
 //! //- /imu.toml
 //! [codel]
-//! work = 220
+//! work = 220   # warning
 //! ```
 //!
 //! Where the execution time of an activity alone exceeds its deadline, no priority helps: shorten a codel, or lengthen the
@@ -109,8 +109,8 @@ pub(super) fn overloaded<'db>(
 ) -> Diagnostic<'db> {
     let greatest = &overload.greatest;
     let why = match &overload.alone {
-        Some((own, period, table)) => {
-            let table = table.map(|table| format!(": is the unit of `{}` right?", file_name(db, table)));
+        Some((own, period)) => {
+            let table = overload.table.as_ref().map(|table| format!(": is the unit of `{}` right?", file_name(db, table.file(db))));
             let table = table.unwrap_or_default();
             format!("the execution time of `{greatest}` alone, {own}, exceeds its period of {period}{table}")
         }

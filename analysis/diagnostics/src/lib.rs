@@ -310,6 +310,7 @@ codes! {
     unused_jitter: UNUSED_JITTER = Warning "unused-jitter";
     unused_offset: UNUSED_OFFSET = Warning "unused-offset";
     deadline_missed: DEADLINE_MISSED = Error "deadline-missed";
+    overloading_times: OVERLOADING_TIMES = Warning "overloading-times";
     missing_time: MISSING_TIME = Warning "missing-time";
     not_analysed: NOT_ANALYSED = Warning "not-analysed";
     invalid_configuration: INVALID_CONFIGURATION = Error "invalid-configuration";
@@ -560,13 +561,14 @@ pub fn declaration_diagnostics<'db>(
         let mut of_priorities = priority_facts(db, project, decl, &system.activities);
         of_priorities.retain(|fact| !proof::is_moot(fact, &facts));
         found.extend(timing_diagnostics(db, project, &of_priorities));
-        found.extend(facts.iter().map(|fact| {
+        found.extend(facts.iter().flat_map(|fact| {
             let mut diagnostic = timing_diagnostic(db, project, fact);
             match proof::acceptance(db, project, decl, fact) {
                 Ok(accepted) => diagnostic.accepted = accepted,
                 Err(ceiling) => diagnostic.message += &format!("; {ceiling}, by mauve.toml"),
             }
-            Arc::new(diagnostic)
+            let in_table = overloading_times::in_table(db, decl, fact, &diagnostic);
+            std::iter::once(diagnostic).chain(in_table).map(Arc::new)
         }));
     }
     found.into_boxed_slice()

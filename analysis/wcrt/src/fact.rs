@@ -183,9 +183,10 @@ pub struct Overload<'db> {
     /// The activity with the greatest utilisation among those.
     pub greatest: Name,
     pub share: Option<Share>,
-    /// If that activity alone overloads the CPU: the greatest time of one of its jobs, its period, and the table with
-    /// the greatest part of the time.
-    pub alone: Option<(Time, Time, Option<File>)>,
+    /// If that activity alone overloads the CPU: the greatest time of one of its jobs, and its period.
+    pub alone: Option<(Time, Time)>,
+    /// The entry of a timing table with the greatest time of that activity.
+    pub table: Option<Location<'db>>,
     /// The activities without a bound.
     pub unbounded: Vec<Unbounded<'db>>,
 }

@@ -3,18 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mauve_timing::{Demand, Level, StateMachine, Time, Waits};
+use mauve_timing::{Demand, Entry, Level, StateMachine, Time, Waits};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
 use crate::sends::sends_of_operation;
 use crate::table_set::TableSet;
-use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
+use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, Edge, Edges, File, Location, ModelDb, ProgramId, Project, TimedProgram,
-    behaviour_of, codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of,
-    uses_of,
+    Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of,
+    codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -630,26 +629,36 @@ pub fn worst_path<'db>(
     program.map_or_else(Vec::new, |program| path(&program.cost, &time))
 }
 
-/// Returns the table that the greatest time of a component is from: that of its longest program, or of the longest codel
+/// Returns the entry of a table that the greatest time of a component is from: that of its longest program, or of the longest codel
 /// in it. None where the time is assumed.
-pub(crate) fn table_of_greatest_time<'db>(
+pub(crate) fn entry_of_greatest_time<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
-) -> Option<File> {
+) -> Option<Location<'db>> {
     let psm = psm_of(db, tables, component, level).as_ref().ok()?;
     let (times, project) = (timetable_of(db, tables), tables.project(db));
-    let (longest, _) = psm.programs.iter().max_by_key(|(_, time)| *time)?;
-    times.table_of(&Timed::Program(component, longest.in_table())).or_else(|| {
+    let entry_of = |of: &Timed<'db>, key: &str| {
+        let file = times.table_of(of)?;
+        // A key may leave out the library.
+        let is_it = |it: &&Entry| {
+            key.strip_suffix(it.key.as_str()).is_some_and(|it| it.is_empty() || it.ends_with('.'))
+        };
+        let span = table(db, file).entries().find(is_it).map_or(0..0, |entry| entry.key_span.clone());
+        Some(Location::Range(file, span.start as u32, span.end as u32))
+    };
+    let longest = psm.programs.iter().max_by_key(|(_, time)| *time)?.0.in_table();
+    let key = format!("{}/{longest}", component.qualified(db));
+    entry_of(&Timed::Program(component, longest), &key).or_else(|| {
         let core = core_of(db, project, component)?;
         let codels = uses_of(db, project, core).codels.iter().copied();
         let timed = codels.filter_map(|codel| match times.codel_time(db, codel, level) {
-            Lookup::Known(time) => Some((time, codel)),
+            Lookup::Known(time) => Some((time, codel.qualified(db), codel)),
             _ => None,
         });
-        let (_, codel) = timed.max_by_key(|(time, codel)| (*time, codel.qualified(db)))?;
-        times.table_of(&Timed::Codel(codel))
+        let (_, key, codel) = timed.max_by(|one, other| (one.0, &one.1).cmp(&(other.0, &other.1)))?;
+        entry_of(&Timed::Codel(codel), &key)
     })
 }
 

@@ -4,7 +4,7 @@ use mauve_timing::{Level, Status, Task, Time, name_of_other};
 
 use crate::basis::unmeasured_ports;
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
-use crate::psm::table_of_greatest_time;
+use crate::psm::entry_of_greatest_time;
 use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
@@ -95,6 +95,7 @@ fn overloads<'db>(
                         greatest,
                         share: None,
                         alone: None,
+                        table: None,
                         unbounded,
                     };
                     found.push((overload, Some(at.clone())));
@@ -124,13 +125,13 @@ fn overloads<'db>(
         {
             overload.greatest = name_of_other(&other.name).into();
             overload.share = Some(Share(share_of_other));
-            overload.alone = (share_of_other > 1.0).then_some((time, period, None));
+            overload.alone = (share_of_other > 1.0).then_some((time, period));
             continue;
         }
-        if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
+        overload.table = greatest.component.and_then(|it| entry_of_greatest_time(db, tables, it, level));
+        if let Some(alone) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
             *at = greatest.at.clone();
-            let table = greatest.component.and_then(|it| table_of_greatest_time(db, tables, it, level));
-            overload.alone = Some((own, period, table));
+            overload.alone = Some(alone);
         }
     }
     let fact = |(overload, at)| Some(TimingFact::new(at?, TimingFactKind::Overloaded(overload)));
