@@ -248,3 +248,29 @@ fn a_status_has_the_memory() {
         assert!(status["memory"].as_u64().unwrap() > 1_000_000, "{status}");
     }
 }
+
+/// The verdict is that of all deployments, also where no file of them is open.
+#[test]
+fn the_status_has_the_verdict_of_closed_files() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_status_verdict");
+    let model = "codel f(): int  shell S { }  core C(S) { update = { f(); } }  component K(S, C)
+architecture A { instance a: K  instance b: K }
+deployment D { architecture A  activity a { priority = 2 period = 10 }  activity b { priority = 1 period = 10 } }
+";
+    let files =
+        [("robot.mal", model), ("mauve.toml", "timing.tables = [\"t.toml\"]\n"), ("t.toml", "codel.f = 6\n")];
+    write(&folder, &files);
+    let mut client = start(&folder, &json!({})).0;
+    let verdict = |client: &mut Client| {
+        client.idle();
+        client.call("mauve/status", Value::Null).unwrap()["verdict"].clone()
+    };
+    let mut table = client.open_file(&folder.join("t.toml"));
+    assert_eq!(verdict(&mut client), "✗ 1 of 2 deadlines not proved");
+    client.edit(&mut table, "6", "30");
+    assert_eq!(verdict(&mut client), "✗ 2 of 2 deadlines not proved");
+    client.edit(&mut table, "30", "5");
+    assert_eq!(verdict(&mut client), "✓ 2 deadlines proved");
+    client.edit(&mut table, "f = 5", "f = ");
+    assert_eq!(verdict(&mut client), "✗ 2 of 2 deadlines not proved");
+}

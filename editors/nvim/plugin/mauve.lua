@@ -53,6 +53,12 @@ vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'Di
   end,
 })
 
+vim.api.nvim_create_autocmd('DiagnosticChanged', {
+  group = group,
+  callback = function()
+    require('mauve').update_verdict()
+  end,
+})
 vim.api.nvim_create_autocmd({ 'CursorMoved', 'CursorMovedI' }, {
   group = group,
   callback = function(event)

@@ -22,6 +22,12 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     "mauve.generateOrocos": (uri: string, deployment?: string) => generate(server, uri, deployment),
   });
 
+  let due: NodeJS.Timeout | undefined;
+  const askVerdict = () => {
+    clearTimeout(due);
+    due = setTimeout(() => void showVerdict(status, askVerdict), 300);
+  };
+
   // A project begins and ends with its mauve.toml: which TOML files the server gets depends on it.
   const projects = vscode.workspace.createFileSystemWatcher("**/mauve.toml", false, true, false);
   context.subscriptions.push(
@@ -31,6 +37,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     watchSteps(),
     new Panels(server, context.extensionUri),
     new Tree(server),
+    vscode.languages.onDidChangeDiagnostics(askVerdict),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
@@ -102,6 +109,21 @@ async function recognise(document: vscode.TextDocument): Promise<void> {
   } else if (language === "mauve" && document.languageId === "mal") {
     recognised.add(uri);
     await vscode.languages.setTextDocumentLanguage(document, "mauve");
+  }
+}
+
+/** Shows how many deadlines of all deployments are proved, in closed files too; again later, while the server works. */
+async function showVerdict(item: vscode.StatusBarItem, again: () => void): Promise<void> {
+  try {
+    const { verdict } = await server.request<{ verdict: string | null }>("mauve/status");
+    if (verdict === null) {
+      again();
+      return;
+    }
+    item.text = `$(${verdict.startsWith("✗") ? "warning" : "check"}) MAUVE ${verdict}`;
+    item.accessibilityInformation = { label: `MAUVE: ${verdict.replace(/^[✓✗] /, "")}` };
+  } catch {
+    // A server that stops shows its state.
   }
 }
 

@@ -201,6 +201,40 @@ function M.choose_significance(level)
   end)
 end
 
+local verdict, is_due = '', false
+
+--- Returns how many deadlines of all deployments are proved, in closed files too: for a status line, as in
+--- `vim.o.statusline = "%f %{v:lua.require'mauve'.verdict()}"`.
+function M.verdict()
+  return verdict
+end
+
+--- Asks for the verdict, again later while the server works. The plugin calls it when diagnostics change.
+function M.update_verdict()
+  if is_due then
+    return
+  end
+  is_due = true
+  vim.defer_fn(function()
+    is_due = false
+    local client = vim.lsp.get_clients({ name = 'mauve' })[1]
+    if not client then
+      verdict = ''
+      return
+    end
+    M.call(client, 'request', 'mauve/status', nil, function(_, status)
+      if type(status) ~= 'table' then
+        return
+      elseif type(status.verdict) ~= 'string' then
+        M.update_verdict()
+      elseif status.verdict ~= verdict then
+        verdict = status.verdict
+        vim.cmd.redrawstatus({ bang = true })
+      end
+    end)
+  end, 300)
+end
+
 --- Has the server read and analyse all files again.
 function M.reload()
   local client = M.client()

@@ -6,6 +6,7 @@
 //! | `documents` | the number of open documents |
 //! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
+//! | `verdict` | how many deadlines of all deployments are proved at the level that is shown, in closed files too, as a text for a status line: `✗ 2 of 10 deadlines not proved`. Null where `settled` is |
 //! | `jobs` | the number of running jobs, this request not counted |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
@@ -13,10 +14,11 @@ use std::sync::atomic::Ordering;
 
 use mauve_hir::projects;
 use mauve_timing::Level;
-use mauve_wcrt::level_shown;
+use mauve_wcrt::{Query, level_shown};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
+use crate::analysis_document::{Deployed, Proved, deployments};
 use crate::lsp::snapshot::Snapshot;
 use crate::memory::resident;
 
@@ -33,6 +35,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
         })
     });
     let levels = snapshot.levels();
+    let is_settled = snapshot.is_settled;
     let jobs = snapshot.running.load(Ordering::SeqCst).saturating_sub(1);
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -41,6 +44,23 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
         "levels": levels.into_iter().map(Level::as_f64).collect::<Vec<_>>(),
         "memory": resident(),
         "jobs": jobs,
-        "settled": snapshot.outbox.sent().filter(|_| snapshot.is_settled && jobs == 0),
+        "settled": snapshot.outbox.sent().filter(|_| is_settled && jobs == 0),
+        "verdict": (is_settled && jobs == 0).then(|| verdict(snapshot)),
     }))
+}
+
+/// Returns how many deadlines are proved. The server has analysed all deployments for their diagnostics.
+fn verdict(snapshot: &Snapshot) -> String {
+    let db = &snapshot.db;
+    let found = deployments(db, &snapshot.workspaces, None).unwrap_or_default().into_iter();
+    let deployed = found.map(|(project, deployment)| {
+        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project)))
+    });
+    let Proved { all, proved, .. } = Proved::of(&deployed.collect::<Vec<_>>());
+    let deadlines = if all == 1 { "deadline" } else { "deadlines" };
+    match all - proved {
+        _ if all == 0 => "no deadlines".to_owned(),
+        0 => format!("✓ {all} {deadlines} proved"),
+        open => format!("✗ {open} of {all} {deadlines} not proved"),
+    }
 }
