@@ -18,7 +18,7 @@ use mauve_orocos::{
 use crate::folder::{Folder, Kind};
 use problem::plan_message;
 
-pub(crate) use out::{Out, behind_links, configured_out, read, refuse_hidden};
+pub(crate) use out::{Out, configured_out, read, refuse_hidden};
 pub(crate) use problem::problem_message;
 pub(crate) use write::{Site, target};
 

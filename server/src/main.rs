@@ -5,23 +5,25 @@
 //!
 //! Each command is a file in `cli/` with a function from its arguments to an [`output::Output`]; results are printed here alone, messages in `output.rs`. `load.rs` reads models from the disk for all of them,
 //! `generate.rs` writes what is generated; `cli/editor.rs` writes the files of editors. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
-//! goes from folder to folder without following links, `harmless.rs` makes visible what a terminal would obey.
+//! goes from folder to folder without following links, `destination.rs` says where an output may go, `harmless.rs` makes visible what a terminal would obey.
 
 mod analysis_document;
 mod cache;
 mod cli;
+mod destination;
 mod disk;
 mod folder;
 mod generate;
 mod graph_document;
 mod harmless;
+mod holder;
 mod json;
 mod load;
 mod lsp;
 mod memory;
 mod output;
-mod private;
 mod replace;
+mod signals;
 
 use std::io::Write as _;
 use std::process::ExitCode;

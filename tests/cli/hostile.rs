@@ -1,21 +1,25 @@
 //! Projects of strangers: each is opened, checked, formatted, generated and served by a user without rights, in 1 GB of
 //! address space and 5 s of a processor's time (10 s for a debug build, which needs more than twice as much). No crash,
-//! nothing of other files on the screen, nothing written elsewhere, and the exit codes that are documented.
+//! nothing of other files on the screen, nothing written elsewhere, no program of the project started, and the exit codes that are
+//! documented. `PATH` begins with an empty folder, and has relative ones.
 //!
 //! A project is a text in `hostile/`, since no checkout has such files:
 //!
 //! ```text
 //! run check = 1              a command, and its exit code
 //! //- a.mal                  a file with the lines that follow; `\u{1b}` is one character
+//! //^ cmake                  the same, and it is a program
 //! //+ a.mal }                one more line of it
 //! //* a.mal 9 shell S{0} { } nine more, `{0}` is the number of each and `{1}` the next; HASH is that of `mine`
 //! //x a.mal 9 (              the same text nine times, in one line
 //! //0 a.mal 9                nine zeros that take no room
-//! //> a.mal /dev/zero        a link
+//! //> a.mal /dev/zero        a link; `../user` has files of the user, which he may write
 //! //| a.mal                  a pipe
 //! //! a                      nobody may look into this folder
 //! //~ a                      nor enter this one, whose names may be read
 //! ```
+//!
+//! Projects whose names begin with `run-` are built: their test begins with `orocos_`, since it needs CMake and a compiler.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -55,13 +59,16 @@ impl Project {
         for file in ["secret/s.mal", "secret/s.toml", "secret/s.json", "home/.keep", "project/.git/HEAD"] {
             write(&top, &[(file, secret.as_str())]);
         }
+        // The links of a project may lead there.
+        let (mine, page) = (format!("mine {SECRET}\n"), format!("<!doctype html>{SECRET}\n"));
+        write(&top, &[("user/mine", &mine), ("user/page.html", &page), ("user/empty", &String::new())]);
         let mut project = Project { name, top, folder, runs: Vec::new(), model: None };
         let text = fs::read_to_string(path).unwrap();
         let mut open: Option<PathBuf> = None;
         for line in text.split_inclusive('\n').skip(1) {
             let Some(made) = line
                 .strip_prefix("//")
-                .filter(|it| it.starts_with(['-', '+', '*', 'x', '0', '>', '|', '!', '~']))
+                .filter(|it| it.starts_with(['-', '^', '+', '*', 'x', '0', '>', '|', '!', '~']))
             else {
                 match (line.strip_prefix("run "), &open) {
                     (_, Some(path)) => append(path, &unescaped(line)),
@@ -83,7 +90,7 @@ impl Project {
         let (sign, rest) = line.split_at(1);
         let rest = rest.strip_prefix(' ').unwrap();
         let (path, more) = match sign {
-            "-" | "|" | "!" | "~" => (rest, ""),
+            "-" | "^" | "|" | "!" | "~" => (rest, ""),
             _ => rest.split_once(' ').unwrap(),
         };
         let path = self.folder.join(unescaped(path));
@@ -93,8 +100,11 @@ impl Project {
             (count.parse().unwrap(), text)
         };
         match sign {
-            "-" => {
+            "-" | "^" => {
                 append(&path, "");
+                if sign == "^" {
+                    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+                }
                 if path.extension().is_some_and(|it| it == "mal") && self.model.is_none() {
                     self.model = Some(path.clone());
                 }
@@ -125,14 +135,16 @@ impl Project {
         let script = self.top.join("home/limited");
         let (binary, home) = (MAUVE, self.top.join("home"));
         let (home, seconds) = (home.display(), if cfg!(debug_assertions) { 10 } else { 5 });
+        // The launchers of compilers that the tests use keep files of this user.
         let text = format!(
             "#!/bin/sh\nulimit -v 1048576\nulimit -t {seconds}\nexport HOME='{home}'\n\
-             [ \"$(id -u)\" != 0 ] || set -- setpriv --reuid 65534 --regid 65534 --clear-groups '{binary}' \"$@\"\n\
-             [ \"$(id -u)\" = 0 ] || set -- '{binary}' \"$@\"\nexec \"$@\"\n"
+             export CMAKE_BUILD_TYPE=None\nunset XDG_CACHE_HOME XDG_CONFIG_HOME XDG_DATA_HOME CMAKE_C_COMPILER_LAUNCHER CMAKE_CXX_COMPILER_LAUNCHER\n\
+             set -- env PATH=\":.:bin:./bin:$PATH\" '{binary}' \"$@\"\n\
+             [ \"$(id -u)\" != 0 ] || set -- setpriv --reuid 65534 --regid 65534 --clear-groups \"$@\"\nexec \"$@\"\n"
         );
         write(&self.top, &[("home/limited", text.as_str())]);
         fs::set_permissions(&script, fs::Permissions::from_mode(0o755)).unwrap();
-        for path in ["project", "home"] {
+        for path in ["project", "home", "user"] {
             let status =
                 Command::new("chown").args(["-R", "-h", "65534:65534"]).arg(self.top.join(path)).output();
             assert!(status.is_ok(), "{}: chown", self.name);
@@ -261,13 +273,31 @@ fn unescaped(text: &str) -> String {
 
 #[test]
 fn strangers_projects_are_harmless() {
+    all_are_harmless(|name| !name.starts_with("run-"));
+}
+
+/// One build for all of them, by a user who may write nothing but his home.
+#[test]
+fn orocos_strangers_projects_are_built_and_run() {
+    all_are_harmless(|name| name.starts_with("run-"));
+}
+
+fn all_are_harmless(is_of_test: impl Fn(&str) -> bool) {
+    // Only root can become another user. `tests/run` says the same at its end.
+    if !rustix::process::geteuid().is_root() {
+        eprintln!(
+            "NOT RUN as a user without rights, since this is not root: projects of strangers run as this user"
+        );
+    }
     let only = std::env::var("MAUVE_HOSTILE").ok();
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/hostile"));
     let all: BTreeSet<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    let is_wanted =
-        |path: &&PathBuf| only.as_ref().is_none_or(|only| path.file_stem().is_some_and(|it| *it == **only));
+    let is_wanted = |path: &&PathBuf| {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        is_of_test(name) && only.as_ref().is_none_or(|only| name == only)
+    };
     let wanted: Vec<&PathBuf> = all.iter().filter(is_wanted).collect();
-    assert!(!wanted.is_empty());
+    assert!(!wanted.is_empty() || only.is_some());
     let (next, problems) = (Mutex::new(wanted.iter()), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..2 {

@@ -306,6 +306,32 @@ fn what_a_recording_lacks_is_said_with_its_times() {
     assert!(found.out.contains(said) && table(&folder).contains(said), "{}{}", found.out, table(&folder));
 }
 
+/// Links of a project lead to files of the user.
+#[test]
+fn tables_and_reports_are_not_written_through_links_of_a_project() {
+    let folder = project("pwcet-links", 1.0, 0.5);
+    let mine = folder.join("mine");
+    std::fs::create_dir_all(mine.join(".git")).unwrap();
+    for (file, text) in [("table.toml", "unit = \"ms\"\n"), ("report.html", "<!doctype html>mine")] {
+        std::fs::write(mine.join(file), text).unwrap();
+        std::os::unix::fs::symlink(mine.join(file), folder.join(format!("linked-{file}"))).unwrap();
+    }
+    let pwcet = |output: &str, report: &str| {
+        let arguments = ["pwcet", "run.samples", "--bootstraps", "0", "-o", output, "--report", report];
+        mauve_in(&folder, &arguments)
+    };
+    for (output, report) in [("linked-table.toml", "new.html"), ("new.toml", "linked-report.html")] {
+        let found = pwcet(output, report);
+        assert!(found.code == 2 && found.err.contains("which is a link in a project, to `"), "{}", found.err);
+    }
+    assert_eq!(std::fs::read_to_string(mine.join("table.toml")).unwrap(), "unit = \"ms\"\n");
+    assert_eq!(std::fs::read_to_string(mine.join("report.html")).unwrap(), "<!doctype html>mine");
+    // Who wants it names the target. A device is no file to keep.
+    let found = pwcet(mine.join("table.toml").to_str().unwrap(), "/dev/stdout");
+    assert!(found.code == 1 && found.out.starts_with("<!"), "{}", found.err);
+    assert!(std::fs::read_to_string(mine.join("table.toml")).unwrap().contains("robot.scan"));
+}
+
 #[test]
 fn a_report_overwrites_reports_only() {
     let folder = project("pwcet-report", 1.0, 0.5);

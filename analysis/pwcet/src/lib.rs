@@ -30,6 +30,7 @@
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
+//! | `program.rs` | [`program::program`]: the programs of other people, in the absolute folders of `PATH` |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
 //! | `trace.rs`, `trace/error.rs` | what a trace has, and why it cannot be read |
 //! | `trace/reader.rs` | [`trace::TraceReader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
@@ -62,6 +63,7 @@ mod hold_out;
 mod likelihood_region;
 mod measurement;
 mod order;
+pub mod program;
 mod random;
 pub mod samples;
 mod simplex;

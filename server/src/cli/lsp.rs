@@ -11,7 +11,7 @@ use tracing_subscriber::prelude::*;
 use crate::cli::options::Outside;
 use crate::lsp::{mirror::Mirror, run};
 use crate::output::{Output, say};
-use crate::private::private;
+use crate::replace::append_private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Lsp {
@@ -35,11 +35,7 @@ impl Lsp {
     /// Serves until the client exits.
     pub(crate) fn run(self) -> Result<Output, String> {
         if let Some(path) = &self.log {
-            let file = private()
-                .create(true)
-                .append(true)
-                .open(path)
-                .map_err(|error| format!("cannot write the log `{}`: {error}", path.display()))?;
+            let file = append_private(path).map_err(|why| format!("cannot write the log: {why}"))?;
             // salsa tells of every query.
             let ours = Targets::new().with_targets([("mauve", Level::DEBUG), ("tower_lsp", Level::INFO)]);
             let lines = tracing_subscriber::fmt::layer().with_writer(Mutex::new(file)).with_ansi(false);
@@ -48,10 +44,9 @@ impl Lsp {
         if std::io::stdin().is_terminal() {
             say("the language server expects an editor on standard input, and this is a terminal");
         }
-        let mirror = self.mirror.map(|path| {
-            let mirror = Mirror::create(&path);
-            mirror.map_err(|error| format!("cannot record the session in `{}`: {error}", path.display()))
-        });
+        let mirror = self
+            .mirror
+            .map(|path| Mirror::create(&path).map_err(|why| format!("cannot record the session: {why}")));
         let allows_outside = self.outside.allow_outside;
         let code =
             run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, allows_outside, self.client)?;

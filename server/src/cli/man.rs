@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap_mangen::Man as Page;
+
+use crate::destination::destination_folder;
 use crate::output::Output;
+use crate::replace::put_with;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Man {
@@ -15,11 +19,21 @@ impl Man {
     /// Writes the pages of `command`, the whole command line.
     pub(crate) fn run(self, command: clap::Command) -> Result<Output, String> {
         let folder = self.folder.display();
-        let failed = |error: std::io::Error| format!("cannot write manual pages to `{folder}`: {error}");
-        std::fs::create_dir_all(&self.folder).map_err(failed)?;
+        std::fs::create_dir_all(destination_folder(&self.folder)?)
+            .map_err(|error| format!("cannot write manual pages to `{folder}`: {error}"))?;
         // Its name for `--version` is that of the program.
         let command = command.mut_subcommand("lsp", |lsp| lsp.display_name("mauve-lsp"));
-        clap_mangen::generate_to(command, &self.folder).map_err(failed)?;
+        let mut command = command.disable_help_subcommand(true);
+        command.build();
+        self.write(command)?;
         Ok(Output::verbatim("", 0))
+    }
+
+    /// Writes the page of a command, and those of its commands.
+    fn write(&self, command: clap::Command) -> Result<(), String> {
+        let inner = command.get_subcommands().filter(|it| !it.is_hide_set());
+        inner.cloned().try_for_each(|it| self.write(it))?;
+        let page = Page::new(command);
+        put_with(&self.folder.join(page.get_filename()), |mut file| page.render(&mut file))
     }
 }

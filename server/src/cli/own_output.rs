@@ -5,11 +5,12 @@ use std::io::Read as _;
 use std::path::Path;
 
 /// Returns an error if there is a file that does not begin as an output of the command does, upper and lower case alike. An empty
-/// file may be replaced.
+/// file may be replaced; pipes and devices are written as they are.
 pub(super) fn check_own(path: &Path, begin: &str, kind: &str, option: &str) -> Result<(), String> {
     let is_own = || -> std::io::Result<bool> {
-        if !path.metadata()?.is_file() {
-            return Ok(false);
+        let data = path.metadata()?;
+        if !data.is_file() {
+            return Ok(!data.is_dir());
         }
         let mut found = Vec::new();
         File::open(path)?.take(begin.len() as u64).read_to_end(&mut found)?;

@@ -1,11 +1,12 @@
 //! The folder that packages go to, and the files in it.
 
 use std::fs::File;
-use std::io::{self, ErrorKind};
-use std::path::{Component, Path, PathBuf};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, normalised};
 
+use crate::destination::{behind_links, destination_folder, leads_nowhere, not_read};
 use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
 
@@ -19,9 +20,9 @@ pub(crate) struct Out {
 }
 
 impl Out {
-    /// Returns the folder that the user has named, which may be anywhere.
+    /// Returns the folder that the user has named, which may be anywhere; a link of a project does not lead there.
     pub(crate) fn named(path: &Path) -> Result<Out, String> {
-        Ok(Out { shown: path.to_owned(), real: behind_links(path)? })
+        Ok(Out { shown: path.to_owned(), real: destination_folder(path)? })
     }
 }
 
@@ -60,30 +61,6 @@ pub(crate) fn refuse_hidden(folder: &Path, out: &str, ways: [(&Path, &Path); 2])
         "`[generate] out` of {} is {out:?}, which is in a hidden folder: name another folder, or use `--out`",
         folder.join(CONFIG_FILE).display()
     ))
-}
-
-/// Resolves the links of a path, whether or not a file exists there.
-///
-/// # Errors
-///
-/// A folder cannot be read, or the target of a link does not exist.
-pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
-    let path = std::path::absolute(path).map_err(|error| not_read(path, &error))?;
-    let mut rest = Vec::new();
-    for above in path.ancestors() {
-        match above.canonicalize() {
-            Ok(found) => {
-                let path = rest.iter().rev().fold(found, |path, part| path.join(part));
-                // A `..` after a missing component leads back to a path that may be a link.
-                let leads_back = rest.contains(&Component::ParentDir);
-                return if leads_back { behind_links(&normalised(&path)) } else { Ok(path) };
-            }
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(not_read(above, &error)),
-            Err(_) if above.is_symlink() => return Err(leads_nowhere(above)),
-            Err(_) => rest.extend(above.components().next_back()),
-        }
-    }
-    Ok(path)
 }
 
 /// Returns the text of a file below a folder, if it exists. Bytes that are not UTF-8 are replaced: the generator
@@ -155,10 +132,6 @@ pub(super) fn no_path(path: &str) -> String {
     format!("{path:?} is not a path of a generated file")
 }
 
-pub(super) fn not_read(path: &Path, error: &io::Error) -> String {
-    format!("`{}` cannot be read: {error}", path.display())
-}
-
 fn not_generated(path: &Path) -> String {
     format!("`{}` is neither a regular file nor a folder, so it was not generated", path.display())
 }
@@ -169,10 +142,6 @@ pub(super) fn not_a_folder(path: &Path) -> String {
 
 pub(super) fn not_a_file(path: &Path) -> String {
     format!("`{}` is a folder, and a file is needed there: move the folder", path.display())
-}
-
-pub(super) fn leads_nowhere(path: &Path) -> String {
-    format!("`{}` is a link that leads nowhere: remove it", path.display())
 }
 
 #[cfg(test)]

@@ -16,8 +16,10 @@ use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, MANIFEST, Step};
 
-use super::out::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder, not_read};
+use super::out::{Out, is_name, no_path, not_a_file, not_a_folder};
+use crate::destination::{leads_nowhere, not_read};
 use crate::folder::{Folder, Folders, Kind};
+use crate::holder::holder;
 
 /// The staging folder for new texts and replaced files.
 const STAGING: &str = ".mauve-staging";
@@ -52,9 +54,9 @@ impl Site {
         }
         let failed =
             |error: io::Error| format!("cannot create the folder `{}`: {error}", out.shown.display());
-        let busy = || {
-            let folder = out.shown.display();
-            format!("another `mauve generate` is writing to `{folder}`: nothing was written")
+        let busy = |holder: Option<String>| {
+            let (folder, other) = (out.shown.display(), holder.unwrap_or_else(|| "another mauve".to_owned()));
+            format!("{other} writes to `{folder}`: wait for its end; nothing was written")
         };
         let start = Instant::now();
         loop {
@@ -66,14 +68,14 @@ impl Site {
                 Err(error) if error.kind() == ErrorKind::NotFound && !patience.is_zero() => continue,
                 root => root.map_err(failed)?,
             };
-            let lock = lock(&root, patience).map_err(|Busy| busy())?;
+            let lock = lock(&root, patience).map_err(|Busy(holder)| busy(holder))?;
             let site = Site { root, _made: made, _lock: lock };
             // The folder may have been replaced while this run waited for the lock.
             if Folder::open(&out.real).is_ok_and(|there| there.is(&site.root)) {
                 return Ok(site);
             }
             if patience.is_zero() {
-                return Err(busy());
+                return Err(busy(None));
             }
         }
     }
@@ -159,7 +161,8 @@ impl Site {
     }
 }
 
-struct Busy;
+/// The folder is locked by this process, if that is known.
+struct Busy(Option<String>);
 
 /// Locks a folder, if its file system supports locks. The folder itself is locked, so no lock file is left.
 fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, Busy> {
@@ -167,7 +170,9 @@ fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, Busy> {
     let start = Instant::now();
     loop {
         match file.try_lock() {
-            Err(fs::TryLockError::WouldBlock) if start.elapsed() >= patience => return Err(Busy),
+            Err(fs::TryLockError::WouldBlock) if start.elapsed() >= patience => {
+                return Err(Busy(holder(&file)));
+            }
             Err(fs::TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
             _ => return Ok(Some(file)),
         }

@@ -17,9 +17,10 @@ use tower_lsp::lsp_types::Url;
 use super::position::{Encoding, LineIndex};
 use super::snapshot::{Document, Snapshot};
 use crate::analysis_document::deployments_of;
+use crate::destination::behind_links;
 use crate::generate::{
-    GenerateRefusal, GenerateRequest, Generated, Out, Selected, behind_links, generate, problem_message,
-    read, refuse_hidden, target,
+    GenerateRefusal, GenerateRequest, Generated, Out, Selected, generate, problem_message, read,
+    refuse_hidden, target,
 };
 use crate::harmless::harmless_line;
 use crate::load::canonical_path;

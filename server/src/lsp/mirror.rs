@@ -14,7 +14,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::private::private;
+use crate::replace::append_private;
 
 /// The sender of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,11 +43,8 @@ pub(crate) struct Mirror {
 impl Mirror {
     /// Opens a record and appends to it, since an editor restarts a server after a crash, and the crashed session is
     /// the relevant one. The record contains the texts of the models, so only the user may read it.
-    pub(crate) fn create(path: &Path) -> std::io::Result<Mirror> {
-        Ok(Mirror {
-            begin: Instant::now(),
-            file: Arc::new(Mutex::new(private().create(true).append(true).open(path)?)),
-        })
+    pub(crate) fn create(path: &Path) -> Result<Mirror, String> {
+        Ok(Mirror { begin: Instant::now(), file: Arc::new(Mutex::new(append_private(path)?)) })
     }
 
     /// Writes a line immediately: a session may end at any time. An error does not end the session.

@@ -15,12 +15,13 @@
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek as _, SeekFrom};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::error::TraceError;
 use super::event::{number, time};
 use super::nesting::Gap;
+use crate::program::{command, program};
 
 /// Its name: the one of the paths in `PATH`.
 const PROGRAM: &str = "babeltrace2";
@@ -56,7 +57,7 @@ impl Babeltrace {
         // A path that begins with `-` is not an option.
         let folder = folder.canonicalize().map_err(|error| TraceError::io(folder, error))?;
         let (writer, messages) = temporary().map_err(|error| TraceError::io(&std::env::temp_dir(), error))?;
-        let mut command = Command::new(PROGRAM);
+        let mut command = command(program(PROGRAM).ok_or(TraceError::NoBabeltrace)?);
         command
             .args(["--color=never", "--no-delta", "--clock-seconds", "--fields=trace:hostname,trace:vpid"])
             .arg(folder)
@@ -65,10 +66,7 @@ impl Babeltrace {
             .stderr(writer);
         // Ctrl-C ends the recording, and not the reader of what was recorded.
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut child = command.spawn().map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => TraceError::NoBabeltrace,
-            _ => TraceError::io(Path::new(PROGRAM), error),
-        })?;
+        let mut child = command.spawn().map_err(|error| TraceError::io(Path::new(PROGRAM), error))?;
         let Some(output) = child.stdout.take() else { return Err(TraceError::NoBabeltrace) };
         Ok(Babeltrace { child, output, messages, begun: Vec::new(), said: String::new(), lost: Vec::new() })
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::embedded::{EMACS, text};
 use super::home::{Home, quoted};
 use super::installation::Wanted;
-use crate::generate::behind_links;
+use crate::destination::behind_links;
 
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let emacs = user_directory(home);

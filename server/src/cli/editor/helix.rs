@@ -7,7 +7,7 @@ use toml_edit::{Document, Item};
 use super::embedded::{GRAMMAR, HELIX, HELIX_QUERIES, text};
 use super::home::{Home, quoted};
 use super::installation::{Settings, Wanted};
-use crate::generate::behind_links;
+use crate::destination::behind_links;
 
 const PROGRAM: &str = "command = \"mauve\"";
 

@@ -3,7 +3,9 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use crate::generate::behind_links;
+use mauve_pwcet::program::program as on_path;
+
+use crate::destination::behind_links;
 
 /// The folders of the user, with links resolved. A folder may not exist.
 pub(super) struct Home {
@@ -59,18 +61,6 @@ fn program() -> Result<String, String> {
     path.map(str::to_owned).ok_or_else(|| {
         format!("`{}` cannot be written into settings: move mauve to a folder of PATH", own.display())
     })
-}
-
-/// Returns the first program of a name in the absolute folders of PATH. A relative folder would be in the project of a stranger.
-pub(super) fn on_path(name: &str) -> Option<PathBuf> {
-    let folders = env::split_paths(&env::var_os("PATH")?).collect::<Vec<_>>();
-    let programs = folders.iter().filter(|it| it.is_absolute()).map(|folder| folder.join(name));
-    programs.into_iter().find(|path| is_executable(path))
-}
-
-fn is_executable(path: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt as _;
-    path.metadata().is_ok_and(|data| data.is_file() && data.permissions().mode() & 0o111 != 0)
 }
 
 /// Returns a string literal, in TOML, Lua and Emacs Lisp alike. The text has no control characters.

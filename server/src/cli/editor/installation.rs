@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use super::embedded::Embedded;
 use super::home::Home;
 use super::{block, mark};
+use crate::destination::behind_links;
 use crate::disk::{LONGEST, bytes_of};
 use crate::folder::{Kind, above};
-use crate::generate::behind_links;
 use crate::output::Output;
 use crate::replace::{create, replace};
 

@@ -6,7 +6,7 @@ use std::env;
 use super::embedded::{NVIM, NVIM_QUERIES, text};
 use super::home::{Home, quoted};
 use super::installation::Wanted;
-use crate::generate::behind_links;
+use crate::destination::behind_links;
 
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let app = env::var_os("NVIM_APPNAME").filter(|name| !name.is_empty()).unwrap_or("nvim".into());

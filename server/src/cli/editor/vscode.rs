@@ -1,9 +1,10 @@
 //! VS Code: runs its command line to install the package that is beside this program.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
-use super::home::on_path;
+use mauve_pwcet::program::{command, program as program_on_path};
+
 use super::options::Options;
 use crate::output::Output;
 
@@ -54,7 +55,7 @@ pub(super) fn uninstall(options: &Options) -> Result<Output, String> {
 fn program(options: &Options) -> Result<PathBuf, String> {
     let found = match &options.program {
         Some(program) => return Ok(program.clone()),
-        None => PROGRAMS.into_iter().find_map(on_path),
+        None => PROGRAMS.into_iter().find_map(program_on_path),
     };
     found.ok_or_else(|| {
         let package = options.vsix.clone().or_else(|| packaged().ok());
@@ -95,7 +96,7 @@ fn installed(program: &Path) -> Result<Option<String>, String> {
 /// Runs VS Code, and returns its standard output.
 fn run(program: &Path, arguments: &[&str]) -> Result<String, String> {
     let shown = program.display();
-    let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
+    let output = command(program).args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| format!("`{shown}` cannot be started: {error}"))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     match output.status.success() {

@@ -3,7 +3,7 @@
 use super::embedded::ZED;
 use super::home::Home;
 use super::installation::Wanted;
-use crate::generate::behind_links;
+use crate::destination::behind_links;
 
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let folder = behind_links(&home.data.join("mauve/zed"))?;

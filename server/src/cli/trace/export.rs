@@ -1,7 +1,6 @@
 //! `mauve trace export TRACE [PATH]`: a recording as trace events, with the bounds of the model beside it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -23,6 +22,7 @@ use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
 use crate::load::load;
 use crate::output::{Output, say};
+use crate::replace::put_with;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Export {
@@ -79,7 +79,9 @@ impl Export {
                     return Err(format!("cannot write standard output: {error}"));
                 }
             }
-            Some(path) => write_file(trace, expected, path)?,
+            Some(path) => put_with(path, |file| {
+                write_events(trace, expected, file).unwrap_or_else(|why| Err(io::Error::other(why)))
+            })?,
         }
         Ok(Output::verbatim(String::new(), 0))
     }
@@ -87,21 +89,6 @@ impl Export {
 
 /// What a file of trace events begins with.
 const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
-
-/// Writes a file, which has its name when it is complete.
-fn write_file(trace: &Path, expected: Expected, path: &Path) -> Result<(), String> {
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(format!(".{}.tmp", std::process::id()));
-    let partial = PathBuf::from(partial);
-    let failed = |error: io::Error| format!("cannot write `{}`: {error}", path.display());
-    let file = File::create_new(&partial).map_err(failed)?;
-    let written = write_events(trace, expected, file)
-        .and_then(|written| written.and_then(|()| std::fs::rename(&partial, path)).map_err(failed));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&partial);
-    }
-    written
-}
 
 /// Writes the events one by one; the message is for a recording that cannot be read.
 fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<io::Result<()>, String> {

@@ -17,6 +17,7 @@ use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
 
 use crate::cli::sample_file::samples_error;
 use crate::cli::text::counted;
+use crate::destination::destination;
 use crate::output::{Output, say};
 use messages::trace_error;
 pub(in crate::cli) use messages::warnings;
@@ -50,8 +51,8 @@ impl Import {
                 "--watch follows one TRACE: start a command for each, with its own sample file".to_owned()
             );
         }
-        let writer =
-            SamplesWriter::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
+        let place = destination(&self.output)?;
+        let writer = SamplesWriter::open(&place).map_err(|error| samples_error(&self.output, &error))?;
         if writer.removed_bytes() > 0 {
             let removed = counted(usize::try_from(writer.removed_bytes()).unwrap_or(usize::MAX), "byte");
             say(&format!(

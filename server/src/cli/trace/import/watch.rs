@@ -6,19 +6,18 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread::sleep;
 use std::time::Duration;
 
 use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
-use tokio::signal::unix::{SignalKind, signal};
 
 use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
 use super::{Outcome, Session, warn};
 use crate::output::say;
+use crate::signals::stop_on_signal;
 
 /// The time between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -115,26 +114,4 @@ impl Session {
             _ => Ok(()),
         }
     }
-}
-
-/// Sets `stop` when the user ends the command, with Ctrl-C or `kill`.
-fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("cannot wait for signals: {error}");
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(failed)?;
-    let on = |kind| {
-        let _entered = runtime.enter();
-        signal(kind).map_err(failed)
-    };
-    // From here on, neither of them ends the process.
-    let (mut terminate, mut interrupt) = (on(SignalKind::terminate())?, on(SignalKind::interrupt())?);
-    std::thread::spawn(move || {
-        runtime.block_on(async {
-            tokio::select! {
-                _ = terminate.recv() => {}
-                _ = interrupt.recv() => {}
-            }
-        });
-        stop.store(true, Ordering::Relaxed);
-    });
-    Ok(())
 }
