@@ -2,6 +2,7 @@
 
 mod acceptance;
 mod bad_input;
+mod builds;
 mod clocks;
 mod command_line;
 mod deployment_tables;

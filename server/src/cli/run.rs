@@ -16,7 +16,10 @@ use super::generate::{refusal_text, warn_of_deadlines};
 use crate::cli::errors::only_deployment;
 use crate::cli::options::{Outside, time};
 use crate::cli::text::argument;
+use crate::destination::destination_folder;
+use crate::folder::open_file;
 use crate::generate::{GenerateRefusal, GenerateRequest, Out, Selected, generate, read};
+use crate::holder::holder;
 use crate::load::load;
 use crate::output::{Output, say};
 use build::{Build, check_tools};
@@ -93,8 +96,10 @@ impl Run {
             arguments.push(format!("--param={parameter}"));
         }
         if let Some(folder) = &self.trace {
-            let folder = folder.to_str().filter(|folder| !folder.is_empty());
-            arguments.push(format!("--trace={}", folder.ok_or("--trace is the path of a folder, in UTF-8")?));
+            let unusable = "--trace is the path of a folder, in UTF-8";
+            let named = Some(folder).filter(|it| !it.as_os_str().is_empty()).ok_or(unusable)?;
+            let real = destination_folder(named)?;
+            arguments.push(format!("--trace={}", real.to_str().ok_or(unusable)?));
         }
         let flags = [
             ("--simulate-time", self.simulate_time),
@@ -181,6 +186,10 @@ fn check_has_no_recording(folder: &Path) -> Result<(), String> {
         return Ok(());
     };
     let shown = folder.display();
+    let open = folder.join(file).canonicalize().and_then(|real| open_file(&real));
+    if let Some(other) = open.ok().and_then(|file| holder(&file)) {
+        return Err(format!("{other} records into `{shown}`: name another folder for --trace"));
+    }
     Err(format!(
         "`{shown}` has a recording, `{file}`, which is not overwritten: name another folder for --trace, or move or remove that one; \
          `mauve trace import` adds its executions to a sample file"

@@ -9,28 +9,47 @@
 //! Other users can neither read nor change the folder. Only files that change are written, so only they are compiled again.
 
 use std::env;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, IsTerminal as _, Write as _};
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, Package, Step};
+use mauve_pwcet::program::{command, program as on_path};
+use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 use sha2::{Digest as _, Sha256};
 
 use crate::cache::cache_folder;
 use crate::generate::{Out, Site, read};
 use crate::harmless::harmless_line;
+use crate::signals::stop_on_signal;
 
 /// The number of lines of the log that are shown when a build fails.
 const LAST_LINES: usize = 20;
+
+/// The time between two looks at a build, and how long one may take to end.
+const PAUSE: Duration = Duration::from_millis(10);
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The variable for the number of compilers at a time.
+const PARALLEL: &str = "CMAKE_BUILD_PARALLEL_LEVEL";
+
+/// The variables that compilers, and CMake for them, read.
+const COMPILERS_READ: &str = "CC CXX CFLAGS CXXFLAGS CPPFLAGS LDFLAGS CPATH C_INCLUDE_PATH CPLUS_INCLUDE_PATH LIBRARY_PATH \
+                              COMPILER_PATH GCC_EXEC_PREFIX";
 
 /// Checks that a program can be built here.
 pub(super) fn check_tools() -> Result<(), String> {
     if !cfg!(target_os = "linux") {
         return Err("`mauve run` needs Linux: its programs use the real-time scheduler of Linux".to_owned());
     }
-    let has = |names: &[&str]| names.iter().any(|name| is_on_path(name));
+    let has = |names: &[&str]| names.iter().any(|name| on_path(name).is_some());
     let is_set = |variable: &str| env::var_os(variable).is_some_and(|value| !value.is_empty());
     let missing = [
         ("CMake", has(&["cmake"])),
@@ -49,9 +68,31 @@ pub(super) fn check_tools() -> Result<(), String> {
     }
 }
 
-fn is_on_path(name: &str) -> bool {
-    let path = env::var_os("PATH").unwrap_or_default();
-    env::split_paths(&path).any(|folder| folder.join(name).is_file())
+/// Returns what a program is compiled with: what the user has set for the compilers and CMake, and which compilers these are. A
+/// program of other flags has other execution times, so it is another program, in a folder of its own; CMake reads them once.
+fn toolchain() -> Vec<u8> {
+    let is_set = |(name, _): &(OsString, OsString)| {
+        let name = name.to_string_lossy();
+        COMPILERS_READ.split(' ').any(|it| it == name) || (name.starts_with("CMAKE_") && name != PARALLEL)
+    };
+    let mut set: Vec<(OsString, OsString)> = env::vars_os().filter(is_set).collect();
+    set.sort();
+    let mut all = format!("{set:?}").into_bytes();
+    all.extend(env::var_os("CMAKE_TOOLCHAIN_FILE").and_then(|file| fs::read(file).ok()).unwrap_or_default());
+    for (variable, defaults) in [("CC", ["cc", "gcc", "clang"]), ("CXX", ["c++", "g++", "clang++"])] {
+        // It may have arguments, as `ccache g++`.
+        let named = env::var(variable).unwrap_or_default();
+        let mut words = named.split_whitespace();
+        let found = match words.next() {
+            Some(name) => on_path(name),
+            None => defaults.into_iter().find_map(on_path),
+        };
+        let Some(compiler) = found.and_then(|path| path.canonicalize().ok()) else { continue };
+        all.extend(compiler.as_os_str().as_encoded_bytes());
+        let version = command(compiler).args(words).arg("--version").stdin(Stdio::null()).output();
+        all.extend(version.map(|it| it.stdout).unwrap_or_default());
+    }
+    all
 }
 
 /// The folder of a program in the cache.
@@ -70,6 +111,8 @@ impl Build {
         digest.update(root.as_os_str().as_encoded_bytes());
         digest.update([0]);
         digest.update(codels.unwrap_or(Path::new("")).as_os_str().as_encoded_bytes());
+        digest.update([0]);
+        digest.update(toolchain());
         let hash: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
         let runs = cache.join("run");
         let folder = runs.join(hash);
@@ -96,18 +139,27 @@ impl Build {
         let log = self.folder.join("build.log");
         let mut setting = OsStr::new("-DMAUVE_PACKAGES=").to_owned();
         setting.push(packages);
-        let mut configure = Command::new("cmake");
+        let cmake = on_path("cmake").ok_or("CMake is not on PATH")?;
+        let mut configure = command(&cmake);
         configure.arg("-S").arg(source).arg("-B").arg(&build).arg(setting);
-        let mut make = Command::new("cmake");
+        let mut make = command(&cmake);
         make.arg("--build").arg(&build).args(["--target", program]);
-        if env::var_os("CMAKE_BUILD_PARALLEL_LEVEL").is_none() {
+        if env::var_os(PARALLEL).is_none() {
             let count = std::thread::available_parallelism().map_or(1, usize::from);
             make.args(["--parallel", &count.to_string()]);
         }
+        let stop = Arc::new(AtomicBool::new(false));
+        stop_on_signal(stop.clone())?;
         show_progress(&format!("building {deployment}"));
-        let built = File::create(&log)
-            .and_then(|file| Ok(succeeds(&mut configure, &file)? && succeeds(&mut make, &file)?));
+        let built = File::create(&log).and_then(|file| {
+            Ok(succeeds(&mut configure, &file, &stop)? && succeeds(&mut make, &file, &stop)?)
+        });
         show_progress("");
+        if stop.load(Ordering::Relaxed) {
+            return Err(format!(
+                "the build of {deployment} was ended by a signal: nothing runs; the next run continues it"
+            ));
+        }
         match built {
             Ok(true) => Ok(build.join(program)),
             Ok(false) => Err(format!(
@@ -137,10 +189,30 @@ fn steps(out: &Out, packages: &[Package]) -> Result<Vec<Step>, String> {
     Ok(steps)
 }
 
-/// Runs a command with its output in the log, and returns whether it succeeds.
-fn succeeds(command: &mut Command, log: &File) -> io::Result<bool> {
+/// Runs a command with its output in the log, and returns whether it succeeds. When this process is told to end, all processes of the
+/// command end first: they would write into the folder of the next build.
+fn succeeds(command: &mut Command, log: &File, stop: &AtomicBool) -> io::Result<bool> {
     let (out, err) = (log.try_clone()?, log.try_clone()?);
-    Ok(command.stdin(Stdio::null()).stdout(out).stderr(err).status()?.success())
+    let mut child = command.process_group(0).stdin(Stdio::null()).stdout(out).stderr(err).spawn()?;
+    while !stop.load(Ordering::Relaxed) {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status.success());
+        }
+        sleep(PAUSE);
+    }
+    let group = Pid::from_child(&child);
+    for signal in [Signal::TERM, Signal::KILL] {
+        let _ = kill_process_group(group, signal);
+        let begun = Instant::now();
+        // The child stays in the group until it is waited for.
+        while child.try_wait()?.is_none() || test_kill_process_group(group).is_ok() {
+            if begun.elapsed() > PATIENCE {
+                break;
+            }
+            sleep(PAUSE);
+        }
+    }
+    Ok(false)
 }
 
 fn last_lines(log: &Path) -> String {
