@@ -157,14 +157,22 @@ int turn(int by) { return by + 1; }
 }  // namespace robot
 ";
 
+/// Flags of the user.
+const FLAGS: &str = "-O1 -DNAMES='\"a,b\"'";
+
 /// Generates the robot with the codels above, and builds its program. Returns the folder of the project and the program.
 fn robot(folder: &Path) -> PathBuf {
     write(folder, &[("robot.mal", ROBOT), ("mauve.toml", CONFIGURATION)]);
     let codels = folder.join("src");
     run(Command::new(MAUVE).arg("generate").arg(folder).arg("--out").arg(&codels));
     write(&codels, &[("robot/src/codels/look.cpp", LOOK), ("robot/src/codels/turn.cpp", TURN)]);
-    let built =
-        mauve_run(folder, &folder.join("cache"), &["--build-only", "--codels", codels.to_str().unwrap()]);
+    let mut command = Command::new(MAUVE);
+    command
+        .arg("run")
+        .arg(folder)
+        .args(["--build-only", "--codels", codels.to_str().unwrap()])
+        .envs(RUNS_ONCE);
+    let built = command.env("XDG_CACHE_HOME", folder.join("cache")).env("CXXFLAGS", FLAGS).output().unwrap();
     assert!(built.status.success(), "{}", text(&built.stderr));
     PathBuf::from(text(&built.stdout).trim())
 }
@@ -283,6 +291,9 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let mut lines = recorded.lines();
     assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns"));
     assert_eq!(lines.next(), Some("(from tables),0,,,,,,"));
+    let build = lines.next().unwrap_or_default();
+    let flags = format!(" {}\",0,,,,,,", FLAGS.replace('"', "\"\""));
+    assert!(build.starts_with("\"(build) ") && build.ends_with(&flags), "{build}");
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");
 
@@ -303,6 +314,60 @@ fn orocos_programs_refuse_what_they_cannot_do() {
         assert!(!folder.join("no-cache").exists());
     }
     assert_eq!(fs::read_to_string(trace.join("executions.csv")).unwrap(), recorded);
+
+    // Links and pipes lead nowhere; a folder that is one does not, either. Nothing is left of what was begun.
+    let (mine, odd) = (folder.join("mine"), folder.join("odd"));
+    write(&folder, &[("mine/file", "mine")]);
+    for (name, target) in [
+        ("executions.csv", "../../mine/file"),
+        ("periods.csv", "../../mine/new"),
+        ("executions.csv.partial", "../../mine/new"),
+        ("periods.csv.partial", "../../mine/file"),
+    ] {
+        let linked = odd.join(name).join(name);
+        fs::create_dir_all(linked.parent().unwrap()).unwrap();
+        std::os::unix::fs::symlink(target, &linked).unwrap();
+        let named = linked.parent().unwrap().to_str().unwrap();
+        refused(
+            &["--simulate-time", "--for", "1s", "--trace", named],
+            "is a recording, which is not overwritten",
+        );
+        assert_eq!(fs::read_dir(named).unwrap().count(), 1, "{name}");
+    }
+    std::os::unix::fs::symlink(&mine, odd.join("link")).unwrap();
+    refused(
+        &["--simulate-time", "--trace", odd.join("link").to_str().unwrap()],
+        "cannot be opened: it is a link or a file",
+    );
+    let piped = odd.join("piped");
+    fs::create_dir(&piped).unwrap();
+    run(Command::new("mkfifo").arg(piped.join("executions.csv.partial")));
+    refused(
+        &["--simulate-time", "--trace", piped.to_str().unwrap()],
+        "executions.csv.partial is a recording",
+    );
+    assert_eq!(fs::read_dir(&mine).unwrap().count(), 1);
+    assert_eq!(fs::read_to_string(mine.join("file")).unwrap(), "mine");
+
+    // Two programs do not record into one folder. What one has left that was killed is data, and not a lock.
+    let both = folder.join("both");
+    let endless = ["--allow-non-realtime", "--trace", both.to_str().unwrap()];
+    let mut first = Command::new(&program).args(endless).stdout(Stdio::null()).spawn().unwrap();
+    let begun = Instant::now();
+    while !both.join("periods.csv.partial").exists() && begun.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(10));
+    }
+    let holder = format!("process {}", first.id());
+    refused(&endless, &format!("{holder} records into {}/: name another folder", both.display()));
+    let second = mauve_run(&folder, &folder.join("no-cache"), &["--trace", both.to_str().unwrap()]);
+    assert!(
+        text(&second.stderr).contains(&format!("{holder} (`robot-Bench`) records into")),
+        "{}",
+        text(&second.stderr)
+    );
+    run(Command::new("kill").args(["-KILL", &first.id().to_string()]));
+    first.wait().unwrap();
+    refused(&endless, "executions.csv.partial is a recording, which is not overwritten");
     assert!(!left.join("periods.csv.partial").exists());
     let left = fs::read_to_string(left.join("executions.csv.partial")).unwrap();
     assert_eq!(left, "codel,execution_ns\nrobot.look,12");

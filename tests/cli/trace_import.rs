@@ -108,6 +108,31 @@ fn waits_are_told_and_remembered() {
     assert!(run.out.contains("\n[wait]\n\"arm.read\" = { time = 0.81, times = 1 }\n"), "{}", run.out);
 }
 
+/// With other flags, times are others: one file for both programs would promise the times of one to the other.
+#[test]
+fn recordings_of_programs_that_were_built_differently_are_told_apart() {
+    let rec = |build: &str, time: u64| format!("{HEADER}{build}f,7,a,8,{time}\n");
+    let note = |flags: &str| format!("\"(build) GNU 12.2.0 x86_64 {flags}\",0,,,\n");
+    let folder = folder(&[
+        ("plain.csv", rec("", 50).as_str()),
+        ("fast.csv", rec(&note("-O2 -DX=\"\"a,b\"\""), 100).as_str()),
+        ("again.csv", rec(&note("-O2 -DX=\"\"a,b\"\""), 200).as_str()),
+        ("slow.csv", rec(&note("-O0"), 300).as_str()),
+    ]);
+    for trace in ["plain.csv", "fast.csv", "again.csv"] {
+        let run = import(&folder, &[trace]);
+        assert!(run.code == 0 && !run.err.contains("was recorded with a program"), "{trace}: {}", run.err);
+        assert!(run.out.contains("imported 1 execution in 1 run"), "a note is no execution: {}", run.out);
+    }
+    let run = import(&folder, &["slow.csv"]);
+    let said = "`slow.csv` was recorded with a program of `GNU 12.2.0 x86_64 -O0`, and `again.csv` in `robot.observed.toml` with one of \
+                `GNU 12.2.0 x86_64 -O2 -DX=\"a,b\"`";
+    assert!(run.code == 0 && run.err.contains(said), "{}", run.err);
+    let observed = std::fs::read_to_string(folder.join("robot.observed.toml")).unwrap();
+    assert_eq!(observed.matches("build = ").count(), 3, "{observed}");
+    assert!(observed.contains("build = 'GNU 12.2.0 x86_64 -O2 -DX=\"a,b\"'"), "{observed}");
+}
+
 #[test]
 fn a_trace_that_cannot_be_read_adds_nothing() {
     let bad = format!("{HEADER}f,1,a,2,3\nf,NaN,a,2,4\n");

@@ -74,10 +74,17 @@ endforeach()
 @end
 @if programs
 
+# What recordings say of the programs: with another compiler or other flags, execution times are others.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+string(REGEX REPLACE "[ \t\r\n]+" " " flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}}")
+string(STRIP "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_SYSTEM_PROCESSOR} ${flags}" built_by)
+file(GENERATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp" CONTENT "#define MAUVE_BUILD R\"mauve(${built_by})mauve\"\n")
+
 # A program loads its components by their names, so it is linked with them although it calls none of them.
 function(add_program program)
   add_executable(${program} ${program}.cpp)
   target_link_libraries(${program} PRIVATE mauve-rtt ${ARGN})
+  target_compile_options(${program} PRIVATE -include "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp")
   set_target_properties(${program} PROPERTIES
     LINK_FLAGS "-Wl,--no-as-needed"
     RUNTIME_OUTPUT_DIRECTORY "$<1:${CMAKE_BINARY_DIR}>"

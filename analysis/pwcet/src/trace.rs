@@ -187,6 +187,11 @@ pub trait Visitor {
         let _ = (thread, cpu, elapsed);
     }
 
+    /// The program of the recording was built so: with which compiler, for which processor, with which flags.
+    fn built(&mut self, build: &str) {
+        let _ = build;
+    }
+
     /// Is called now and then.
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
         let _ = progress;

@@ -75,6 +75,8 @@ pub struct Recording {
     pub host: String,
     /// The digest of the recording: the same one is never counted twice.
     pub samples: String,
+    /// With which compiler, for which processor and with which flags the program was built; empty if that is not known.
+    pub build: String,
 }
 
 /// The executions of a codel.
@@ -203,6 +205,9 @@ impl Observed {
             }
             table.insert("host", toml_edit::value(&it.host));
             table.insert("samples", toml_edit::value(&it.samples));
+            if !it.build.is_empty() {
+                table.insert("build", toml_edit::value(&it.build));
+            }
             recordings.push(table);
         }
         document.insert("recording", Item::ArrayOfTables(recordings));
@@ -456,7 +461,8 @@ impl Reader {
                     ("host", DeValue::String(text)) => recording.host = text.to_string(),
                     ("samples", DeValue::String(text)) => recording.samples = text.to_string(),
                     ("date", DeValue::Datetime(date)) => recording.date = date.to_string(),
-                    ("source" | "host" | "samples", _) => self.of_kind(name, value, "a text"),
+                    ("build", DeValue::String(text)) => recording.build = text.to_string(),
+                    ("source" | "host" | "samples" | "build", _) => self.of_kind(name, value, "a text"),
                     ("date", _) => self.of_kind(name, value, "a date"),
                     _ => self.error(key.span(), ObservedErrorKind::UnknownKey(name.to_owned())),
                 }
@@ -530,6 +536,7 @@ source = "rec"
 date = 2026-11-26
 host = "arm"
 samples = "3abc82820ae84cf9"
+build = "GNU 12.2.0 x86_64 -O2"
 
 [codel."robot.grab"]
 executions = 3000

@@ -137,7 +137,7 @@ RTT::TaskContext* create(const InstanceData& instance) {
 }  // namespace
 
 struct Robot::State {
-  explicit State(const std::string& name) : deployment(name) {}
+  State(const std::string& name, const std::string& built_by) : deployment(name), build(built_by) {}
   // The threads that are left end with their tasks.
   ~State() {
     if (virtual_clock) virtual_clock->finish();
@@ -168,7 +168,7 @@ struct Robot::State {
   int greatest_priority() const;
   std::uint64_t all_cpus() const;
 
-  const std::string deployment;
+  const std::string deployment, build;
   std::vector<InstanceData> instances;
   std::vector<ValueData> values;
   std::vector<ConnectionData> connections, operations;
@@ -521,7 +521,7 @@ int Robot::State::report() const {
 int Robot::State::run() {
   std::string trace_problem;
   if (!options.trace_folder.empty()) {
-    trace.reset(new TraceFile(options.trace_folder, options.simulates_time || options.spends_times, trace_problem));
+    trace.reset(new TraceFile(options.trace_folder, build, options.simulates_time || options.spends_times, trace_problem));
     if (!trace_problem.empty()) throw Cannot(trace_problem);
   }
   if (options.allows_non_realtime) setenv("MAUVE_ALLOW_NON_REALTIME", "true", 1);
@@ -577,7 +577,7 @@ int Robot::State::run() {
   return exit_code;
 }
 
-Robot::Robot(const std::string& deployment) : state_(new State(deployment)) {}
+Robot::Robot(const std::string& deployment, const std::string& build) : state_(new State(deployment, build)) {}
 Robot::~Robot() {}
 
 void Robot::instance(const std::string& name, const std::string& package, const std::string& type) {

@@ -1,6 +1,7 @@
 #include "trace_file.hpp"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -23,50 +24,79 @@ std::string key_of(const TraceRecord& it) {
 // A number, or an empty text where it is unknown.
 std::string known(std::int64_t number) { return number < 0 ? "" : std::to_string(number); }
 
+std::string quoted(const std::string& text) {
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c == '\n' ? ' ' : c);
+  return field + "\"";
+}
+
 std::string has_recording(const std::string& path) {
   return path + " is a recording, which is not overwritten: name another folder for --trace, or move or remove that one";
 }
 
 }  // namespace
 
-TraceFile::TraceFile(const std::string& folder, bool is_from_tables, std::string& problem) {
+TraceFile::TraceFile(const std::string& folder, const std::string& build, bool is_from_tables, std::string& problem) {
   if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
     problem = "the folder " + folder + " cannot be made: " + std::strerror(errno);
     return;
   }
-  // A recording took hours, and its robot may be elsewhere now.
-  for (const char* const name : {"/executions.csv", "/periods.csv"}) {
+  // The folder stays open, and neither it nor a file in it is a link: it may be another's, and lead to what is the user's.
+  folder_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (folder_ < 0) {
+    problem = "the folder " + folder + " cannot be opened: " + (errno == ENOTDIR ? "it is a link or a file" : std::strerror(errno));
+    return;
+  }
+  shown_ = folder + "/";
+  if (!begin(executions_, "executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n", problem) ||
+      !begin(periods_, "periods.csv", "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
+    return;
+  }
+  // A recording took hours, and its robot may be elsewhere now. Another program that completes its files now had them when these
+  // were begun.
+  for (const File* const it : {&executions_, &periods_}) {
     struct stat status;
-    if (lstat((folder + name).c_str(), &status) == 0) {
-      problem = has_recording(folder + name);
+    if (fstatat(folder_, it->path.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
+      problem = has_recording(shown_ + it->path);
       return;
     }
   }
-  if (!begin(executions_, folder + "/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n",
-             problem)) {
-    return;
-  }
-  if (!begin(periods_, folder + "/periods.csv",
-             "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
-    return;
-  }
   if (is_from_tables && std::fputs("(from tables),0,,,,,,\n", executions_.file) < 0) error_ = errno;
+  if (!build.empty() && std::fprintf(executions_.file, "%s,0,,,,,,\n", quoted("(build) " + build).c_str()) < 0) error_ = errno;
   taken_.reserve(1 << 16);
 }
 
-TraceFile::~TraceFile() { remove(); }
+TraceFile::~TraceFile() {
+  remove();
+  if (folder_ >= 0) close(folder_);
+}
 
 bool TraceFile::begin(File& to, const std::string& path, const char* header, std::string& problem) {
   to.path = path;
   to.partial = path + ".partial";
   // Exclusively: what a power failure left, or another program records, stays.
-  to.file = std::fopen(to.partial.c_str(), "wxe");
+  const int file = openat(folder_, to.partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  to.file = file < 0 ? nullptr : fdopen(file, "w");
   if (to.file == nullptr) {
-    problem = errno == EEXIST ? has_recording(to.partial) : to.partial + " cannot be written: " + std::strerror(errno);
+    problem = errno == EEXIST ? is_taken(to.partial) : shown_ + to.partial + " cannot be written: " + std::strerror(errno);
     return false;
   }
+  // It ends with this process, and says another one which process this is.
+  struct flock lock = {};
+  lock.l_type = F_WRLCK;
+  fcntl(file, F_SETLK, &lock);
   if (std::fputs(header, to.file) < 0) error_ = errno;
   return true;
+}
+
+std::string TraceFile::is_taken(const std::string& partial) const {
+  const int file = openat(folder_, partial.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  struct flock lock = {};
+  lock.l_type = F_WRLCK;
+  const bool is_held = file >= 0 && fcntl(file, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  if (file >= 0) close(file);
+  if (!is_held) return has_recording(shown_ + partial);
+  return "process " + std::to_string(lock.l_pid) + " records into " + shown_ + ": name another folder for --trace";
 }
 
 void TraceFile::write() {
@@ -113,10 +143,8 @@ bool TraceFile::write(const TraceRecord& it) {
 
 void TraceFile::work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed) {
   if (executions_.file == nullptr || error_ != 0) return;
-  std::string quoted;
   // A thread may have any name.
-  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c == '\n' ? ' ' : c);
-  if (std::fprintf(executions_.file, "\"(work) %s\",%lld,,%lld,%lld,%llu,,\n", quoted.c_str(), static_cast<long long>(cpu),
+  if (std::fprintf(executions_.file, "%s,%lld,,%lld,%lld,%llu,,\n", quoted("(work) " + name).c_str(), static_cast<long long>(cpu),
                    static_cast<long long>(elapsed), static_cast<long long>(now()), static_cast<unsigned long long>(order_++)) < 0) {
     error_ = errno;
   }
@@ -134,12 +162,13 @@ std::string TraceFile::finish() {
   }
   // Without executions.csv, the folder is no recording: it gets its name last.
   for (File* const it : {&periods_, &executions_}) {
-    if (error_ == 0 && std::rename(it->partial.c_str(), it->path.c_str()) != 0) error_ = errno;
+    if (error_ == 0 && renameat(folder_, it->partial.c_str(), folder_, it->path.c_str()) != 0) error_ = errno;
   }
   if (error_ != 0) {
-    return executions_.path + " could not be written: " + std::strerror(error_) + "; what was written is in " + executions_.partial;
+    const std::string path = shown_ + executions_.path;
+    return path + " could not be written: " + std::strerror(error_) + "; what was written is in " + path + ".partial";
   }
-  return lost_ == 0 ? "" : executions_.path + " lacks " + std::to_string(lost_) + " executions: too many at once";
+  return lost_ == 0 ? "" : shown_ + executions_.path + " lacks " + std::to_string(lost_) + " executions: too many at once";
 }
 
 void TraceFile::remove() {
@@ -148,7 +177,7 @@ void TraceFile::remove() {
     std::fclose(it->file);
     it->file = nullptr;
     // What was recorded before an error stays.
-    if (order_ == 0) unlink(it->partial.c_str());
+    if (order_ == 0) unlinkat(folder_, it->partial.c_str(), 0);
   }
 }
 

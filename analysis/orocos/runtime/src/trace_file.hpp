@@ -59,7 +59,8 @@ class TraceFile {
  public:
   // Begins the files. `problem` says why they cannot be. If the execution times are those of timing tables, executions.csv says so:
   // nobody may take them for measured ones.
-  TraceFile(const std::string& folder, bool is_from_tables, std::string& problem);
+  // It also says with which compiler and flags the program was built, if `build` does: with others, times are others.
+  TraceFile(const std::string& folder, const std::string& build, bool is_from_tables, std::string& problem);
   ~TraceFile();
   TraceQueue& queue() { return queue_; }
   // To be called now and then, by one thread.
@@ -76,10 +77,15 @@ class TraceFile {
   };
 
   bool begin(File& to, const std::string& path, const char* header, std::string& problem);
+  // Why a file cannot be begun that is there.
+  std::string is_taken(const std::string& partial) const;
   bool write(const TraceRecord& record);
   void remove();
 
   TraceQueue queue_;
+  // The folder, in which the paths of files are, and as messages show it.
+  int folder_ = -1;
+  std::string shown_;
   File executions_, periods_;
   int error_ = 0;
   // The number of the next line, of both files; and of the records that were lost so far.

@@ -23,7 +23,8 @@
 //! says how much CPU time threads of this name used within the elapsed time, which are not those of instances.
 //!
 //! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when;
-//! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured.
+//! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured; one with the key
+//! `(build) COMPILER FLAGS`, how the program was built.
 //!
 //! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
 //! order; without it, the times of the ends say the order.
@@ -96,6 +97,8 @@ enum RowKind {
     FromTables,
     /// Threads of this name, which are not those of instances, used CPU time.
     Work(String),
+    /// The program was built so.
+    Build(String),
 }
 
 impl RowKind {
@@ -104,10 +107,12 @@ impl RowKind {
         match key {
             b"(lost)" => RowKind::Loss,
             b"(from tables)" => RowKind::FromTables,
-            _ => match key.strip_prefix(b"(work) ") {
-                Some(thread) => RowKind::Work(String::from_utf8_lossy(thread).into_owned()),
-                None => RowKind::Span,
-            },
+            _ => {
+                let after =
+                    |mark: &[u8]| key.strip_prefix(mark).map(|it| String::from_utf8_lossy(it).into_owned());
+                let work = after(b"(work) ").map(RowKind::Work);
+                work.or_else(|| after(b"(build) ").map(RowKind::Build)).unwrap_or(RowKind::Span)
+            }
         }
     }
 }
@@ -121,6 +126,10 @@ impl Row {
                 ControlFlow::Continue(())
             }
             RowKind::FromTables => visitor.times_are_from_tables(),
+            RowKind::Build(build) => {
+                visitor.built(build);
+                ControlFlow::Continue(())
+            }
             RowKind::Work(thread) => {
                 visitor.work(thread, self.span.execution, self.span.elapsed.unwrap_or(0));
                 ControlFlow::Continue(())
@@ -208,7 +217,7 @@ impl<R: Read> Rows<R> {
                 summary.lost_events = summary.lost_events.saturating_add(execution);
             }
             RowKind::FromTables => summary.is_from_tables = true,
-            RowKind::Work(_) => {}
+            RowKind::Work(_) | RowKind::Build(_) => {}
         }
         summary.at(end);
         let order = self.order;

@@ -75,6 +75,8 @@ pub struct Observation {
     next_recent: usize,
     /// The CPU time per second of other threads.
     work: BTreeMap<String, u64>,
+    /// How the program was built, if the recording says it.
+    pub build: Option<String>,
 }
 
 /// An execution of a codel that was off the CPU.

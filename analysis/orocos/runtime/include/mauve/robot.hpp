@@ -5,6 +5,11 @@
 #include <memory>
 #include <string>
 
+// The build file of standalone programs says it.
+#ifndef MAUVE_BUILD
+#define MAUVE_BUILD ""
+#endif
+
 namespace mauve {
 
 // The response time of an activity whose response time is unbounded, or not analysed.
@@ -13,7 +18,8 @@ constexpr std::int64_t no_bound = -1;
 // A deployment: what a generated program says of it, and then runs. All times are in nanoseconds; names are those of scripts.
 class Robot {
  public:
-  explicit Robot(const std::string& deployment);
+  // `build`: the compiler of the program and its flags, for recordings.
+  explicit Robot(const std::string& deployment, const std::string& build = MAUVE_BUILD);
   ~Robot();
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;

@@ -3,9 +3,23 @@
 use std::path::Path;
 
 use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Summary, TraceError};
+use mauve_timing::Recording;
 
 use super::table::{executions, incomplete};
 use crate::cli::text::duration;
+
+/// Returns the message for a recording of a program that was built otherwise than the program of an earlier recording.
+pub(super) fn other_build(observed: &Path, it: &Recording, other: &Recording) -> String {
+    format!(
+        "`{}` was recorded with a program of `{}`, and `{}` in `{}` with one of `{}`: the execution times of one are not those of the \
+         other; use recordings of the program that the robot runs, and a sample file for each",
+        it.source,
+        it.build,
+        other.source,
+        observed.display(),
+        other.build
+    )
+}
 
 /// Returns the message for a trace that cannot be read.
 pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> String {

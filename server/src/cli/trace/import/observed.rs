@@ -11,7 +11,7 @@ use mauve_timing::{
 };
 use toml_edit::DocumentMut;
 
-use super::messages::work_elsewhere;
+use super::messages::{self, work_elsewhere};
 use crate::cli::date::today;
 use crate::cli::text::{duration, two_digits, wait_entry};
 use crate::disk;
@@ -50,6 +50,7 @@ impl Memory {
                 date: today(),
                 host: host(),
                 samples,
+                build: observation.build.clone().unwrap_or_default(),
             }],
             ..Observed::default()
         };
@@ -110,6 +111,9 @@ impl Memory {
         };
         let mut is_new = false;
         for trace in &self.traces {
+            if let Some((recording, other)) = other_builds(trace, &all) {
+                say(&messages::other_build(&path, recording, other));
+            }
             is_new |= all.merge(trace.clone());
         }
         if is_new {
@@ -222,6 +226,14 @@ impl Memory {
         }
         lines
     }
+}
+
+/// Returns the recordings whose program was built otherwise than an earlier one, with the latest of these. Of recordings of other tools
+/// and earlier versions, it is not known.
+fn other_builds<'a>(trace: &'a Observed, all: &'a Observed) -> Option<(&'a Recording, &'a Recording)> {
+    let recording = trace.recordings.iter().find(|it| !it.build.is_empty())?;
+    let mut earlier = all.recordings.iter().rev().filter(|it| !it.build.is_empty());
+    earlier.find(|it| it.build != recording.build).map(|other| (recording, other))
 }
 
 /// Reads the file, which must be one that this command has written.

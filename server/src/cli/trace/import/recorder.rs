@@ -97,6 +97,10 @@ impl Visitor for Recorder<'_> {
         self.observation.add_work(thread, cpu, elapsed);
     }
 
+    fn built(&mut self, build: &str) {
+        self.observation.build = Some(build.to_owned());
+    }
+
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
         let is_due = self.shown.unwrap_or(self.begun).elapsed() >= PAUSE;
         if self.is_terminal && is_due {
