@@ -62,7 +62,7 @@ pub fn models_of_page(page: &str) -> Vec<String> {
     let blocks = page.split("```mauve").skip(1).map(|it| it.split_once('\n').unwrap());
     let all: Vec<(&str, String)> = blocks.map(|(info, rest)| (info.trim(), block(rest))).collect();
     let framed = |name: &str, model: &str| {
-        let frame = all.iter().find(|(info, _)| info.strip_prefix("frame=") == Some(name)).expect("a frame");
+        let frame = all.iter().find(|(info, _)| info.strip_prefix("frame=") == Some(name)).unwrap();
         frame.1.replace("$0\n", model)
     };
     let models = all.iter().filter(|(info, _)| !info.starts_with("frame="));

@@ -40,15 +40,20 @@ pub(super) fn of_type<'db>(
     ty: &TypeRef,
     near: &str,
 ) -> Diagnostic<'db> {
-    let message = format!("unknown type `{ty}`: did you mean `{near}`?");
-    let mut found = Diagnostic::new(&MISSPELT_NAME, at, message);
     let same_library = |decl: &&Decl<'db>| decl.library(db) == of.library(db);
     let mut edits = Vec::new();
     for &decl in names_of(db, project).all.iter().filter(same_library) {
         let types = data(db, decl).as_deref().into_iter().flat_map(|it| it.types());
-        let same = types.filter(|(it, _)| it.path == ty.path).map(|(it, _)| Location::Source(decl, it.id));
-        edits.extend(same.map(|at| (at, near.to_owned())));
+        // Only a result may be `void`.
+        let same = types.filter(|(it, takes_void)| it.path == ty.path && (*takes_void || near != "void"));
+        edits.extend(same.map(|(it, _)| (Location::Source(decl, it.id), near.to_owned())));
     }
+    if !edits.iter().any(|(edited, _)| *edited == at) {
+        let message = format!("unknown type `{ty}`: `{near}` is only a result type");
+        return Diagnostic::new(&MISSPELT_NAME, at, message);
+    }
+    let message = format!("unknown type `{ty}`: did you mean `{near}`?");
+    let mut found = Diagnostic::new(&MISSPELT_NAME, at, message);
     found.fixes.push(Fix { title: format!("Change to `{near}`"), edits });
     found
 }

@@ -280,6 +280,8 @@ fn a_fix_that_is_the_next_mistake_is_not_offered() {
         ("unused-codel", with_config("codel bus(): int\n", "[locks.b]\ncodels = [\"bus\"]\nprotocol = \"inheritance\"\n")),
         ("invalid-configuration", with_config(ROBOT, "[platfrom]\ncpus = 1\n[platform]\ncpus = 2\n")),
         ("invalid-configuration", with_config(ROBOT, "[platform]\ncups = 1\ncpus = 2\n")),
+        ("misspelt-name", "shell S { property p: none }\n".to_owned()),
+        ("misspelt-name", "codel plan(in goal: viod): int\n".to_owned()),
         ("syntax-error", in_update("n = 1.2.0;")),
         ("syntax-error", in_update("n = 1..2;")),
         ("syntax-error", in_update("n = (1,5 + 2);")),

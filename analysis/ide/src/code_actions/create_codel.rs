@@ -42,6 +42,9 @@ fn signature(programs: &Programs<'_>, call: &ast::CallExpr) -> Option<String> {
     let mut names: Vec<String> = Vec::new();
     let mut parameters = Vec::new();
     for argument in call.argument_list()?.exprs() {
+        if programs.is_no_value(&argument) {
+            return None;
+        }
         let wanted = match bare(&argument)? {
             ast::Expr::NameExpr(name) => name.syntax().text().to_string(),
             _ => "value".to_owned(),

@@ -118,6 +118,13 @@ impl<'db> Programs<'db> {
         }
     }
 
+    /// Returns whether an expression is the name of a port or an operation, which is no value.
+    pub(super) fn is_no_value(&self, expr: &ast::Expr) -> bool {
+        let Some(ast::Expr::NameExpr(name)) = bare(expr) else { return false };
+        let binding = name.name_ref().and_then(|it| self.semantics.binding(&it));
+        matches!(binding, Some(Binding::Feature(feature)) if !feature.kind.is_value())
+    }
+
     pub(super) fn written_type(&self, expr: &ast::Expr) -> Option<String> {
         if let Some(ast::Expr::NameExpr(name)) = bare(expr)
             && let Some(written) = name.name_ref().and_then(|it| self.written_type_of(&it))
