@@ -10,6 +10,7 @@
 //! | [`generate_races`] | the same, while somebody exchanges its folders for links |
 //! | [`generated_code`] | builds of generated packages, as a user builds them |
 //! | [`generated_machines`] | random components, compared with an interpreter of their models |
+//! | [`habits`] | what other programs do to a project while somebody types |
 //! | [`lsp`] | the language server over its standard streams |
 //! | [`measured_loop`] | from a recorded robot to its response times |
 //! | [`orocos_deployer`] | a deployment in the deployer of a real Orocos |
@@ -37,6 +38,7 @@ mod generate;
 mod generate_races;
 mod generated_code;
 mod generated_machines;
+mod habits;
 mod lsp;
 #[cfg(target_os = "linux")]
 mod measured_loop;

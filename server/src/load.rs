@@ -1,8 +1,10 @@
 //! Loads workspaces into the database. Only this module reads models from the disk.
 
+mod folders;
 mod other_language;
 mod outdated;
 mod packages;
+mod search;
 mod walk;
 mod watch_set;
 
@@ -20,11 +22,12 @@ use mauve_wcrt::{table, table_files, table_pattern};
 use salsa::{Durability, Setter};
 
 use crate::disk::{self, Boundary, LONGEST, is_hidden, text_of};
+use folders::Folders;
 pub(crate) use other_language::is_of_another_language;
 pub(crate) use outdated::is_outdated;
 use packages::Places;
-use walk::{LONGEST_TOGETHER, Text, Walks};
-pub(crate) use walk::{Left, Walk, Walked};
+pub(crate) use walk::Search;
+use walk::{LONGEST_TOGETHER, Left, Text, Walk, Walked, Walks};
 use watch_set::WatchSet;
 
 /// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.
@@ -62,6 +65,13 @@ pub(crate) struct Loader {
     /// [`Workspace::significance`].
     significance: Option<Level>,
     walks: Walks,
+    folders: Folders,
+    /// The files whose texts the next search reads again.
+    unread: BTreeSet<PathBuf>,
+    /// Whether the workspaces must be loaded after the next search, whatever it finds.
+    is_load_due: bool,
+    /// The files that are not read, since all of them exceed a limit together.
+    cut: BTreeSet<PathBuf>,
     /// Whether files outside the projects may be read. See [`Boundary`].
     allows_outside: bool,
     named: Vec<PathBuf>,
@@ -74,10 +84,14 @@ pub(crate) struct Loader {
     left: u64,
     /// The files that were read from the disk for the present workspaces, with their sizes in bytes.
     read: BTreeMap<PathBuf, (u64, File)>,
-    /// The texts that walks have read, by their canonical paths, as [`text_of`] returns them.
+    /// Those of the workspaces before this load.
+    before: BTreeMap<PathBuf, (u64, File)>,
+    /// The texts that a search has read, by their canonical paths, as [`text_of`] returns them.
     texts: HashMap<PathBuf, Text>,
-    /// The files that have changed since the walks began: their texts may be outdated.
+    /// What has changed since the search began: what it has found there may be outdated.
     touched: HashSet<PathBuf>,
+    /// What has changed since then, and was not read again.
+    noted: HashSet<PathBuf>,
 }
 
 /// The models of a folder that were requested.
@@ -149,17 +163,13 @@ pub(crate) fn load_with(
 }
 
 fn loaded(mut loader: Loader, db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
-    let mut left = Left::default();
     loop {
-        match loader.load(db, paths) {
-            Ok(Loaded { workspaces, problems }) => {
-                return problems.into_iter().next().map_or(Ok(workspaces), Err);
-            }
-            Err(wanted) => wanted.into_iter().for_each(|walk| {
-                let walked = walk.run(&mut left, &|| false);
-                loader.learn(walk, walked);
-            }),
+        if let Some(Loaded { workspaces, problems }) = loader.load(db, paths) {
+            return problems.into_iter().next().map_or(Ok(workspaces), Err);
         }
+        let mut search = loader.search();
+        search.run(&|| false, &|_| {});
+        loader.learn(db, search);
     }
 }
 
@@ -199,7 +209,7 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
             Named::Folder(folder) => folder,
         };
         let walk = Walk::Models { folder: folder.clone(), depth: None, is_own: false };
-        let walked = walk.run(&mut Left::default(), &|| false);
+        let walked = walk.run(&mut Folders::default(), &mut Left::default(), &|| false);
         problems.extend(walked.problems.iter().map(|(at, why)| format!("`{}`: {why}", at.display())));
         if walked.files.is_empty() && walked.problems.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
@@ -226,14 +236,14 @@ impl Loader {
     /// A folder belongs to the workspace of the nearest `mauve.toml` above it; each `mauve.toml` below is a further
     /// workspace. A model is analysed as part of the projects that contain it.
     ///
-    /// # Errors
-    ///
-    /// The walks that are required first; their results go to [`Loader::learn`].
-    pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
+    /// Returns `None` while a search is required.
+    pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Option<Loaded> {
         let before = std::mem::take(&mut self.watch_set);
+        self.walks.begin_load();
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
-        self.read.clear();
+        self.before = std::mem::take(&mut self.read);
+        std::mem::take(&mut self.cut).iter().for_each(|path| _ = self.before.remove(path));
         self.absent.clear();
         self.refused.clear();
         self.named = paths.iter().map(|path| canonical_path(path)).collect();
@@ -290,36 +300,28 @@ impl Loader {
             }
             homes.into_iter().for_each(|home| add(home, None));
         }
-        let read = order.iter().filter_map(|folder| self.read(db, folder, &requests[folder]));
-        let workspaces: Vec<Workspace> = read.collect();
-        let wanted = self.walks.wanted();
-        if !wanted.is_empty() {
-            // Until all walks are known, the old watch set stays in effect too.
+        // If there are too many files, those of open documents are read.
+        let mut folders: Vec<&PathBuf> = order.iter().collect();
+        folders.sort_by_key(|folder| requests[*folder].models.is_empty());
+        let read = folders.iter().filter_map(|it| Some((*it, self.read(db, it, &requests[*it])?)));
+        let read: HashMap<&PathBuf, Workspace> = read.collect();
+        let workspaces: Vec<Workspace> =
+            order.iter().filter_map(|folder| read.get(folder).copied()).collect();
+        if self.walks.is_one_wanted() {
+            // Until all walks are known, the old watch set stays in effect too, and what was read.
             self.watch_set.extend(before);
-            return Err(wanted);
+            let before = std::mem::take(&mut self.before);
+            before.into_iter().for_each(|(path, read)| _ = self.read.entry(path).or_insert(read));
+            return None;
         }
         let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
         self.current = files.map(|file| file.path(db).clone()).collect();
         let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
         self.configs = configs.map(|file| file.path(db).clone()).collect();
-        Ok(Loaded { workspaces, problems })
+        Some(Loaded { workspaces, problems })
     }
 
-    /// Discards the results of all walks, since the disk may have changed. Returns the walks that must be repeated.
-    pub(crate) fn reset_walks(&mut self) -> Vec<Walk> {
-        self.forget_texts();
-        self.touched.clear();
-        self.walks.reset()
-    }
-
-    /// Takes the result of a walk.
-    pub(crate) fn learn(&mut self, walk: Walk, mut walked: Walked) {
-        let texts = std::mem::take(&mut walked.texts).into_iter();
-        self.texts.extend(texts.filter(|(path, _)| !self.touched.contains(path)));
-        self.walks.learn(walk, walked);
-    }
-
-    /// Drops the texts that walks have read, after the last load that needs them.
+    /// Drops the texts that a search has read, after the last load that needs them.
     pub(crate) fn forget_texts(&mut self) {
         self.texts = HashMap::new();
     }
@@ -347,6 +349,7 @@ impl Loader {
         let before = measured(db);
         let is_changed = self.changed(db, path);
         let is_same = before == measured(db) && !(is_model(path) && is_foreign(db, file));
+        self.is_load_due |= !is_same;
         is_same.then_some(is_changed)
     }
 
@@ -502,6 +505,7 @@ impl Loader {
                 self.read.insert(canonical, (text.len() as u64, file));
             }
             None => {
+                self.cut.insert(canonical.clone());
                 text.clear();
                 problem = Some("this file has grown too long, and is not read".to_owned());
             }
@@ -554,14 +558,14 @@ impl Loader {
         let folders = walked.folders.iter().cloned();
         match walk {
             Walk::Models { folder, .. } => {
-                self.watch_set.folders.insert(folder);
+                self.watch_set.roots.insert(folder);
                 self.watch_set.below.extend(folders);
             }
             Walk::Tables { .. } => self.watch_set.folders.extend(folders),
         }
-        let Walked { files, configs, problems, .. } = walked;
-        let (files, configs, problems) = (files.clone(), configs.clone(), problems.clone());
-        Some(Walked { files, configs, problems, ..Walked::default() })
+        let (files, configs, problems) =
+            (walked.files.clone(), walked.configs.clone(), walked.problems.clone());
+        Some(Walked { folders: Vec::new(), files, configs, problems })
     }
 
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and the files that the
@@ -645,7 +649,7 @@ impl Loader {
         if files.contains_key(path) {
             return;
         }
-        let is_walked = self.texts.contains_key(path);
+        let is_walked = self.folders.has_regular(path);
         let canonical = if is_walked { path.to_owned() } else { canonical_path(path) };
         if !is_walked {
             let folders = [path, &canonical].map(|path| path.parent().unwrap_or(path).to_owned());
@@ -697,10 +701,19 @@ impl Loader {
             return file;
         }
         let walked = self.texts.get(&canonical).cloned();
+        if walked.is_none()
+            && let Some(&(length, file)) = self.before.get(&canonical)
+            && let Some(left) = self.left.checked_sub(length)
+        {
+            self.left = left;
+            self.read.insert(canonical, (length, file));
+            return file;
+        }
         let (mut text, mut problem) = walked.unwrap_or_else(|| text_of(&canonical));
         match self.left.checked_sub(text.len() as u64) {
             Some(left) => self.left = left,
             None => {
+                self.cut.insert(canonical.clone());
                 text.clear();
                 let most = LONGEST_TOGETHER >> 20;
                 problem = Some(format!(
@@ -858,31 +871,37 @@ mod tests {
             std::fs::write(top.join(name).with_extension("mal"), "codel old(): int\n").unwrap();
         }
         let (mut db, mut loader) = (Database::default(), Loader::new(false));
-        let walked = |walk: &Walk| {
-            let mut left = Left::default();
-            let mut walked = walk.run(&mut left, &|| false);
-            walked.read_ahead(&mut left, &|| false);
-            walked
+        let searched = |loader: &mut Loader| {
+            let mut search = loader.search();
+            search.run(&|| false, &|_| {});
+            search
         };
         let texts = |loader: &Loader, db: &Database| {
             ["a.mal", "b.mal"].map(|name| loader.files[&top.join(name)].text(db).to_string())
         };
-        while let Err(walks) = loader.load(&mut db, std::slice::from_ref(&top)) {
-            walks.into_iter().for_each(|walk| loader.learn(walk.clone(), walked(&walk)));
+        while loader.load(&mut db, std::slice::from_ref(&top)).is_none() {
+            let search = searched(&mut loader);
+            loader.learn(&db, search);
         }
         let old = "codel old(): int\n".to_owned();
         assert_eq!(texts(&loader, &db), [old.clone(), old.clone()]);
         let new = "codel new(): int\n".to_owned();
-        for walk in loader.reset_walks() {
-            let walked = walked(&walk);
-            std::fs::write(top.join("a.mal"), &new).unwrap();
-            assert_eq!(loader.refreshed(&mut db, &top.join("a.mal")), Some(true));
-            // The server was not told of this change yet.
-            std::fs::write(top.join("b.mal"), &new).unwrap();
-            loader.learn(walk, walked);
-        }
-        assert!(loader.load(&mut db, std::slice::from_ref(&top)).is_ok());
-        assert_eq!(texts(&loader, &db), [new, old]);
+        // The folder was not watched until now.
+        loader.distrust(|_| Some(false), &BTreeSet::new());
+        let search = searched(&mut loader);
+        std::fs::write(top.join("a.mal"), &new).unwrap();
+        assert_eq!(loader.refreshed(&mut db, &top.join("a.mal")), Some(true));
+        // The server was not told of this change yet.
+        std::fs::write(top.join("b.mal"), &new).unwrap();
+        assert_eq!(loader.learn(&db, search), (false, false));
+        assert!(loader.load(&mut db, std::slice::from_ref(&top)).is_some());
+        assert_eq!(texts(&loader, &db), [new.clone(), old]);
+        // It is told of it among many others, which a search reads.
+        assert!(loader.note(&top.join("b.mal"), false));
+        let search = searched(&mut loader);
+        assert_eq!(loader.learn(&db, search), (true, false));
+        assert!(loader.load(&mut db, std::slice::from_ref(&top)).is_some());
+        assert_eq!(texts(&loader, &db), [new.clone(), new]);
         std::fs::remove_dir_all(&top).unwrap();
     }
 }

@@ -1,6 +1,6 @@
 //! What the server says of its own work (progress, traces, status), and how it begins again (reload, defects).
 
-use mauve_tests::{Client, Text, long_analysis, models, scratch, write};
+use mauve_tests::{Client, Text, address, copy, long_analysis, models, scratch, wait_for_watcher, write};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -157,6 +157,54 @@ fn a_request_that_waits_for_the_search_is_about_its_own_text() {
     std::fs::remove_file(&hold).unwrap();
     assert_eq!(client.answer(before).unwrap_err()["code"], -32801);
     assert!(client.answer(after).unwrap().to_string().contains("997 ms"));
+}
+
+#[test]
+fn an_edit_does_not_wait_for_a_search_of_what_others_have_made() {
+    let folder = copied_robot("lsp_search_of_others");
+    let (mut client, hold) = searching(&folder);
+    std::fs::remove_file(&hold).unwrap();
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.diagnostics(&text);
+    client.idle();
+    std::fs::write(&hold, "").unwrap();
+    std::fs::create_dir(folder.join("new")).unwrap();
+    std::fs::write(folder.join("new/broken.mal"), "codel f(\n").unwrap();
+    let settled = |client: &mut Client| client.call("mauve/status", Value::Null).unwrap()["settled"].clone();
+    wait_for_watcher(SOON, || if settled(&mut client).is_null() { Ok(()) } else { Err(()) }).unwrap();
+    for _ in 0..3 {
+        client.edit(&mut text, "deadline = 1000", "deadline = 900");
+        assert_eq!(client.codes(&text), ["deadline-missed"]);
+        client.edit(&mut text, "deadline = 900", "deadline = 1000");
+        assert_eq!(client.codes(&text), [] as [&str; 0]);
+    }
+    assert!(settled(&mut client).is_null());
+    std::fs::remove_file(&hold).unwrap();
+    client.wait_for_published(|published| published.contains_key(&address(&folder.join("new/broken.mal"))));
+}
+
+#[test]
+fn a_file_has_its_project_while_a_whole_disk_is_searched() {
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_whole_disk");
+    let robot = top.join("home/robot");
+    std::fs::create_dir_all(&robot).unwrap();
+    copy(&models().join("p3dx"), &robot);
+    std::fs::write(top.join("broken.mal"), "codel f(\n").unwrap();
+    let (mut client, hold) = searching(&top);
+    std::fs::write(&hold, "whole").unwrap();
+    let mut text = client.open_file(&robot.join("deployment.mal"));
+    for deadline in ["999", "998"] {
+        client.edit(&mut text, "deadline = 1000", &format!("deadline = {deadline}"));
+        assert_eq!(client.codes(&text), [] as [&str; 0]);
+        client.edit(&mut text, &format!("deadline = {deadline}"), "deadline = 1000");
+    }
+    assert!(client.hint(&text, "activity navigation").contains("997 / 1000 ms"));
+    assert!(client.published().is_empty());
+    std::fs::remove_file(&hold).unwrap();
+    client.wait_for_published(|published| published.contains_key(&address(&top.join("broken.mal"))));
+    assert!(client.hint(&text, "activity navigation").contains("997 / 1000 ms"));
+    let found = client.call("mauve/analysis", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    assert_eq!(found.as_array().map(Vec::len), Some(1));
 }
 
 #[test]

@@ -1,25 +1,22 @@
 //! Walks through folders on the disk, whose size is unknown: bounded, cancellable, and without the database, so that
 //! a server can walk on a separate thread while edits are handled.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fs::DirEntry;
-use std::io::ErrorKind;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use globset::GlobMatcher;
-use ignore::Match;
-use ignore::gitignore::{Gitignore, GitignoreBuilder};
+use ignore::gitignore::Gitignore;
 use mauve_hir::{CONFIG_FILE, is_model};
 use mauve_wcrt::table_pattern;
 
+use super::folders::{Folders, Rules, device_of, entries};
 use super::packages::Places;
-use crate::disk::{Boundary, LONGEST, is_hidden, is_made_up, read, text_of};
+use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 
 /// The maximum size of all files of the workspaces together, in bytes; further files are not read.
 pub(super) const LONGEST_TOGETHER: u64 = 2 * LONGEST;
-
-const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
 /// The maximum numbers of files and folders that are searched for models, and for all tables.
 const MOST_FOR_MODELS: usize = 200_000;
@@ -28,27 +25,20 @@ const MOST_FOR_TABLES: usize = 20_000;
 /// The maximal depth of folders of models.
 const DEEPEST: usize = 100;
 
-/// The maximal length of a `.gitignore`, and of all of them together: a pattern takes much more memory than its text.
-const LONGEST_IGNORE: u64 = 1 << 16;
-const MOST_IGNORED: u64 = 1 << 20;
-
 /// The remaining numbers of files and folders that may be searched, and of bytes that may be read ahead.
 #[derive(Debug)]
 pub(crate) struct Left {
-    models: usize,
+    /// For walks through whole folders.
+    all: usize,
+    /// For walks that exclude the files of nested configurations.
+    own: usize,
     tables: usize,
-    ignored: u64,
     bytes: u64,
 }
 
 impl Default for Left {
     fn default() -> Left {
-        Left {
-            models: MOST_FOR_MODELS,
-            tables: MOST_FOR_TABLES,
-            ignored: MOST_IGNORED,
-            bytes: LONGEST_TOGETHER,
-        }
+        Left { all: MOST_FOR_MODELS, own: MOST_FOR_MODELS, tables: MOST_FOR_TABLES, bytes: LONGEST_TOGETHER }
     }
 }
 
@@ -75,7 +65,7 @@ pub(crate) enum Walk {
 }
 
 /// The result of a walk.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Walked {
     /// All searched folders.
     pub(super) folders: Vec<PathBuf>,
@@ -85,30 +75,50 @@ pub(crate) struct Walked {
     pub(super) configs: Vec<PathBuf>,
     /// The folders that were not searched, and why.
     pub(super) problems: Vec<(PathBuf, String)>,
-    /// The regular files among the models and configurations, canonical.
-    pub(super) regular: Vec<PathBuf>,
-    /// The texts of these files, where they were read ahead.
-    pub(super) texts: Vec<(PathBuf, Text)>,
 }
 
 /// The text of a file, and the reason if it is incomplete.
 pub(super) type Text = (String, Option<String>);
 
-impl Walked {
-    /// Returns the number of files that [`Walked::read_ahead`] reads.
-    pub(crate) fn to_read(&self) -> usize {
-        self.regular.len()
+/// What a thread is to search, and then what it has found.
+#[derive(Debug, Default)]
+pub(crate) struct Search {
+    pub(super) walks: Vec<Walk>,
+    /// What is known of the folders.
+    pub(super) folders: Folders,
+    /// The files that are to be read again.
+    pub(super) unread: BTreeSet<PathBuf>,
+    pub(super) found: Vec<(Walk, Walked)>,
+    /// The texts of the files that are new, and of those to be read again.
+    pub(super) texts: Vec<(PathBuf, Text)>,
+}
+
+impl Search {
+    /// Whether it looks through a whole folder of the client.
+    #[cfg(debug_assertions)]
+    pub(crate) fn is_whole(&self) -> bool {
+        self.walks.iter().any(|walk| matches!(walk, Walk::Models { is_own: false, .. }))
     }
 
-    /// Reads the models and configurations that a server will need, as long as `left` allows it.
-    pub(crate) fn read_ahead(&mut self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) {
+    /// Searches until `is_cancelled`, and reads the files that a server will need; says to `report` how many.
+    pub(crate) fn run(&mut self, is_cancelled: &dyn Fn() -> bool, report: &dyn Fn(usize)) {
+        let mut left = Left::default();
+        for walk in std::mem::take(&mut self.walks) {
+            let walked = walk.run(&mut self.folders, &mut left, is_cancelled);
+            self.found.push((walk, walked));
+        }
         Places::of_environment().search();
-        for path in std::mem::take(&mut self.regular) {
+        self.unread.append(&mut self.folders.new);
+        report(self.unread.len());
+        while let Some(path) = self.unread.pop_first() {
             if is_cancelled() {
                 return;
             }
             let text = text_of(&path);
-            let Some(bytes) = left.bytes.checked_sub(text.0.len() as u64) else { return };
+            let Some(bytes) = left.bytes.checked_sub(text.0.len() as u64) else {
+                self.unread.insert(path);
+                return;
+            };
             left.bytes = bytes;
             self.texts.push((path, text));
         }
@@ -119,7 +129,7 @@ impl Walked {
 #[derive(Debug, Default)]
 pub(super) struct Walks {
     known: BTreeMap<Walk, Walked>,
-    /// The requested walks since the last reset.
+    /// The walks that the last load requested.
     asked: BTreeSet<Walk>,
 }
 
@@ -130,19 +140,45 @@ impl Walks {
         self.known(walk)
     }
 
-    /// Returns the requested walks without a result.
-    pub(super) fn wanted(&self) -> Vec<Walk> {
-        self.asked.iter().filter(|walk| !self.known.contains_key(*walk)).cloned().collect()
+    /// Returns whether a requested walk has no result.
+    pub(super) fn is_one_wanted(&self) -> bool {
+        self.asked.iter().any(|walk| !self.known.contains_key(walk))
     }
 
-    pub(super) fn learn(&mut self, walk: Walk, walked: Walked) {
-        self.known.insert(walk, walked);
+    /// Takes a result. Returns whether it is another one than before.
+    pub(super) fn learn(&mut self, walk: Walk, walked: Walked) -> bool {
+        self.known.get(&walk) != Some(&walked) && {
+            self.known.insert(walk, walked);
+            true
+        }
     }
 
-    /// Discards all results, and returns the requested walks.
-    pub(super) fn reset(&mut self) -> Vec<Walk> {
-        self.known.clear();
-        std::mem::take(&mut self.asked).into_iter().collect()
+    /// Has the next search take this walk, for a later load.
+    pub(super) fn foresee(&mut self, walk: Walk) {
+        self.asked.insert(walk);
+    }
+
+    /// Forgets which walks were requested.
+    pub(super) fn begin_load(&mut self) {
+        self.asked.clear();
+    }
+
+    /// Returns the requested walks whose results may have changed, those for tables only if these `may_have`; the nearest projects
+    /// first: what is around them may have so many files that none would be left for them.
+    pub(super) fn repeated(&mut self, may_tables_have: bool) -> Vec<Walk> {
+        self.known.retain(|walk, _| self.asked.contains(walk));
+        let is_known = |walk: &&Walk| matches!(walk, Walk::Tables { .. }) && self.known.contains_key(*walk);
+        let all = self.asked.iter().filter(|walk| may_tables_have || !is_known(walk));
+        let mut all: Vec<Walk> = all.cloned().collect();
+        all.sort_by_key(|walk| Reverse(walk.first().components().count()));
+        // A first walk through a whole folder may take long: it has a search of its own, behind those of projects.
+        let is_first = |walk: &Walk| {
+            matches!(walk, Walk::Models { is_own: false, .. }) && !self.known.contains_key(walk)
+        };
+        if all.iter().any(|walk| !is_first(walk) && !self.known.contains_key(walk)) {
+            all.retain(|walk| !is_first(walk));
+        }
+        all
     }
 
     /// Returns the result of a walk, if it is known.
@@ -152,17 +188,29 @@ impl Walks {
 }
 
 impl Walk {
+    /// Returns the folder where it begins.
+    fn first(&self) -> &Path {
+        match self {
+            Walk::Models { folder, .. } => folder,
+            Walk::Tables { from, .. } => from,
+        }
+    }
+
     /// Searches the disk until `is_cancelled`; a cancelled walk is incomplete. Subtracts from `left`, the limits of a
     /// caller that runs several walks.
-    pub(crate) fn run(&self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) -> Walked {
+    pub(super) fn run(
+        &self,
+        folders: &mut Folders,
+        left: &mut Left,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Walked {
         match self {
             Walk::Models { folder, depth, is_own } => {
                 let (found, (everywhere, _)) = (Walked::default(), Gitignore::global());
-                let (is_own, device) = (*is_own, device_of(folder));
+                let left = if *is_own { &mut left.own } else { &mut left.all };
                 let (elsewhere, is_cut) = (Vec::new(), false);
-                let models =
-                    Models { found, left, is_cancelled, everywhere, is_own, device, elsewhere, is_cut };
-                models.walk(folder, *depth)
+                let models = Models { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
+                models.walk(folder, *depth, *is_own, device_of(folder))
             }
             Walk::Tables { from, depth, folder, pattern, boundary } => {
                 let Ok(glob) = table_pattern(folder, pattern) else { return Walked::default() };
@@ -177,64 +225,46 @@ impl Walk {
     }
 }
 
-/// The files with ignore rules; the first one has precedence.
-const IGNORING: [&str; 2] = [".ignore", ".gitignore"];
-
-/// The ignore rules of a folder and of those above, in the order of [`IGNORING`].
-struct Rules {
-    own: [Gitignore; 2],
-    /// Whether a repository begins here: the Git rules of folders above do not apply in it.
-    is_repository: bool,
-    above: Option<Rc<Rules>>,
-}
-
-impl Rules {
-    fn ignores(&self, path: &Path, is_folder: bool) -> bool {
-        for kind in 0..IGNORING.len() {
-            let mut rules = Some(self);
-            while let Some(here) = rules {
-                match here.own.get(kind).map(|own| own.matched(path, is_folder)) {
-                    Some(Match::Ignore(_)) => return true,
-                    Some(Match::Whitelist(_)) => return false,
-                    _ => {}
-                }
-                let ends = here.is_repository && IGNORING.get(kind) == Some(&".gitignore");
-                rules = here.above.as_deref().filter(|_| !ends);
-            }
-        }
-        false
-    }
-}
-
 struct Models<'a> {
     found: Walked,
-    left: &'a mut Left,
+    folders: &'a mut Folders,
+    /// The remaining number of files and folders.
+    left: &'a mut usize,
     is_cancelled: &'a dyn Fn() -> bool,
     /// The user's global Git ignore rules.
     everywhere: Gitignore,
-    /// Whether the files of a nested configuration are excluded.
-    is_own: bool,
-    /// The file system of the first folder, and the folders on others.
-    device: Option<u64>,
+    /// The folders on other file systems.
     elsewhere: Vec<PathBuf>,
     /// Whether there were too many files and folders.
     is_cut: bool,
 }
 
+/// A folder that is to be searched.
+struct Open {
+    path: PathBuf,
+    /// The number of levels below, and of those above up to the first folder.
+    deeper: usize,
+    depth: usize,
+    above: Option<Arc<Rules>>,
+}
+
 impl Models<'_> {
-    fn walk(mut self, folder: &Path, depth: Option<usize>) -> Walked {
-        let mut above: Vec<&Path> = folder.ancestors().skip(1).collect();
-        above.reverse();
-        let mut rules = None;
-        for folder in above {
-            // If the rules there cannot be read, this folder is searched.
-            rules = Some(Rc::new(self.rules(folder, rules).unwrap_or_else(|(_, above)| Rules {
-                own: [Gitignore::empty(), Gitignore::empty()],
-                is_repository: false,
-                above,
-            })));
+    fn walk(mut self, folder: &Path, depth: Option<usize>, is_own: bool, device: Option<u64>) -> Walked {
+        let mut around: Vec<&Path> = folder.ancestors().skip(1).collect();
+        around.reverse();
+        let mut above = None;
+        for folder in around {
+            above = Some(self.folders.rules_of(folder, above));
         }
-        self.folder(folder, depth.unwrap_or(DEEPEST), depth.is_none(), 0, rules);
+        let first = Open { path: folder.to_owned(), deeper: depth.unwrap_or(DEEPEST), depth: 0, above };
+        // The folders that are near are searched first: there may be too many.
+        let mut open = VecDeque::from([first]);
+        while let Some(next) = open.pop_front() {
+            if (self.is_cancelled)() {
+                break;
+            }
+            self.folder(next, (depth.is_none(), is_own), device, &mut open);
+        }
         let mut left_out = Vec::new();
         if self.is_cut {
             left_out.push(format!(
@@ -254,111 +284,50 @@ impl Models<'_> {
         self.found
     }
 
-    /// Reads a folder and `deeper` levels below; an unlimited walk reports where it stops early.
-    fn folder(&mut self, folder: &Path, deeper: usize, is_all: bool, depth: usize, above: Option<Rc<Rules>>) {
-        let problem = |why: String| (folder.to_owned(), why);
-        let rules = match self.rules(folder, above) {
-            Ok(rules) => Rc::new(rules),
-            Err((why, _)) => return self.found.problems.push(problem(why)),
-        };
-        let entries = match entries(folder) {
-            Ok(entries) => entries,
-            Err(why) => return self.found.problems.push(problem(why)),
-        };
-        if self.is_own && depth > 0 && entries.iter().any(|entry| entry.file_name() == CONFIG_FILE) {
-            self.found.configs.push(folder.join(CONFIG_FILE));
+    /// Searches a folder, and opens those in it; an unlimited walk reports where it stops early, and one `is_own` excludes the
+    /// files of a nested configuration.
+    fn folder(
+        &mut self,
+        next: Open,
+        (is_all, is_own): (bool, bool),
+        device: Option<u64>,
+        open: &mut VecDeque<Open>,
+    ) {
+        let Open { path, deeper, depth, above } = next;
+        // The walk reports this at its end.
+        if *self.left == 0 {
+            self.is_cut = true;
             return;
         }
-        self.found.folders.push(folder.to_owned());
-        for entry in entries {
-            if (self.is_cancelled)() {
-                return;
-            }
-            // The walk reports this at its end.
-            let Some(left) = self.left.models.checked_sub(1) else {
-                self.is_cut = true;
-                return;
-            };
-            self.left.models = left;
-            let (path, name) = (entry.path(), entry.file_name());
-            let is_regular = entry.file_type().is_ok_and(|kind| kind.is_file());
-            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-            let is_hidden = is_hidden(Path::new(&name));
-            if is_hidden
-                || rules.ignores(&path, is_folder)
-                || self.everywhere.matched(&path, is_folder).is_ignore()
-            {
-                continue;
-            }
-            if is_regular && (name == CONFIG_FILE || is_model(&path)) {
-                self.found.regular.push(path.clone());
-            }
-            if name == CONFIG_FILE {
-                self.found.configs.push(path);
-            } else if is_folder {
-                match deeper.checked_sub(1) {
-                    _ if MADE_BY_TOOLS.iter().any(|made| name == *made) || is_made_up(&path) => {}
-                    _ if is_all && device_of(&path) != self.device => self.elsewhere.push(path),
-                    Some(deeper) if deeper > 0 => {
-                        self.folder(&path, deeper, is_all, depth + 1, Some(Rc::clone(&rules)));
-                    }
-                    _ if is_all => {
-                        let why =
-                            format!("this folder is more than {DEEPEST} folders deep, and is not searched");
-                        self.found.problems.push((path, why));
-                    }
-                    _ => {}
+        let folder = match self.folders.get(&path, above, &self.everywhere) {
+            Ok(folder) => folder,
+            Err(why) => return self.found.problems.push((path, why)),
+        };
+        if is_own && depth > 0 && folder.has_config {
+            self.found.configs.push(path.join(CONFIG_FILE));
+            return;
+        }
+        *self.left = self.left.saturating_sub(folder.entries);
+        self.found.configs.extend(folder.is_config_found.then(|| path.join(CONFIG_FILE)));
+        self.found.folders.push(path);
+        self.found.files.extend(folder.regular.iter().filter(|file| is_model(file)).cloned());
+        // Includes unreadable files, pipes and broken links, which are reported.
+        self.found.files.extend(folder.special.iter().filter(|path| !path.is_dir()).cloned());
+        for (path, on) in &folder.folders {
+            match deeper.checked_sub(1) {
+                _ if is_all && *on != device => self.elsewhere.push(path.clone()),
+                Some(deeper) if deeper > 0 => {
+                    let (path, above) = (path.clone(), Some(Arc::clone(&folder.rules)));
+                    open.push_back(Open { path, deeper, depth: depth + 1, above });
                 }
-            } else if is_model(&path) && !path.is_dir() {
-                // Includes unreadable files, pipes and broken links, which are reported.
-                self.found.files.push(path);
+                _ if is_all => {
+                    let why = format!("this folder is more than {DEEPEST} folders deep, and is not searched");
+                    self.found.problems.push((path.clone(), why));
+                }
+                _ => {}
             }
         }
     }
-
-    /// Returns the ignore rules of a folder, or why they are unknown.
-    fn rules(
-        &mut self,
-        folder: &Path,
-        above: Option<Rc<Rules>>,
-    ) -> Result<Rules, (String, Option<Rc<Rules>>)> {
-        let mut own = [Gitignore::empty(), Gitignore::empty()];
-        for (name, own) in IGNORING.iter().zip(&mut own) {
-            let path = folder.join(name);
-            let bytes = match read(&path, LONGEST_IGNORE.min(self.left.ignored)) {
-                Ok(bytes) => bytes,
-                // A missing file or a broken link has no rules.
-                Err(error) if error.kind() == ErrorKind::NotFound => continue,
-                Err(error) => {
-                    let why = format!("this folder is not searched: cannot read its `{name}`: {error}");
-                    return Err((why, above));
-                }
-            };
-            self.left.ignored -= bytes.len() as u64;
-            let mut rules = GitignoreBuilder::new(folder);
-            for line in String::from_utf8_lossy(&bytes).lines() {
-                // An invalid line is no rule.
-                let _ = rules.add_line(None, line);
-            }
-            *own = rules.build().unwrap_or_else(|_| Gitignore::empty());
-        }
-        let is_repository = folder.join(".git").symlink_metadata().is_ok();
-        Ok(Rules { own, is_repository, above })
-    }
-}
-
-/// Returns the number of the file system of a folder.
-fn device_of(folder: &Path) -> Option<u64> {
-    use std::os::unix::fs::MetadataExt as _;
-    folder.symlink_metadata().ok().map(|data| data.dev())
-}
-
-/// Returns the entries of a folder, sorted by name; why there are none if it cannot be read.
-fn entries(folder: &Path) -> Result<Vec<DirEntry>, String> {
-    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-    let mut entries = entries.map_err(|error| format!("cannot read this folder: {error}"))?;
-    entries.sort_by_key(DirEntry::file_name);
-    Ok(entries)
 }
 
 /// The search for the files of a pattern. Tables that the configuration names are read even if `.gitignore` ignores them or a
@@ -436,18 +405,19 @@ mod tests {
         top
     }
 
-    fn walked(folder: &Path, left: &mut Left, device: Option<u64>) -> Walked {
-        let (found, everywhere) = (Walked::default(), Gitignore::empty());
-        let (is_cancelled, is_own, elsewhere, is_cut) = (&|| false, false, Vec::new(), false);
-        Models { found, left, is_cancelled, everywhere, is_own, device, elsewhere, is_cut }.walk(folder, None)
+    fn walked(folder: &Path, mut left: usize, device: Option<u64>) -> Walked {
+        let (found, folders, everywhere) = (Walked::default(), &mut Folders::default(), Gitignore::empty());
+        let (left, is_cancelled, elsewhere, is_cut) = (&mut left, &|| false, Vec::new(), false);
+        let models = Models { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
+        models.walk(folder, None, false, device)
     }
 
     #[test]
     fn a_walk_stays_on_its_file_system_and_says_so_once() {
         let top = scratch("device", &["", "one", "two", "two/three"]);
-        let all = walked(&top, &mut Left::default(), device_of(&top));
+        let all = walked(&top, MOST_FOR_MODELS, device_of(&top));
         assert_eq!((all.files.len(), all.problems.len()), (4, 0));
-        let some = walked(&top, &mut Left::default(), Some(u64::MAX));
+        let some = walked(&top, MOST_FOR_MODELS, Some(u64::MAX));
         assert_eq!(some.files, [top.join("a.mal")]);
         let one = top.join("one");
         let why = format!(
@@ -461,8 +431,7 @@ mod tests {
     #[test]
     fn a_walk_that_ends_early_says_so_once() {
         let top = scratch("bound", &["", "one", "one/two", "one/two/three"]);
-        let mut left = Left { models: 6, ..Left::default() };
-        let some = walked(&top, &mut left, device_of(&top));
+        let some = walked(&top, 6, device_of(&top));
         let why = "there are more than 200000 files and folders: open a smaller folder".to_owned();
         assert_eq!((some.files.len(), some.problems), (3, vec![(top.clone(), why)]));
         std::fs::remove_dir_all(top).unwrap();

@@ -15,7 +15,9 @@ const MOST_LINKS: usize = 16;
 pub(crate) struct WatchSet {
     /// Folders whose entries matter, canonical once they are watched.
     pub(super) folders: BTreeSet<PathBuf>,
-    /// Further such folders, which a walk from one of them has found: they are canonical.
+    /// The folders where the search for models begins, and all that it has found, canonical. What changes in them is for
+    /// [`super::folders::Folders::note`] to judge.
+    pub(super) roots: BTreeSet<PathBuf>,
     pub(super) below: BTreeSet<PathBuf>,
     /// The outermost folders that belong to the projects: of their own ancestors, none is watched.
     pub(super) tops: BTreeSet<PathBuf>,
@@ -33,6 +35,7 @@ impl WatchSet {
     /// Adds the paths of another set.
     pub(super) fn extend(&mut self, other: WatchSet) {
         self.folders.extend(other.folders);
+        self.roots.extend(other.roots);
         self.below.extend(other.below);
         self.tops.extend(other.tops);
         self.message_folders.extend(other.message_folders);
@@ -78,11 +81,12 @@ impl WatchSet {
     /// are watched only where a link is in them or something was looked up: every program writes in `/tmp`.
     pub(crate) fn folders_to_watch(&mut self) -> BTreeSet<PathBuf> {
         let folders = std::mem::take(&mut self.folders);
-        let tops = std::mem::take(&mut self.tops);
+        let (tops, roots) = (std::mem::take(&mut self.tops), std::mem::take(&mut self.roots));
         let is_within = |path: &Path| tops.iter().any(|top| path.starts_with(top));
         let is_near = |folder: &&Path| folder.parent().is_some_and(is_within);
         let on_the_way: BTreeSet<&Path> = folders
             .iter()
+            .chain(&roots)
             .flat_map(|folder| std::iter::once(folder.as_path()).chain(folder.ancestors().filter(is_near)))
             .collect();
         on_the_way.into_iter().for_each(|folder| self.add(folder));
@@ -101,26 +105,32 @@ impl WatchSet {
         let parents = parents.map(|(_, parent)| parent.to_owned());
         let folders = self.folders.iter().chain(&self.below).chain(&self.message_folders);
         let folders = folders.cloned().chain(parents).collect();
-        self.tops = tops;
+        (self.tops, self.roots) = (tops, roots);
         folders
     }
 
-    /// Returns whether a change of `path`, which is in a watched folder, may change a workspace.
+    /// Returns whether a watched folder matters for its models and configurations only.
+    pub(super) fn is_only_searched(&self, folder: &Path) -> bool {
+        self.below.contains(folder)
+            && !self.folders.contains(folder)
+            && !self.message_folders.contains(folder)
+    }
+
+    /// Returns whether a change of `path`, which is in a watched folder, may change a workspace, apart from the models and
+    /// configurations that it has.
     pub(crate) fn has(&self, path: &Path) -> bool {
-        if self.paths.contains(path) || self.below.contains(path) {
+        let is_in = |folders: &BTreeSet<PathBuf>| path.parent().is_some_and(|it| folders.contains(it));
+        if self.paths.contains(path) || is_in(&self.below) && path.ends_with(".git") {
             return true;
         }
-        let is_in = |folders: &BTreeSet<PathBuf>| path.parent().is_some_and(|it| folders.contains(it));
         let has_extension = |extension: &str| path.extension().is_some_and(|it| it == extension);
         if has_extension("msg") && is_in(&self.message_folders) {
             return true;
         }
         // Tools write many other files beside models. A path that is no file may have been a model, or a folder of models.
         let is_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
-        let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
         let is_table = || self.patterns.iter().any(|pattern| pattern.is_match(path));
-        (is_in(&self.folders) || is_in(&self.below))
-            && (!is_file || is_model(path) || has_extension("toml") || is_ignoring || is_table())
+        is_in(&self.folders) && (!is_file || is_model(path) || has_extension("toml") || is_table())
     }
 }
 
@@ -138,7 +148,8 @@ mod tests {
         let robot = top.join("far/home/robot");
         let mut set = WatchSet::default();
         set.tops.insert(top.join("far/home"));
-        set.folders.extend([robot.clone(), top.join("far/other/models"), top.join("link")]);
+        set.folders.extend([top.join("far/other/models"), top.join("link")]);
+        set.roots.insert(robot.clone());
         set.below.extend([robot.clone(), robot.join("sub")]);
         robot.ancestors().for_each(|above| set.add(&above.join("mauve.toml")));
         let watched = set.folders_to_watch();
@@ -157,7 +168,17 @@ mod tests {
             assert_eq!(watched.contains(&top.join(folder)), is_watched, "{folder}");
         }
         assert!(top.ancestors().skip(1).all(|above| !watched.contains(above)), "{watched:?}");
-        assert!(set.has(&robot) && set.has(&robot.join("sub")) && set.has(&robot.join("sub/new.mal")));
+        for (path, is_judged) in [
+            ("far/home/robot", true),
+            ("far/home/robot/mauve.toml", true),
+            ("far/home/robot/sub/.git", true),
+            ("far/other/models/new.mal", true),
+            // The search judges these.
+            ("far/home/robot/sub", false),
+            ("far/home/robot/sub/new.mal", false),
+        ] {
+            assert_eq!(set.has(&top.join(path)), is_judged, "{path}");
+        }
         std::fs::remove_dir_all(top).unwrap();
     }
 }

@@ -14,7 +14,7 @@ use super::check::{Checked, Compared};
 use super::pulls::Given;
 use super::settings::Settings;
 use super::snapshot::{Failure, Snapshot};
-use crate::load::{Walk, Walked};
+use crate::load::Search;
 
 /// A message to the main loop.
 pub(crate) enum Event {
@@ -34,10 +34,10 @@ pub(crate) enum Event {
     Saved(DidSaveTextDocumentParams),
     /// The client closed a document: the text on the disk is in effect again.
     Closed(Url),
-    /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
-    Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
-    /// The walk with this flag takes long, if it has not ended.
-    LongWalk(Arc<AtomicBool>),
+    /// A search has ended, without a result if it panicked. The flag tells it from others.
+    Searched(Arc<AtomicBool>, Option<Search>),
+    /// The search with this flag takes long, if it has not ended.
+    LongSearch(Arc<AtomicBool>),
     /// These files were created, removed or changed, and perhaps others whose events were `missed`.
     Disk {
         paths: BTreeSet<PathBuf>,

@@ -8,12 +8,14 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_ide::EarlierFigures;
 use salsa::Database as _;
+use salsa::plumbing::current_revision;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{
@@ -31,18 +33,18 @@ use super::progress::{self, Work};
 use super::publisher::Publisher;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
-use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
+use super::staleness::Staleness;
 use super::tokens::Tokens;
 use super::trace::{Trace, milliseconds};
 use super::typing;
 use super::watcher::Watcher;
-use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path, is_of_another_language};
+use crate::load::{Loaded, Loader, Search, canonical_path, is_of_another_language};
 
 /// The maximum number of changed files that are read on this thread.
 const MOST_REFRESHED: usize = 20;
 
-/// How long a walk may take before requests are answered without its result.
-const LONG_WALK: Duration = Duration::from_secs(1);
+/// How long a search may take before requests are answered without its result.
+const LONG_SEARCH: Duration = Duration::from_secs(1);
 
 /// The state of the server.
 pub(crate) struct MainLoop {
@@ -52,6 +54,8 @@ pub(crate) struct MainLoop {
     /// The document whose text an event is changing.
     changing: Option<Url>,
     folders: Vec<PathBuf>,
+    /// Whether a first search of the folders takes long, as of a whole disk: the projects of the open documents are loaded before.
+    are_folders_late: bool,
     settings: Settings,
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
@@ -65,7 +69,7 @@ pub(crate) struct MainLoop {
     staleness: Staleness,
     /// The figures of earlier texts, for hints.
     earlier: Arc<EarlierFigures>,
-    /// Jobs that wait for the end of a walk through folders.
+    /// Jobs that wait for the end of a search.
     waiting: Vec<Job>,
     /// The semantic tokens that the client has received.
     tokens: Arc<Tokens>,
@@ -98,6 +102,7 @@ impl MainLoop {
             documents: Documents::default(),
             changing: None,
             folders: Vec::new(),
+            are_folders_late: false,
             settings: Settings::default(),
             capabilities: Capabilities::default(),
             workspaces: Arc::new([]),
@@ -144,26 +149,28 @@ impl MainLoop {
                 self.handle(event);
             }
             self.apply_changes();
-            // A newly watched folder is read again at once: perhaps no event follows.
-            for _ in 0..MAX_LOADS_FOR_WATCHES {
-                if self.staleness.is_load_due() {
-                    self.apply_changes();
-                }
-            }
             if self.staleness.begin_check() {
                 self.start_check();
             }
             self.trace.note_generation(self.staleness.generation());
             self.note_work();
-            let Ok(event) = events.recv() else { return };
-            self.handle(event);
+            let event = match self.staleness.pause(Instant::now()) {
+                Some(pause) => events.recv_timeout(pause),
+                None => events.recv().map_err(RecvTimeoutError::from),
+            };
+            match event {
+                Ok(event) => self.handle(event),
+                // The search that is due begins.
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
         }
     }
 
     /// Notes for the progress report what is being done between events.
     fn note_work(&self) {
-        if self.staleness.is_walking() {
-            // The thread that walks reports what it does.
+        if self.staleness.is_searching() {
+            // The thread that searches reports what it does.
             return;
         }
         let files = self.workspaces.iter().map(|workspace| workspace.files(&self.db).len()).sum();
@@ -205,15 +212,15 @@ impl MainLoop {
             Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.apply_changes();
-                match job.request.is_current(&self.documents) && self.staleness.is_awaited() {
+                match job.request.is_current(&self.documents) && self.is_awaited() {
                     true => self.waiting.push(job),
                     false => self.start(job),
                 }
             }
-            Event::Walked(flag, walked) => self.walked(&flag, walked),
+            Event::Searched(flag, search) => self.searched(&flag, search),
             Event::Reload => self.reload(),
             Event::TimePassed => self.staleness.request_check(),
-            Event::LongWalk(flag) => self.staleness.lengthen_walk(&flag),
+            Event::LongSearch(flag) => self.staleness.lengthen_search(&flag),
             Event::Stop => self.stop(),
             #[cfg(debug_assertions)]
             #[allow(clippy::panic, reason = "that is what it is for")]
@@ -327,21 +334,19 @@ impl MainLoop {
         if missed {
             // Any folder that is watched may be gone.
             self.watcher.forget(Path::new("/"));
-            self.staleness.outdate_workspaces();
+            self.loader.note_all();
+            self.staleness.restart_load();
         }
-        // Many files are read by a walk, on its thread.
+        // Many files are read by a search, on its thread.
         let are_many = paths.len() > MOST_REFRESHED;
         for path in paths {
-            if self.watcher.forget(path) || are_many && self.loader.has(path) {
-                self.staleness.outdate_workspaces();
-            }
-            if are_many && self.staleness.is_outdated() {
-                continue;
-            }
-            match self.loader.refreshed(&mut self.db, path) {
+            let refreshed = if are_many { None } else { self.loader.refreshed(&mut self.db, path) };
+            match refreshed {
                 Some(true) => self.staleness.bump_generation(),
-                None if self.loader.watch_set().has(path) => self.staleness.outdate_workspaces(),
-                Some(false) | None => {}
+                Some(false) => {}
+                // A folder that was replaced is watched again.
+                None if self.loader.note(path, self.watcher.forget(path)) => self.staleness.request_search(),
+                None => {}
             }
         }
     }
@@ -352,11 +357,16 @@ impl MainLoop {
             self.close_moved_documents();
         }
         self.apply_documents();
+        let is_late = self.workspaces.is_empty() && self.staleness.is_load_late();
+        if is_late && !self.are_folders_late && !self.documents.0.is_empty() {
+            self.are_folders_late = true;
+            self.staleness.restart_load();
+        }
         if self.staleness.begin_load() {
-            match self.loader.reset_walks() {
-                walks if walks.is_empty() => self.load(),
-                walks => self.walk(walks),
-            }
+            self.load();
+        }
+        if let Some(flag) = self.staleness.begin_search(Instant::now()) {
+            self.search(flag);
         }
         self.start_waiting();
     }
@@ -402,11 +412,9 @@ impl MainLoop {
             let is_other_language = open.home != Home::Elsewhere
                 && changed.contains(&file)
                 && is_foreign(&open.path, file.text(&self.db)) != self.foreign.contains(&file);
-            // The load at the end of a walk includes both.
-            let is_loaded_later = self.staleness.is_walking();
             // A link in the path may lead to another file now.
             let is_moved = known.is_some_and(|known| known != file);
-            if (is_new_stray || is_permitted) && !is_loaded_later || is_moved || is_other_language {
+            if is_new_stray || is_permitted || is_moved || is_other_language {
                 self.staleness.outdate_workspaces();
             }
         }
@@ -424,64 +432,69 @@ impl MainLoop {
         self.staleness.bump_generation();
     }
 
-    /// Walks through folders on a separate thread: their number and the speed of the disk are unknown.
-    fn walk(&mut self, walks: Vec<Walk>) {
-        let cancelled = self.staleness.begin_walk();
-        let (flag, late) = (Arc::clone(&cancelled), self.sender.clone());
+    /// Searches folders on a separate thread: their number and the speed of the disk are unknown.
+    fn search(&mut self, flag: Arc<AtomicBool>) {
+        let mut search = self.loader.search();
+        let (late, sender, work) = (self.sender.clone(), self.sender.clone(), self.work.clone());
+        let long = Event::LongSearch(Arc::clone(&flag));
         self.workers.spawn(async move {
-            tokio::time::sleep(LONG_WALK).await;
-            let _ = late.send(Event::LongWalk(flag));
+            tokio::time::sleep(LONG_SEARCH).await;
+            let _ = late.send(long);
         });
-        let (sender, work) = (self.sender.clone(), self.work.clone());
         self.report(Work::Searching);
         let is_reported = self.capabilities.progress;
-        let walk = move || {
-            let is_cancelled = || cancelled.load(Ordering::Relaxed);
+        let run = move || {
+            let is_cancelled = || flag.load(Ordering::Relaxed);
             #[cfg(debug_assertions)]
-            hold(&is_cancelled);
-            let run = || {
-                let mut left = Left::default();
-                let walked = walks.into_iter().map(|walk| {
-                    let mut walked = walk.run(&mut left, &is_cancelled);
-                    if is_reported && walked.to_read() > 0 && !is_cancelled() {
-                        progress::report(&work, Work::Reading(walked.to_read()));
-                    }
-                    walked.read_ahead(&mut left, &is_cancelled);
-                    (walk, walked)
-                });
-                walked.collect()
+            hold(&search, &is_cancelled);
+            let report = |files| {
+                if is_reported && files > 0 && !is_cancelled() {
+                    progress::report(&work, Work::Reading(files));
+                }
             };
-            let walked = catch_unwind(AssertUnwindSafe(run)).ok();
-            let _ = sender.send(Event::Walked(cancelled, walked));
+            let run = catch_unwind(AssertUnwindSafe(|| search.run(&is_cancelled, &report)));
+            let _ = sender.send(Event::Searched(flag, run.ok().map(|()| search)));
         };
         // No worker is used: all of them may be busy with cancelled jobs.
-        if let Err(error) = std::thread::Builder::new().name("walk".to_owned()).spawn(walk) {
+        if let Err(error) = std::thread::Builder::new().name("search".to_owned()).spawn(run) {
             self.staleness.restart_load();
             self.publisher.warn(&format!("The folders cannot be searched: {error}."));
         }
     }
 
-    /// Takes the result of a walk and loads the workspaces. Then starts the jobs that waited for it, before another walk
-    /// begins.
-    fn walked(&mut self, flag: &Arc<AtomicBool>, walked: Option<Vec<(Walk, Walked)>>) {
+    /// Takes the result of a search, and loads the workspaces if something has changed. Then starts the jobs that waited for
+    /// it, before another search begins.
+    fn searched(&mut self, flag: &Arc<AtomicBool>, search: Option<Search>) {
         // What is loaded depends on the texts: those that came since the last event are among them.
         self.apply_documents();
-        if !self.staleness.end_walk(flag) {
+        let begin = Instant::now();
+        let are_folders_late = self.are_folders_late && !self.staleness.is_loaded();
+        if !self.staleness.end_search(flag, begin) {
             return;
         }
-        match walked {
-            Some(walked) => {
-                walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
-                self.load();
+        self.are_folders_late = are_folders_late;
+        match search {
+            Some(search) => {
+                let (is_changed, is_again) = self.loader.learn(&self.db, search);
+                if is_changed {
+                    self.staleness.outdate_workspaces();
+                }
+                if is_again {
+                    self.staleness.request_search();
+                }
+                if self.staleness.begin_load() {
+                    self.load();
+                }
             }
             None => self.load_failed("the folders could not be searched"),
         }
+        self.staleness.note_cost(begin.elapsed());
         self.apply_documents();
         self.start_waiting();
     }
 
     fn start_waiting(&mut self) {
-        if !self.staleness.is_awaited() {
+        if !self.is_awaited() {
             std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));
         }
     }
@@ -491,13 +504,18 @@ impl MainLoop {
         self.spawn(move || work(snapshot));
     }
 
-    /// Loads the workspaces, or begins the walk that this requires.
+    /// Loads the workspaces, or requests the search that this requires.
     fn load(&mut self) {
+        let before = (current_revision(&self.db), Arc::clone(&self.workspaces));
         match self.load_workspaces() {
-            Ok(wanted) if wanted.is_empty() => {}
-            Ok(wanted) => self.walk(wanted),
+            Ok(true) => {}
+            Ok(false) => self.staleness.await_search(),
             Err(Failure::Panicked(message)) => self.load_failed(&message),
             Err(Failure::Overtaken | Failure::Cancelled) => self.staleness.outdate_workspaces(),
+        }
+        // A running check of what has not changed goes on.
+        if before != (current_revision(&self.db), Arc::clone(&self.workspaces)) {
+            self.staleness.bump_generation();
         }
     }
 
@@ -553,11 +571,11 @@ impl MainLoop {
         }
     }
 
-    /// Loads the workspaces. Returns the walks that are required first.
-    fn load_workspaces(&mut self) -> Result<Vec<Walk>, Failure> {
+    /// Loads the workspaces. Returns false if a search is required first.
+    fn load_workspaces(&mut self) -> Result<bool, Failure> {
         let begin = Instant::now();
-        let folders: Vec<PathBuf> = self.folders.iter().map(|folder| canonical_path(folder)).collect();
-        let mut paths = self.folders.clone();
+        let mut paths = if self.are_folders_late { Vec::new() } else { self.folders.clone() };
+        let folders: Vec<PathBuf> = paths.iter().map(|folder| canonical_path(folder)).collect();
         let (mut elsewhere, mut alone) = (Vec::new(), Vec::new());
         self.foreign.clear();
         for (uri, open) in &self.documents.0 {
@@ -578,30 +596,35 @@ impl MainLoop {
             }
         }
         // Loading runs queries on untrusted texts, which may panic.
-        let mut loaded = match attempt(|| self.loader.load(&mut self.db, &paths))? {
-            Ok(loaded) => loaded,
-            Err(wanted) => return Ok(wanted),
-        };
+        let Some(mut loaded) = attempt(|| self.loader.load(&mut self.db, &paths))? else { return Ok(false) };
         // A text that the models in the folders include is a part of their projects, and no project by itself.
         let is_stray = |(file, _): &&(File, PathBuf)| !is_in_a_folder(&self.db, &loaded.workspaces, *file);
         let strays: Vec<PathBuf> = elsewhere.iter().filter(is_stray).map(|(_, path)| path.clone()).collect();
         if !strays.is_empty() {
             let all = [paths.as_slice(), strays.as_slice()].concat();
-            loaded = match attempt(|| self.loader.load(&mut self.db, &all))? {
-                Ok(loaded) => loaded,
-                Err(wanted) => return Ok(wanted),
-            };
+            let Some(all) = attempt(|| self.loader.load(&mut self.db, &all))? else { return Ok(false) };
+            loaded = all;
+        }
+        if self.are_folders_late {
+            self.folders.iter().for_each(|folder| self.loader.foresee(folder));
+            self.staleness.request_search();
         }
         self.loader.forget_texts();
         let Loaded { mut workspaces, problems } = loaded;
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
         self.workspaces = workspaces.into();
-        match self.watcher.watch(&self.loader.watch_set().folders_to_watch()) {
-            Ok(is_new) => self.staleness.folders_watched(is_new),
-            Err(error) => self.publisher.warn(&format!(
+        let (new, watched) = self.watcher.watch(&self.loader.watch_set().folders_to_watch());
+        let watcher = &self.watcher;
+        self.loader.distrust(|folder| watcher.watches(folder).then(|| !new.contains(folder)), &new);
+        // Perhaps no event follows.
+        if !new.is_empty() {
+            self.staleness.request_search();
+        }
+        if let Err(error) = watched {
+            self.publisher.warn(&format!(
                 "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
-            )),
+            ));
         }
         // Open documents of a removed folder stay, because they are open.
         let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
@@ -610,10 +633,16 @@ impl MainLoop {
         let strays = strays.filter(|(uri, _)| !is_elsewhere(uri));
         self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
-        Ok(Vec::new())
+        Ok(true)
+    }
+
+    /// Whether requests wait for a search.
+    fn is_awaited(&self) -> bool {
+        self.staleness.is_awaited() && !(self.are_folders_late && self.staleness.is_loaded())
     }
 
     fn snapshot(&self) -> Snapshot {
+        let are_folders_late = self.are_folders_late && self.staleness.is_loaded();
         Snapshot {
             db: self.db.clone(),
             workspaces: Arc::clone(&self.workspaces),
@@ -631,7 +660,9 @@ impl MainLoop {
             tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
             is_settled: self.staleness.is_settled(),
-            is_searching: self.staleness.is_walking(),
+            is_searching: self.staleness.are_files_missing() && !are_folders_late,
+            are_folders_late,
+            searched: self.loader.searched(),
             outbox: self.publisher.outbox(),
         }
     }
@@ -665,6 +696,7 @@ impl MainLoop {
     }
 
     fn checked(&mut self, generation: u64, checked: Result<Checked, Failure>) {
+        self.staleness.note_cost(self.check_began.elapsed());
         if !self.staleness.end_check(generation) {
             return;
         }
@@ -790,11 +822,12 @@ fn newest_of_several<'a>(
     several.filter_map(|all| all.into_iter().max_by_key(|open| open.changed)).collect()
 }
 
-/// For tests: waits while the file exists that this variable names.
+/// For tests: waits while the file exists that this variable names; if it has a text, only with searches through whole folders.
 #[cfg(debug_assertions)]
-fn hold(is_cancelled: &dyn Fn() -> bool) {
+fn hold(search: &Search, is_cancelled: &dyn Fn() -> bool) {
     let Some(path) = std::env::var_os("MAUVE_DEBUG_HOLD") else { return };
-    while std::fs::exists(&path).unwrap_or(false) && !is_cancelled() {
+    let is_held = |text: Vec<u8>| text.is_empty() || search.is_whole();
+    while std::fs::read(&path).is_ok_and(is_held) && !is_cancelled() {
         std::thread::sleep(Duration::from_millis(1));
     }
 }

@@ -69,8 +69,12 @@ pub(crate) struct Snapshot {
     pub(crate) running: Arc<AtomicUsize>,
     /// Whether the main loop only waits for events.
     pub(crate) is_settled: bool,
-    /// Whether a walk through the folders has not ended: files may be missing.
+    /// Whether files may be missing, since a search of the folders has not ended.
     pub(crate) is_searching: bool,
+    /// Whether only the projects of the open documents are loaded, since a search of the folders takes long.
+    pub(crate) are_folders_late: bool,
+    /// How many folders were searched.
+    pub(crate) searched: u64,
     /// The messages to send to the client.
     pub(crate) outbox: Arc<Outbox>,
 }
@@ -153,6 +157,11 @@ impl Snapshot {
         } else {
             Ok(())
         }
+    }
+
+    /// Fails as well while other projects are not known that may use the same files.
+    pub(crate) fn complete_everywhere(&self) -> Result<()> {
+        if self.are_folders_late { Err(Error::content_modified()) } else { self.complete() }
     }
 
     /// Returns whether an included file exists and has not been read.

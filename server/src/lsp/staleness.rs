@@ -4,36 +4,56 @@
 //! The main loop reports what happens by the transitions below, and asks [`Staleness`] what to do next:
 //!
 //! ```text
-//!            outdate_workspaces             begin_load          begin_walk
-//! Loaded ─────────────────────▶ Outdated ─────────────▶ Loaded ───────────▶ Walking
-//!    ▲                           ▲    ▲                    │                   │
-//!    │               note_change │    │ restart_load        │ fail_load         │ end_walk
-//!    │               Failed or Stopped ◀───────────────────┴───────────── stop ──┤
-//!    └─────────────────────────────────────────────────────────────────────────┘
+//!         outdate_workspaces           begin_load           await_search
+//! Loaded ───────────────────▶ Outdated ──────────▶ Loaded ──────────────▶ Awaiting
+//!                              ▲    ▲                │ fail_load            │    │
+//!                  note_change │    └────────────────┼───────── end_search ─┘    │ stop
+//!                              └── Failed, Stopped ◀─┴───────────────────────────┘
 //! ```
+//!
+//! Beside that, a thread may search what has changed on the disk. Checks that the client waits for do not wait for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Maximum number of checks in a row that load the workspaces again because an included file was not read.
 const MAX_LOADS_FOR_CHECKS: u32 = 3;
 
-/// Maximum number of loads in a row that are repeated because a folder was read before it was watched.
-pub(super) const MAX_LOADS_FOR_WATCHES: u32 = 3;
+/// So many searches begin at once while events keep coming, and requests wait for them. From then on, each is followed by a pause
+/// three times as long as what it causes takes, but not longer than this.
+const AT_ONCE: u32 = 5;
+const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
-/// Whether the workspaces are those of the disk and of the open documents.
-#[derive(Debug, Default)]
+/// For so long, a search waits for a check that the client waits for; and events keep coming where one follows within this time.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Whether the workspaces are those of the known folders and of the open documents.
+#[derive(Debug, Default, PartialEq, Eq)]
 enum Load {
     #[default]
     Loaded,
-    /// Files or folders were created, removed or changed: the workspaces must be loaded again.
+    /// Files were created, removed or changed: the workspaces must be loaded again.
     Outdated,
-    /// A thread walks through folders, and the workspaces are loaded when it ends.
-    Walking { cancelled: Arc<AtomicBool>, is_outdated: bool, is_long: bool },
-    /// The user stopped the walk. It is repeated after the next change.
+    /// A load needs the result of the next search.
+    Awaiting,
+    /// The user stopped the search. It is repeated after the next change.
     Stopped,
     /// Loading panicked. It is tried again after the next change.
     Failed,
+}
+
+/// The search of what has changed on the disk.
+#[derive(Debug, Default)]
+struct Searches {
+    is_due: bool,
+    /// The flag of the running search, when it began, and whether it takes long.
+    running: Option<(Arc<AtomicBool>, Instant, bool)>,
+    /// When the last one ended.
+    end: Option<Instant>,
+    /// How long it took, or what followed it.
+    cost: Duration,
+    in_a_row: u32,
 }
 
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -58,7 +78,10 @@ struct Generation {
 #[derive(Debug, Default)]
 pub(super) struct Staleness {
     load: Load,
+    searches: Searches,
     current: Generation,
+    /// Whether the client waits for a check, not only the disk has changed.
+    is_requested: bool,
     /// Whether checks may start: the client is initialized.
     are_checks_allowed: bool,
     checking: Option<u64>,
@@ -68,7 +91,6 @@ pub(super) struct Staleness {
     compared: Option<u64>,
     hints: Hints,
     loads_for_checks: u32,
-    loads_for_watches: u32,
 }
 
 impl Staleness {
@@ -90,8 +112,7 @@ impl Staleness {
     pub(super) fn stop(&mut self) {
         self.bump_generation();
         self.current.is_stopped = true;
-        if let Load::Walking { cancelled, .. } = &self.load {
-            cancelled.store(true, Ordering::Relaxed);
+        if self.cancel_search() {
             self.load = Load::Stopped;
         }
     }
@@ -101,7 +122,7 @@ impl Staleness {
         self.restart_load();
         self.bump_generation();
         (self.checking, self.published, self.compared) = (None, None, None);
-        (self.loads_for_checks, self.loads_for_watches) = (0, 0);
+        self.loads_for_checks = 0;
     }
 
     /// Whether the user stopped the analysis of the current generation.
@@ -119,113 +140,163 @@ impl Staleness {
     /// Whether nothing is left to do before the next event. Workspaces that could not be loaded are not checked.
     pub(super) fn is_settled(&self) -> bool {
         let is_settled = match self.load {
-            Load::Loaded | Load::Stopped => !self.current.is_check_due || !self.are_checks_allowed,
+            Load::Loaded | Load::Stopped => !self.is_check_due(),
             Load::Failed => true,
-            Load::Outdated | Load::Walking { .. } => false,
+            Load::Outdated | Load::Awaiting => false,
         };
-        is_settled && self.checking.is_none()
+        is_settled && self.checking.is_none() && !self.is_searching()
     }
 
-    /// Whether the workspaces must be loaded again.
+    /// Whether the workspaces must be loaded again, at once or after a search.
     pub(super) fn is_outdated(&self) -> bool {
-        matches!(self.load, Load::Outdated | Load::Walking { is_outdated: true, .. })
-    }
-
-    /// Whether the workspaces must be loaded again, and can be: no walk must end first.
-    pub(super) fn is_load_due(&self) -> bool {
-        matches!(self.load, Load::Outdated)
-    }
-
-    /// Whether a thread walks through folders.
-    pub(super) fn is_walking(&self) -> bool {
-        matches!(self.load, Load::Walking { .. })
+        self.load == Load::Outdated || self.searches.is_due
     }
 
     /// Notes that the workspaces must be loaded again.
     pub(super) fn outdate_workspaces(&mut self) {
-        match &mut self.load {
-            Load::Walking { is_outdated, .. } => *is_outdated = true,
-            load => *load = Load::Outdated,
+        if self.load != Load::Awaiting {
+            self.load = Load::Outdated;
         }
     }
 
     /// Notes that the client or the disk has changed something: a load that panicked, or was stopped, is tried again, and loads in
     /// a row are counted from here.
     pub(super) fn note_change(&mut self) {
-        (self.loads_for_checks, self.loads_for_watches) = (0, 0);
+        self.loads_for_checks = 0;
         if matches!(self.load, Load::Failed | Load::Stopped) {
+            self.searches.is_due |= self.load == Load::Stopped;
             self.load = Load::Outdated;
         }
     }
 
-    /// Begins the load that is due, in a new generation. Returns false if none is.
+    /// Begins the load that is due. Returns false if none is.
     pub(super) fn begin_load(&mut self) -> bool {
-        let is_due = self.is_load_due();
+        let is_due = self.load == Load::Outdated;
         if is_due {
             self.load = Load::Loaded;
-            self.bump_generation();
         }
         is_due
     }
 
-    /// Begins a walk through folders. The thread that walks stops when the returned flag is set.
-    pub(super) fn begin_walk(&mut self) -> Arc<AtomicBool> {
-        let cancelled = Arc::new(AtomicBool::new(false));
-        let is_outdated = self.is_outdated();
-        self.load = Load::Walking { cancelled: Arc::clone(&cancelled), is_outdated, is_long: false };
-        cancelled
+    /// Notes that loading panicked. Workspaces that are outdated since are loaded again all the same.
+    pub(super) fn fail_load(&mut self) {
+        if self.load != Load::Outdated {
+            self.load = Load::Failed;
+        }
     }
 
-    /// Notes that the walk that has this flag takes long: nothing waits for its result any more.
-    pub(super) fn lengthen_walk(&mut self, flag: &Arc<AtomicBool>) {
-        if let Load::Walking { cancelled, is_long, .. } = &mut self.load
-            && Arc::ptr_eq(cancelled, flag)
+    // Searching.
+
+    /// Notes that the load needs the result of a search.
+    pub(super) fn await_search(&mut self) {
+        self.load = Load::Awaiting;
+        self.searches.is_due = true;
+    }
+
+    /// Notes that a search must find out what has changed.
+    pub(super) fn request_search(&mut self) {
+        self.searches.is_due = true;
+    }
+
+    /// Whether a search is due, or a thread searches.
+    pub(super) fn is_searching(&self) -> bool {
+        self.searches.is_due || self.searches.running.is_some()
+    }
+
+    /// Whether the workspaces may lack files. While events keep coming, they are those of the last search.
+    pub(super) fn are_files_missing(&self) -> bool {
+        let is_loaded = !matches!(self.load, Load::Outdated | Load::Awaiting);
+        !is_loaded || self.is_searching() && self.searches.in_a_row < AT_ONCE
+    }
+
+    /// Whether requests wait for a search.
+    pub(super) fn is_awaited(&self) -> bool {
+        self.are_files_missing() && self.is_searching() && !self.is_search_long()
+    }
+
+    /// Returns for how long no search begins, though one is due: what it finds would repeat a check that the client waits for. A
+    /// load does not wait for that.
+    pub(super) fn pause(&self, now: Instant) -> Option<Duration> {
+        let is_due = self.searches.is_due && self.searches.running.is_none();
+        let end = self.searches.end.filter(|_| is_due && self.load != Load::Awaiting)?;
+        let pause = match self.searches.in_a_row >= AT_ONCE {
+            _ if self.is_requested && (self.is_checking() || self.is_check_due()) => PATIENCE,
+            true => LONGEST_PAUSE.min(3 * self.searches.cost),
+            false => Duration::ZERO,
+        };
+        Some((end + pause).saturating_duration_since(now)).filter(|left| !left.is_zero())
+    }
+
+    /// Notes how long it took to load or to check what a search has found.
+    pub(super) fn note_cost(&mut self, took: Duration) {
+        self.searches.cost = self.searches.cost.max(took);
+    }
+
+    /// Begins the search that is due. The thread that searches stops when the returned flag is set.
+    pub(super) fn begin_search(&mut self, now: Instant) -> Option<Arc<AtomicBool>> {
+        let searches = &self.searches;
+        if !searches.is_due || searches.running.is_some() || self.pause(now).is_some() {
+            return None;
+        }
+        let latest = PATIENCE + LONGEST_PAUSE.min(3 * searches.cost);
+        let follows = searches.end.is_some_and(|end| now.saturating_duration_since(end) <= latest);
+        let in_a_row = if follows { searches.in_a_row.saturating_add(1) } else { 0 };
+        let flag = Arc::new(AtomicBool::new(false));
+        let running = Some((Arc::clone(&flag), now, false));
+        let (end, cost) = (searches.end, Duration::ZERO);
+        self.searches = Searches { is_due: false, running, in_a_row, end, cost };
+        Some(flag)
+    }
+
+    /// Notes that the search that has this flag takes long: nothing waits for its result any more.
+    pub(super) fn lengthen_search(&mut self, flag: &Arc<AtomicBool>) {
+        if let Some((running, _, is_long)) = &mut self.searches.running
+            && Arc::ptr_eq(running, flag)
         {
             *is_long = true;
         }
     }
 
-    /// Whether requests wait for the result of a walk.
-    pub(super) fn is_awaited(&self) -> bool {
-        matches!(self.load, Load::Walking { is_long: false, .. })
+    fn is_search_long(&self) -> bool {
+        self.searches.running.as_ref().is_some_and(|(.., is_long)| *is_long)
     }
 
-    /// Ends the walk that has this flag, in a new generation. Returns false for a walk that was cancelled.
-    pub(super) fn end_walk(&mut self, flag: &Arc<AtomicBool>) -> bool {
-        match &self.load {
-            Load::Walking { cancelled, is_outdated, .. } if Arc::ptr_eq(cancelled, flag) => {
-                self.load = if *is_outdated { Load::Outdated } else { Load::Loaded };
-                self.bump_generation();
-                true
-            }
-            _ => false,
+    /// Whether a load waits for a search that takes long.
+    pub(super) fn is_load_late(&self) -> bool {
+        self.load == Load::Awaiting && self.is_search_long()
+    }
+
+    /// Whether the workspaces are loaded.
+    pub(super) fn is_loaded(&self) -> bool {
+        self.load == Load::Loaded
+    }
+
+    /// Ends the search that has this flag. Returns false for one that was cancelled.
+    pub(super) fn end_search(&mut self, flag: &Arc<AtomicBool>, now: Instant) -> bool {
+        let is_it = |running: &mut (Arc<AtomicBool>, Instant, bool)| Arc::ptr_eq(&running.0, flag);
+        let Some((_, begin, _)) = self.searches.running.take_if(is_it) else { return false };
+        self.searches.end = Some(now);
+        self.note_cost(now.saturating_duration_since(begin));
+        if self.load == Load::Awaiting {
+            self.load = Load::Outdated;
         }
+        true
     }
 
-    /// Cancels the walk, if there is one, and notes that the workspaces must be loaded again.
+    /// Cancels the search, if there is one; it is to be repeated. Returns whether there was one.
+    fn cancel_search(&mut self) -> bool {
+        let running = self.searches.running.take();
+        if let Some((flag, ..)) = &running {
+            flag.store(true, Ordering::Relaxed);
+        }
+        running.is_some()
+    }
+
+    /// Cancels the search, if there is one, and notes that the workspaces must be searched and loaded again.
     pub(super) fn restart_load(&mut self) {
-        if let Load::Walking { cancelled, .. } = &self.load {
-            cancelled.store(true, Ordering::Relaxed);
-        }
+        self.cancel_search();
+        self.searches.is_due = true;
         self.load = Load::Outdated;
-    }
-
-    /// Notes that loading panicked. Workspaces that are outdated since are loaded again all the same.
-    pub(super) fn fail_load(&mut self) {
-        if !self.is_outdated() {
-            self.load = Load::Failed;
-        }
-    }
-
-    /// Notes that the folders of the loaded workspaces are watched. Where one `is_new`, its files may have changed between
-    /// reading and watching: the workspaces are loaded again, a limited number of times.
-    pub(super) fn folders_watched(&mut self, is_new: bool) {
-        if is_new && self.loads_for_watches < MAX_LOADS_FOR_WATCHES {
-            self.loads_for_watches += 1;
-            self.outdate_workspaces();
-        } else {
-            self.loads_for_watches = 0;
-        }
     }
 
     // Checking.
@@ -237,7 +308,7 @@ impl Staleness {
 
     /// Notes that the current generation must be checked, even where a check of it was published.
     pub(super) fn request_check(&mut self) {
-        self.current.is_check_due = true;
+        (self.current.is_check_due, self.is_requested) = (true, true);
     }
 
     /// Whether a check of the current generation is running.
@@ -245,10 +316,16 @@ impl Staleness {
         self.checking == Some(self.current.number)
     }
 
-    /// Begins the check of the current generation, if it is due and the workspaces are loaded.
+    fn is_check_due(&self) -> bool {
+        self.are_checks_allowed && self.current.is_check_due
+    }
+
+    /// Begins the check of the current generation, if it is due and the workspaces are loaded. Where only the disk has changed,
+    /// all changes are searched first.
     pub(super) fn begin_check(&mut self) -> bool {
         let is_loaded = matches!(self.load, Load::Loaded | Load::Stopped);
-        let is_due = self.are_checks_allowed && is_loaded && self.current.is_check_due;
+        let is_loaded = is_loaded && (self.is_requested || !self.is_searching());
+        let is_due = is_loaded && self.is_check_due();
         if is_due {
             self.current.is_check_due = false;
             self.checking = Some(self.current.number);
@@ -268,6 +345,7 @@ impl Staleness {
         let is_loaded = self.loads_for_checks < MAX_LOADS_FOR_CHECKS;
         if is_loaded {
             self.loads_for_checks += 1;
+            self.current.is_check_due = true;
             self.outdate_workspaces();
         }
         is_loaded
@@ -278,6 +356,7 @@ impl Staleness {
     pub(super) fn publish(&mut self) -> bool {
         self.published = Some(self.current.number);
         self.loads_for_checks = 0;
+        self.is_requested = self.current.is_check_due;
         let is_outdated = self.hints == Hints::Outdated;
         if is_outdated {
             self.hints = Hints::Compared;
@@ -319,7 +398,9 @@ mod tests {
         let mut staleness = Staleness::default();
         staleness.allow_checks();
         staleness.outdate_workspaces();
-        assert!(!staleness.is_settled() && staleness.begin_load() && staleness.begin_check());
+        assert!(!staleness.is_settled() && staleness.begin_load());
+        staleness.bump_generation();
+        assert!(staleness.begin_check());
         let generation = staleness.generation();
         assert!(!staleness.is_settled() && staleness.end_check(generation));
         assert!(!staleness.publish() && staleness.is_settled());
@@ -329,31 +410,100 @@ mod tests {
 
     #[test]
     fn a_check_begins_once_the_workspaces_are_loaded() {
-        let mut staleness = Staleness::default();
+        let (mut staleness, now) = (Staleness::default(), Instant::now());
         staleness.outdate_workspaces();
         assert!(staleness.begin_load() && !staleness.begin_check() && staleness.is_settled());
         staleness.allow_checks();
         staleness.outdate_workspaces();
         assert!(!staleness.begin_check() && staleness.begin_load());
-        let cancelled = staleness.begin_walk();
+        staleness.await_search();
+        staleness.request_check();
+        let cancelled = staleness.begin_search(now).unwrap();
         assert!(!staleness.begin_check() && !staleness.begin_load());
         staleness.restart_load();
-        assert!(cancelled.load(Ordering::Relaxed) && !staleness.end_walk(&cancelled));
+        assert!(cancelled.load(Ordering::Relaxed) && !staleness.end_search(&cancelled, now));
         assert!(staleness.begin_load() && staleness.begin_check() && !staleness.begin_check());
     }
 
     #[test]
-    fn a_change_during_a_walk_repeats_the_load() {
-        let mut staleness = published();
-        let flag = staleness.begin_walk();
-        staleness.outdate_workspaces();
-        assert!(staleness.is_walking() && staleness.is_outdated() && !staleness.begin_load());
+    fn a_check_of_an_edit_does_not_wait_for_a_search_and_one_of_the_disk_does() {
+        let (mut staleness, now) = (published(), Instant::now());
+        staleness.request_search();
+        staleness.bump_generation();
+        assert!(!staleness.begin_check() && !staleness.is_settled());
+        let flag = staleness.begin_search(now).unwrap();
+        assert!(!staleness.begin_check());
+        staleness.request_check();
+        assert!(staleness.begin_check());
+        // The search finds something, and another one is due: the edit is still to be answered.
+        staleness.request_search();
+        assert!(staleness.end_search(&flag, now));
+        let generation = staleness.generation();
+        staleness.bump_generation();
+        assert!(!staleness.end_check(generation) && staleness.begin_check());
+        assert!(staleness.end_check(staleness.generation()));
+        staleness.publish();
+        staleness.bump_generation();
+        assert!(!staleness.begin_check());
+        let flag = staleness.begin_search(now).unwrap();
+        assert!(staleness.end_search(&flag, now) && staleness.begin_check());
+    }
+
+    #[test]
+    fn searches_that_keep_coming_pause_and_nothing_waits_for_them() {
+        let (mut staleness, mut now) = (published(), Instant::now());
+        let took = Duration::from_millis(20);
+        let search = |staleness: &mut Staleness, now: Instant| {
+            staleness.request_search();
+            let flag = staleness.begin_search(now)?;
+            staleness.end_search(&flag, now + took).then_some(())
+        };
+        for _ in 0..=AT_ONCE {
+            assert!(staleness.pause(now).is_none() && search(&mut staleness, now).is_some());
+            now += took;
+        }
+        assert!(search(&mut staleness, now).is_none() && !staleness.is_awaited() && !staleness.is_settled());
+        assert_eq!(staleness.pause(now), Some(3 * took));
+        // A load that needs a search does not wait.
+        staleness.await_search();
+        assert!(staleness.is_awaited() && staleness.pause(now).is_none());
+        // A check of what was found took longer.
+        staleness.load = Load::Loaded;
+        staleness.note_cost(2 * took);
+        assert_eq!(staleness.pause(now), Some(6 * took));
+        staleness.note_cost(LONGEST_PAUSE);
+        assert_eq!(staleness.pause(now), Some(LONGEST_PAUSE));
+        now += LONGEST_PAUSE + 2 * PATIENCE;
+        assert!(search(&mut staleness, now).is_some());
+        staleness.request_search();
         assert!(staleness.is_awaited());
-        staleness.lengthen_walk(&Arc::default());
-        assert!(staleness.is_awaited(), "that was another walk");
-        staleness.lengthen_walk(&flag);
-        assert!(staleness.is_walking() && !staleness.is_awaited());
-        assert!(staleness.end_walk(&flag) && staleness.begin_load() && !staleness.begin_load());
+    }
+
+    #[test]
+    fn a_search_does_not_repeat_a_check_that_the_client_waits_for() {
+        let (mut staleness, now) = (published(), Instant::now());
+        staleness.request_search();
+        let flag = staleness.begin_search(now).unwrap();
+        assert!(staleness.end_search(&flag, now));
+        staleness.request_check();
+        staleness.request_search();
+        assert!(staleness.begin_search(now).is_none());
+        assert!(staleness.begin_check() && staleness.begin_search(now).is_none());
+        assert!(staleness.begin_search(now + PATIENCE).is_some(), "not for ever");
+    }
+
+    #[test]
+    fn nothing_waits_for_a_long_search() {
+        let (mut staleness, now) = (published(), Instant::now());
+        staleness.await_search();
+        let flag = staleness.begin_search(now).unwrap();
+        assert!(staleness.is_awaited());
+        staleness.lengthen_search(&Arc::default());
+        assert!(staleness.is_awaited(), "that was another search");
+        staleness.lengthen_search(&flag);
+        assert!(staleness.is_load_late());
+        assert!(staleness.is_searching() && !staleness.is_awaited());
+        assert!(staleness.end_search(&flag, now) && staleness.begin_load() && !staleness.begin_load());
     }
 
     #[test]
@@ -373,16 +523,8 @@ mod tests {
             assert!(staleness.load_for_check() && staleness.begin_load());
         }
         assert!(!staleness.load_for_check() && !staleness.begin_load());
-        for _ in 0..MAX_LOADS_FOR_WATCHES {
-            staleness.folders_watched(true);
-            assert!(staleness.begin_load());
-        }
-        staleness.folders_watched(true);
-        assert!(!staleness.begin_load());
         staleness.note_change();
         assert!(staleness.load_for_check() && staleness.begin_load());
-        staleness.folders_watched(true);
-        assert!(staleness.begin_load());
     }
 
     #[test]

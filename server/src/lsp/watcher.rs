@@ -76,14 +76,22 @@ impl Watcher {
         !gone.is_empty()
     }
 
-    /// Watches these folders, without those in them, and no others. Returns whether one is new.
+    /// Returns whether a folder is watched.
+    pub(crate) fn watches(&self, folder: &Path) -> bool {
+        self.watched.contains(folder)
+    }
+
+    /// Watches these folders, without those in them, and no others. Returns those that are new.
     ///
     /// # Errors
     ///
-    /// One of the folders cannot be watched; the others are.
-    pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Result<bool, String> {
-        let watcher = self.watcher.as_mut().map_err(|error| error.to_string())?;
-        let (mut failed, mut is_new) = (None, false);
+    /// Of those that cannot be watched, why the last cannot; the others are watched.
+    pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> (BTreeSet<PathBuf>, Result<(), String>) {
+        let (mut failed, mut new) = (Ok(()), BTreeSet::new());
+        let watcher = match &mut self.watcher {
+            Ok(watcher) => watcher,
+            Err(error) => return (new, Err(error.to_string())),
+        };
         for folder in self.watched.difference(folders) {
             // The folder may already be removed.
             let _ = watcher.unwatch(folder);
@@ -94,18 +102,16 @@ impl Watcher {
                 continue;
             }
             if self.watched.len() >= MOST_FOLDERS {
-                failed = Some(format!("there are more than {MOST_FOLDERS} folders"));
+                failed = Err(format!("there are more than {MOST_FOLDERS} folders"));
                 break;
             }
             match watcher.watch(folder, RecursiveMode::NonRecursive) {
-                Ok(()) => {
-                    is_new |= self.watched.insert(folder.clone());
-                }
+                Ok(()) => new.extend(self.watched.insert(folder.clone()).then(|| folder.clone())),
                 // The folder may be created later, or may be removed.
                 Err(_) if !folder.is_dir() => {}
-                Err(error) => failed = Some(format!("{}: {error}", folder.display())),
+                Err(error) => failed = Err(format!("{}: {error}", folder.display())),
             }
         }
-        failed.map_or(Ok(is_new), Err)
+        (new, failed)
     }
 }

@@ -90,7 +90,7 @@ pub(crate) fn workspace_diagnostic(
 /// Returns the diagnostics. If the analysis panics, returns a diagnostic about that instead, which replaces outdated
 /// ones.
 fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> DiagnosticsByFile) -> Result<DiagnosticsByFile> {
-    if snapshot.is_searching {
+    if snapshot.is_searching && !snapshot.is_complete {
         return Err(cancelled("the folders are being searched", false));
     }
     if !snapshot.is_stopped {

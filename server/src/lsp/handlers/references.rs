@@ -9,7 +9,7 @@ use tower_lsp::lsp_types::{
 use crate::lsp::snapshot::Snapshot;
 
 pub(crate) fn references(snapshot: &Snapshot, params: &ReferenceParams) -> Result<Option<Vec<Location>>> {
-    snapshot.complete()?;
+    snapshot.complete_everywhere()?;
     let (file, _, offset) = snapshot.at(&params.text_document_position)?;
     let declaration = params.context.include_declaration;
     let found = mauve_ide::references(&snapshot.db, &snapshot.workspaces, file, offset, declaration);

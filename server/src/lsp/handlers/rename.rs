@@ -31,7 +31,7 @@ pub(crate) fn prepare(
 /// Another name for what is named at a position.
 pub(crate) fn rename(snapshot: &Snapshot, params: &RenameParams) -> Result<Option<WorkspaceEdit>> {
     // What is not read yet may have a use of it.
-    snapshot.complete()?;
+    snapshot.complete_everywhere()?;
     let (file, _, offset) = snapshot.at(&params.text_document_position)?;
     let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
     let change = mauve_ide::rename(db, workspaces, file, offset, &params.new_name).map_err(refused)?;
@@ -43,7 +43,7 @@ pub(crate) fn will_rename_files(
     snapshot: &Snapshot,
     params: &RenameFilesParams,
 ) -> Result<Option<WorkspaceEdit>> {
-    snapshot.complete()?;
+    snapshot.complete_everywhere()?;
     let path = |uri: &String| Some(canonical_path(&file_at(uri)?));
     let moves = params.files.iter().filter_map(|it| Some((path(&it.old_uri)?, path(&it.new_uri)?)));
     let moves: Vec<(PathBuf, PathBuf)> = moves.collect();

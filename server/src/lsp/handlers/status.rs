@@ -8,6 +8,7 @@
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
 //! | `verdict` | how many deadlines of all deployments are proved at the level that is shown, in closed files too, as a text for a status line: `✗ 2 of 10 deadlines not proved`. Null where `settled` is |
 //! | `jobs` | the number of running jobs, this request not counted |
+//! | `searched` | how many folders were searched since the start, each as often as it was |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
 use std::sync::atomic::Ordering;
@@ -44,6 +45,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
         "levels": levels.into_iter().map(Level::as_f64).collect::<Vec<_>>(),
         "memory": resident(),
         "jobs": jobs,
+        "searched": snapshot.searched,
         "settled": snapshot.outbox.sent().filter(|_| is_settled && jobs == 0),
         "verdict": (is_settled && jobs == 0).then(|| verdict(snapshot)),
     }))
