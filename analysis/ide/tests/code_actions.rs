@@ -375,11 +375,11 @@ fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
     }
 }
 
-/// The findings of a workspace, by code, file and message.
-fn findings(
-    db: &Database,
-    workspace: Workspace,
-) -> BTreeMap<(&'static str, PathBuf, String), (Severity, usize)> {
+/// The code, the file and the message of a finding.
+type Key = (&'static str, PathBuf, String);
+
+/// The findings of a workspace.
+fn findings(db: &Database, workspace: Workspace) -> BTreeMap<Key, (Severity, usize)> {
     let mut found = BTreeMap::new();
     for it in workspace_diagnostics(db, workspace) {
         let of = &it.diagnostic;
@@ -402,11 +402,7 @@ fn quick_fixes_remove_what_they_are_offered_for_and_all_together_end() {
         let before = findings(&db, workspace);
         let mut new = Database::default();
         let fixed_workspace = Workspace::of_texts(&new, "/".into(), texts.clone());
-        let actions_in = |db: &Database,
-                          file,
-                          range,
-                          kind|
-         -> Vec<(String, Vec<(&'static str, PathBuf, String)>, Change)> {
+        let actions_in = |db: &Database, file, range, kind| -> Vec<(String, Vec<Key>, Change)> {
             let question =
                 ActionQuestion { file, range, diagnostics: &[], kinds: &[kind], changes: Changes::All };
             let project = project_with(db, workspace, file);
