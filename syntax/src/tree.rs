@@ -48,7 +48,7 @@ impl Parse {
         self.debug_dump_interruptible(&|| ())
     }
 
-    /// Returns [`Parse::debug_dump`]. Calls `interrupt` often; it may unwind. A text of more than 64 MB, such as that of a deep tree, is
+    /// Returns [`Parse::debug_dump`]. Calls `interrupt` often; it may unwind. A text of more than 32 MB, such as that of a deep tree, is
     /// cut, and ends with `…`.
     pub fn debug_dump_interruptible(&self, interrupt: &dyn Fn()) -> String {
         let mut out = String::new();
@@ -81,7 +81,7 @@ impl Parse {
 }
 
 /// The bytes of a dump.
-const MOST_DUMPED: usize = 64 << 20;
+const MOST_DUMPED: usize = 32 << 20;
 
 /// Returns whether `node` is complete: no `ERROR` is in it.
 ///

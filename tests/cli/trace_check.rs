@@ -712,6 +712,9 @@ fn codel_event(time: u64, codel: &str, phase: u32, cpu: u64) -> String {
     )
 }
 
+/// A name, the files, the recording, the codes of its findings, and a part of the text.
+type Recorded<'a> = (&'a str, &'a [(&'a str, &'a str)], &'a str, &'a [&'a str], &'a str);
+
 /// Nothing that was observed is no agreement, whatever the reason.
 #[test]
 fn nothing_observed_is_a_finding() {
@@ -725,7 +728,7 @@ fn nothing_observed_is_a_finding() {
     let both = [("rec/executions.csv", EXECUTIONS), ("rec/periods.csv", periods)];
     let of_lttng =
         |text| [("trace/metadata", "/* CTF 1.8 */\n"), ("trace/channel_0", "x"), ("babeltrace2", text)];
-    let all: [(&str, &[(&str, &str)], &str, &[&str], &str); 5] = [
+    let all: [Recorded<'_>; 5] = [
         (
             "header",
             &[("e.csv", EXECUTIONS)],

@@ -216,10 +216,13 @@ impl<'a> Layout<'a> {
         layout.make_slots();
         let ranks = layout.ranks();
         let lanes = layout.lines.iter().map(|&line| layout.span(line, &ranks).len()).sum::<usize>();
-        match diagram.boxes.len() + lanes {
-            ..=MANY_ITEMS => layout.assign_by_dagre(),
-            ..=MOST_ITEMS => layout.assign_simply(&ranks),
-            _ => return None,
+        let items = diagram.boxes.len() + lanes;
+        if items > MOST_ITEMS {
+            return None;
+        }
+        match items > MANY_ITEMS {
+            true => layout.assign_simply(&ranks),
+            false => layout.assign_by_dagre(),
         }
         layout.number_columns();
         Some(layout)

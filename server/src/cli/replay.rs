@@ -187,8 +187,7 @@ impl Session {
         let recorded: Vec<&Value> =
             lines.iter().filter(|line| line.from == Side::Server).map(|line| &line.message).collect();
         let mut found = Vec::new();
-        let is_missing =
-            |it: &&&Value| matching(it).is_some_and(|is_it| !self.heard.iter().any(|heard| is_it(heard)));
+        let is_missing = |it: &&&Value| matching(it).is_some_and(|is_it| !self.heard.iter().any(&is_it));
         let missing = late.iter().filter(is_missing).count();
         if missing > 0 {
             found.push(format!(
@@ -225,8 +224,11 @@ impl Session {
     }
 }
 
+/// Recognises a message.
+type Recognition<'a> = Box<dyn Fn(&Value) -> bool + 'a>;
+
 /// Returns what recognises a recorded message of the server: an answer, or diagnostics; nothing for others.
-fn matching(recorded: &Value) -> Option<Box<dyn Fn(&Value) -> bool + '_>> {
+fn matching(recorded: &Value) -> Option<Recognition<'_>> {
     match (id_of(recorded), uri_of(recorded)) {
         (Some(id), _) => Some(Box::new(move |heard| id_of(heard) == Some(id))),
         // Those of a version that was overtaken then may come now, and the other way round: a newer one is as good.
