@@ -9,6 +9,7 @@ mod generate;
 mod histories;
 mod initialize;
 mod language_server;
+mod marks;
 mod measured;
 mod message_packages;
 mod navigation;

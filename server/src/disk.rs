@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 /// The maximum size of a file, in bytes: an analysis needs about a hundred times as much memory.
 pub(crate) const LONGEST: u64 = 16 << 20;
 
+/// The byte order mark, which says that a file is UTF-8. It is no part of the text: it has no column.
+pub(crate) const MARK: &str = "\u{feff}";
+
 /// The mount points of virtual file systems.
 const MADE_UP: [&str; 3] = ["/proc", "/sys", "/dev"];
 
@@ -129,22 +132,25 @@ pub(crate) fn at_most(longest: u64, input: impl io::Read) -> io::Result<Vec<u8>>
     Ok(bytes)
 }
 
-/// Returns the text of a file up to the first byte that is not UTF-8, and the reason if the text is incomplete. The
-/// path must have its links resolved.
+/// Returns the text of a file without its byte order mark, as an editor shows it, up to the first byte that is not UTF-8,
+/// and the reason if the text is incomplete. The path must have its links resolved.
+///
+/// [`replace`](crate::replace::replace) writes the mark again.
 pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
     text_in(read_real(real, LONGEST))
 }
 
 /// The same for bytes that were read, or for the reason why they were not.
 pub(crate) fn text_in(bytes: io::Result<Vec<u8>>) -> (String, Option<String>) {
+    let unmarked = |text: String| text.strip_prefix(MARK).map(str::to_owned).unwrap_or(text);
     match bytes.map(String::from_utf8) {
         Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
-        Ok(Ok(text)) => (text, None),
+        Ok(Ok(text)) => (unmarked(text), None),
         Ok(Err(error)) => {
             let valid = error.utf8_error().valid_up_to();
             let mut bytes = error.into_bytes();
             bytes.truncate(valid);
-            let text = String::from_utf8(bytes).unwrap_or_default();
+            let text = unmarked(String::from_utf8(bytes).unwrap_or_default());
             (text, Some(format!("this file is not UTF-8 text from byte {valid} on, and is read up to there")))
         }
     }

@@ -3,16 +3,18 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions, Permissions};
-use std::io::{self, ErrorKind, Write as _};
+use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
 use std::path::Path;
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 
 use crate::destination::{destination, is_device};
+use crate::disk::MARK;
 use crate::folder::{Folder, Folders, above};
 
-/// Replaces a file by a new one with this text and the permissions of the old one. `path` has no links.
+/// Replaces a file by a new one with this text, and with the permissions and the byte order mark of the old one. `path` has no
+/// links.
 ///
 /// # Errors
 ///
@@ -22,6 +24,11 @@ pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let (folder, name) = above(path)?;
     // Write permission for the folder does not permit to replace a read-only file.
     let permissions = folder.writable(name)?;
+    let mut start = [0; MARK.len()];
+    let is_marked = folder.open_read(name).and_then(|mut old| old.read_exact(&mut start)).is_ok()
+        && start == *MARK.as_bytes()
+        && !text.starts_with(MARK);
+    let text = if is_marked { &format!("{MARK}{text}") } else { text };
     write_beside(&folder, name, Some(&permissions), |mut file| file.write_all(text.as_bytes()))
 }
 
