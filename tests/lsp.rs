@@ -3,6 +3,7 @@
 mod addresses;
 mod code_actions;
 mod completion;
+mod conflicts;
 mod diagnostics;
 mod disk;
 mod generate;

@@ -1,6 +1,6 @@
 //! Syntax errors as data; `mauve-diagnostics` has the messages.
 
-use rowan::TextRange;
+use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind;
 use crate::foreign::Foreign;
@@ -43,6 +43,13 @@ pub enum SyntaxErrorKind {
     MessageField,
     /// `scan[3]` in a program.
     ArrayElement,
+    /// A region that git has marked because it could not merge two texts.
+    Conflict {
+        /// The length of the region.
+        length: TextSize,
+        /// Whether what comes behind the region is the same for both texts.
+        is_contained: bool,
+    },
     /// More than [`DEEPEST`](crate::DEEPEST) nested levels.
     TooDeep,
     /// A text of more than [`LONGEST_TEXT`](crate::LONGEST_TEXT) bytes.
@@ -59,6 +66,8 @@ pub enum TokenError {
     UnknownEscape,
     Hash,
     SingleQuotes,
+    /// A marker of git, without its others.
+    ConflictMarker,
     Characters,
 }
 

@@ -21,7 +21,7 @@
 //! **Text with errors is not formatted**: behind an error, the parser recovers at the beginnings of lines, and the
 //! intended structure is unknown. In an `ERROR` node, between the tokens beside it, and in an unclosed block, all white
 //! space is kept. Elsewhere a line is broken or joined only where the nodes on both sides have no error: there the
-//! parser ignores line breaks.
+//! parser ignores line breaks. Between git's conflict markers, all white space is kept.
 
 mod layout;
 mod lines;

@@ -45,6 +45,20 @@ pub fn parse(text: &str) -> Parse {
 // include "hokuyo.mal"
 // library nav { use geometry_msgs codel f(): int }
 // codel g(): int;
+// test_err conflict
+// core C(S) {
+// <<<<<<< HEAD
+//   update = { f(1); }
+// =======
+//   update = { f(2); }
+// >>>>>>> feature
+// }
+// <<<<<<< HEAD
+// codel f(n: int): int
+// ||||||| 1a2b3c
+// =======
+// codel f(n: double): int
+// >>>>>>> feature
 fn source_file(p: &mut Parser<'_>) {
     let m = p.start();
     p.enter(List::File);

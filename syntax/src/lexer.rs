@@ -1,11 +1,15 @@
 //! Splits a text into tokens. Each byte belongs to exactly one token.
 
+use std::ops::Range;
+
 use logos::Logos;
+use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind::{self, *};
 pub(crate) use crate::comment::block_comment;
 use crate::comment::is_closed_comment;
-use crate::error::TokenError;
+use crate::conflict::{self, Region, other_text};
+use crate::error::{SyntaxError, SyntaxErrorKind, TokenError};
 
 /// The tokens of a text, trivia included.
 pub struct Lexed {
@@ -13,6 +17,8 @@ pub struct Lexed {
     /// The start of each token, with [`BEGINS_LINE`]. The additional last element is the end of the text.
     starts: Vec<u32>,
     errors: Vec<(u32, TokenError)>,
+    /// The regions between git's conflict markers.
+    regions: Vec<Region>,
 }
 
 /// A flag on the start of the first significant token of a line. (Texts are shorter than 2³¹ bytes.)
@@ -26,16 +32,29 @@ const BEGINS_LINE: u32 = 1 << 31;
 /// assert_eq!(lexed.range(4), 9..12);
 /// ```
 pub fn lex(text: &str) -> Lexed {
-    lex_from(text, 0, text.len() / 3, |_, _| false)
+    let regions = conflict::regions(text);
+    let hidden: Vec<_> = regions.iter().flat_map(|it| [it.start.clone(), it.other.clone()]).collect();
+    Lexed { regions, ..lex_from(text, &hidden, 0, text.len() / 3, |_, _| false) }
+}
+
+/// Returns by how much a text deepens what follows it; `None` if it also changes which library or file that is in, or has
+/// errors, such as markers of its own.
+fn shape(text: &str) -> Option<i64> {
+    // Up to the first marker: regions may be nested deeply.
+    let lexed = lex_from(text, &[], 0, text.len() / 3, |kind, _| kind == ERROR_CHARACTERS);
+    let depth = |kind: &SyntaxKind| i64::from(*kind == L_CURLY) - i64::from(*kind == R_CURLY);
+    let moves = lexed.kinds().iter().any(|kind| matches!(kind, LIBRARY_KW | INCLUDE_KW));
+    (!moves && lexed.errors().is_empty()).then(|| lexed.kinds().iter().map(depth).sum())
 }
 
 /// Returns the tokens of `text` from `from`, the start of a token, to the first one that is `enough`, judged by its
 /// kind and start. [`lex`] finds the same tokens; only for `from` > 0, it is unknown whether the first one begins its line.
 ///
-/// `expected` is the expected number of tokens.
+/// `expected` is the expected number of tokens. `hidden` are the lines of conflicts that are one token each, in text order.
 #[inline]
 pub(crate) fn lex_from(
     text: &str,
+    hidden: &[Range<usize>],
     from: usize,
     expected: usize,
     mut enough: impl FnMut(SyntaxKind, usize) -> bool,
@@ -70,6 +89,14 @@ pub(crate) fn lex_from(
         let Some(token) = lexer.next() else { break };
         let start = lexer.span().start as u32;
         let kind = match token {
+            _ if let Some(marker) = conflict::marker_at(text, start as usize) => {
+                let region = hidden.binary_search_by_key(&marker.start, |lines| lines.start);
+                let lines = region.ok().and_then(|index| hidden.get(index));
+                lexer.bump(lines.unwrap_or(&marker).end - lexer.span().end);
+                if lines.is_some() { CONFLICT } else { ERROR_CHARACTERS }
+            }
+            // Git puts the first marker before a byte order mark.
+            Err(()) if kinds == [CONFLICT, WHITESPACE] && lexer.slice() == "\u{feff}" => WHITESPACE,
             Ok(kind) => kind,
             // Consecutive stray characters are one token, with one error.
             Err(()) if kinds.last() == Some(&ERROR_CHARACTERS) => continue,
@@ -86,6 +113,9 @@ pub(crate) fn lex_from(
         }
         let error = match kind {
             ERROR_CHARACTERS if lexer.slice().starts_with('#') => Some(TokenError::Hash),
+            ERROR_CHARACTERS if conflict::marker_at(text, start as usize).is_some() => {
+                Some(TokenError::ConflictMarker)
+            }
             ERROR_CHARACTERS => Some(TokenError::Characters),
             BAD_NUMBER => Some(TokenError::BadNumber),
             STRING | UNTERMINATED_STRING if lexer.slice().starts_with('\'') => Some(TokenError::SingleQuotes),
@@ -102,7 +132,7 @@ pub(crate) fn lex_from(
         }
     }
     starts.push(end as u32);
-    Lexed { kinds, starts, errors }
+    Lexed { kinds, starts, errors, regions: Vec::new() }
 }
 
 impl Lexed {
@@ -122,7 +152,7 @@ impl Lexed {
     }
 
     /// Returns the range of a token in bytes; after the last one, an empty range at the end of the text.
-    pub fn range(&self, index: usize) -> std::ops::Range<usize> {
+    pub fn range(&self, index: usize) -> Range<usize> {
         let start = self.start(index);
         start..self.start(index + 1).max(start)
     }
@@ -142,6 +172,39 @@ impl Lexed {
 
     pub(crate) fn errors(&self) -> &[(u32, TokenError)] {
         &self.errors
+    }
+
+    /// Returns whether a region of a conflict contains a token.
+    pub(crate) fn is_in_conflict(&self, index: usize) -> bool {
+        let start = self.start(index);
+        let next = self.regions.partition_point(|region| region.other.end <= start);
+        self.regions.get(next).is_some_and(|region| region.start.start <= start)
+    }
+
+    /// Returns the error of each region of a conflict in `text`.
+    pub(crate) fn conflicts(&self, text: &str) -> impl Iterator<Item = SyntaxError> {
+        let part = move |range: Range<usize>| text.get(range).unwrap_or_default();
+        let offset = |offset: usize| TextSize::new(offset as u32);
+        self.regions.iter().map(move |Region { start, other }| {
+            let is_contained = match (self.kind_at(start.start), self.kind_at(other.start)) {
+                (CONFLICT, CONFLICT) => {
+                    let own = shape(part(start.end..other.start));
+                    own.is_some() && own == shape(other_text(part(other.clone())))
+                }
+                // In a comment, it changes nothing, unless it ends the comment.
+                (BLOCK_COMMENT, BLOCK_COMMENT) => !part(start.start..other.end).contains("*/"),
+                _ => false,
+            };
+            let range = TextRange::new(offset(start.start), offset(start.end));
+            let length = offset(other.end) - range.start();
+            SyntaxError { range, kind: SyntaxErrorKind::Conflict { length, is_contained } }
+        })
+    }
+
+    /// Returns the kind of the token at an offset.
+    fn kind_at(&self, offset: usize) -> SyntaxKind {
+        let next = self.starts.partition_point(|start| (start & !BEGINS_LINE) as usize <= offset);
+        self.kind(next.saturating_sub(1))
     }
 }
 

@@ -23,6 +23,7 @@
 //! | `ast.rs` | the typed view |
 //! | `format.rs`, `format/` | formats white space |
 //! | `comment.rs` | where a block comment ends |
+//! | `conflict.rs` | the regions that git marks where it cannot merge two texts |
 //! | `trivia.rs` | white space and comments between tokens, and the comment above a declaration |
 //! | `spelling.rs` | finds the intended word of a misspelling |
 //!
@@ -30,6 +31,7 @@
 
 pub mod ast;
 mod comment;
+mod conflict;
 mod error;
 mod foreign;
 pub mod format;
@@ -44,6 +46,7 @@ mod tree;
 mod trivia;
 
 pub use comment::is_closed_comment;
+pub use conflict::conflicts;
 pub use error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
 pub use foreign::Foreign;
 pub use generated::keywords;

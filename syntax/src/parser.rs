@@ -116,6 +116,7 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn finish(mut self) -> Events {
         self.errors.extend(comment_error(self.lexed));
+        self.errors.extend(self.lexed.conflicts(self.text));
         self.errors.sort_by_key(|error| error.range.start());
         Events { first: self.first, events: self.events, errors: self.errors }
     }
@@ -295,6 +296,15 @@ impl<'a> Parser<'a> {
         }
         self.position += 1;
         self.events.push(Event::Token { kind });
+        // A declaration or a block in the first text of a conflict is incomplete.
+        if matches!(kind, CODEL_KW | COMPONENT_KW | L_CURLY | USE_KW)
+            && self
+                .tokens
+                .get(self.position - 1)
+                .is_some_and(|&token| self.lexed.is_in_conflict(token as usize))
+        {
+            self.mark();
+        }
         if let Some(error) = broken {
             self.next_lex_error += 1;
             if error == TokenError::UnterminatedString {

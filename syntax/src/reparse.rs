@@ -16,6 +16,7 @@
 use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSize};
 
 use crate::SyntaxKind::*;
+use crate::conflict::regions;
 use crate::error::SyntaxError;
 use crate::grammar::{self, LONGEST_TEXT, parse};
 use crate::lexer::{Lexed, lex_from};
@@ -67,6 +68,10 @@ impl Parse {
             return (parse(new), Tier::Whole);
         }
         let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
+        // The regions of conflicts depend on all markers of a text.
+        if !regions(old).is_empty() || !regions(new).is_empty() {
+            return (parse(new), Tier::Whole);
+        }
         let before = Before { parse: self, root: self.syntax(), old, new, edit };
         let token = || Some((before.token()?, Tier::Token));
         let trivia = || Some((before.trivia()?, Tier::Trivia));
@@ -147,7 +152,8 @@ impl Before<'_> {
         // From a token that the lexer had finished before it read the edit, or that contains the edit, to the next
         // significant token behind it.
         let from = self.finished()?;
-        let lexed = |text, end| lex_from(text, from, 16, |kind, start| start >= end && !kind.is_trivia());
+        let lexed =
+            |text, end| lex_from(text, &[], from, 16, |kind, start| start >= end && !kind.is_trivia());
         let (old, new) = (lexed(self.old, old_end), lexed(self.new, new_end));
         let is_same = |index| old.begins_line(index) == new.begins_line(index);
         if old.kinds() != new.kinds() || old.errors() != new.errors() || !(0..old.len()).all(is_same) {
@@ -221,7 +227,7 @@ impl Before<'_> {
         // Up to and including the next token.
         let lexed = |text, end| {
             let mut is_behind = false;
-            lex_from(text, from, 16, |kind, start| {
+            lex_from(text, &[], from, 16, |kind, start| {
                 std::mem::replace(&mut is_behind, start >= end && !kind.is_trivia())
             })
         };
@@ -279,7 +285,7 @@ impl Before<'_> {
         let last = new_offset(until.last()?);
         // The parser must examine the same tokens after the items as in the whole text.
         let mut behind = 0;
-        let lexed = lex_from(self.new, from.previous.unwrap_or(0), 256, |kind, start| {
+        let lexed = lex_from(self.new, &[], from.previous.unwrap_or(0), 256, |kind, start| {
             behind += usize::from(start >= last && !kind.is_trivia());
             behind > AHEAD
         });
@@ -344,7 +350,7 @@ impl Before<'_> {
     /// Returns whether the edit touches none of the tokens that the parser examines at `offset`.
     fn are_ahead(&self, offset: usize) -> bool {
         let mut left = AHEAD + 1;
-        let lexed = lex_from(self.new, offset, 8, |kind, start| {
+        let lexed = lex_from(self.new, &[], offset, 8, |kind, start| {
             left -= usize::from(!kind.is_trivia());
             left == 0 || start >= self.edit.start
         });

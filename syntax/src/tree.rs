@@ -159,7 +159,15 @@ struct Sink<'a> {
 impl Sink<'_> {
     fn trivia(&mut self) {
         while self.lexed.kind(self.next).is_trivia() {
-            self.token(self.lexed.kind(self.next));
+            let kind = self.lexed.kind(self.next);
+            // The node around a line of a conflict is incomplete.
+            if kind == SyntaxKind::CONFLICT {
+                self.builder.start_node(Mauve::kind_to_raw(SyntaxKind::ERROR));
+            }
+            self.token(kind);
+            if kind == SyntaxKind::CONFLICT {
+                self.builder.finish_node();
+            }
         }
     }
 

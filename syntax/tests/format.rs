@@ -111,8 +111,28 @@ const WORDS: &str = "include library use codel shell core component architecture
     < && + - ! * /* */ /*c*/ // # é \u{feff} \0";
 
 const BETWEEN: &[&str] = &[
-    " ", " ", " ", " ", " ", " ", "", "  ", "\n", "\n", "\n  ", "\n\n", "\r\n", "\t", "\r", " \n\n\n",
-    " // c\n", "/* d */", "\n// e\n",
+    " ",
+    " ",
+    " ",
+    " ",
+    " ",
+    " ",
+    "",
+    "  ",
+    "\n",
+    "\n",
+    "\n  ",
+    "\n\n",
+    "\r\n",
+    "\t",
+    "\r",
+    " \n\n\n",
+    " // c\n",
+    "/* d */",
+    "\n// e\n",
+    "\n<<<<<<< a\n",
+    "\n=======\n",
+    "\n>>>>>>> b\r\n",
 ];
 
 fn words() -> Vec<&'static str> {

@@ -78,6 +78,7 @@ const CLASSES: &[(&str, &str)] = &[
     ("WHITESPACE", ""),
     ("LINE_COMMENT", r##"#[regex(r"//[^\r\n]*", allow_greedy = true)]"##),
     ("BLOCK_COMMENT", r##"#[token("/*", crate::lexer::block_comment)]"##),
+    ("CONFLICT", ""),
     ("ERROR_CHARACTERS", ""),
 ];
 
@@ -113,9 +114,9 @@ fn kinds(grammar: &Grammar) -> String {
             format!("(SyntaxKind::{}..=SyntaxKind::IDENT).contains(&self)", token_kind(&keywords[0])),
         ),
         (
-            "White space or a comment.",
+            "White space, a comment, or a part of a conflict that is not parsed.",
             "is_trivia",
-            format!("matches!(self, SyntaxKind::WHITESPACE | {comments})"),
+            format!("matches!(self, SyntaxKind::WHITESPACE | {comments} | SyntaxKind::CONFLICT)"),
         ),
         ("A comment.", "is_comment", format!("matches!(self, {comments})")),
         (

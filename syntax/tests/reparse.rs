@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use mauve_syntax::{Parse, Tier, lex, parse};
+use mauve_syntax::{Parse, SyntaxError, SyntaxErrorKind, Tier, lex, parse};
 use mauve_tests::{Random, char_boundary, generated_project, models, texts_in};
 
 /// How many edits are made in each kind of text; `REPARSE_EDITS` makes them more.
@@ -302,6 +302,54 @@ fn edited(seed: u64, texts: &[String], edits: usize, length: usize) {
         let least = if *tier == Tier::Trivia { all / 500 } else { all / 50 };
         assert!(*count > least, "{tier:?} was taken {count} times of {all}");
     }
+}
+
+/// Lines of conflicts come, change and go, between comments and items.
+#[test]
+fn edits_of_conflicts() {
+    const LINES: [&str; 14] = [
+        "<<<<<<< a",
+        "<<<<<<< a",
+        "=======",
+        "=======",
+        ">>>>>>> b",
+        ">>>>>>> b",
+        "||||||| c\r",
+        "<<<<<<<a",
+        " =======",
+        "/* d",
+        "e */",
+        "use f",
+        "core C(S) {",
+        "}",
+    ];
+    let mut conflicts = 0;
+    for seed in 0..60 {
+        let mut session = Session::new(seed, "use a\nshell S { }\n/* b */\nuse c\ncodel f(): int\nuse g\n");
+        for _ in 0..60 {
+            let at = session.random.below(session.text.len() + 1);
+            let start = session.text[..at].rfind('\n').map_or(0, |at| at + 1);
+            let end =
+                session.text[start..].find('\n').map_or(session.text.len(), |length| start + length + 1);
+            match session.random.below(4) {
+                0 | 1 => {
+                    let line = *session.random.of(&LINES);
+                    session.replace(start..start, &format!("{line}\n"));
+                }
+                2 => session.replace(start..end, ""),
+                // One sign less, or a line less.
+                _ => session.replace(start..end.min(start + 1), ""),
+            }
+            let is_conflict = |error: &SyntaxError| matches!(error.kind, SyntaxErrorKind::Conflict { .. });
+            conflicts += usize::from(session.parse.errors().iter().any(is_conflict));
+        }
+        // No line of the text is a marker: one comes into it from a comment.
+        session.becomes("use a /*\n=======\n*/ use b use c use d".to_owned());
+        session.becomes("use a //\n=======\n*/ use b use c use d".to_owned());
+        session.becomes("use a /*\n<<<<<<< e\n=======\n*/ use b use c use d".to_owned());
+        session.becomes("use a /*\n<<<<<<< e\n=======\n*/ use b use c\n>>>>>>> f\nuse d".to_owned());
+    }
+    assert!(conflicts > 500, "{conflicts} texts with conflicts");
 }
 
 /// Each pair shows one thing that must be looked at, in both directions.

@@ -9,6 +9,7 @@ use crate::lists::{alternatives, cpu_names};
 pub(super) fn mistake(kind: &MistakeKind) -> String {
     match kind {
         MistakeKind::Unreadable(problem) => problem.clone(),
+        MistakeKind::Conflict(names) => crate::syntax_error::conflict(names),
         MistakeKind::NotToml(error) => format!("not TOML: {error}"),
         MistakeKind::UnknownSection { section, .. } | MistakeKind::OutsideSections(section)
             if is_of_table(section) =>

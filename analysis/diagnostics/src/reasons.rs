@@ -4,7 +4,8 @@
 
 use mauve_hir::fact::{self, CorePart, CoreReason, Incomplete, MayHide};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, File, ModelDb, Names, Project, features_of, names_of};
+use mauve_hir::{Decl, File, ModelDb, Names, Project, declaration_map, features_of, names_of, parse};
+use mauve_syntax::{SyntaxError, SyntaxErrorKind, TextRange};
 use mauve_timing::{MachineError, NoBoundReason};
 use mauve_wcrt::{
     ActivityReport, CallsReason, IncompleteTable, LockReason, NoSuchCpu, Reason, Share, TooLong,
@@ -67,7 +68,8 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
         Reason::Stated(text) => words(text, text),
 
         Reason::DamagedDeployment(it) => {
-            words(of(it, "has a syntax error: an activity may be missing in it"), "syntax error")
+            let damage = damage(db, *it);
+            words(of(it, &format!("has a {damage}: an activity may be missing in it")), damage)
         }
         Reason::DeclaredTwice(it) => {
             words(of(it, "is declared twice"), format!("{} is repeated", it.name(db)))
@@ -111,7 +113,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
             words("it provides operations, and which connections call them is not known", "calls unknown")
         }
 
-        Reason::Damaged(it) => words(of(it, "has a syntax error"), "syntax error"),
+        Reason::Damaged(it) => words(of(it, &format!("has a {}", damage(db, *it))), damage(db, *it)),
         Reason::CoreOfOtherShell(it) => words(
             format!("the core of component {} is for another shell", it.name(db)),
             "core of other shell",
@@ -150,16 +152,17 @@ fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> Words {
         fact::Reason::Error(project, fact) => words(render(db, *project, fact).message, "error in the model"),
         fact::Reason::Core { core, why } => {
             let short = match why {
-                CoreReason::SyntaxError(_) => "syntax error".to_owned(),
+                CoreReason::SyntaxError(_) => damage(db, *core).to_owned(),
                 CoreReason::CodelNotFound(name, _) => format!("no codel {name}"),
                 _ => format!("error in {}", core.name(db)),
             };
-            words(format!("core {}: {}", core.name(db), core_reason(why)), short)
+            words(format!("core {}: {}", core.name(db), core_reason(why, damage(db, *core))), short)
         }
         fact::Reason::SyntaxErrorIn(architecture) => {
             let name = architecture.name(db);
-            let message = format!("architecture {name} has a syntax error: an instance may be missing in it");
-            words(message, "syntax error")
+            let damage = damage(db, *architecture);
+            let message = format!("architecture {name} has a {damage}: an instance may be missing in it");
+            words(message, damage)
         }
         fact::Reason::TooLarge => words("the project is too large", "project too large"),
         fact::Reason::UnknownImport { architecture, import } => {
@@ -169,7 +172,19 @@ fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> Words {
     }
 }
 
-fn core_reason(why: &CoreReason) -> String {
+/// Returns what is wrong in the text of an incomplete declaration.
+fn damage<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'static str {
+    let range = declaration_map(db, of).map_or_else(TextRange::default, |map| map.range);
+    let is_in = |error: &SyntaxError| match error.kind {
+        SyntaxErrorKind::Conflict { length, .. } => {
+            error.range.start() < range.end() && range.start() < error.range.start() + length
+        }
+        _ => false,
+    };
+    if parse(db, of.file(db)).errors().iter().any(is_in) { "merge conflict" } else { "syntax error" }
+}
+
+fn core_reason(why: &CoreReason, damage: &str) -> String {
     match why {
         CoreReason::CodelNotFound(name, hides) => {
             format!("codel `{name}` is not found: {}", may_hide(*hides))
@@ -188,7 +203,7 @@ fn core_reason(why: &CoreReason) -> String {
                 CorePart::Guard => "a guard",
                 CorePart::Program => "a program",
             };
-            format!("{element} has a syntax error")
+            format!("{element} has a {damage}")
         }
         CoreReason::UndefinedOperation(name) => {
             format!("it does not define the operation `{name}`, and calls it")
@@ -203,8 +218,12 @@ fn damaged_file(db: &dyn ModelDb, file: File, problem: Option<&str>) -> Words {
     match problem {
         Some(problem) => words(format!("{name}: {problem}"), format!("{name}: error")),
         None => {
-            let problem = "has a syntax error between its declarations: one of them may be missing";
-            words(format!("{name} {problem}"), "syntax error")
+            let conflicts = mauve_syntax::conflicts(file.text(db));
+            let damage = if conflicts.is_empty() { "syntax error" } else { "merge conflict" };
+            words(
+                format!("{name} has a {damage} between its declarations: one of them may be missing"),
+                damage,
+            )
         }
     }
 }

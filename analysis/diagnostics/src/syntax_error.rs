@@ -23,10 +23,13 @@
 //! A deployment with one may lack an activity, so it is not analysed at all. An incomplete declaration may declare a name
 //! that a program uses: until it is complete, a name that its own library lacks is not looked up in other libraries.
 //! Errors that follow from an incomplete declaration, such as unresolved names that it may declare, are not reported.
+//!
+//! A region between git's conflict markers is one error. What uses a declaration in it, or around it, is not analysed until the
+//! conflict is resolved: its figures would be those of one of the two texts.
 
 use mauve_syntax::{
     DEEPEST, Expected, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode,
-    SyntaxToken, TextRange, TextSize, TokenError, next_significant, previous_significant, previous_token, token_at,
+    SyntaxToken, TextRange, TextSize, TokenError, conflicts, next_significant, previous_significant, previous_token, token_at,
 };
 
 use super::*;
@@ -87,6 +90,11 @@ fn said(parse: &Parse, error: &SyntaxError) -> Said {
             let unit = number.map(|it| TextRange::new(it.text_range().end().min(error.range.end()), error.range.end()));
             return (message.to_owned(), unit.map(|unit| removing("Remove the unit", unit)));
         }
+        SyntaxErrorKind::Conflict { length, .. } => {
+            let region = parse.syntax().text().slice(TextRange::at(error.range.start(), length)).to_string();
+            let names = conflicts(&region).into_iter().next().map(|(_, names)| names);
+            return (conflict(&names.unwrap_or_default()), None);
+        }
         SyntaxErrorKind::LateInclude => "an `include` comes before all declarations of its file",
         SyntaxErrorKind::ChainedComparison => "comparisons do not chain: write `a < b && b < c`",
         SyntaxErrorKind::ArrayElement => "a program does not look into an array: a codel reads its elements",
@@ -98,6 +106,16 @@ fn said(parse: &Parse, error: &SyntaxError) -> Said {
         }
     };
     (message.to_owned(), None)
+}
+
+/// Returns the message of a conflict between the texts of these names.
+pub(crate) fn conflict(names: &[String; 2]) -> String {
+    let are_short = names.iter().all(|name| (1..=80).contains(&name.len()));
+    let between = if are_short { format!(" between `{}`", names.join("` and `")) } else { String::new() };
+    format!(
+        "unresolved merge conflict{between}: keep one of the two texts or join them, and remove the lines with `<<<<<<<`, \
+         `=======` and `>>>>>>>`"
+    )
 }
 
 /// Returns the message for a token or a part that is missing, and the rewrite that adds it.
@@ -215,6 +233,7 @@ fn of_token(error: TokenError, token: &SyntaxToken) -> Said {
         TokenError::UnknownEscape
         | TokenError::UnterminatedString
         | TokenError::UnterminatedComment
+        | TokenError::ConflictMarker
         | TokenError::Characters => (message, None),
     }
 }
@@ -277,6 +296,7 @@ fn token_error(error: TokenError) -> &'static str {
         }
         TokenError::Hash => "a comment begins with `//`, not with `#`",
         TokenError::SingleQuotes => "a string is written between `\"`, not between `'`",
+        TokenError::ConflictMarker => "left of a merge conflict: remove this line, and the text that is not to stay",
         TokenError::Characters => "these characters are allowed in strings and comments only",
     }
 }

@@ -18,6 +18,7 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
     const NOT_SHORTER: &str = "a stricter level has no shorter time";
     const UNITS: &str = "expected \"ns\", \"us\", \"ms\" or \"s\"";
     match kind {
+        TableErrorKind::Conflict(names) => crate::syntax_error::conflict(names),
         TableErrorKind::NotToml(error) => format!("not TOML: {error}"),
         TableErrorKind::UnknownKey(name) => {
             format!("unknown section or key `{name}`: expected {}", names_of(&table_keys::KEYS))

@@ -9,7 +9,7 @@ use mauve_diagnostics::{Finding, Severity};
 use crate::damaged::{Project, number, token};
 
 /// Everything that costs has a cheap namesake in another library; operations, overrides and overhead have their part.
-const NAMESAKES: &str = r#"
+pub(crate) const NAMESAKES: &str = r#"
 include "parts.mal"
 library far {
   architecture Base { }

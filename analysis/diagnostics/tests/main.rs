@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`conflicts`] | git's conflicts: one error each, and no figure of what they touch |
 //! | [`damaged`] | damage for several of the tests: what is damaged, how, and the report of a failure |
 //! | [`damage`] | one damaged token never makes a response time shorter |
 //! | [`each_fix`] | each fix removes its diagnostic and adds no error |
@@ -30,6 +31,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
+mod conflicts;
 mod damage;
 mod damaged;
 mod each_fix;

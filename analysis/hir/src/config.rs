@@ -176,6 +176,8 @@ pub enum MistakeKind {
     Unreadable(String),
     /// The text is not TOML: the error of the parser.
     NotToml(String),
+    /// A region that git has marked because it could not merge the texts of these names.
+    Conflict([String; 2]),
     /// A section has an unknown name; with the valid names.
     UnknownSection { section: String, expected: Vec<&'static str> },
     /// A key has an unknown name; with its section, such as `types.ArRobotPtr`, and the valid names there.

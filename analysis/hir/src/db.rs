@@ -218,7 +218,7 @@ impl Kept {
             None => mauve_syntax::parse(&text),
         };
         let nodes = previous.map(|kept| kept.nodes.clone()).unwrap_or_default();
-        let (tree, map, nodes) = lower(&parse.file(), !parse.errors().is_empty(), &nodes);
+        let (tree, map, nodes) = lower(&parse.file(), parse.errors(), &nodes);
         Kept { text, parse, lowered: Arc::new((tree, map)), nodes: Arc::new(nodes) }
     }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::keywords::{ARCHITECTURE_ITEMS, DECLARATIONS, DEPLOYMENT_ITEMS, ITEMS};
 use mauve_syntax::{
-    GreenNode, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, begins_line, is_whole, next_significant,
-    significant_tokens, similar,
+    GreenNode, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, begins_line,
+    is_whole, next_significant, significant_tokens, similar,
 };
 use rustc_hash::FxHashMap;
 
@@ -62,14 +62,19 @@ fn address(node: &SyntaxNode) -> usize {
     std::ptr::from_ref(node.green()).cast::<()>().addr()
 }
 
-/// Lowers the tree of a file. `has_errors`: the tree has syntax errors. `previous`: the results for the previous tree.
+/// Lowers the tree of a file with these errors. `previous`: the results for the previous tree.
 pub(crate) fn lower(
     file: &ast::SourceFile,
-    has_errors: bool,
+    errors: &[SyntaxError],
     previous: &LoweredNodes,
 ) -> (ItemTree, SourceMap, LoweredNodes) {
+    let contained = errors.iter().filter_map(|error| match error.kind {
+        SyntaxErrorKind::Conflict { is_contained, .. } => Some(Completeness::of(is_contained)),
+        _ => None,
+    });
     let mut lowering = Lowering {
         previous,
+        has_conflicts: contained.clone().next().is_some(),
         outline: Outline::default(),
         data: Vec::new(),
         map: SourceMap::default(),
@@ -78,9 +83,10 @@ pub(crate) fn lower(
         shared: Vec::new(),
     };
     lowering.items(file.items(), None);
-    if has_errors {
+    if !errors.is_empty() {
         lowering.possible_names(file.syntax(), None);
     }
+    lowering.outline.completeness &= contained.collect();
     let tree = ItemTree { outline: Arc::new(lowering.outline), data: lowering.data };
     (tree, lowering.map, lowering.lowered)
 }
@@ -110,6 +116,21 @@ fn has_item_in_unterminated_string(node: &SyntaxNode) -> bool {
     let mut texts = tokens.filter(|token| token.kind() == SyntaxKind::UNTERMINATED_STRING);
     let is_item = |word: &str| ITEMS.contains(&word) || DECLARATIONS.contains(&word);
     texts.any(|text| text.text().split(|letter: char| !letter.is_alphanumeric()).any(is_item))
+}
+
+/// Returns the parts of conflicts in `node` that are not parsed.
+fn conflicts_in(node: &SyntaxNode) -> impl Iterator<Item = SyntaxToken> + use<> {
+    let tokens = node.descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+    tokens.filter(|token| token.kind() == SyntaxKind::CONFLICT)
+}
+
+/// Returns whether the other text of a conflict in `node` contains a keyword of a declaration, or is between declarations.
+fn may_declare(node: &SyntaxNode) -> bool {
+    let is_declaration = |word: &str| DECLARATIONS.contains(&word);
+    conflicts_in(node).any(|token| {
+        let mut words = token.text().split(|letter: char| !letter.is_alphanumeric());
+        !token.text().starts_with('<') && (node.kind() == SyntaxKind::ERROR || words.any(is_declaration))
+    })
 }
 
 fn tokens_of(node: &SyntaxNode) -> Vec<SyntaxToken> {
@@ -217,6 +238,7 @@ fn has_error_in_header(declaration: &SyntaxNode) -> bool {
 
 struct Lowering<'a> {
     previous: &'a LoweredNodes,
+    has_conflicts: bool,
     outline: Outline,
     data: Vec<Arc<Data>>,
     map: SourceMap,
@@ -268,6 +290,12 @@ impl Lowering<'_> {
         }
     }
 
+    /// [`list_completeness`], where a conflict anywhere in the list may hide an item: its other text may end one.
+    fn list_completeness(&self, node: &SyntaxNode) -> Completeness {
+        let has_conflict = self.has_conflicts && conflicts_in(node).next().is_some();
+        list_completeness(node) & Completeness::of(!has_conflict)
+    }
+
     /// Collects the names that the syntax errors in a file or a library may declare.
     fn possible_names(&mut self, list: &SyntaxNode, library: Option<&Name>) {
         let mut found: Vec<Option<Name>> = Vec::new();
@@ -278,7 +306,11 @@ impl Lowering<'_> {
             {
                 self.outline.include_completeness = Completeness::Incomplete;
             }
+            if self.has_conflicts && child.kind() != SyntaxKind::LIBRARY && may_declare(&child) {
+                found.push(None);
+            }
             match child.kind() {
+                SyntaxKind::ERROR if conflicts_in(&child).next().is_some() => {}
                 SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
                     [] => self.outline.completeness = Completeness::Incomplete,
                     [word, ..] if !begins_line(word) => self.outline.completeness = Completeness::Incomplete,
@@ -412,7 +444,7 @@ impl Lowering<'_> {
         let bases = bases.map(|ty| self.type_ref(&ty)).collect();
         let features = shell.shell_items().map(|item| self.feature(item)).collect();
         let extends = shell.extends().map(|extends| completeness_of(extends.syntax()));
-        let completeness = list_completeness(shell.syntax()) & extends.unwrap_or_default();
+        let completeness = self.list_completeness(shell.syntax()) & extends.unwrap_or_default();
         Shell { bases, features, completeness }
     }
 
@@ -455,7 +487,7 @@ impl Lowering<'_> {
         let mut lowered = Core {
             shell: core.ty().map(|ty| self.type_ref(&ty)),
             colon: core.colon_token().map(|colon| self.id(colon.text_range())),
-            completeness: list_completeness(core.syntax()),
+            completeness: self.list_completeness(core.syntax()),
             ..Core::default()
         };
         for item in core.core_items() {
@@ -723,7 +755,7 @@ impl Lowering<'_> {
 
     fn architecture(&mut self, architecture: &ast::Architecture) -> Architecture {
         let mut lowered = Architecture {
-            completeness: list_completeness(architecture.syntax()),
+            completeness: self.list_completeness(architecture.syntax()),
             connection_completeness: own_completeness(architecture.syntax()),
             ..Architecture::default()
         };
@@ -786,7 +818,7 @@ impl Lowering<'_> {
 
     fn deployment(&mut self, deployment: &ast::Deployment) -> Deployment {
         let mut lowered =
-            Deployment { completeness: list_completeness(deployment.syntax()), ..Deployment::default() };
+            Deployment { completeness: self.list_completeness(deployment.syntax()), ..Deployment::default() };
         for target in deployment.syntax().children().filter_map(ast::Target::cast) {
             lowered.completeness &= Completeness::of(target.ty().is_some());
             lowered.targets.extend(target.ty().map(|ty| self.type_ref(&ty)));

@@ -115,7 +115,7 @@ fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
         return false;
     }
     match token.kind() {
-        LINE_COMMENT | UNTERMINATED_STRING | INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER => true,
+        LINE_COMMENT | CONFLICT | UNTERMINATED_STRING | INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER => true,
         BLOCK_COMMENT => offset < range.end() || !is_closed_comment(token.text()),
         STRING => offset < range.end(),
         _ => false,

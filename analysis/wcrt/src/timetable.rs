@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
-use mauve_timing::{Entry, Level, Measured, Overhead, Table, Time, Times};
+use mauve_timing::{Entry, Level, Measured, Overhead, Table, TableError, TableErrorKind, Time, Times};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
@@ -31,7 +31,13 @@ use mauve_hir::{
 /// Reads a table.
 #[salsa::tracked(returns(ref))]
 pub fn table(db: &dyn ModelDb, file: File) -> Table {
-    Table::parse(file.text(db))
+    let mut table = Table::parse(file.text(db));
+    let conflicts = mauve_syntax::conflicts(file.text(db));
+    if table.lost && !conflicts.is_empty() {
+        let error = |(span, names)| TableError { span, kind: TableErrorKind::Conflict(names) };
+        table.errors = conflicts.into_iter().map(error).collect();
+    }
+    table
 }
 
 /// The tables of the configuration, in the order of their paths, and the errors in their patterns.

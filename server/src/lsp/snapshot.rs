@@ -181,7 +181,9 @@ impl Snapshot {
             // `mauve.toml` and timing tables.
             false => {
                 let errors = &table(db, file).errors;
-                errors.iter().any(|error| matches!(error.kind, TableErrorKind::NotToml(_)))
+                errors.iter().any(|error| {
+                    matches!(error.kind, TableErrorKind::NotToml(_) | TableErrorKind::Conflict(_))
+                })
             }
         })
     }

@@ -9,6 +9,7 @@ use super::pieces::{Keep, List, Piece, read};
 use super::replacement::{Replacement, replacement};
 use crate::SyntaxKind::{self, *};
 use crate::SyntaxNode;
+use crate::conflict::{Region, regions};
 
 /// The maximal width of a line that is one block.
 const WIDTH: usize = 120;
@@ -370,8 +371,11 @@ impl<'a> Layout<'a> {
     pub(super) fn indent_at(&self, white: Range<usize>) -> Option<usize> {
         let next = self.pieces.iter().position(|piece| piece.start >= white.start)?;
         let before = next.checked_sub(1).map(|previous| &self.pieces[previous]);
+        let is_in = |it: Region| (it.start.start..it.other.end).contains(&white.start);
         // Inside a comment or a string the column is unknown.
-        if before.is_some_and(|before| before.end() > white.start || before.is_unclosed()) {
+        if regions(self.text).into_iter().any(is_in)
+            || before.is_some_and(|before| before.end() > white.start || before.is_unclosed())
+        {
             return None;
         }
         let piece = &self.pieces[next];

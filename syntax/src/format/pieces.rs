@@ -6,6 +6,7 @@ use rowan::{NodeOrToken, TextRange, WalkEvent};
 
 use super::lines::breaks;
 use crate::SyntaxKind::{self, *};
+use crate::conflict::{Region, regions};
 use crate::{SyntaxNode, is_closed_comment};
 
 /// A token or comment, with the properties that determine the gap before it. The last piece is the end of the text.
@@ -29,7 +30,7 @@ impl Piece<'_> {
     }
 
     pub(super) fn is_comment(&self) -> bool {
-        self.kind.is_comment()
+        self.kind.is_trivia()
     }
 
     /// Returns whether this is a comment that continues to the end of the text.
@@ -95,6 +96,7 @@ pub(super) fn read<'a>(
         keep: Keep::Nothing,
         item: None,
         open: Vec::new(),
+        conflicts: regions(text),
     };
     reader.walk(root, interrupt);
     (reader.pieces, reader.lists)
@@ -111,6 +113,8 @@ struct PieceReader<'a> {
     item: Option<(usize, bool)>,
     /// The enclosing lists, the innermost last.
     open: Vec<usize>,
+    /// The lines of conflicts.
+    conflicts: Vec<Region>,
 }
 
 struct Frame {
@@ -205,8 +209,13 @@ impl<'a> PieceReader<'a> {
 
     fn push(&mut self, kind: SyntaxKind, range: Range<usize>, parent: SyntaxKind) {
         let (start, text) = (range.start, self.text.get(range).unwrap_or_default());
-        let keep = std::mem::replace(&mut self.keep, Keep::Nothing);
-        let item = if kind.is_comment() { None } else { self.item.take() };
+        let mut keep = std::mem::replace(&mut self.keep, Keep::Nothing);
+        let gap = self.pieces.last().map_or(0, Piece::end);
+        let conflict = self.conflicts.partition_point(|region| region.other.end < gap);
+        if self.conflicts.get(conflict).is_some_and(|region| region.start.start <= start) {
+            keep = Keep::All;
+        }
+        let item = if kind.is_trivia() { None } else { self.item.take() };
         self.pieces.push(Piece {
             kind,
             text,

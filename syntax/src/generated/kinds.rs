@@ -101,6 +101,7 @@ syntax_kinds! {
         WHITESPACE;
         #[regex(r"//[^\r\n]*", allow_greedy = true)] LINE_COMMENT;
         #[token("/*", crate::lexer::block_comment)] BLOCK_COMMENT;
+        CONFLICT;
         ERROR_CHARACTERS;
         SOURCE_FILE;
         INCLUDE;
@@ -169,10 +170,10 @@ impl SyntaxKind {
         (SyntaxKind::ACTIVITY_KW..=SyntaxKind::IDENT).contains(&self)
     }
 
-    /// White space or a comment.
+    /// White space, a comment, or a part of a conflict that is not parsed.
     #[inline]
     pub fn is_trivia(self) -> bool {
-        matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)
+        matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT | SyntaxKind::CONFLICT)
     }
 
     /// A comment.

@@ -24,8 +24,13 @@ pub(crate) fn read(text: &str) -> Config {
     match DeTable::parse(text) {
         Ok(document) => reader.document(&mut config, document.get_ref()),
         Err(error) => {
+            for (at, names) in mauve_syntax::conflicts(text) {
+                reader.incomplete(MistakeKind::Conflict(names), at);
+            }
             let at = error.span().unwrap_or(0..text.len().min(1));
-            reader.incomplete(MistakeKind::NotToml(error.message().to_owned()), at);
+            if reader.errors.is_empty() {
+                reader.incomplete(MistakeKind::NotToml(error.message().to_owned()), at);
+            }
         }
     }
     Config { errors: reader.errors, completeness: reader.completeness, ..config }

@@ -19,6 +19,8 @@ pub struct TableError {
 pub enum TableErrorKind {
     /// The text is not TOML: the error of the parser.
     NotToml(String),
+    /// A region that git has marked because it could not merge the texts of these names.
+    Conflict([String; 2]),
     /// A section or a key at the top has an unknown name.
     UnknownKey(String),
     /// A number stands at the top, before the header of its section.
