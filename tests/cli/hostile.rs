@@ -61,7 +61,7 @@ impl Project {
         }
         // The links of a project may lead there.
         let (mine, page) = (format!("mine {SECRET}\n"), format!("<!doctype html>{SECRET}\n"));
-        write(&top, &[("user/mine", &mine), ("user/page.html", &page), ("user/empty", &String::new())]);
+        write(&top, &[("user/mine", &mine), ("user/page.html", &page), ("user/empty", "")]);
         let mut project = Project { name, top, folder, runs: Vec::new(), model: None };
         let text = fs::read_to_string(path).unwrap();
         let mut open: Option<PathBuf> = None;
