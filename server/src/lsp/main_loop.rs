@@ -154,6 +154,10 @@ impl MainLoop {
             }
             self.trace.note_generation(self.staleness.generation());
             self.note_work();
+            if self.watcher.has_left() {
+                self.watch_more();
+                continue;
+            }
             let event = match self.staleness.pause(Instant::now()) {
                 Some(pause) => events.recv_timeout(pause),
                 None => events.recv().map_err(RecvTimeoutError::from),
@@ -614,18 +618,8 @@ impl MainLoop {
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
         self.workspaces = workspaces.into();
-        let (new, watched) = self.watcher.watch(&self.loader.watch_set().folders_to_watch());
-        let watcher = &self.watcher;
-        self.loader.distrust(|folder| watcher.watches(folder).then(|| !new.contains(folder)), &new);
-        // Perhaps no event follows.
-        if !new.is_empty() {
-            self.staleness.request_search();
-        }
-        if let Err(error) = watched {
-            self.publisher.warn(&format!(
-                "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
-            ));
-        }
+        self.watcher.watch_only(self.loader.watch_set().folders_to_watch());
+        self.watch_more();
         // Open documents of a removed folder stay, because they are open.
         let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
         let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
@@ -634,6 +628,23 @@ impl MainLoop {
         self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
         Ok(true)
+    }
+
+    /// Watches some of the folders of the workspaces; the others after the events that wait.
+    fn watch_more(&mut self) {
+        let (new, watched) = self.watcher.watch_more();
+        if let Err(error) = watched {
+            self.publisher.warn(&format!(
+                "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
+            ));
+        }
+        let Some(new) = new else { return };
+        let watcher = &self.watcher;
+        self.loader.distrust(|folder| watcher.watches(folder).then(|| !new.contains(folder)), &new);
+        // Perhaps no event follows.
+        if !new.is_empty() {
+            self.staleness.request_search();
+        }
     }
 
     /// Whether requests wait for a search.

@@ -18,11 +18,18 @@ const LONGEST: Duration = Duration::from_millis(100);
 /// The maximum number of watched folders: the system has a limit for all programs together.
 const MOST_FOLDERS: usize = 10_000;
 
+/// The maximum number of folders that the main loop watches between two events: the thread of the system's events answers for each.
+const MOST_AT_ONCE: usize = 100;
+
 /// Watches the folders of the workspaces.
 pub(crate) struct Watcher {
     /// An error if the system provides no watcher.
     watcher: Result<RecommendedWatcher, notify::Error>,
     watched: BTreeSet<PathBuf>,
+    /// Those to be watched next.
+    left: BTreeSet<PathBuf>,
+    /// The watched ones that [`Watcher::watch_more`] has not returned yet.
+    new: BTreeSet<PathBuf>,
 }
 
 impl Watcher {
@@ -60,7 +67,8 @@ impl Watcher {
                 }
             }
         });
-        Watcher { watcher, watched: BTreeSet::new() }
+        let (watched, left, new) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        Watcher { watcher, watched, left, new }
     }
 
     /// Forgets a changed folder and those in it, which may have been replaced. Returns whether one of them was
@@ -72,6 +80,7 @@ impl Watcher {
         for folder in &gone {
             let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(folder));
             self.watched.remove(folder);
+            self.new.remove(folder);
         }
         !gone.is_empty()
     }
@@ -81,37 +90,53 @@ impl Watcher {
         self.watched.contains(folder)
     }
 
-    /// Watches these folders, without those in them, and no others. Returns those that are new.
+    /// Has [`Watcher::watch_more`] watch these folders, without those in them, and no others.
+    pub(crate) fn watch_only(&mut self, folders: BTreeSet<PathBuf>) {
+        for folder in self.watched.difference(&folders) {
+            // The folder may already be removed.
+            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(folder));
+        }
+        self.watched.retain(|folder| folders.contains(folder));
+        self.new.retain(|folder| folders.contains(folder));
+        self.left = folders.into_iter().filter(|folder| !self.watched.contains(folder)).collect();
+    }
+
+    /// Whether folders are left for [`Watcher::watch_more`].
+    pub(crate) fn has_left(&self) -> bool {
+        !self.left.is_empty()
+    }
+
+    /// Watches some of the folders that are left. Returns all that are new when none is left, and `None` before.
     ///
     /// # Errors
     ///
     /// Of those that cannot be watched, why the last cannot; the others are watched.
-    pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> (BTreeSet<PathBuf>, Result<(), String>) {
-        let (mut failed, mut new) = (Ok(()), BTreeSet::new());
+    pub(crate) fn watch_more(&mut self) -> (Option<BTreeSet<PathBuf>>, Result<(), String>) {
+        let mut failed = Ok(());
         let watcher = match &mut self.watcher {
             Ok(watcher) => watcher,
-            Err(error) => return (new, Err(error.to_string())),
-        };
-        for folder in self.watched.difference(folders) {
-            // The folder may already be removed.
-            let _ = watcher.unwatch(folder);
-        }
-        self.watched.retain(|folder| folders.contains(folder));
-        for folder in folders {
-            if self.watched.contains(folder) {
-                continue;
+            Err(error) => {
+                self.left.clear();
+                return (Some(BTreeSet::new()), Err(error.to_string()));
             }
+        };
+        for _ in 0..MOST_AT_ONCE {
+            let Some(folder) = self.left.pop_first() else { break };
             if self.watched.len() >= MOST_FOLDERS {
                 failed = Err(format!("there are more than {MOST_FOLDERS} folders"));
+                self.left.clear();
                 break;
             }
-            match watcher.watch(folder, RecursiveMode::NonRecursive) {
-                Ok(()) => new.extend(self.watched.insert(folder.clone()).then(|| folder.clone())),
+            match watcher.watch(&folder, RecursiveMode::NonRecursive) {
+                Ok(()) => {
+                    self.watched.insert(folder.clone());
+                    self.new.insert(folder);
+                }
                 // The folder may be created later, or may be removed.
                 Err(_) if !folder.is_dir() => {}
                 Err(error) => failed = Err(format!("{}: {error}", folder.display())),
             }
         }
-        (new, failed)
+        (self.left.is_empty().then(|| std::mem::take(&mut self.new)), failed)
     }
 }
