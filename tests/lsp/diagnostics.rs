@@ -137,7 +137,10 @@ fn who_asks_about_all_files_is_told_of_none() {
     };
     let (shown, items) = all(&mut client, json!([]));
     let owned = |all: &[&str]| Some(all.iter().map(|&it| it.to_owned()).collect::<Vec<_>>());
-    assert_eq!(shown, [(parts.uri.clone(), owned(&[])), (robot.uri.clone(), owned(&["deadline-missed"])),]);
+    let table = parts.uri.replace("parts.mal", "t.toml");
+    let overloaded = (table.clone(), owned(&["overloading-times"]));
+    let missed = (robot.uri.clone(), owned(&["deadline-missed"]));
+    assert_eq!(shown, [(parts.uri.clone(), owned(&[])), missed, overloaded]);
     client.wait("that it is told nothing", |it| {
         is_publication(it, &robot.uri) && it["params"]["diagnostics"] == json!([])
     });
@@ -146,7 +149,8 @@ fn who_asks_about_all_files_is_told_of_none() {
     assert!(all(&mut client, json!(known)).0.iter().all(|(_, codes)| codes.is_none()));
     client.edit(&mut parts, "plan(); plan(); plan(); }", "plan(); }");
     let (shown, _) = all(&mut client, json!(known));
-    assert_eq!(shown, [(parts.uri.clone(), None), (robot.uri.clone(), owned(&[]))], "what is solved is said");
+    let solved = [robot.uri.clone(), table].map(|uri| (uri, owned(&[])));
+    assert_eq!(shown, [&[(parts.uri.clone(), None)][..], &solved].concat(), "what is solved is said");
     client.idle();
     assert_eq!(client.count(|it| is_publication(it, &robot.uri)), 0);
 }

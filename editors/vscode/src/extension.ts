@@ -121,7 +121,7 @@ async function showVerdict(item: vscode.StatusBarItem, again: () => void): Promi
       return;
     }
     item.text = `$(${verdict.startsWith("✗") ? "warning" : "check"}) MAUVE ${verdict}`;
-    item.accessibilityInformation = { label: `MAUVE: ${verdict.replace(/^[✓✗] /, "")}` };
+    item.accessibilityInformation = { label: `MAUVE server: running, ${verdict.replace(/^[✓✗] /, "")}` };
   } catch {
     // A server that stops shows its state.
   }

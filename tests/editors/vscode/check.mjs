@@ -65,11 +65,15 @@ function problems() {
   );
 }
 
-/** The server's item in the status bar. */
-function statusItem() {
+/** What the server's item in the status bar says: the server's state, and the verdict on all deployments. */
+function statusItems() {
   return page.evaluate(
     () => document.querySelector('.statusbar-item [aria-label^="MAUVE server"]')?.getAttribute("aria-label") ?? "no item",
   );
+}
+
+async function statusItem() {
+  return (await statusItems()).split(", ")[0];
 }
 
 /** The same; what VS Code tells the user, where that is an error. */
@@ -113,6 +117,7 @@ async function check() {
   await page.waitForSelector(".editor-instance .view-line");
 
   await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running");
+  await expect("the status bar: the verdict", statusItems, (label) => label === "MAUVE server: running, 9 deadlines proved");
   await expect("the hint at navigation: ! 997 / 1000", () => activity("navigation"), (line) => line.includes("! 997 / 1000"));
   await expect("nothing underlined", underlined, (lines) => lines.length === 0);
 
