@@ -17,7 +17,7 @@ use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSi
 
 use crate::SyntaxKind::*;
 use crate::conflict::regions;
-use crate::error::SyntaxError;
+use crate::error::{SyntaxError, SyntaxErrorKind};
 use crate::grammar::{self, LONGEST_TEXT, parse};
 use crate::lexer::{Lexed, lex_from};
 use crate::list::List;
@@ -68,8 +68,9 @@ impl Parse {
             return (parse(new), Tier::Whole);
         }
         let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
-        // The regions of conflicts depend on all markers of a text.
-        if !regions(old).is_empty() || !regions(new).is_empty() {
+        // The regions of conflicts depend on all markers of a text. Each is an error of its tree.
+        let is_conflict = |error: &SyntaxError| matches!(error.kind, SyntaxErrorKind::Conflict { .. });
+        if self.errors().iter().any(is_conflict) || !regions(new).is_empty() {
             return (parse(new), Tier::Whole);
         }
         let before = Before { parse: self, root: self.syntax(), old, new, edit };
