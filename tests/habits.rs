@@ -21,8 +21,8 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// So long is the pause between two edits.
 const KEY: Duration = Duration::from_millis(15);
 
-/// The habits: a name, and scripts after each of which all is compared. Each line of a script begins in the folder of the repository,
-/// whose project is in `robot`. The line `flood FOLDER` writes many files in nested folders there.
+/// The habits, each with a name and scripts. After each script, the test compares the server with a first start. Each line of a script
+/// begins in the folder of the repository, whose project is in `robot`. The line `flood FOLDER` writes many files in nested folders there.
 const HABITS: [(&str, &[&str]); 36] = [
     ("git checkout of 60 changed models, and back", &["git checkout -q other", "git checkout -q main"]),
     (

@@ -141,7 +141,7 @@ mod tests {
                 ),
                 1,
             ),
-            // Both texts end a component's declaration and begin another one.
+            // Both texts end a shell's declaration and begin a second shell.
             (format!("shell A {{\n{}}}\n", region("}\nshell B {\n", "}\nshell C {\n")), 1),
             (format!("/* a\n{}b */\n", region("c\n", "d\n")), 1),
         ] {

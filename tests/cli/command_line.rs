@@ -173,7 +173,7 @@ fn what_is_denied_is_an_error() {
     assert_eq!(found.code, 0, "{}", found.out);
 }
 
-/// RFC 3986, of which the schema of SARIF makes a rule of its readers.
+/// The schema of SARIF requires addresses as in RFC 3986.
 #[test]
 fn addresses_in_sarif_have_no_signs_that_an_address_may_not_have() {
     let name = "[a] ^b|c/d\\{e}`%41é:.mal";

@@ -153,7 +153,7 @@ fn a_text_beside_a_closed_file_is_not_the_file() {
     for other in closed.iter().flat_map(|path| addresses_of_others(path)) {
         client.open_at(&other, "codel f(");
         assert!(is_late(&mut client, &text), "{other}");
-        // What is not open is asked for in vain: it is not the file's.
+        // A question about a closed text is an error: the file on the disk is not that text.
         close(&mut client, &other);
         let of = json!({"textDocument": {"uri": other}});
         let error = client.call("textDocument/documentSymbol", of).unwrap_err();

@@ -123,7 +123,7 @@ fn no_capabilities_are_few_capabilities() {
     }
 }
 
-/// A client that says no more than it must is asked for its settings all the same.
+/// The server asks for settings whatever the parameters of `initialized` are.
 #[test]
 fn a_session_begins_whatever_initialized_has_with_it() {
     for params in [json!({}), Value::Null, json!([]), json!("yes")] {
@@ -133,7 +133,7 @@ fn a_session_begins_whatever_initialized_has_with_it() {
         client.notify("initialized", params.clone());
         client.wait("a question about settings", |it| it["method"] == "workspace/configuration");
         client.notify("workspace/didChangeConfiguration", params);
-        client.wait("another one", |it| it["method"] == "workspace/configuration");
+        client.wait("a second question about settings", |it| it["method"] == "workspace/configuration");
     }
 }
 
@@ -177,7 +177,7 @@ fn the_server_ends_with_the_process_of_its_command_line() {
         other.wait().unwrap();
         assert_eq!(client.wait_for_end(Duration::from_secs(10)), Some(1), "{form:?}");
     }
-    // Even before it is asked for anything; and one that cannot be seen ends nothing.
+    // A process that is gone before the server starts does not end the server.
     let mut other = Command::new("sleep").arg("0").stdin(Stdio::null()).spawn().unwrap();
     let process = format!("--clientProcessId={}", other.id());
     other.wait().unwrap();

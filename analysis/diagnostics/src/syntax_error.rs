@@ -420,7 +420,7 @@ fn missing_token(
     Some((before, text))
 }
 
-/// Returns the nodes around the end of a token that have this sign and not the one that closes it, the innermost first.
+/// Returns the nodes at an offset that have the token `open` and lack the token `close`, the innermost first.
 fn open_nodes(root: &SyntaxNode, offset: TextSize, open: SyntaxKind, close: SyntaxKind) -> Vec<SyntaxNode> {
     let before = mauve_syntax::token_before(root, offset);
     let lists = before.iter().flat_map(SyntaxToken::parent_ancestors).filter(|node| {

@@ -48,7 +48,7 @@ const FIRST_STEPS: &[(&str, &str)] = &[
         "a core with an unknown shell may use any name, and a second `use` may make a name ambiguous",
     ),
     ("unresolved-variable", "an unknown variable is of any type, and its name is guessed by its letters"),
-    ("unused-codel", "a key of a table may name two codels, of which one is left"),
+    ("unused-codel", "a key of a table may name two codels, and the fix removes one of them"),
 ];
 
 /// The fixes that write one sign at the end of a line, where the rest of the declaration may be missing as well: that is an

@@ -8,7 +8,7 @@ use mauve_wcrt::ActivityReport;
 /// The maximum length of a hint, in characters.
 pub(crate) const MOST_CHARACTERS: usize = 32;
 
-/// Slack below this share of the deadline, in percent, is little, unless the user sets another one.
+/// Slack below this share of the deadline, in percent, is [`HintStatus::Tight`], unless the user sets another share.
 pub const TIGHT_SLACK: u32 = 10;
 
 /// What the figure of a hint says, for its colour.

@@ -145,7 +145,7 @@ impl Walks {
         self.asked.iter().any(|walk| !self.known.contains_key(walk))
     }
 
-    /// Takes a result. Returns whether it is another one than before.
+    /// Takes the result of a walk. Returns whether it differs from the result before.
     pub(super) fn learn(&mut self, walk: Walk, walked: Walked) -> bool {
         self.known.get(&walk) != Some(&walked) && {
             self.known.insert(walk, walked);

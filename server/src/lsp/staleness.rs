@@ -435,7 +435,7 @@ mod tests {
         assert!(!staleness.begin_check());
         staleness.request_check();
         assert!(staleness.begin_check());
-        // The search finds something, and another one is due: the edit is still to be answered.
+        // The search finds something, and a second search is due: the server still answers the edit.
         staleness.request_search();
         assert!(staleness.end_search(&flag, now));
         let generation = staleness.generation();
