@@ -60,7 +60,7 @@ pub struct Config {
     pub lints: BTreeMap<String, (Option<Severity>, Range<usize>)>,
     /// `[deployment.…]`, by the name of the deployment.
     pub deployments: BTreeMap<String, DeploymentConfig>,
-    /// `[chains]`: read, and not analysed.
+    /// `[chains]`
     pub chains: Vec<Chain>,
     /// The errors.
     pub errors: Vec<Mistake>,
@@ -196,15 +196,32 @@ pub enum MistakeKind {
     WrongValue { key: String, expected: String, error: Option<TimeError> },
 }
 
-/// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// `[chains.NAME]`, or the list `NAME = ["hokuyo.scan", "guidance.command"]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Chain {
     /// Its name.
     pub name: String,
     /// The range of its name.
     pub span: Range<usize>,
-    /// `instance.port`, each with its range.
-    pub ends: Vec<(String, Range<usize>)>,
+    /// `from`: a codel, an output port or an instance, with its range.
+    pub from: Option<(String, Range<usize>)>,
+    /// `to`, likewise.
+    pub to: Option<(String, Range<usize>)>,
+    /// `through`: instances or ports on the way, in order.
+    pub through: Vec<(String, Range<usize>)>,
+    /// `while`: `instance.State`.
+    pub states: Vec<(String, Range<usize>)>,
+    /// `answers`: codels that are assumed to return `true`, and input ports, `instance.port`, that are assumed to have new data.
+    pub answers: Vec<(String, Range<usize>)>,
+    /// `latency`: its limit.
+    pub latency: Option<Time>,
+}
+
+impl Chain {
+    /// Returns what it names on its way: `from`, `through` and `to`, each with its range.
+    pub fn ends(&self) -> impl Iterator<Item = &(String, Range<usize>)> {
+        self.from.iter().chain(&self.through).chain(&self.to)
+    }
 }
 
 impl Config {

@@ -108,7 +108,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let Some(deployed) = deployed(db, workspace) else { return Vec::new() };
     let Some(&(any, ..)) = deployed.first() else { return Vec::new() };
-    let ports = config.chains.iter().flat_map(|Chain { ends, .. }| ends);
+    let ports = config.chains.iter().flat_map(Chain::ends);
     let ports = ports.filter_map(|(end, span)| Some((end.split_once('.')?, end, span)));
     let ports = ports.map(|((instance, port), value, span)| (instance, Some(port), value, span));
     let instances = config.synchronised.iter().map(|(name, span)| (name.as_str(), None, name, span));

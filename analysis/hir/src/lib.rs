@@ -67,6 +67,7 @@ mod lower;
 mod messages;
 mod msg;
 mod names;
+mod passage;
 mod program_id;
 mod project;
 mod ranges;
@@ -113,6 +114,9 @@ pub use messages::{catalogue, message_of, named_packages, package, used_packages
 pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
 pub use names::{
     Names, Unresolved, file_outside, incomplete_file, names_of, resolve_path, resolve_type, similar,
+};
+pub use passage::{
+    Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written, passages_of,
 };
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{

@@ -26,6 +26,7 @@
 //! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
+//! | `chain.rs` | [`Tasks::latency`]: how long data takes through several tasks |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
 //! | `paths.rs` | paths through a machine, and the totals of their edges |
@@ -49,6 +50,7 @@
 //! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
 
 mod breakdown;
+mod chain;
 mod cycle_mean;
 mod exact;
 mod execution_bound;
@@ -78,6 +80,7 @@ mod waits;
 mod worst_case;
 
 pub use breakdown::Breakdown;
+pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};

@@ -25,6 +25,7 @@
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
+//! | `chains.rs` | how long data takes from sensors to actuators |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
 //! | `exported.rs` | task sets and state machines for files, made of models |
@@ -39,6 +40,7 @@
 mod basis;
 pub mod better_timing;
 mod bisection;
+pub mod chains;
 mod component_tables;
 mod execution_times;
 mod exported;

@@ -304,7 +304,10 @@ fn chain(key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
     // `tables = ["t.toml"]` has the form of a chain.
     let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
     let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end))?;
-    Some(Chain { name: name.to_string(), span: key.span(), ends })
+    let mut ends = ends.into_iter();
+    let (from, to) = (ends.next(), ends.next_back());
+    let through = ends.collect();
+    Some(Chain { name: name.to_string(), span: key.span(), from, to, through, ..Chain::default() })
 }
 
 /// `"warn"`

@@ -93,7 +93,7 @@ impl<'db> KeyReader<'db> {
             }
         }
         let all = deployed(None);
-        let chains = config.chains.iter().flat_map(|chain| &chain.ends);
+        let chains = config.chains.iter().flat_map(|chain| chain.ends());
         for (end, span) in config.synchronised.iter().chain(chains) {
             self.endpoint(db, project, &all, end, span);
         }
