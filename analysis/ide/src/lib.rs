@@ -33,6 +33,7 @@
 //! | `text_canvas.rs` | drawings in characters |
 //! | `architecture_drawing.rs` | an architecture as a drawing |
 //! | `gantt.rs` | a schedule as a drawing |
+//! | `chain_drawing.rs` | chains as a drawing |
 //! | `worst_schedule.rs` | the schedule behind a response time |
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
@@ -45,6 +46,7 @@
 
 mod architecture_drawing;
 mod call_hierarchy;
+mod chain_drawing;
 mod change;
 mod code_actions;
 mod code_lens;
@@ -91,6 +93,7 @@ mod worst_schedule;
 
 pub use architecture_drawing::{draw_graph, instance_tree};
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
+pub use chain_drawing::{DrawnChain, DrawnStep, draw_chains};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};

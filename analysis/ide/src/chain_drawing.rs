@@ -1,0 +1,396 @@
+//! Chains as a drawing: a bar for each, stacked by the components that data passes through, or the reasons why it has none. In
+//! characters, each component has its own row.
+//!
+//! ```text
+//! Pioneer: chains, latency in ms
+//! avoid: ✗ ≤ 526 / 500 ms
+//!   hokuyo   ░░░░░░░░██
+//!   guidance           ░░░░░░░░░░██
+//! ```
+
+use std::fmt::Write as _;
+
+use mauve_timing::{ChainPart, Time, Unit};
+
+use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
+use crate::figure::HintStatus;
+use crate::text_canvas::cells;
+
+/// A chain as it is drawn.
+#[derive(Debug, Clone)]
+pub struct DrawnChain {
+    /// Its name.
+    pub name: String,
+    /// `✓ ≤ 526 / 600 ms`
+    pub figure: String,
+    /// The colour of the figure.
+    pub status: HintStatus,
+    /// Its greatest latency.
+    pub latency: Option<Time>,
+    /// Its limit.
+    pub limit: Option<Time>,
+    /// Its components, if it has a latency.
+    pub steps: Vec<DrawnStep>,
+    /// Why it has no latency.
+    pub reasons: Vec<String>,
+}
+
+/// A component in a chain.
+#[derive(Debug, Clone)]
+pub struct DrawnStep {
+    /// Its instance.
+    pub instance: String,
+    /// What it adds to the latency.
+    pub part: ChainPart,
+    /// The file and the line of the connection to it, or of its activity.
+    pub place: String,
+}
+
+/// The kinds of parts, in the order in which they pass: the class, the letter, and what the legend says.
+const KINDS: [(&str, char, &str); 4] = [
+    ("wait", '░', "waits for a release"),
+    ("buffer", '▓', "in the buffer"),
+    ("periods", '▒', "periods before the write"),
+    ("run", '█', "runs until the write"),
+];
+
+/// Returns the times of [`KINDS`].
+fn times_of(part: &ChainPart) -> [Time; 4] {
+    [part.wait, part.buffer, part.periods, part.run]
+}
+
+impl DrawnStep {
+    /// `guidance: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms`
+    pub fn description(&self) -> String {
+        let parts = KINDS.iter().zip(times_of(&self.part)).filter(|(_, time)| *time > Time::ZERO);
+        let parts: Vec<String> = parts.map(|((_, _, what), time)| format!("{what} ≤ {time}")).collect();
+        let lost = if self.part.stays_full { "; the buffer may stay full" } else { "" };
+        format!("{}: {}{lost}", self.instance, parts.join(", "))
+    }
+}
+
+/// The most chains in a drawing.
+const MOST_ROWS: usize = 100;
+
+/// Draws chains, in one scale. In SVG, a chain is a group with `data-chain`, its index, and a component of it one with `data-hop`, its
+/// index among those of all chains, and `data-place`, the file and the line of its declaration.
+pub fn draw_chains(title: &str, chains: &[DrawnChain], left_out: usize, drawing: Drawing) -> String {
+    let shown = chains.get(..MOST_ROWS).unwrap_or(chains);
+    let longest = shown.iter().flat_map(|it| [it.latency, it.limit]).flatten().max().unwrap_or_default();
+    let more = chains.len() - shown.len() + left_out;
+    let more = if more == 0 { String::new() } else { format!("and {more} more") };
+    match drawing {
+        Drawing::Svg => svg(title, shown, longest, &more),
+        Drawing::Text | Drawing::Dot => text(title, shown, longest, &more),
+    }
+}
+
+const WIDTH: f64 = 400.0;
+const MARGIN: f64 = 16.0;
+const PLOT: f64 = WIDTH - 2.0 * MARGIN;
+const BAR: f64 = 18.0;
+/// The height of a line of text, and of one of small names.
+const LINE: f64 = 17.0;
+const NAME: f64 = 13.0;
+
+fn svg(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String {
+    let mut rows = String::new();
+    let (mut y, mut hop) = (48.0, 0);
+    for (index, chain) in chains.iter().enumerate() {
+        let status = chain.status.name();
+        let _ = writeln!(
+            rows,
+            "<g class=\"box {status}\" data-chain=\"{index}\"><title>{}, {}</title><text class=\"name\" x=\"{MARGIN}\" \
+             y=\"{}\">{}</text>\n<text class=\"figure status\" x=\"{MARGIN}\" y=\"{}\">{}</text></g>",
+            svg_text(&chain.name),
+            svg_text(&chain.figure),
+            number(y + 13.0),
+            svg_text(&fitted(&drawn_name(&chain.name), PLOT, 13.0, true)),
+            number(y + 13.0 + LINE),
+            svg_text(&fitted(&chain.figure, PLOT, 12.0, true)),
+        );
+        y += 2.0 * LINE + 4.0;
+        if chain.latency.is_some() {
+            y += svg_bar(&mut rows, chain, (y, longest), &mut hop);
+        }
+        for line in chain.reasons.iter().flat_map(|reason| wrapped(reason)) {
+            let (at, line) = (number(y + 10.0), svg_text(&line));
+            let _ = writeln!(rows, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{at}\">{line}</text>");
+            y += LINE;
+        }
+        y += LINE;
+    }
+    if !more.is_empty() {
+        let _ =
+            writeln!(rows, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{}\">{more}</text>", number(y + 10.0));
+        y += 1.5 * LINE;
+    }
+    for (index, (class, _, what)) in KINDS.iter().enumerate() {
+        let (x, y) = (MARGIN + PLOT / 2.0 * (index % 2) as f64, y + LINE * (index / 2) as f64);
+        let _ = writeln!(
+            rows,
+            "<rect class=\"{class}\" x=\"{x}\" y=\"{}\" width=\"14\" height=\"10\"/><text class=\"soft\" x=\"{}\" y=\"{}\">{what}</text>",
+            number(y),
+            number(x + 20.0),
+            number(y + 9.0),
+        );
+    }
+    let shown = fitted(title, PLOT, 14.0, true);
+    svg_head((WIDTH, y + 2.0 * LINE + 8.0), &format!("x=\"{MARGIN}\" y=\"28\""), &shown) + &rows + "</svg>\n"
+}
+
+/// Draws the bar of a chain, with the names of its components below, and its limit; returns the height.
+fn svg_bar(out: &mut String, chain: &DrawnChain, (y, longest): (f64, Time), hop: &mut usize) -> f64 {
+    let scale = PLOT / longest.as_f64(Unit::Milliseconds).max(f64::MIN_POSITIVE);
+    let width = |time: Time| time.as_f64(Unit::Milliseconds) * scale;
+    let (mut x, mut free, mut below) = (MARGIN, [MARGIN; 2], 0);
+    for step in &chain.steps {
+        let description = svg_text(&step.description());
+        let place = svg_text(&step.place);
+        let _ = writeln!(
+            out,
+            "<g class=\"hop\" data-hop=\"{hop}\" data-place=\"{place}\"><title>{description}</title>"
+        );
+        *hop += 1;
+        let start = x;
+        for ((class, ..), time) in
+            KINDS.iter().zip(times_of(&step.part)).filter(|(_, time)| *time > Time::ZERO)
+        {
+            let _ = write!(
+                out,
+                "<rect class=\"slice {class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{BAR}\"/>",
+                number(x),
+                number(y),
+                number(width(time).max(0.8)),
+            );
+            x += width(time);
+        }
+        // Below its part, where it has room, otherwise in a second line.
+        let label = fitted(&drawn_name(&step.instance), PLOT / 3.0, 11.0, false);
+        let length = text_width(&label, 11.0, false);
+        let at = (start + 3.0).min(WIDTH - MARGIN - length);
+        if let Some(line) = free.iter().position(|free| *free <= at)
+            && let Some(free) = free.get_mut(line)
+        {
+            *free = at + length + 4.0;
+            below = below.max(line + 1);
+            let (x, y) = (number(at), number(y + BAR + 12.0 + NAME * line as f64));
+            let _ = write!(out, "<text class=\"mark\" x=\"{x}\" y=\"{y}\">{}</text>", svg_text(&label));
+        }
+        // Where the next component begins.
+        let _ = writeln!(
+            out,
+            "<path class=\"base\" d=\"M{} {}v{}\"/></g>",
+            number(start),
+            number(y),
+            number(BAR + 4.0)
+        );
+    }
+    let height = BAR + NAME * below as f64 + 4.0;
+    let Some(limit) = chain.limit else { return height };
+    let at = MARGIN + width(limit);
+    let late = if x > at {
+        format!("<path class=\"overrun\" d=\"M{} {}H{}\"/>", number(at), number(y - 2.0), number(x))
+    } else {
+        String::new()
+    };
+    let label = format!("limit {limit}");
+    // Not over the figure, which is to the left.
+    let is_right =
+        at - text_width(&label, 11.0, false) > MARGIN + text_width(&chain.figure, 12.0, true) + 8.0;
+    let (anchor, label_x) = match is_right {
+        true => ("end", at),
+        false => ("start", at.max(MARGIN + text_width(&chain.figure, 12.0, true) + 8.0)),
+    };
+    let _ = writeln!(
+        out,
+        "{late}<path class=\"deadline\" d=\"M{} {}v{}\"/><text class=\"mark\" x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{label}</text>",
+        number(at),
+        number(y - 4.0),
+        number(BAR + 8.0),
+        number(label_x),
+        number(y - 8.0),
+    );
+    height
+}
+
+/// Returns a text in lines that fit.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let Some(line) = lines.last_mut() else { break };
+        let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
+        if line.is_empty() || text_width(&longer, 12.0, false) <= PLOT {
+            *line = longer;
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.into_iter().map(|line| fitted(&line, PLOT, 12.0, false)).collect()
+}
+
+fn text(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String {
+    const COLUMNS: u128 = 60;
+    let column = |time: Time| {
+        (u128::from(time.as_nanos()) * COLUMNS).div_ceil(u128::from(longest.as_nanos().max(1))) as usize
+    };
+    let names =
+        chains.iter().flat_map(|chain| &chain.steps).map(|step| cells(&drawn_name(&step.instance)) as usize);
+    let names = names.max().unwrap_or_default();
+    let mut out = format!("{title}\n");
+    for chain in chains {
+        let _ = writeln!(out, "\n{}: {}", drawn_name(&chain.name), chain.figure);
+        let mut passed = Time::ZERO;
+        for step in &chain.steps {
+            let mut row = " ".repeat(column(passed));
+            for ((_, letter, _), time) in KINDS.iter().zip(times_of(&step.part)) {
+                let before = column(passed);
+                passed = passed.checked_add(time).unwrap_or(passed);
+                // What is shorter than a column is shown, too.
+                let length = (column(passed) - before).max(usize::from(time > Time::ZERO));
+                row.extend(std::iter::repeat_n(*letter, length));
+            }
+            let name = drawn_name(&step.instance);
+            let space = " ".repeat(names - cells(&name) as usize);
+            let _ = writeln!(out, "  {name}{space} {row} {}", step.total());
+        }
+        out.extend(chain.reasons.iter().map(|reason| format!("  {reason}\n")));
+    }
+    if !more.is_empty() {
+        let _ = writeln!(out, "\n{more}");
+    }
+    let legend: Vec<String> = KINDS.iter().map(|(_, letter, what)| format!("{letter} {what}")).collect();
+    out + "\n" + &legend.join("  ") + "\n"
+}
+
+impl DrawnStep {
+    /// All that it adds to the latency.
+    fn total(&self) -> Time {
+        times_of(&self.part).into_iter().fold(Time::ZERO, |sum, it| sum.checked_add(it).unwrap_or(sum))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::expect;
+
+    fn ms(time: u64) -> Time {
+        Time::from_nanos(time * 1_000_000)
+    }
+
+    fn step(instance: &str, [wait, buffer, periods, run]: [u64; 4]) -> DrawnStep {
+        let [wait, buffer, periods, run] = [wait, buffer, periods, run].map(ms);
+        let part = ChainPart { wait, buffer, periods, run, ..ChainPart::default() };
+        DrawnStep { instance: instance.to_owned(), part, place: "robot.mal:7".to_owned() }
+    }
+
+    fn chains() -> Vec<DrawnChain> {
+        let avoid = DrawnChain {
+            name: "avoid".to_owned(),
+            figure: "✗ ≤ 526 / 500 ms".to_owned(),
+            status: HintStatus::Missed,
+            latency: Some(ms(526)),
+            limit: Some(ms(500)),
+            steps: vec![
+                step("hokuyo", [100, 0, 0, 53]),
+                step("guidance", [100, 0, 100, 20]),
+                step("switch", [50, 50, 0, 3]),
+                step("p3dx<driver>", [40, 0, 0, 10]),
+            ],
+            reasons: Vec::new(),
+        };
+        let manual = DrawnChain {
+            name: "joy.commands -> p3dx_driver.aria_drive (through teleop, switch, and a very long list of others)".to_owned(),
+            figure: "? may skip".to_owned(),
+            status: HintStatus::Unknown,
+            latency: None,
+            limit: None,
+            steps: Vec::new(),
+            reasons: vec!["`switch` may never write `out`: in state `Automatic`, it writes what `guidance` sends".to_owned()],
+        };
+        let short = DrawnChain {
+            name: "stop".to_owned(),
+            figure: "✓ ≤ 30 / 100 ms".to_owned(),
+            status: HintStatus::Met,
+            latency: Some(ms(30)),
+            limit: Some(ms(100)),
+            steps: vec![step("bumper", [10, 0, 0, 1]), step("p3dx_driver", [10, 0, 0, 9])],
+            reasons: Vec::new(),
+        };
+        vec![avoid, manual, short]
+    }
+
+    #[test]
+    fn chains_are_drawn_in_characters() {
+        expect![[r#"
+            Robot: chains
+
+            avoid: ✗ ≤ 526 / 500 ms
+              hokuyo       ░░░░░░░░░░░░██████ 153 ms
+              guidance                       ░░░░░░░░░░░▒▒▒▒▒▒▒▒▒▒▒▒██ 220 ms
+              switch                                                  ░░░░░░▓▓▓▓▓█ 103 ms
+              p3dx<driver>                                                        ░░░░█ 50 ms
+
+            joy.commands -> p3dx_driver.aria_drive (through teleop, switch, and a very long list of others): ? may skip
+              `switch` may never write `out`: in state `Automatic`, it writes what `guidance` sends
+
+            stop: ✓ ≤ 30 / 100 ms
+              bumper       ░░█ 11 ms
+              p3dx_driver    ░█ 19 ms
+
+            and 3 more
+
+            ░ waits for a release  ▓ in the buffer  ▒ periods before the write  █ runs until the write
+        "#]].assert_eq(&draw_chains("Robot: chains", &chains(), 3, Drawing::Text));
+    }
+
+    #[test]
+    fn bars_are_stacked_in_one_scale() {
+        let svg = draw_chains("Robot: chains", &chains(), 0, Drawing::Svg);
+        let rects: Vec<&str> = svg.lines().filter(|line| line.starts_with("<rect class=\"slice")).collect();
+        expect![[r#"
+            <rect class="slice wait" x="16" y="86" width="70" height="18"/><rect class="slice run" x="86" y="86" width="37.1" height="18"/><text class="mark" x="19" y="116">hokuyo</text><path class="base" d="M16 86v22"/></g>
+            <rect class="slice wait" x="123" y="86" width="70" height="18"/><rect class="slice periods" x="193" y="86" width="70" height="18"/><rect class="slice run" x="263" y="86" width="14" height="18"/><text class="mark" x="126" y="116">guidance</text><path class="base" d="M123 86v22"/></g>
+            <rect class="slice wait" x="277" y="86" width="35" height="18"/><rect class="slice buffer" x="311.9" y="86" width="35" height="18"/><rect class="slice run" x="346.9" y="86" width="2.1" height="18"/><text class="mark" x="280" y="116">switch</text><path class="base" d="M277 86v22"/></g>
+            <rect class="slice wait" x="349" y="86" width="28" height="18"/><rect class="slice run" x="377" y="86" width="7" height="18"/><text class="mark" x="303" y="129">p3dx&lt;driver&gt;</text><path class="base" d="M349 86v22"/></g>
+            <rect class="slice wait" x="16" y="278" width="7" height="18"/><rect class="slice run" x="23" y="278" width="0.8" height="18"/><text class="mark" x="19" y="308">bumper</text><path class="base" d="M16 278v22"/></g>
+            <rect class="slice wait" x="23.7" y="278" width="7" height="18"/><rect class="slice run" x="30.7" y="278" width="6.3" height="18"/><text class="mark" x="26.7" y="321">p3dx_driver</text><path class="base" d="M23.7 278v22"/></g>"#]].assert_eq(&rects.join("\n"));
+        for part in
+            ["limit 500 ms", "p3dx&lt;driver&gt;", "class=\"overrun\"", "data-hop=\"5\"", "data-chain=\"2\""]
+        {
+            assert!(svg.contains(part), "{part} in {svg}");
+        }
+    }
+
+    #[test]
+    fn nothing_and_too_many_are_drawn() {
+        let svg = draw_chains("", &[], 0, Drawing::Svg);
+        assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+        let many: Vec<DrawnChain> = (0..120).map(|_| chains()[2].clone()).collect();
+        let svg = draw_chains("", &many, 4, Drawing::Svg);
+        assert_eq!(svg.matches("data-chain").count(), 100);
+        assert!(svg.contains(">and 24 more<"));
+    }
+
+    #[test]
+    fn long_times_and_times_of_zero_are_drawn() {
+        let mut chain = chains().remove(2);
+        chain.latency = Some(Time::from_nanos(u64::MAX));
+        chain.steps = vec![
+            step("a", [0; 4]),
+            DrawnStep {
+                part: ChainPart {
+                    wait: Time::from_nanos(u64::MAX),
+                    run: Time::from_nanos(1),
+                    ..ChainPart::default()
+                },
+                ..step("b", [0; 4])
+            },
+        ];
+        for drawing in [Drawing::Svg, Drawing::Text] {
+            let drawn = draw_chains("", &[chain.clone()], 0, drawing);
+            assert!(!drawn.contains("NaN") && drawn.len() < 100_000, "{drawn}");
+        }
+    }
+}
