@@ -1,9 +1,55 @@
 //! The greatest latency of data along a chain of tasks.
+//!
+//! A change in the world, or a write, is seen by a task in one of its next N jobs after the one in progress: that one started
+//! before, so that its nominal release is before, and the job that writes what it saw is released N periods later at most. It has
+//! written W after that. So the latency is N₁·T₁ + Σ (W of the task before + N·T) + W of the last task (Davare et al., DAC 2007,
+//! with N = 1 and W = R). Every step but the last must keep: no later write carries less. Then the same time bounds how old what an
+//! effect shows may become until it is replaced: what is older than the latency has been overwritten by something newer.
+//!
+//! **Priorities.** If the writer has a higher priority than the reader, both on one CPU, and neither waits nor takes locks, no job
+//! of the reader starts between the release of the writer and its write. So the job in progress at the write started before that
+//! release, J after the nominal one at most: J replaces W (compare Dürr et al., CASES 2019, who take W where it exceeds T).
+//!
+//! **Buffers.** See [`Tasks::ahead`].
+//!
+//! **Synchronised clocks.** The releases of tasks with an offset are known: the first job of the reader that is nominally released
+//! at W after the writer's release or later sees the write; on different CPUs, strictly later, as either may be first at one
+//! instant. A later write is not seen by an earlier job, so the latest instants give the greatest latency from each release of the
+//! first task; their pattern repeats with the common multiple of the periods. Where a clock is not synchronised, a new stretch
+//! begins, and the latencies add up (Günzel et al., RTAS 2021).
+//!
+//! **Age at a write.** A job of the last task that reads something older than the change started before the write of the task
+//! before it was visible: its nominal release is a period before the first job that sees the change. What it read is written D
+//! periods later at most.
+//!
+//! ```
+//! use mauve_timing::*;
+//!
+//! let ms = |time: u64| Time::from_nanos(time * 1_000_000);
+//! let task = |priority, period| Task::new(priority, ms(period), StateMachine::single(ms(1)));
+//! let tasks = Tasks::new(vec![task(2, 10), task(1, 20)]);
+//! let step = |task, response| ChainStep {
+//!     task,
+//!     releases: 1,
+//!     periods: Some(0),
+//!     write: ms(response),
+//!     response: ms(response),
+//!     gap: Some(1),
+//!     buffer: None,
+//! };
+//! let chain = [step(0, 1), step(1, 2)];
+//! assert_eq!(tasks.latency(&chain, false).unwrap().latency, ms(10 + 1 + 20 + 2));
+//! assert_eq!(tasks.latency(&chain, true).unwrap().latency, ms(10 + 20 + 2));
+//! ```
 
-use crate::Time;
+use crate::lane::least_common_multiple;
+use crate::{Priority, Task, Tasks, Time};
+
+/// The maximum number of jobs that are followed along a chain of synchronised tasks.
+const MOST_JOBS: u64 = 1 << 16;
 
 /// A task that data passes through.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct ChainStep {
     /// Its index in the tasks.
     pub task: usize,
@@ -13,6 +59,8 @@ pub struct ChainStep {
     pub periods: Option<u32>,
     /// W: the greatest time from the nominal release of that job to the end of the write; at most the response time.
     pub write: Time,
+    /// R: its response time.
+    pub response: Time,
     /// The most releases until the next write of the port that the next step reads; none without a bound.
     pub gap: Option<u32>,
     /// The connection to it has a buffer.
@@ -26,6 +74,8 @@ pub struct ChainBuffer {
     pub size: u32,
     /// A: the most releases until the next read of the port; none without a bound.
     pub reads: Option<u32>,
+    /// The most writes of the port in one job of the writer; none if that is not known: then any write may be lost.
+    pub writes: Option<u32>,
 }
 
 /// The latency of a chain, by step. It is the sum of all parts of all steps.
@@ -80,14 +130,376 @@ pub enum NoLatency {
     TooLong,
 }
 
-impl crate::Tasks {
-    /// Returns the greatest latency of data along the `chain`: with `synchronised`, the clocks of tasks with an offset are.
+impl ChainPart {
+    fn total(&self) -> Option<u64> {
+        let parts = [self.wait, self.buffer, self.periods, self.run].map(Time::as_nanos);
+        parts.into_iter().try_fold(0u64, u64::checked_add)
+    }
+}
+
+/// A step whose releases are to be followed; times in nanoseconds.
+struct Step {
+    period: u64,
+    offset: Option<u64>,
+    /// N.
+    releases: u64,
+    /// The releases in which older values in the buffer are read.
+    ahead: u64,
+    stays_full: bool,
+    /// A release of the next step that is so long after the one that writes sees the write.
+    run: u64,
+    rule: ChainRule,
+    /// Whether that also holds for a release at exactly this instant, of the next step.
+    is_seen_at_once: bool,
+}
+
+impl Tasks {
+    /// Returns the greatest latency of data along the `chain`, if it is sampled after all tasks began with empty buffers. Without
+    /// `uses_priorities`, priorities do not matter.
     ///
     /// # Errors
     ///
     /// There is no bound.
     pub fn latency(&self, chain: &[ChainStep], uses_priorities: bool) -> Result<ChainLatency, NoLatency> {
-        let _ = (chain, uses_priorities);
-        Err(NoLatency::TooLong)
+        let mut before: Option<&ChainStep> = None;
+        let mut steps: Vec<Step> = Vec::with_capacity(chain.len());
+        for (index, step) in chain.iter().enumerate() {
+            let (task, period) = self.periodic(step).ok_or(NoLatency::NoPeriod(index))?;
+            let (ahead, stays_full) = match (before, step.buffer) {
+                (Some(writer), Some(buffer)) => self.ahead(index, writer, step, buffer)?,
+                _ => (0, false),
+            };
+            if let (Some(writer), Some(last)) = (before, steps.last_mut()) {
+                self.relate(last, writer, step, uses_priorities);
+            }
+            steps.push(Step {
+                period,
+                offset: task.offset.map(Time::as_nanos),
+                releases: u64::from(step.releases.max(1)),
+                ahead,
+                stays_full,
+                run: step.write.as_nanos(),
+                rule: ChainRule::AfterWrite,
+                is_seen_at_once: false,
+            });
+            before = Some(step);
+        }
+        let parts = follow(&steps).ok_or(NoLatency::TooLong)?;
+        let age_at_write = chain.last().zip(parts.last()).and_then(|(step, last)| {
+            let (_, period) = self.periodic(step)?;
+            let until_read = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?))?;
+            let of_last = [last.periods.as_nanos(), last.run.as_nanos(), period];
+            let until_read = of_last.into_iter().try_fold(until_read, u64::checked_sub)?;
+            let shown = u64::from(step.periods?).checked_mul(period)?.checked_add(step.write.as_nanos())?;
+            Some(Time::from_nanos(until_read.checked_add(shown)?))
+        });
+        let latency = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?));
+        let latency = Time::from_nanos(latency.ok_or(NoLatency::TooLong)?);
+        Ok(ChainLatency { latency, age_at_write, parts })
+    }
+
+    fn periodic(&self, step: &ChainStep) -> Option<(&Task, u64)> {
+        let task = self.all.get(step.task).filter(|task| task.priority != Priority::Background)?;
+        Some((task, task.period.filter(|period| *period > Time::ZERO)?.as_nanos()))
+    }
+
+    /// Enters what a release of the `reader` relies on.
+    fn relate(&self, step: &mut Step, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
+        let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task)) else { return };
+        step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(u64::is_power_of_two);
+        if reader.buffer.is_some() {
+            step.run = writer.response.as_nanos();
+        }
+        let takes_locks =
+            self.locks.iter().any(|lock| lock.users.iter().any(|user| user.task == writer.task));
+        let is_higher =
+            from.priority.real_time() > to.priority.real_time() && to.priority.real_time().is_some();
+        if uses_priorities && step.is_seen_at_once && is_higher && from.waits.is_none() && !takes_locks {
+            step.run = step.run.min(from.jitter.as_nanos());
+            step.rule = ChainRule::HigherPriority;
+        }
+    }
+
+    /// Returns the most releases of the `reader` in which it reads what was in the buffer before data, and whether writes may be
+    /// lost: those into a full buffer.
+    ///
+    /// Each A releases have a read, which takes the oldest value. **Never full**: let w be the most writes of a job of the writer,
+    /// w·A·T_reader ≤ T_writer, and x the instant of the last write into an empty buffer, up to that of the data. If x is in a job
+    /// k periods before that of the data, the data is value w·(k + 1) since x at most, and its turn comes at read w·(k + 1) − 1
+    /// after x. A reader that saw x in its next release would so read it (w·(k + 1) − 1)·A releases later, which is (w − 1)·A
+    /// after the release that k·T_writer later sees the data without a buffer, or before.
+    ///
+    /// **Full**: n·A releases after the write, all that was in the buffer is read. If the data was lost, so that the buffer
+    /// was full, the next read is A releases after it, ends with R, and one of the next writes of the port, after a gap, finds
+    /// room. What it writes is read next when both have passed, as all that was before it has been read by then.
+    fn ahead(
+        &self,
+        index: usize,
+        writer: &ChainStep,
+        reader: &ChainStep,
+        buffer: ChainBuffer,
+    ) -> Result<(u64, bool), NoLatency> {
+        let reads = u64::from(buffer.reads.ok_or(NoLatency::NotRead(index))?.max(1));
+        let (Some((_, from)), Some((_, to))) = (self.periodic(writer), self.periodic(reader)) else {
+            return Err(NoLatency::NoPeriod(index));
+        };
+        let writes = buffer.writes.map(|writes| u64::from(writes.max(1)));
+        if let Some(writes) = writes {
+            let cycle = u128::from(reads) * u128::from(to);
+            let most = backlog(writes, from, cycle, writer.response.as_nanos(), reader.response.as_nanos());
+            if most.is_some_and(|most| most <= u128::from(buffer.size)) {
+                return (writes - 1).checked_mul(reads).map(|it| (it, false)).ok_or(NoLatency::TooLong);
+            }
+        }
+        let gap = u64::from(writer.gap.ok_or(NoLatency::Lost(index))?.max(1));
+        let found = || {
+            let refilled = from.checked_mul(gap)?.checked_add(writer.response.as_nanos())?;
+            let refilled = refilled.checked_add(reader.response.as_nanos())? / to;
+            Some(u64::from(buffer.size).checked_mul(reads)?.max(reads.checked_add(refilled)?))
+        };
+        found().map(|it| (it, true)).ok_or(NoLatency::TooLong)
+    }
+}
+
+/// Returns the most values in a buffer. A job of the writer writes at most `writes` times, and there is a read in each
+/// `cycle`, that of A releases. None if there may be ever more.
+///
+/// In Δ since a write into the empty buffer, at most ⌊(Δ + R_writer)/T⌋ + 1 jobs write, and at least ⌈(Δ − R_reader)/cycle⌉ − 1
+/// reads have taken a value, if Δ > R_reader. It is the most for Δ = k·T − R_writer: with no read yet, that is the last such k; then
+/// the first k with reads, as T ≥ writes·cycle, so that each further k adds no more writes than reads.
+fn backlog(writes: u64, period: u64, cycle: u128, of_writer: u64, of_reader: u64) -> Option<u128> {
+    let (writes, period) = (u128::from(writes), u128::from(period));
+    if writes.checked_mul(cycle)? > period {
+        return None;
+    }
+    let late = u128::from(of_writer) + u128::from(of_reader);
+    let last = late / period;
+    let without_read = writes.checked_mul(last + 1)?;
+    let reads = ((last + 1).checked_mul(period)?.checked_sub(late)?).div_ceil(cycle) - 1;
+    Some(without_read.max(writes.checked_mul(last + 2)?.saturating_sub(reads)))
+}
+
+/// Returns the parts of the steps; none if a time is too long.
+fn follow(steps: &[Step]) -> Option<Vec<ChainPart>> {
+    let mut parts = Vec::with_capacity(steps.len());
+    let mut rest = steps;
+    while let Some(first) = rest.first() {
+        let (length, laps) = synchronised(rest);
+        let (stretch, later) = rest.split_at_checked(length)?;
+        let mut worst = None;
+        for lap in 0..laps {
+            let change = first.offset.unwrap_or_default() % first.period;
+            let found = from_change(stretch, change.checked_add(lap.checked_mul(first.period)?)?)?;
+            if worst.as_ref().is_none_or(|(total, _)| found.0 > *total) {
+                worst = Some(found);
+            }
+        }
+        parts.extend(worst?.1);
+        rest = later;
+    }
+    Some(parts)
+}
+
+/// Returns the number of steps from the first on whose releases are followed together, and that of releases of the first one
+/// until all repeats.
+fn synchronised(steps: &[Step]) -> (usize, u64) {
+    let (mut length, mut laps, mut common) = (0, 1, 1);
+    for (index, step) in steps.iter().enumerate() {
+        let lap = least_common_multiple(common, step.period);
+        let of_first = lap.zip(steps.first()).map(|(lap, first)| lap / first.period);
+        let jobs = of_first.and_then(|laps| laps.checked_mul(index as u64 + 1));
+        match (lap, of_first, jobs) {
+            (Some(lap), Some(of_first), Some(jobs))
+                if index == 0 || step.offset.is_some() && jobs <= MOST_JOBS =>
+            {
+                (length, laps, common) = (index + 1, of_first, lap);
+            }
+            _ => break,
+        }
+        if step.offset.is_none() {
+            break;
+        }
+    }
+    (length, laps)
+}
+
+/// Returns the total time and the parts for a change at this instant, at which the first task was just released.
+fn from_change(steps: &[Step], change: u64) -> Option<(u64, Vec<ChainPart>)> {
+    let mut now = change;
+    let mut before: Option<&Step> = None;
+    let mut parts = Vec::with_capacity(steps.len());
+    for step in steps {
+        let wait = match before {
+            Some(before) => {
+                let release = step.offset? % step.period;
+                let since = (now % step.period).checked_sub(release);
+                let since = since.unwrap_or(now % step.period + (step.period - release));
+                if since == 0 && before.is_seen_at_once { 0 } else { step.period - since }
+            }
+            None => step.period,
+        };
+        let part = ChainPart {
+            wait: Time::from_nanos(wait),
+            buffer: Time::from_nanos(step.ahead.checked_mul(step.period)?),
+            periods: Time::from_nanos((step.releases - 1).checked_mul(step.period)?),
+            run: Time::from_nanos(step.run),
+            rule: step.rule,
+            stays_full: step.stays_full,
+        };
+        now = now.checked_add(part.total()?)?;
+        parts.push(part);
+        before = Some(step);
+    }
+    Some((now - change, parts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::StateMachine;
+
+    fn ms(time: u64) -> Time {
+        Time::from_nanos(time * 1_000_000)
+    }
+
+    /// Tasks of these priorities and periods on CPU 0.
+    fn tasks(of: &[(u32, u64)]) -> Tasks {
+        let task =
+            |&(priority, period): &(u32, u64)| Task::new(priority, ms(period), StateMachine::single(ms(1)));
+        Tasks::new(of.iter().map(task).collect())
+    }
+
+    fn step(task: usize, response: u64) -> ChainStep {
+        let response = ms(response);
+        ChainStep {
+            task,
+            releases: 1,
+            periods: Some(0),
+            write: response,
+            response,
+            gap: Some(1),
+            ..ChainStep::default()
+        }
+    }
+
+    fn totals(found: &ChainLatency) -> Vec<[u64; 4]> {
+        let in_ms = |time: Time| time.as_nanos() / 1_000_000;
+        found.parts.iter().map(|it| [it.wait, it.buffer, it.periods, it.run].map(in_ms)).collect()
+    }
+
+    /// A laser, guidance, a switch and a driver.
+    #[test]
+    fn priorities_and_synchronised_clocks() {
+        let mut robot = tasks(&[(9, 100), (6, 100), (8, 100), (10, 100)]);
+        let chain = [step(0, 53), step(1, 60), step(2, 56), step(3, 10)];
+        assert_eq!(robot.latency(&chain, false).unwrap().latency, ms(579));
+        let found = robot.latency(&chain, true).unwrap();
+        assert_eq!((found.latency, found.age_at_write), (ms(526), Some(ms(426))));
+        assert_eq!(totals(&found), [[100, 0, 0, 0], [100, 0, 0, 60], [100, 0, 0, 56], [100, 0, 0, 10]]);
+        assert_eq!(found.parts[0].rule, ChainRule::HigherPriority);
+        robot.all.iter_mut().for_each(|task| task.offset = Some(Time::ZERO));
+        let found = robot.latency(&chain, true).unwrap();
+        assert_eq!((found.latency, found.age_at_write), (ms(310), Some(ms(210))));
+        assert_eq!(totals(&found), [[100, 0, 0, 0], [0, 0, 0, 60], [40, 0, 0, 56], [44, 0, 0, 10]]);
+        // A clock that is not synchronised cuts the chain.
+        robot.all[2].offset = None;
+        assert_eq!(robot.latency(&chain, true).unwrap().latency, ms(100 + 60 + 100 + 56 + 100 + 10));
+    }
+
+    #[test]
+    fn what_does_not_have_a_higher_priority_for_sure() {
+        let chain = [step(0, 10), step(1, 20)];
+        let of = |change: &dyn Fn(&mut Tasks)| {
+            let mut pair = tasks(&[(2, 100), (1, 100)]);
+            change(&mut pair);
+            pair.latency(&chain, true).unwrap().latency
+        };
+        assert_eq!(of(&|_| ()), ms(220));
+        assert_eq!(of(&|it| it.all[0].jitter = ms(3)), ms(223));
+        assert_eq!(of(&|it| it.all[0].jitter = ms(30)), ms(230));
+        let user = |task| crate::LockUser { task, held: Some(ms(1)) };
+        let lock = crate::Lock {
+            name: "map".into(),
+            protocol: crate::Protocol::None,
+            users: vec![user(0), user(1)],
+        };
+        let others: [&dyn Fn(&mut Tasks); 6] = [
+            &|it| it.all[1].cpus = Some(2),
+            &|it| (it.all[0].cpus, it.all[1].cpus) = (Some(3), Some(3)),
+            &|it| it.all[1].priority = Priority::RealTime(2),
+            &|it| it.all[0].priority = Priority::Unknown,
+            &|it| {
+                let executed = StateMachine::single(ms(1));
+                let (demand, waits) = crate::Waits::with_demand(executed, &[ms(1)], Some(1), None).unwrap();
+                (it.all[0].demand, it.all[0].waits) = (demand, waits);
+            },
+            &|it| it.locks = vec![lock.clone()],
+        ];
+        for (index, other) in others.into_iter().enumerate() {
+            assert_eq!(of(other), ms(230), "{index}");
+        }
+    }
+
+    /// At one instant, a reader on another CPU may be first.
+    #[test]
+    fn releases_at_the_instant_of_a_write() {
+        let mut pair = tasks(&[(1, 100), (2, 100)]);
+        (pair.all[0].offset, pair.all[1].offset) = (Some(ms(230)), Some(ms(40)));
+        let chain = [step(0, 10), step(1, 20)];
+        assert_eq!(pair.latency(&chain, true).unwrap().latency, ms(130));
+        pair.all[1].cpus = Some(2);
+        assert_eq!(pair.latency(&chain, true).unwrap().latency, ms(230));
+        // The common period is too long to follow.
+        pair.all[1].period = Some(Time::from_nanos(99_999_999));
+        assert_eq!(pair.latency(&chain, true).unwrap().latency, Time::from_nanos(229_999_999));
+    }
+
+    #[test]
+    fn several_periods_and_a_late_write() {
+        let pair = tasks(&[(1, 10), (2, 20)]);
+        let later = ChainStep { releases: 3, periods: Some(2), write: ms(4), ..step(1, 9) };
+        let found = pair.latency(&[step(0, 5), later.clone()], true).unwrap();
+        assert_eq!((found.latency, found.age_at_write), (ms(10 + 5 + 60 + 4), Some(ms(10 + 5 + 40 + 4))));
+        let found = pair.latency(&[ChainStep { periods: None, ..later }], true).unwrap();
+        assert_eq!((found.latency, found.age_at_write), (ms(64), None));
+        assert_eq!(pair.latency(&[], true), Ok(ChainLatency::default()));
+    }
+
+    #[test]
+    fn buffers() {
+        let buffered = |size, [write, read]: [u64; 2], responses: [u64; 2]| {
+            let buffer = Some(ChainBuffer { size, reads: Some(1), writes: Some(1) });
+            let chain = [step(0, responses[0]), ChainStep { buffer, ..step(1, responses[1]) }];
+            let found = tasks(&[(1, write), (2, read)]).latency(&chain, true).unwrap();
+            let last = found.parts[1];
+            (found.latency.as_nanos() / 1_000_000, last.buffer.as_nanos() / 1_000_000, last.stays_full)
+        };
+        // As without a buffer, where the reader is as fast and the buffer is never full.
+        assert_eq!(buffered(2, [10, 10], [3, 4]), (10 + 3 + 10 + 4, 0, false));
+        assert_eq!(buffered(1, [100, 10], [10, 5]), (100 + 10 + 10 + 5, 0, false));
+        // One value may be written late, the next one early, and both before the reader takes one.
+        assert_eq!(buffered(1, [10, 10], [3, 4]), (10 + 3 + 20 + 10 + 4, 20, true));
+        // A camera of 16 ms, and a tracker of 32 ms.
+        assert_eq!(buffered(100, [16, 32], [1, 5]), (16 + 1 + 3200 + 32 + 5, 3200, true));
+    }
+
+    #[test]
+    fn reasons() {
+        let mut pair = tasks(&[(2, 10), (1, 20)]);
+        let with = |size, reads, gap| {
+            let buffer = Some(ChainBuffer { size, reads, writes: None });
+            [ChainStep { gap, ..step(0, 5) }, ChainStep { buffer, ..step(1, 5) }]
+        };
+        assert_eq!(pair.latency(&with(2, None, Some(1)), true), Err(NoLatency::NotRead(1)));
+        assert_eq!(pair.latency(&with(2, Some(1), None), true), Err(NoLatency::Lost(1)));
+        let most = u32::MAX;
+        assert_eq!(pair.latency(&with(most, Some(most), Some(1)), true), Err(NoLatency::TooLong));
+        assert_eq!(pair.latency(&[step(7, 1)], true), Err(NoLatency::NoPeriod(0)));
+        pair.all[1].priority = Priority::Background;
+        assert_eq!(pair.latency(&[step(0, 1), step(1, 1)], true), Err(NoLatency::NoPeriod(1)));
+        pair.all[0].period = Some(Time::from_nanos(u64::MAX));
+        assert_eq!(pair.latency(&[step(0, 1)], true), Err(NoLatency::TooLong));
+        pair.all[0].period = None;
+        assert_eq!(pair.latency(&[step(0, 1)], true), Err(NoLatency::NoPeriod(0)));
     }
 }

@@ -28,7 +28,7 @@ const MOST_FOR_PATHS: u64 = 1 << 16;
 const BRIEF_FOR_PATHS: u64 = 1 << 10;
 
 /// The maximum number of members of all lanes for which [`Method::Best`] is better than [`Method::Psm`].
-const MOST_TIGHTENED: u64 = 256;
+pub(crate) const MOST_TIGHTENED: u64 = 256;
 
 /// The minimum number of passes over all members for each task.
 const FEWEST_PASSES: u64 = 16;
@@ -357,8 +357,22 @@ impl<'a> Lane<'_, 'a> {
         method: Method,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
+        let own = self.members.at(place).demand(jobs)?;
+        self.window(place, jobs, own, counts, method, budget)
+    }
+
+    /// The same for jobs that demand `own` together.
+    pub(crate) fn window(
+        &mut self,
+        place: usize,
+        jobs: u64,
+        own: u64,
+        counts: &mut Counts,
+        method: Method,
+        budget: &mut u64,
+    ) -> Result<u64, NoBoundReason> {
         // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
-        let own = self.members.at(place).demand(jobs)?.max(1);
+        let own = own.max(1);
         let demand = |lane: &Self, counts: &Counts, window: u64| {
             let blocking = lane.blocking(place, jobs, window)?;
             let demand = u128::from(own) + counts.total() + u128::from(blocking);

@@ -27,6 +27,7 @@
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `chain.rs` | [`Tasks::latency`]: how long data takes through several tasks |
+//! | `write_time.rs` | [`Tasks::write_times`]: how long after its release a task has written |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
 //! | `paths.rs` | paths through a machine, and the totals of their edges |
@@ -78,6 +79,7 @@ mod trace_bound;
 mod utilisation;
 mod waits;
 mod worst_case;
+mod write_time;
 
 pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
@@ -108,3 +110,4 @@ pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use utilisation::Utilisation;
 pub use worst_case::{NoWorstCase, WorstCase};
+pub use write_time::ChainWrite;

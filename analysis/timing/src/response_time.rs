@@ -101,7 +101,7 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
 
 /// The tasks of an analysis, and the lanes that they are in.
 pub(crate) struct Lanes<'a> {
-    tasks: &'a [Task],
+    pub(crate) tasks: &'a [Task],
     options: &'a Options,
     interrupt: &'a dyn Fn(),
     /// One for each task that can be analysed, in their order.
@@ -125,7 +125,7 @@ impl<'a> Lanes<'a> {
     }
 
     /// Returns the tasks that are analysed in a lane, ascending.
-    fn wanted(&self, plan: usize) -> Vec<usize> {
+    pub(crate) fn wanted(&self, plan: usize) -> Vec<usize> {
         let plan = &self.plans[plan];
         let tasks = plan.members.iter().map(|&member| self.members[member].index);
         tasks.filter(|&task| plan.wants(self.tasks, &self.linked, task)).collect()
