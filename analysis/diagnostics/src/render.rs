@@ -125,7 +125,9 @@ reports! { db, project, at:
         unresolved_instance::report(at, name, architecture, near.clone());
     K::UnresolvedOperand { function, name, near } => unresolved_variable::operand(at, *function, name, near.clone());
     K::UnresolvedOperation { name, shell, near } => unresolved_operation::report(at, name, shell, near.clone());
-    K::UnresolvedState { name, near } => unresolved_state::report(at, name, near.clone());
+    K::UnresolvedEnd { name, near } => unresolved_instance::no_end(at, name, near.clone());
+    K::UnresolvedState { name, instance, near } =>
+        unresolved_state::report(at, name, instance.as_ref(), near.clone());
     K::UnresolvedType { of, kind, ty } => unresolved_type(db, project, at, *of, *kind, ty);
     K::UnresolvedVariable { name, near } => unresolved_variable::report(at, name, near.clone());
     K::UnusedCodel { codel } => unused_codel::report(db, project, *codel);

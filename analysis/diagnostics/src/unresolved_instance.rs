@@ -46,6 +46,12 @@ pub(super) fn not_deployed<'db>(at: Location<'db>, name: &str, near: Option<Name
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }
 
+/// Reports a name in a chain of `mauve.toml`.
+pub(super) fn no_end<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no codel or instance `{name}`");
+    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
+}
+
 /// Reports a name under `[deployment.NAME]` in `mauve.toml`.
 pub(super) fn not_in_deployment<'db>(
     at: Location<'db>,

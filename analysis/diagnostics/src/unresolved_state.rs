@@ -14,7 +14,13 @@
 
 use super::*;
 
-pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("no state `{name}` in this state machine");
+pub(super) fn report<'db>(
+    at: Location<'db>,
+    name: &str,
+    instance: Option<&Name>,
+    near: Option<Name>,
+) -> Diagnostic<'db> {
+    let machine = instance.map_or("this state machine".to_owned(), |it| format!("the state machine of `{it}`"));
+    let message = format!("no state `{name}` in {machine}");
     Diagnostic::new(&UNRESOLVED_STATE, at, message).did_you_mean(near)
 }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::config_keys::{
-    Entries, Key, KeyKind, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
+    Entries, Key, KeyKind, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
+    list_keys,
 };
 use mauve_hir::{Database, Workspace, config_of};
 use mauve_timing::task_set::{Notation, TaskSet};
@@ -131,20 +132,21 @@ fn section(section: &Section) -> String {
             let example = r#"{ "bus": { "codels": ["imu_read", "gps_read"], "protocol": "inheritance" } }"#;
             vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
         }
-        Entries::Chains => {
-            let (_, rest) = CONFIGURATION.split_once("\"propertyNames\"").unwrap();
-            let mut lists: Vec<String> = list_keys().map(|name| format!("\"{name}\"")).collect();
-            lists.sort_by_key(|name| place(rest, name));
-            let ports = [
-                r#""description": "Ports, each as instance.port.""#.to_owned(),
-                r#""type": "array""#.to_owned(),
-                r#""items": { "type": "string", "pattern": "^[^.]+[.][^.]+$" }"#.to_owned(),
-            ];
+        Entries::Chains(keys) => {
+            let (_, rest) = CONFIGURATION.split_once("\n    \"chains\"").unwrap();
+            let mut names: Vec<&str> = list_keys().chain(keys.iter().map(|key| key.name)).collect();
+            names.sort_by_key(|name| place(rest, &format!("\"{name}\": {{ \"type\": \"object\" }}")));
+            let names: Vec<String> =
+                names.iter().map(|name| format!("\"{name}\": {{ \"type\": \"object\" }}")).collect();
+            let properties = keys.iter().chain(&OLD_CHAIN).map(|key| configuration_key(6, key)).collect();
+            let chain = object(4, "items", &closed(5, properties)).replacen("\"items\": ", "", 1);
+            let list = r#"{ "type": "array", "items": { "type": "string", "pattern": "^[^.]+[.][^.]+$" } }"#;
+            let example = r#"{ "avoid": { "from": "hokuyo.scan", "to": "pilot", "latency": "300 ms" } }"#;
             vec![
                 open(),
-                format!("\"propertyNames\": {{ \"not\": {{ \"enum\": [{}] }} }}", lists.join(", ")),
-                object(3, "additionalProperties", &ports),
-                r#""examples": [{ "scan-to-wheels": ["hokuyo.scan", "guidance.command"] }]"#.to_owned(),
+                format!("\"allOf\": [{{ \"properties\": {{ {} }} }}]", names.join(", ")),
+                format!("\"additionalProperties\": {{ \"oneOf\": [{chain}, {list}] }}"),
+                format!("\"examples\": [{example}]"),
             ]
         }
         Entries::Lints => {
@@ -188,6 +190,18 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
                  \"additionalProperties\": false, \"required\": [\"until\", \"reason\"], \"properties\": {{ \"until\": {{ \
                  \"type\": \"string\", \"pattern\": {until} }}, \"reason\": {{ {reason} }} }} }}] }}"
             )
+        }
+        KeyKind::Names { parts, is_list, .. } => {
+            let name = match parts {
+                (2, _) => r#""type": "string", "pattern": "^[^.]+[.][^.]+$""#,
+                _ => r#""type": "string", "pattern": "^[^.]+([.][^.]+)?$""#,
+            };
+            match is_list {
+                true => {
+                    format!("\"oneOf\": [{{ {name} }}, {{ \"type\": \"array\", \"items\": {{ {name} }} }}]")
+                }
+                false => name.replace(", ", "\n"),
+            }
         }
         KeyKind::Level(_) => {
             "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()
@@ -357,6 +371,8 @@ fn schema_and_reader_agree_on_configurations() {
         "clocks.synchronised = [\"a\", \"b\"]\n",
         "clocks.synchronised = \"a\"\n",
         "[chains]\nscan-to-wheels = [\"hokuyo.scan\", \"guidance.command\"]\nempty = []\n",
+        "[chains.avoid]\nfrom = \"l.sweep\"\nto = \"base\"\nthrough = \"mux\"\nwhile = [\"mux.Auto\"]\nanswers = [\"a.x\"]\nlatency = \"3 ms\"\n",
+        "chains.tables = {}\nchains.old = { path = [\"a.x\", \"b\"], reaction = \"1 s\", age = \"2 s\" }\n",
         "[types.ArRobotPtr]\ncpp = \"ArRobot*\"\nheader = \"Aria.h\"\n[types.Empty]\n",
         "generate.out = \"generated\"\n",
         "[generate]\nros_streams = false\nintrospection = false\nmaintainer = \"A B <a@b.org>\"\nlicense = \"BSD\"\n",
@@ -435,6 +451,14 @@ fn schema_and_reader_agree_on_configurations() {
         "chains.a = [1]\n",
         "chains.tables = [\"t.toml\"]\n",
         "chains.root = []\n",
+        "chains.while = []\n",
+        "chains.a.form = \"a\"\n",
+        "chains.a.from = [\"a\"]\n",
+        "chains.a.to = \"a.b.c\"\n",
+        "chains.a.while = [\"mux\"]\n",
+        "chains.a.through = [1]\n",
+        "chains.a.answers = \".\"\n",
+        "chains.a.latency = 3\n",
         "types.X = \"X*\"\n",
         "types.X.cpp = 1\n",
         "types.X.include = \"X.h\"\n",

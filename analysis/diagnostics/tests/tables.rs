@@ -81,7 +81,9 @@ fn the_reference_has_every_key() {
             Entries::Deployments(below) => {
                 keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
             }
-            Entries::Chains => keys.push(format!("[{name}] NAME")),
+            Entries::Chains(below) => {
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
             Entries::Lints => keys.push(format!("[{name}] CODE")),
         }
     }

@@ -565,7 +565,7 @@ impl<'db> BehaviourContext<'db> {
         // An error in the core may hide the state, and refuses the core.
         if found.is_none() && (self.core.completeness & self.state_completeness(machine)).is_complete() {
             let near = similar(name, self.states.iter().map(|state| &state.name.name));
-            self.refuse_at(*id, FactKind::UnresolvedState { name: name.clone(), near });
+            self.refuse_at(*id, FactKind::UnresolvedState { name: name.clone(), instance: None, near });
         }
         found
     }

@@ -222,6 +222,13 @@ impl Chain {
     pub fn ends(&self) -> impl Iterator<Item = &(String, Range<usize>)> {
         self.from.iter().chain(&self.through).chain(&self.to)
     }
+
+    /// Sets its ends, and what is between them.
+    fn set_path(&mut self, path: Vec<(String, Range<usize>)>) {
+        let mut path = path.into_iter();
+        (self.from, self.to) = (path.next(), path.next_back());
+        self.through = path.collect();
+    }
 }
 
 impl Config {
@@ -390,6 +397,58 @@ mod tests {
         assert_eq!(mistakes(text), (Vec::new(), false));
         for header in ["map", "a-b/c++/d_e.1.hpp"] {
             assert_eq!(mistakes(&format!("[types.X]\nheader = {header:?}\n")), (Vec::new(), false));
+        }
+    }
+
+    #[test]
+    fn chains_have_their_keys_and_the_older_ones() {
+        const AVOID: &str = "[chains.avoid]\nfrom = 'l.sweep'\nto = 'base'\nthrough = ['guide', 'mux.out']\n\
+                             while = ['guide.Steering']\nanswers = 'l.sweep'\nlatency = '300 ms'\n";
+        let config = read(AVOID);
+        let [chain] = config.chains.as_slice() else { panic!("one chain") };
+        let names = |all: &[(String, Range<usize>)]| all.iter().map(|it| it.0.clone()).collect::<Vec<_>>();
+        assert_eq!((config.errors.len(), chain.name.as_str()), (0, "avoid"));
+        assert_eq!(
+            chain.ends().map(|(it, _)| it.as_str()).collect::<Vec<_>>(),
+            ["l.sweep", "guide", "mux.out", "base"]
+        );
+        assert_eq!(
+            (names(&chain.states), names(&chain.answers)),
+            (vec!["guide.Steering".into()], vec!["l.sweep".into()])
+        );
+        assert_eq!(chain.latency, Some(Time::from_nanos(300_000_000)));
+        let old = read(
+            "[chains.c]\npath = ['a.x', 'b.y', 'c.z']\nreaction = '3 ms'\nage = '2 ms'\n[chains]\nd = ['a.x', 'b.y']\n",
+        );
+        let [c, d] = old.chains.as_slice() else { panic!("two chains: {:?}", old.errors) };
+        assert_eq!((names(&c.through), names(&d.through)), (vec!["b.y".into()], vec![]));
+        assert_eq!((c.latency, d.latency), (Some(Time::from_nanos(2_000_000)), None));
+        assert_eq!(
+            c.to.as_ref().zip(d.from.as_ref()).map(|it| (it.0.0.as_str(), it.1.0.as_str())),
+            Some(("c.z", "a.x"))
+        );
+        // A wrong name changes no response time; a limit without a unit may be any.
+        for (key, value) in [
+            ("from", "''"),
+            ("from", "['a.x']"),
+            ("to", "'a.b.c'"),
+            ("through", "['a', 1]"),
+            ("while", "['guide']"),
+            ("answers", "['.']"),
+            ("latency", "'0 ms'"),
+            ("latency", "300"),
+            ("form", "'a'"),
+            ("path", "'.'"),
+        ] {
+            let (found, is_incomplete) = mistakes(&format!("[chains.c]\n{key} = {value}\n"));
+            assert_eq!(
+                (found.len(), is_incomplete),
+                (1, matches!(key, "latency" | "form")),
+                "{key} = {value}: {found:?}"
+            );
+        }
+        for chain in ["c = 'a.x'", "c = ['a']", "through = ['a.x']", "c = 1"] {
+            assert_eq!(mistakes(&format!("[chains]\n{chain}\n")).0.len(), 1, "{chain}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Checks of the names in `mauve.toml`: synchronised instances, the ports of chains, accepted instances of deployments, and
+//! Checks of the names in `mauve.toml`: synchronised instances, the names in chains, accepted instances of deployments, and
 //! deployments with their own timing tables.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -6,11 +6,12 @@ use std::ops::Range;
 
 use crate::config::{Acceptance, Chain, Config, DeploymentConfig};
 use crate::fact::{EndKind, Fact, FactKind};
+use crate::features::{Features, core_of};
 use crate::flat::{Flat, flat_of, target_of};
-use crate::item_tree::{Kind, Name};
+use crate::item_tree::{Core, Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, roots_exist};
-use crate::source::{Decl, Location};
+use crate::source::{Decl, Location, core};
 use crate::{File, ModelDb, Workspace};
 
 /// Returns why, and until which response time, the deadline of an instance needs no proof: `[deployment.NAME] accept`.
@@ -108,59 +109,143 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let Some(deployed) = deployed(db, workspace) else { return Vec::new() };
     let Some(&(any, ..)) = deployed.first() else { return Vec::new() };
-    let ports = config.chains.iter().flat_map(Chain::ends);
-    let ports = ports.filter_map(|(end, span)| Some((end.split_once('.')?, end, span)));
-    let ports = ports.map(|((instance, port), value, span)| (instance, Some(port), value, span));
-    let instances = config.synchronised.iter().map(|(name, span)| (name.as_str(), None, name, span));
     let mut found = Vec::new();
-    for (instance, port, value, span) in instances.chain(ports) {
-        // If the string has escapes, the location is the entire string, and there is no fix.
-        let start = start_of(file.text(db), span, value);
-        let at = |offset: usize, name: &str| match start {
-            Some(start) => {
-                let from = start + offset;
-                Location::Range(file, from as u32, (from + name.len()) as u32)
-            }
-            None => Location::Range(file, span.start as u32, span.end as u32),
-        };
-        let with_instance: Vec<_> =
-            deployed.iter().filter(|(.., flat)| flat.instance(instance).is_some()).collect();
-        if with_instance.is_empty() {
-            let names = deployed.iter().flat_map(|(.., flat)| &flat.instances).map(|it| &it.name);
-            let near = similar(instance, names).filter(|_| start.is_some());
-            let kind = FactKind::NotDeployed { instance: instance.into(), near };
-            found.push((any, Fact::new(at(0, instance), kind)));
-            continue;
+    let checker = NameChecker { db, file, deployed: &deployed, any };
+    for (value, span) in &config.synchronised {
+        found.extend(checker.instance(value, (value, span)));
+    }
+    for Chain { from, to, through, states, answers, .. } in &config.chains {
+        for (value, span) in from.iter().chain(to).chain(answers) {
+            found.extend(checker.end((value, span)));
         }
-        let Some(port) = port else { continue };
-        let features: Option<Vec<_>> = with_instance
-            .iter()
-            .map(|(project, _, flat)| {
-                Some((*project, flat, flat.instance(instance)?.features(db, *project)?))
-            })
-            .collect();
-        // An unresolved shell may have the port.
-        let Some(features) = features else { continue };
-        if features
-            .iter()
-            .any(|(_, _, it)| it.completeness.is_incomplete() || it.cycle || it.get(port).is_some())
-        {
-            continue;
-        }
-        let Some((project, flat, features)) = features.first() else { continue };
-        let shell = flat.instance(instance).and_then(|it| it.shell(db, *project));
-        let shell = shell.map_or_else(Name::default, |shell| shell.name(db).clone());
-        let is_port = |name: &&Name| features.get(name).is_some_and(|feature| feature.kind.is_port());
-        let near = similar(port, features.by_name.keys().filter(is_port)).filter(|_| start.is_some());
-        let at = at(instance.len() + 1, port);
-        let (expected, name, instance) = (EndKind::Port, port.into(), instance.into());
-        let kind = FactKind::UnresolvedFeature { expected, name, instance, shell, near };
-        found.push((*project, Fact::new(at, kind)));
+        found.extend(through.iter().filter_map(|(value, span)| checker.port((value, span))));
+        found.extend(states.iter().filter_map(|(value, span)| checker.state((value, span))));
     }
     let accepted = check_acceptances(db, file, &config.deployments, &deployed);
     found.extend(accepted.into_iter().map(|fact| (any, fact)));
     found.extend(check_tables(db, file, config, &deployed));
     found
+}
+
+/// Checks the names in strings of `mauve.toml`.
+struct NameChecker<'a, 'db> {
+    db: &'db dyn ModelDb,
+    file: File,
+    deployed: &'a [DeployedArchitecture<'db>],
+    any: Project<'db>,
+}
+
+type FactOf<'db> = (Project<'db>, Fact<'db>);
+type Written<'a> = (&'a str, &'a Range<usize>);
+
+impl<'db> NameChecker<'_, 'db> {
+    /// Returns the location of the part `name` at `offset` of a string. If the string has escapes, that is the entire string, and
+    /// there is no fix.
+    fn at(&self, (value, span): Written<'_>, offset: usize, name: &str) -> (Location<'db>, bool) {
+        let Range { start, end } = match start_of(self.file.text(self.db), span, value) {
+            Some(start) => start + offset..start + offset + name.len(),
+            None => return (location_of_key(self.file, span), false),
+        };
+        (Location::Range(self.file, start as u32, end as u32), true)
+    }
+
+    fn having<'a>(&'a self, instance: &'a str) -> impl Iterator<Item = &'a DeployedArchitecture<'db>> {
+        self.deployed.iter().filter(move |(.., flat)| flat.instance(instance).is_some())
+    }
+
+    fn instances(&self) -> impl Iterator<Item = &Name> {
+        self.deployed.iter().flat_map(|(.., flat)| &flat.instances).map(|it| &it.name)
+    }
+
+    /// Checks the instance at the beginning of a string.
+    fn instance(&self, instance: &str, written: Written<'_>) -> Option<FactOf<'db>> {
+        if self.having(instance).next().is_some() {
+            return None;
+        }
+        let (at, is_literal) = self.at(written, 0, instance);
+        let near = similar(instance, self.instances()).filter(|_| is_literal);
+        Some((self.any, Fact::new(at, FactKind::NotDeployed { instance: instance.into(), near })))
+    }
+
+    /// Checks an instance, or `instance.port`.
+    fn port(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+        let Some((instance, port)) = written.0.split_once('.') else {
+            return self.instance(written.0, written);
+        };
+        if let Some(found) = self.instance(instance, written) {
+            return Some(found);
+        }
+        let db = self.db;
+        let features = self.having(instance).map(|(project, _, flat)| {
+            Some((*project, flat, flat.instance(instance)?.features(db, *project)?))
+        });
+        // An unresolved shell may have the port.
+        let features: Vec<_> = features.collect::<Option<_>>()?;
+        let may_have = |it: &Features<'_>| {
+            it.completeness.is_incomplete() || it.cycle || it.get(port).is_some_and(|it| it.kind.is_port())
+        };
+        if features.iter().any(|(_, _, it)| may_have(it)) {
+            return None;
+        }
+        let (project, flat, features) = features.first()?;
+        let shell = flat.instance(instance).and_then(|it| it.shell(db, *project));
+        let shell = shell.map_or_else(Name::default, |shell| shell.name(db).clone());
+        let (at, is_literal) = self.at(written, instance.len() + 1, port);
+        let is_port = |name: &&Name| features.get(name).is_some_and(|feature| feature.kind.is_port());
+        let near = similar(port, features.by_name.keys().filter(is_port)).filter(|_| is_literal);
+        let (expected, name, instance) = (EndKind::Port, port.into(), instance.into());
+        let kind = FactKind::UnresolvedFeature { expected, name, instance, shell, near };
+        Some((*project, Fact::new(at, kind)))
+    }
+
+    /// Checks a codel, or what [`NameChecker::port`] does.
+    fn end(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+        let (db, value) = (self.db, written.0);
+        let mut names = self.deployed.iter().map(|(project, ..)| names_of(db, *project));
+        if names.any(|names| !names.by_key(Kind::Codel, value).is_empty()) {
+            return None;
+        }
+        let first = value.split('.').next().unwrap_or_default();
+        if self.having(first).next().is_some() {
+            return self.port(written);
+        }
+        let codels =
+            self.deployed.iter().flat_map(|(project, ..)| names_of(db, *project).of_kind(db, Kind::Codel));
+        let codels = codels.flat_map(|it| [it.name(db).clone(), it.qualified(db).into()]);
+        let known: Vec<Name> = self.instances().cloned().chain(codels).collect();
+        let (at, is_literal) = self.at(written, 0, value);
+        let near = similar(value, &known);
+        if near.is_none() && value.contains('.') {
+            return self.port(written);
+        }
+        let near = near.filter(|_| is_literal);
+        Some((self.any, Fact::new(at, FactKind::UnresolvedEnd { name: value.into(), near })))
+    }
+
+    /// Checks `instance.State`.
+    fn state(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+        let (instance, state) = written.0.split_once('.')?;
+        if let Some(found) = self.instance(instance, written) {
+            return Some(found);
+        }
+        let cores = self.having(instance).map(|(project, _, flat)| {
+            let of = core_of(self.db, *project, flat.instance(instance)?.component?)?;
+            let is_known = |it: &&Core| {
+                it.completeness.is_complete() && it.machines.iter().all(|it| it.completeness.is_complete())
+            };
+            Some((*project, core(self.db, of).filter(is_known)?))
+        });
+        // An unknown core may have the state.
+        let cores: Vec<_> = cores.collect::<Option<_>>()?;
+        if cores.iter().any(|(_, core)| core.state(state).is_some()) {
+            return None;
+        }
+        let (project, core) = cores.first()?;
+        let (at, is_literal) = self.at(written, instance.len() + 1, state);
+        let near = similar(state, core.states().map(|it| &it.name.name)).filter(|_| is_literal);
+        let kind = FactKind::UnresolvedState { name: state.into(), instance: Some(instance.into()), near };
+        Some((*project, Fact::new(at, kind)))
+    }
 }
 
 /// Returns the facts for the names of `[timing.deployment.NAME]`, each with the project that has it.

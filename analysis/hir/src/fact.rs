@@ -149,8 +149,8 @@ pub enum FactKind<'db> {
     NotCallable { name: Name, is: Option<FeatureKind>, hides: Option<Hidden> },
     /// The operation of a handler is not a required operation.
     UnresolvedOperation { name: Name, shell: Name, near: Option<Name> },
-    /// The unresolved target of a transition.
-    UnresolvedState { name: Name, near: Option<Name> },
+    /// The unresolved target of a transition, or a state of this instance in `mauve.toml`.
+    UnresolvedState { name: Name, instance: Option<Name>, near: Option<Name> },
     /// The unresolved name of a value.
     UnresolvedVariable { name: Name, near: Option<Name> },
     /// The unresolved first argument of a built-in function.
@@ -193,6 +193,8 @@ pub enum FactKind<'db> {
     NotConstant(NotConstant),
     /// An instance in `mauve.toml` that no deployment has.
     NotDeployed { instance: Name, near: Option<Name> },
+    /// A name in a chain of `mauve.toml` is neither a codel nor an instance.
+    UnresolvedEnd { name: Name, near: Option<Name> },
     /// An instance in `mauve.toml` that the deployment of its section does not have.
     NotInDeployment { deployment: Name, instance: Name, near: Option<Name> },
     /// A connection between operations with different signatures.

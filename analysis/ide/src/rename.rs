@@ -388,6 +388,35 @@ parts.Laser = 9
     }
 
     #[test]
+    fn a_state_and_a_codel_of_a_chain() {
+        let text = |state: &str, codel: &str| {
+            format!(
+                "library l {{ codel {codel}(): bool  shell S {{ }}\n\
+                 core K(S) {{ statemachine {{ initial state {state} {{ transition on to Go }} }} }} component C(S, K)\n\
+                 architecture A {{ instance a: C }} deployment D {{ architecture A activity a {{ priority = 1 period = 1 }} }} }}\n\
+                 //- /mauve.toml\n[chains.c]\nfrom = \"l.f\"\nto = \"f\"\nwhile = [\"a.Go\"]\n"
+            )
+        };
+        check(
+            &text("G$0o", "f"),
+            "Run",
+            expect![[r#"
+                /mauve.toml: while = ["a.Run"]
+                /model.mal: core K(S) { statemachine { initial state Run { transition on to Run } } } component C(S, K)
+            "#]],
+        );
+        check(
+            &text("Go", "$0f"),
+            "sweep",
+            expect![[r#"
+                /mauve.toml: from = "l.sweep"
+                /mauve.toml: to = "sweep"
+                /model.mal: library l { codel sweep(): bool  shell S { }
+            "#]],
+        );
+    }
+
+    #[test]
     fn an_instance_whose_deadline_is_accepted() {
         check(
             "shell S { }\ncore C(S) { }\ncomponent K(S, C)\narchitecture A { instance ma$0p: K }\n\

@@ -8,8 +8,8 @@ use mauve_timing::{Level, Protocol, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Config, DeploymentConfig, DeploymentTables, ExternalType, LockConfig, OtherConfig, is_header,
-    maintainer_of,
+    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExternalType, LockConfig, OtherConfig,
+    is_header, maintainer_of,
 };
 use crate::severity::Severity;
 
@@ -32,8 +32,8 @@ pub enum Entries {
     Deployments(&'static [Key<DeploymentConfig>]),
     /// A section for each lock, such as `[locks.bus]`, with these keys.
     Locks(&'static [Key<LockConfig>]),
-    /// A list of ports for each chain.
-    Chains,
+    /// A section for each chain, such as `[chains.avoid]`, with these keys; or a list of ports.
+    Chains(&'static [Key<Chain>]),
     /// A severity ([`SEVERITIES`]) for each diagnostic code.
     Lints,
 }
@@ -74,6 +74,19 @@ pub enum KeyKind<T> {
     Time(fn(&mut T) -> &mut Option<Time>),
     /// A time greater than 0 with its unit, exact to the nanosecond.
     Period(fn(&mut T) -> &mut Option<Time>),
+    /// A name, or also a list of them, each with so many parts, joined by points.
+    Names {
+        /// Stores them.
+        store: fn(&mut T, Vec<Located>),
+        /// The least and the greatest number of parts.
+        parts: (usize, usize),
+        /// Whether it may be a list.
+        is_list: bool,
+        /// The valid values, as a predicate of the key.
+        expected: &'static str,
+        /// The suggestions of completion.
+        suggestions: Suggestions,
+    },
     /// A list of CPUs, numbered from 1; stored with a bit for each.
     Cpus(Field<T, Option<(u64, Range<usize>)>>),
     /// A list of tables with these keys, such as `[[platform.other]]`, and the note of completion.
@@ -216,8 +229,49 @@ pub static SECTIONS: [Section; 11] = [
             documentation: "For how long a codel executes while it holds the lock, at most, with its unit: ns, us, ms or s; it \
                             does not wait meanwhile. When left out, a codel holds the lock for its whole time." },
     ]), documentation: "Locks that several codels take, by their names: they delay activities of higher priority." },
-    Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
-        documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
+    Section { name: "chains", summary: "how long data may take", entries: Entries::Chains(&CHAIN),
+        documentation: "How long data may take from a sensor to an actuator, by the name of the chain." },
+];
+
+/// The keys of `[chains.…]`.
+#[rustfmt::skip]
+static CHAIN: [Key<Chain>; 6] = [
+    Key { name: "from", kind: KeyKind::Names { store: |it, names| it.from = names.into_iter().next(), parts: (1, 2),
+            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, default: None, examples: r#"["drivers.hokuyo_sweep"]"#,
+        documentation: "Where the data comes from: a codel, a port `instance.port`, or an instance." },
+    Key { name: "to", kind: KeyKind::Names { store: |it, names| it.to = names.into_iter().next(), parts: (1, 2),
+            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, default: None, examples: r#"["drivers.aria_drive"]"#,
+        documentation: "Where the data has its effect: a codel, a port `instance.port`, or an instance." },
+    Key { name: "through", kind: KeyKind::Names { store: |it, names| it.through = names, parts: (1, 2), is_list: true,
+            expected: "is a list of instances or ports on the way, such as [\"guidance\", \"switch.command\"]",
+            suggestions: Suggestions::ChainWay }, default: None, examples: r#"[["guidance", "switch"]]"#,
+        documentation: "Instances or ports on the way, in order, where several ways lead from one end to the other." },
+    Key { name: "while", kind: KeyKind::Names { store: |it, names| it.states = names, parts: (2, 2), is_list: true,
+            expected: "is a list of states, such as [\"guidance.Steering\"]", suggestions: Suggestions::ChainStates },
+        default: None, examples: r#"[["guidance.Steering", "switch.Automatic"]]"#,
+        documentation: "The states, as `instance.State`, in which the data is meant to be passed on: the latency holds while the \
+                        instances are in them." },
+    Key { name: "answers", kind: KeyKind::Names { store: |it, names| it.answers = names, parts: (1, 2), is_list: true,
+            expected: "is a list of codels or input ports, such as [\"drivers.hokuyo_sweep\"]",
+            suggestions: Suggestions::ChainAnswers }, default: None, examples: r#"[["drivers.hokuyo_sweep"]]"#,
+        documentation: "Codels that are assumed to return `true`, and input ports, as `instance.port`, that are assumed to have \
+                        new data at each read: the latency holds while they do." },
+    Key { name: "latency", kind: KeyKind::Period(|it| &mut it.latency), default: None, examples: r#"["300 ms"]"#,
+        documentation: "The greatest latency that is allowed, with its unit: ns, us, ms or s." },
+];
+
+const END: &str = "is a codel, a port or an instance, such as \"hokuyo.scan\"";
+
+/// The keys of `[chains.…]` that older versions documented.
+#[rustfmt::skip]
+pub static OLD_CHAIN: [Key<Chain>; 3] = [
+    Key { name: "path", kind: KeyKind::Names { store: Chain::set_path, parts: (1, 2), is_list: true,
+            expected: r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#, suggestions: Suggestions::ChainWay },
+        default: None, examples: r#"[["hokuyo.scan", "guidance.command"]]"#, documentation: "Write `from`, `through` and `to` instead." },
+    Key { name: "reaction", kind: KeyKind::Period(|it| &mut it.latency), default: None, examples: r#"["300 ms"]"#,
+        documentation: "Write `latency` instead." },
+    Key { name: "age", kind: KeyKind::Period(|it| &mut it.latency), default: None, examples: r#"["300 ms"]"#,
+        documentation: "Write `latency` instead." },
 ];
 
 /// The keys that a section `[locks.…]` must have.
@@ -268,9 +322,7 @@ impl Entries {
             Entries::Keys(_) | Entries::Types(_) => with("`cpp` and `header`"),
             Entries::Deployments(_) => with("`accept`"),
             Entries::Locks(_) => with("`codels` and `protocol`"),
-            Entries::Chains => {
-                r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#.to_owned()
-            }
+            Entries::Chains(_) => with("`from` and `to`"),
             Entries::Lints => {
                 r#"has an invalid severity: expected "allow", "hint", "warn" or "error""#.to_owned()
             }
@@ -301,7 +353,7 @@ impl<T> KeyKind<T> {
             KeyKind::Integer(from, to, _) => return format!("is a whole number from {from} to {to}"),
             KeyKind::Boolean(_) => "is true or false",
             KeyKind::Folder(_) => "is the path of a folder",
-            KeyKind::Text { expected, .. } => expected,
+            KeyKind::Text { expected, .. } | KeyKind::Names { expected, .. } => expected,
         };
         text.to_owned()
     }
@@ -331,6 +383,7 @@ impl<T> KeyKind<T> {
             KeyKind::Period(_) => Suggestions::Strings(&["10 ms"]),
             KeyKind::Folder(_) => Suggestions::Strings(&["generated"]),
             KeyKind::Text { usual, .. } => Suggestions::Strings(usual),
+            KeyKind::Names { suggestions, .. } => *suggestions,
             KeyKind::Integer(..)
             | KeyKind::Reasons(_)
             | KeyKind::Cpus(_)
@@ -351,6 +404,14 @@ pub enum Suggestions {
     Instances,
     /// The codels that its cores call.
     Codels,
+    /// The ends of chains: its codels, ports and instances.
+    ChainEnds,
+    /// Its instances and their ports.
+    ChainWay,
+    /// The states of its instances.
+    ChainStates,
+    /// Its codels, and the input ports of its instances.
+    ChainAnswers,
     /// The significance levels of its tables.
     Levels,
     /// These words.
@@ -373,7 +434,7 @@ pub struct Header {
 /// Returns the headers: of the sections, of the lists in them, and of the deployments in them.
 pub fn headers() -> Vec<Header> {
     let section = |it: &Section| {
-        let is_named = matches!(it.entries, Entries::Types(_) | Entries::Deployments(_) | Entries::Locks(_));
+        let is_named = !matches!(it.entries, Entries::Keys(_) | Entries::Lints);
         let label = if is_named { format!("[{}.Name]", it.name) } else { format!("[{}]", it.name) };
         Header { label, summary: it.summary, only_once: Some(it.name).filter(|_| !is_named) }
     };
@@ -415,6 +476,7 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
         },
         Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Locks(keys)) if !rest.is_empty() => all(keys),
+        Some(Entries::Chains(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Deployments(keys)) if !rest.is_empty() && !rest.ends_with(".accept") => all(keys),
         _ => Vec::new(),
     }

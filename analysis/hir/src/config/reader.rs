@@ -8,7 +8,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    self, Entries, Key, KeyKind, Located, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
+    self, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS,
+    SEVERITIES, Section,
 };
 use super::{
     Acceptance, Chain, Config, DeploymentTables, LockConfig, Mistake, MistakeKind, OtherConfig, toml_key,
@@ -132,7 +133,13 @@ impl ConfigReader<'_> {
                 true
             }
             (Entries::Types(_) | Entries::Deployments(_) | Entries::Locks(_), None) => false,
-            (Entries::Chains, _) => chain(key, value).map(|chain| config.chains.push(chain)).is_some(),
+            (Entries::Chains(keys), Some(entries)) => {
+                config.chains.push(self.chain(&header(), keys, key, entries));
+                true
+            }
+            (Entries::Chains(keys), None) => {
+                list_chain(keys, key, value).map(|chain| config.chains.push(chain)).is_some()
+            }
             (Entries::Lints, _) => severity(value)
                 .map(|severity| config.lints.insert(name.to_string(), (severity, key.span())))
                 .is_some(),
@@ -183,7 +190,7 @@ impl ConfigReader<'_> {
         if let Err(error) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
             self.completeness &= Completeness::of(match found.kind {
-                KeyKind::Models(_) => true,
+                KeyKind::Models(_) | KeyKind::Names { .. } => true,
                 KeyKind::Text { .. } => value.get_ref().is_str(),
                 _ => false,
             });
@@ -267,6 +274,25 @@ impl ConfigReader<'_> {
         config.locks.push(lock);
     }
 
+    /// `[chains.avoid]`
+    fn chain(
+        &mut self,
+        header: &str,
+        keys: &[Key<Chain>],
+        name: &TomlKey<'_>,
+        entries: &DeTable<'_>,
+    ) -> Chain {
+        let mut chain = Chain { name: name.get_ref().to_string(), span: name.span(), ..Chain::default() };
+        for (key, value) in entries {
+            let is_old = OLD_CHAIN.iter().any(|it| it.name == key.get_ref());
+            let before = chain.latency.take();
+            self.key(&mut chain, header, if is_old { &OLD_CHAIN } else { keys }, key, value);
+            // The old keys are limits of the latency too.
+            chain.latency = before.into_iter().chain(chain.latency).min();
+        }
+        chain
+    }
+
     /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
     fn cpus_of_others(&mut self, config: &Config) {
         let Some(cpus @ ..64) = config.cpus else { return };
@@ -295,19 +321,15 @@ fn acceptance(value: &DeValue<'_>) -> Result<(String, Option<Time>), Option<Time
 }
 
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-fn chain(key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
+fn list_chain(keys: &[Key<Chain>], key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
     let name = key.get_ref();
-    let is_end = |(end, _): &Located| {
-        let mut names = end.split('.');
-        names.by_ref().take(2).all(|name| !name.is_empty()) && end.contains('.') && names.next().is_none()
-    };
     // `tables = ["t.toml"]` has the form of a chain.
-    let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
-    let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end))?;
-    let mut ends = ends.into_iter();
-    let (from, to) = (ends.next(), ends.next_back());
-    let through = ends.collect();
-    Some(Chain { name: name.to_string(), span: key.span(), from, to, through, ..Chain::default() })
+    let is_key = keys::list_keys().chain(keys.iter().map(|key| key.name)).any(|key| key == name);
+    let may_be_chain = value.get_ref().is_array() && !is_key;
+    let ends = names(value, (2, 2)).filter(|_| may_be_chain)?;
+    let mut chain = Chain { name: name.to_string(), span: key.span(), ..Chain::default() };
+    chain.set_path(ends);
+    Some(chain)
 }
 
 /// `"warn"`
@@ -331,6 +353,10 @@ impl<T> KeyKind<T> {
             | KeyKind::Instances(field)
             | KeyKind::Codels(field) => {
                 field(into).extend(strings(value).ok_or(None)?);
+            }
+            KeyKind::Names { store, parts, is_list, .. } => {
+                let found = names(value, *parts).filter(|_| *is_list || value.get_ref().is_str());
+                store(into, found.ok_or(None)?);
             }
             KeyKind::Reasons(field) => {
                 let reasons = found.as_table().ok_or(None)?;
@@ -383,6 +409,15 @@ fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
         DeValue::Array(values) => values.iter().map(one).collect(),
         _ => Some(vec![one(value)?]),
     }
+}
+
+/// Returns the names of [`strings`], if each has so many parts.
+fn names(value: &Value<'_>, (least, most): (usize, usize)) -> Option<Vec<Located>> {
+    let is_name = |(name, _): &Located| {
+        let parts = name.split('.');
+        (least..=most).contains(&parts.clone().count()) && parts.into_iter().all(|part| !part.is_empty())
+    };
+    strings(value).filter(|names| names.iter().all(is_name))
 }
 
 /// Returns the CPUs in a list of numbers from 1 to 64, a bit each; `None` for an empty list.

@@ -7,8 +7,8 @@ use mauve_diagnostics::codes;
 use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, keys_below, section_named};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    Decl, File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file, core_of,
-    flat_of, is_model, likely_features_of, likely_shell_of, names_of, projects,
+    Decl, File, FlatInstance, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file,
+    core, core_of, flat_of, is_model, likely_features_of, likely_shell_of, names_of, projects,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
@@ -228,15 +228,23 @@ impl Toml<'_> {
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
         match section_named(section).map(|it| &it.entries) {
             Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
-            Some(Entries::Chains) => return self.instances(true),
+            Some(Entries::Chains(_)) if section == "chains" => {
+                return self.instances(|it| self.ports(it, false));
+            }
             _ => {}
         }
         let found = keys_below(section).into_iter().find(|(name, _)| *name == key);
         match found.map(|(_, suggestions)| suggestions) {
             Some(Suggestions::Models) => self.files(true),
             Some(Suggestions::Tables) => self.files(false),
-            Some(Suggestions::Instances) => self.instances(false),
-            Some(Suggestions::Codels) => self.table_keys("codel"),
+            Some(Suggestions::Instances) => self.instances(|(_, it)| vec![it.name.clone()]),
+            Some(Suggestions::Codels) => self.codels(),
+            Some(Suggestions::ChainEnds) => [self.codels(), self.instances_and_ports()].concat(),
+            Some(Suggestions::ChainWay) => self.instances_and_ports(),
+            Some(Suggestions::ChainStates) => self.instances(|it| self.states(it)),
+            Some(Suggestions::ChainAnswers) => {
+                [self.codels(), self.instances(|it| self.ports(it, true))].concat()
+            }
             Some(Suggestions::Levels) => {
                 let levels = projects(self.db, self.workspace).iter();
                 let levels = levels.flat_map(|&it| levels_of_tables(self.db, it));
@@ -321,27 +329,45 @@ impl Toml<'_> {
         paths.into_iter().map(file).collect()
     }
 
-    /// Offers the instances of all architectures, or the ports that they write.
-    fn instances(&self, ports: bool) -> Vec<Completion> {
+    fn codels(&self) -> Vec<Completion> {
+        self.table_keys("wait").iter().map(|key| text(&key.label)).collect()
+    }
+
+    /// Offers what `of` lists of each instance of all architectures.
+    fn instances(&self, of: impl Fn(InstanceOf<'_, '_>) -> Vec<Name>) -> Vec<Completion> {
         let db = self.db;
         let mut found: BTreeSet<Name> = BTreeSet::new();
         for &project in projects(db, self.workspace) {
             for decl in names_of(db, project).of_kind(db, Kind::Architecture) {
-                for instance in &flat_of(db, project, decl).instances {
-                    if !ports {
-                        found.insert(instance.name.clone());
-                        continue;
-                    }
-                    let shell = instance.component.and_then(|it| likely_shell_of(db, project, it));
-                    let all = shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default();
-                    let outputs = all.iter().filter(|(_, (_, it))| it.kind == FeatureKind::Output);
-                    found.extend(outputs.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))));
-                }
+                let instances = &flat_of(db, project, decl).instances;
+                found.extend(instances.iter().flat_map(|instance| of((project, instance))));
             }
         }
         found.iter().map(|name| text(name)).collect()
     }
+
+    fn instances_and_ports(&self) -> Vec<Completion> {
+        let of = |it: InstanceOf<'_, '_>| [vec![it.1.name.clone()], self.ports(it, false)].concat();
+        self.instances(of)
+    }
+
+    /// Returns the output ports of an instance, or its input ports.
+    fn ports(&self, (project, instance): InstanceOf<'_, '_>, inputs: bool) -> Vec<Name> {
+        let shell = instance.component.and_then(|it| likely_shell_of(self.db, project, it));
+        let all = shell.map(|shell| likely_features_of(self.db, project, shell)).unwrap_or_default();
+        let kind = if inputs { FeatureKind::Input } else { FeatureKind::Output };
+        let ports = all.iter().filter(|(_, (_, it))| it.kind == kind);
+        ports.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))).collect()
+    }
+
+    fn states(&self, (project, instance): InstanceOf<'_, '_>) -> Vec<Name> {
+        let core = instance.component.and_then(|it| core(self.db, core_of(self.db, project, it)?));
+        let states = core.into_iter().flat_map(|it| it.states());
+        states.map(|it| Name::from(format!("{}.{}", instance.name, it.name.name))).collect()
+    }
 }
+
+type InstanceOf<'a, 'db> = (Project<'db>, &'a FlatInstance<'db>);
 
 fn headers_of_table() -> Vec<Header> {
     let sections = KEYS.iter().filter(|it| it.is_section());
@@ -412,7 +438,7 @@ library nav {
             2 [clocks] (which releases keep their distance)
             2 [deployment.Name] (what is accepted of a deployment)
             2 [locks.Name] (locks that codels take)
-            2 [chains] (ports that data goes through)
+            2 [chains.Name] (how long data may take)
             2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
         "#]]
@@ -427,7 +453,7 @@ library nav {
             0 [clocks] (which releases keep their distance)
             0 [deployment.Name] (what is accepted of a deployment)
             0 [locks.Name] (locks that codels take)
-            0 [chains] (ports that data goes through)
+            0 [chains.Name] (how long data may take)
             0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
         "#]]
@@ -510,6 +536,18 @@ library nav {
         ] {
             expected.assert_eq(&offered(&with(config, ""), 9));
         }
+        for (value, expected) in [
+            ("from = $0", "nav.plan nav.drive navigation navigation.way"),
+            ("to = \"na$0\"", "nav.plan nav.drive navigation navigation.way"),
+            ("through = [\"x\", \"$0\"]", "navigation navigation.way"),
+            ("while = [$0]", "navigation.A"),
+            ("answers = [$0]", "nav.plan nav.drive"),
+            ("latency = $0", "10 ms"),
+        ] {
+            let text = with(&format!("[chains.avoid]\n{value}"), "");
+            assert_eq!(labels(&text).join(" "), expected, "{value}");
+        }
+        assert_eq!(labels(&with("[chains.avoid]\nto = \"x\"\n$0", ""))[..2], ["from", "through"]);
         for config in ["# $0", "[timing]\nsignificance = 1$0", "[project]\nroot = \"robot.mal\" # $0"] {
             assert_eq!(labels(&with(config, "")), [] as [&str; 0], "{config}");
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use mauve_hir::item_tree::{Endpoint, Kind, NameRef, SourceId};
 use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, features_of,
-    first_target_of, names_of, section_with_tables, shell_of,
+    first_target_of, flat_of, names_of, section_with_tables, shell_of,
 };
 use mauve_syntax::TextRange;
 use mauve_wcrt::{observed_files, observed_in, table, table_files};
@@ -93,9 +93,16 @@ impl<'db> KeyReader<'db> {
             }
         }
         let all = deployed(None);
-        let chains = config.chains.iter().flat_map(|chain| chain.ends());
-        for (end, span) in config.synchronised.iter().chain(chains) {
+        let chains = || config.chains.iter();
+        let ends = || chains().flat_map(|it| it.ends().chain(&it.answers));
+        for (end, span) in config.synchronised.iter().chain(ends()) {
             self.endpoint(db, project, &all, end, span);
+        }
+        for (end, span) in ends() {
+            self.quoted_key(db, project, KeyOf::Codel, end, span);
+        }
+        for (state, span) in chains().flat_map(|it| &it.states) {
+            self.state(db, project, &all, state, span);
         }
         for (key, span) in config.locks.iter().flat_map(|lock| &lock.codels) {
             self.quoted_key(db, project, KeyOf::Codel, key, span);
@@ -127,6 +134,30 @@ impl<'db> KeyReader<'db> {
                     _ => piece(end.len() - port.map_or(0, str::len), end.len()),
                 };
                 self.add(range, span, it.definition, it.kind);
+            }
+        }
+    }
+
+    /// Adds an instance of these architectures, and its state behind a dot.
+    fn state(
+        &mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        architectures: &[Decl<'db>],
+        written: &str,
+        span: &Range<usize>,
+    ) {
+        let Some((instance, name)) = written.split_once('.') else { return };
+        self.endpoint(db, project, architectures, written, span);
+        let range = Range::<usize>::from(unquoted(self.file.text(db), range_of(span)));
+        let is_verbatim = self.file.text(db).get(range.clone()) == Some(written);
+        for &target in architectures {
+            let component = flat_of(db, project, target).instance(instance).and_then(|it| it.component);
+            let Some(of) = component.and_then(|it| core_of(db, project, it)) else { continue };
+            if let Some(state) = core(db, of).and_then(|core| core.state(name)) {
+                let definition = Definition::At(Location::Source(of, state.name.id));
+                let piece = is_verbatim.then_some(range.end - name.len()..range.end);
+                self.add(piece, span, definition, SymbolKind::State);
             }
         }
     }
@@ -358,6 +389,30 @@ mod tests {
                 2: l Mention Library: Library("l")
                 2: g Mention Codel: codel g
                 3: f Mention Codel: codel f
+            "#]],
+        );
+    }
+
+    #[test]
+    fn names_of_chains() {
+        check(
+            "//- /a.mal\nlibrary l { codel f(): bool  shell S { input port q: int output port p: int }\n\
+             core K(S) { statemachine { initial state Go { transition on to Go } } } component C(S, K)\n\
+             architecture A { instance a: C  instance b: C } deployment D { architecture A } }\n\
+             //- /mauve.toml\n$0[chains.c]\nfrom = 'l.f'\nto = 'b'\nthrough = ['a.p']\nwhile = ['a.Go', '\\u0061.Go', 'a.No']\n\
+             answers = ['f', 'b.q']\n",
+            expect![[r#"
+                2: l Mention Library: Library("l")
+                2: f Mention Codel: codel f
+                3: b Mention Instance: /a.mal:3 b
+                4: a Mention Instance: /a.mal:3 a
+                4: p Mention Port: /a.mal:1 p
+                5: a Mention Instance: /a.mal:3 a
+                5: Go Mention State: /a.mal:2 Go
+                5: a Mention Instance: /a.mal:3 a
+                6: f Mention Codel: codel f
+                6: b Mention Instance: /a.mal:3 b
+                6: q Mention Port: /a.mal:1 q
             "#]],
         );
     }
