@@ -44,6 +44,7 @@
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //! | `simulation.rs` | [`Tasks::simulate`]: one of the possible schedules, at random |
 //! | `worst_case.rs` | [`Tasks::worst_case`]: the schedule behind a response time |
+//! | `longest_way.rs` | [`Tasks::longest_way`]: a schedule in which data takes long along a chain |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
@@ -60,6 +61,7 @@ mod lane_analysis;
 mod level;
 mod lock;
 mod locks;
+mod longest_way;
 mod machine;
 mod observed;
 mod operations;
@@ -86,6 +88,7 @@ pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLa
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};
+pub use longest_way::{Pass, Way};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
     LEAST_WORK, Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork,
