@@ -65,7 +65,7 @@ impl Tasks {
     /// let ns = Time::from_nanos;
     /// let task = |priority, period, cost| Task::new(priority, ns(period), StateMachine::single(ns(cost)));
     /// let tasks = Tasks::new(vec![task(2, 10, 4), task(1, 30, 11)]);
-    /// let step = |task, write| ChainStep { task, releases: 1, periods: Some(0), write: ns(write), gap: Some(1), buffer: None };
+    /// let step = |task, write| ChainStep { task, releases: 1, write: ns(write), ..ChainStep::default() };
     /// let way = tasks.longest_way(&[step(0, 4), step(1, 19)], &[], 1, &|| ()).unwrap();
     /// assert_eq!(way.latency(), ns(10 + 30 + 19 - 1));
     /// ```
@@ -290,7 +290,7 @@ mod tests {
     use crate::testing::{machine, simple, task};
 
     fn step(task: usize, releases: u32, write: u64) -> ChainStep {
-        ChainStep { task, releases, periods: None, write: Time::from_nanos(write), gap: None, buffer: None }
+        ChainStep { task, releases, write: Time::from_nanos(write), ..ChainStep::default() }
     }
 
     fn found(tasks: &Tasks, chain: &[ChainStep], edges: &[Option<Vec<usize>>]) -> (u64, Vec<(u64, u64)>) {

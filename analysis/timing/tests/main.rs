@@ -6,6 +6,7 @@
 //! | [`reachability`] | every schedule of small systems |
 //! | [`robot`] | every figure of the paper |
 //! | [`simulation`] | random schedules of larger systems |
+//! | [`stamps`] | stamped data in random schedules |
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -13,3 +14,4 @@ mod literature;
 mod reachability;
 mod robot;
 mod simulation;
+mod stamps;
