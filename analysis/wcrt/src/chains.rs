@@ -1,13 +1,32 @@
 //! The chains of a deployment: how long data takes from a sensor to an actuator.
 
+//!
+//! ```text
+//! passages of cores, connections ─→ ways from sources to effects ─┐
+//! `[chains.NAME]` ────────────────→ the way of each chain ────────┴─→ sums of one deployment
+//! ```
+//!
+//! | file | holds |
+//! |---|---|
+//! | `chains/network.rs` | passages and connections of an architecture, and the ways through them |
+//! | `chains/declared.rs` | the chains of `mauve.toml`: what their names mean, and the way that they take |
+//! | `chains/latency.rs` | the latency of each way and of each connection, or why there is none |
+//!
+//! Only the last depends on a deployment: an edit of a period computes the sums again, and no way.
+
 #![allow(missing_docs, reason = "most fields have the names of the terms of chains")]
 
+mod declared;
+mod latency;
+mod network;
+
+pub use latency::{chains_of, connections_of};
+
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Location, ModelDb, Overwrite, PassageEnd, Project, Skip};
+use mauve_hir::{Assumption, Location, ModelDb, Overwrite, PassageEnd, Skip};
 use mauve_timing::{ChainPart, Time};
 
 use crate::reason::Refusal;
-use crate::report::Query;
 
 /// The chains of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -16,14 +35,14 @@ pub struct Chains<'db> {
     pub all: Vec<ChainReport<'db>>,
     /// The number of declared ones.
     pub declared: usize,
-    /// One for each connection between ports, in the order of [`mauve_hir::Flat::links`].
+    /// One for each connection, in the order of [`mauve_hir::Flat::links`]: those of [`connections_of`].
     pub hops: Vec<ConnectionReport<'db>>,
-    /// The number of chains that are left out, because they are too many: longer ones between two ends.
+    /// The number of chains that are left out, at least, because they are too many: longer ones between two ends.
     pub left_out: usize,
 }
 
 /// A chain, or why it has no latency.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ChainReport<'db> {
     /// The name in `[chains.NAME]`, or `source -> sink`.
     pub name: Name,
@@ -54,6 +73,17 @@ pub struct ChainEnd<'db> {
     pub end: PassageEnd<'db>,
 }
 
+impl ChainEnd<'_> {
+    /// Returns it as users write it: `hokuyo.scan`, `p3dx_driver.aria_drive`.
+    pub fn shown(&self, db: &dyn ModelDb) -> String {
+        let end = match &self.end {
+            PassageEnd::Port(name) | PassageEnd::Operation(name) => name,
+            PassageEnd::Codel(codel) => codel.name(db),
+        };
+        format!("{}.{end}", self.instance)
+    }
+}
+
 /// An instance that data passes through.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ChainStepReport<'db> {
@@ -80,10 +110,13 @@ impl ChainStepReport<'_> {
 }
 
 /// What happens to data on a connection.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ConnectionReport<'db> {
     /// The time from a release of the writer to the effect in the reader, at most; none where `reason` says why.
     pub latency: Option<Time>,
+    /// From the release of the writer to its write, as far as the reader waits for that.
+    pub write: Time,
+    /// What the reader adds: all of the latency but `write`.
     pub part: ChainPart,
     pub reason: Option<ChainReason<'db>>,
     /// The write that may overwrite what was written, without having been read.
@@ -130,6 +163,8 @@ pub enum ChainReason<'db> {
 pub enum ChainProblem {
     /// `from` or `to` is missing.
     Missing(&'static str),
+    /// The architecture of the deployment has errors, or is unknown.
+    NoArchitecture,
     /// No instance, codel or port has this name.
     Unresolved(Name),
     /// Several instances call this codel.
@@ -150,14 +185,37 @@ pub enum ChainProblem {
     NoAnswer(Name),
 }
 
-/// Returns the chains of a deployment.
-#[salsa::tracked(returns(ref))]
-pub fn chains_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    query: Query,
-) -> Chains<'db> {
-    let _ = (db, project, deployment, query);
-    Chains::default()
+/// A chain of `mauve.toml` in an architecture.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct DeclaredChain<'db> {
+    name: Name,
+    /// Its index in [`mauve_hir::Config::chains`].
+    index: usize,
+    limit: Option<Time>,
+    /// Its way, or what is wrong, and where.
+    way: Result<Way<'db>, (Option<Location<'db>>, ChainProblem)>,
+}
+
+/// A way of data through instances.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct Way<'db> {
+    name: Name,
+    ends: [ChainEnd<'db>; 2],
+    steps: Vec<WayStep<'db>>,
+}
+
+/// An instance on the way of data.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct WayStep<'db> {
+    /// Its index in [`mauve_hir::Flat::instances`].
+    instance: usize,
+    /// The connection to it: an index in [`mauve_hir::Flat::links`].
+    connection: Option<usize>,
+    /// Where data enters and leaves it.
+    ends: [PassageEnd<'db>; 2],
+    /// Its passages, as indices in [`mauve_hir::Passages::all`]: the slowest counts. Empty where its component is not known, where
+    /// it reads data and passes nothing on, and where it writes what comes from nowhere.
+    passages: Vec<usize>,
+    /// What is assumed of it.
+    assumption: Assumption<'db>,
 }

@@ -9,6 +9,7 @@ use crate::system::{ResolvedActivity, activities_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
+use mauve_timing::Task;
 
 /// Returns what may be wrong with the priorities of `activities`, those of the deployment or of a what-if question.
 pub fn priority_facts<'db>(
@@ -147,7 +148,16 @@ pub(crate) fn inverted<'a, 'db>(
     later.min_by_key(|(priority, _)| *priority).map(|(_, it)| it)
 }
 
-fn share_cpu(one: &ResolvedActivity<'_>, other: &ResolvedActivity<'_>) -> bool {
+/// Returns whether a reader reads before the writer writes, in each period.
+pub(crate) fn is_stale(writer: &Task, reader: &Task) -> bool {
+    let priorities = writer.priority.real_time().zip(reader.priority.real_time());
+    priorities.is_some_and(|(low, high)| high > low)
+        && share_cpu(writer, reader)
+        && reader.period.is_some()
+        && reader.period == writer.period
+}
+
+fn share_cpu(one: &Task, other: &Task) -> bool {
     one.cpus.zip(other.cpus).is_some_and(|(one, other)| one & other != 0)
 }
 
@@ -166,17 +176,12 @@ fn stale<'db>(
     let ends: FxHashSet<(&Name, &Name)> = links().map(|it| (&it.source.0, &it.target.0)).collect();
     let mut found = Vec::new();
     for link in links() {
-        let (Some((low, writer)), Some((high, reader))) = (find(&link.source.0), find(&link.target.0)) else {
+        let (Some((_, writer)), Some((_, reader))) = (find(&link.source.0), find(&link.target.0)) else {
             continue;
         };
         // Where two activities read from each other, one of them always reads outdated data.
         let is_mutual = ends.contains(&(&link.target.0, &link.source.0));
-        if high > low
-            && !is_mutual
-            && share_cpu(writer, reader)
-            && reader.period.is_some()
-            && reader.period == writer.period
-        {
+        if !is_mutual && is_stale(writer, reader) {
             let stale = TimingFactKind::StaleData {
                 reader: reader.instance.clone(),
                 writer: writer.instance.clone(),

@@ -12,8 +12,9 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of,
-    codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
+    Assumption, Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, Passage, PassageEnd, ProgramId,
+    Project, TimedProgram, Written, behaviour_of, codel, component, core_of, errors_in, features_of,
+    is_core_for, operations_in, passages_of, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -127,6 +128,32 @@ pub fn psm_of<'db>(
     level: Level,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
     psm_with(db, tables, component, level, &|_| None)
+}
+
+/// Returns what a job takes up to the end of the write of each passage of a component, at most, in the order of
+/// [`mauve_hir::Passages::all`]; none where all of the job counts.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn write_costs<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    of: Decl<'db>,
+    level: Level,
+    assumption: Assumption<'db>,
+) -> Vec<Option<Time>> {
+    let project = tables.project(db);
+    let Some(core) = core_of(db, project, of) else { return Vec::new() };
+    let Ok(behaviour) = behaviour_behind(db, project, of) else { return Vec::new() };
+    let mut evaluator = Evaluator::new(db, of, behaviour, times_of(db, tables, of), level, &|_| None);
+    let programs = evaluator.programs();
+    let Some(overhead) = evaluator.overhead() else { return Vec::new() };
+    let is_call = |end: &PassageEnd<'db>| matches!(end, PassageEnd::Operation(_));
+    let cost = |passage: &Passage<'db>| {
+        let is_whole = passage.to_handle || is_call(&passage.from) || is_call(&passage.to);
+        let mut written = passage.written.iter().filter(|_| !is_whole);
+        let first = evaluator.until(&programs, overhead, written.next()?);
+        written.fold(first, |most, it| Some(most?.max(evaluator.until(&programs, overhead, it)?)))
+    };
+    passages_of(db, project, core, assumption).all.iter().map(cost).collect()
 }
 
 /// The times of codels and programs that replace those of the tables; `None` where the tables count.
@@ -302,19 +329,40 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         overhead
     }
 
-    fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    /// Returns what each program takes that an edge executes.
+    fn programs(&mut self) -> Vec<Option<Taken>> {
         let behaviour = self.behaviour;
         // Only programs of edges need a time: unreachable states, and transitions after one without a guard, are
         // never executed.
         let mut used = vec![false; behaviour.programs.len()];
         behaviour.edges.executed().for_each(|index| used[index] = true);
         self.operations_of(&used);
-        let programs: Vec<Option<Taken>> = behaviour
-            .programs
-            .iter()
-            .zip(used)
-            .map(|(program, used)| if used { self.program(program) } else { None })
-            .collect();
+        let programs = behaviour.programs.iter().zip(used);
+        programs.map(|(program, used)| if used { self.program(program) } else { None }).collect()
+    }
+
+    /// Returns what a job takes up to the end of a write at most; none if that is not known.
+    fn until(&mut self, programs: &[Option<Taken>], overhead: Time, written: &Written<'db>) -> Option<Time> {
+        let behaviour = self.behaviour;
+        let edge = behaviour.edges.all.get(written.edge)?;
+        let mut executed = behaviour.edges.programs(edge);
+        let mut sum = Taken::executing(overhead);
+        for _ in 0..written.programs {
+            sum = sum.then(programs.get(executed.next()?).copied().flatten()?)?;
+        }
+        let last = executed.next()?;
+        let timed = Timed::Program(self.component, behaviour.programs.get(last)?.id.in_table());
+        // A table has the time of the whole program only.
+        let part = match self.times.time(&timed, self.level) {
+            Lookup::Absent => self.cost(&written.part)?,
+            _ => programs.get(last).copied().flatten()?,
+        };
+        Some(sum.then(part)?.total)
+    }
+
+    fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+        let behaviour = self.behaviour;
+        let programs = self.programs();
         let overhead = self.overhead();
         let mut taken: Vec<Taken> = Vec::new();
         for cost in self.costs(&programs, overhead) {

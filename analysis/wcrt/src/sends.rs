@@ -42,7 +42,25 @@ pub(crate) fn sends_of_operation(behaviour: &Behaviour<'_>, operation: usize) ->
     names.into_iter().map(|name| (name.clone(), calls(name))).filter(|(_, calls)| *calls > 0).collect()
 }
 
-/// Returns, for each operation that a core defines, the greatest number of calls that it sends to the required operation `name`.
+/// Returns the greatest number of writes of an output port in one period of a component; none if operations, which a period may
+/// execute any number of times, write it too.
+pub(crate) fn writes_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    port: &Name,
+) -> Option<u32> {
+    let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
+    if calls_of_operations(behaviour, port).iter().any(|writes| *writes > 0) {
+        return None;
+    }
+    let of_program = |index: usize| behaviour.programs.get(index).map_or(0, |it| calls(&it.cost, port, &[]));
+    let sums = behaviour.edges.sums(0, |sum: u64, index| sum.saturating_add(of_program(index)));
+    u32::try_from(sums.into_iter().max()?).ok()
+}
+
+/// Returns, for each operation that a core defines, the greatest number of calls that it sends to the required operation `name`, or
+/// of accesses to the port of that name.
 fn calls_of_operations(behaviour: &Behaviour<'_>, name: &Name) -> Vec<u64> {
     let mut found = vec![0; behaviour.operations.len()];
     // Callees first.
@@ -54,12 +72,13 @@ fn calls_of_operations(behaviour: &Behaviour<'_>, name: &Name) -> Vec<u64> {
     found
 }
 
-/// Returns the greatest number of calls to the required operation `name` along a path of a program; it saturates.
+/// Returns the greatest number of calls to the required operation `name`, or of accesses to the port, along a path of a program; it
+/// saturates.
 fn calls(cost: &Cost<'_>, name: &Name, of_operations: &[u64]) -> u64 {
     match cost {
-        Cost::Codel(_) | Cost::Access(_) => 0,
+        Cost::Codel(_) => 0,
         Cost::Operation(index) => of_operations.get(*index).copied().unwrap_or(0),
-        Cost::Send(sent) => u64::from(sent == name),
+        Cost::Send(used) | Cost::Access(used) => u64::from(used == name),
         Cost::Sum(costs) => {
             costs.iter().fold(0, |sum: u64, cost| sum.saturating_add(calls(cost, name, of_operations)))
         }

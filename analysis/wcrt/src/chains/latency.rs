@@ -1,0 +1,450 @@
+//! The latencies of the chains and connections of a deployment: of each way, the sum of its steps, or why there is none.
+
+use mauve_hir::item_tree::Name;
+use mauve_hir::{
+    Assumption, Decl, Flat, Link, ModelDb, Overwrite, Passage, PassageEnd, Passages, Project, Skip,
+    SkipCause, core_of, deployed, flat_of, passages_of,
+};
+use mauve_timing::{ChainBuffer, ChainLatency, ChainStep, ChainWrite, NoLatency, Status, Task, Time};
+use rustc_hash::FxHashMap;
+
+use super::declared::declared_chains;
+use super::network::Network;
+use super::{
+    ChainProblem, ChainReason, ChainReport, ChainStepReport, Chains, ConnectionReport, DeclaredChain, Way,
+    WayStep,
+};
+use crate::priorities::is_stale;
+use crate::psm::{is_readable, write_costs};
+use crate::reason::Reason;
+use crate::report::{ActivityReport, Query, Report};
+use crate::response::response_times;
+use crate::sends::writes_of;
+use crate::table_set::{TableSet, tables_of};
+
+/// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
+#[salsa::tracked(returns(ref))]
+pub fn chains_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Chains<'db> {
+    let Some((flat, target)) = deployed(db, project, deployment) else {
+        return without_architecture(db, project);
+    };
+    let declared = declared_chains(db, project, target);
+    let (ways, left_out) = ways_of(db, project, target);
+    let mut sums = Sums::new(db, project, deployment, query, flat);
+    let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
+    sums.find_writes(known.chain(ways).flat_map(|way| &way.steps));
+    let mut all: Vec<ChainReport<'db>> = declared.iter().map(|chain| sums.declared(chain)).collect();
+    all.extend(ways.iter().map(|way| sums.way(way)));
+    let hops = connections_of(db, project, deployment, query).clone();
+    Chains { all, declared: declared.len(), hops, left_out: *left_out }
+}
+
+fn without_architecture<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Chains<'db> {
+    let declared = mauve_hir::config_of(db, project.workspace(db)).chains.iter().enumerate();
+    let all: Vec<ChainReport<'db>> = declared
+        .map(|(index, chain)| ChainReport {
+            name: chain.name.as_str().into(),
+            declared: Some(index),
+            limit: chain.latency,
+            reasons: vec![ChainReason::Declaration { at: None, problem: ChainProblem::NoArchitecture }],
+            ..ChainReport::default()
+        })
+        .collect();
+    Chains { declared: all.len(), all, ..Chains::default() }
+}
+
+/// Returns what happens to data on each connection of a deployment, in the order of [`Flat::links`].
+#[salsa::tracked(returns(ref))]
+pub fn connections_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<ConnectionReport<'db>> {
+    let Some((flat, target)) = deployed(db, project, deployment) else { return Vec::new() };
+    let hops = hops_of(db, project, target);
+    let mut sums = Sums::new(db, project, deployment, query, flat);
+    sums.find_writes(hops.iter().flatten().flat_map(|hop| hop.after.iter().chain([&hop.before])));
+    hops.iter().zip(&flat.links).map(|(hop, link)| sums.connection(hop.as_ref(), link)).collect()
+}
+
+/// The ways of an architecture from each source to each end, and how many are left out.
+#[salsa::tracked(returns(ref))]
+fn ways_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    architecture: Decl<'db>,
+) -> (Vec<Way<'db>>, usize) {
+    network_of(db, project, architecture).ways()
+}
+
+fn network_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, architecture: Decl<'db>) -> Network<'db> {
+    let nothing = |_: &Name, _| Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false);
+    Network::new(db, project, flat_of(db, project, architecture), nothing)
+}
+
+/// A connection between two instances.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct Hop<'db> {
+    /// The first declared chain over it, whose assumptions count.
+    chain: Option<usize>,
+    before: WayStep<'db>,
+    /// One for each end that data reaches from it.
+    after: Vec<WayStep<'db>>,
+}
+
+/// The connections of an architecture; none for one whose instances are not known.
+#[salsa::tracked(returns(ref))]
+fn hops_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    architecture: Decl<'db>,
+) -> Vec<Option<Hop<'db>>> {
+    let network = network_of(db, project, architecture);
+    let mut assumed: FxHashMap<usize, (usize, &[WayStep<'db>])> = FxHashMap::default();
+    for chain in declared_chains(db, project, architecture) {
+        let steps = chain.way.as_ref().map_or(&[] as &[_], |way| &way.steps);
+        for pair in steps.windows(2) {
+            let connection = pair.get(1).and_then(|step| step.connection);
+            connection.map(|it| assumed.entry(it).or_insert((chain.index, pair)));
+        }
+    }
+    let hop = |(number, link): (usize, &Link<'db>)| {
+        let (mut before, mut after) = network.around(number, link)?;
+        let chain = assumed.get(&number);
+        if let Some((_, [writer, reader])) = chain {
+            before = writer.clone();
+            after.iter_mut().for_each(|step| step.assumption = reader.assumption);
+        }
+        Some(Hop { chain: chain.map(|(index, _)| *index), before, after })
+    };
+    network.flat.links.iter().enumerate().map(hop).collect()
+}
+
+/// What is known of a component under an assumption.
+#[derive(Clone, Copy)]
+struct Known<'db> {
+    passages: &'db Passages<'db>,
+    /// What a job executes up to the end of the write of each passage, at most.
+    costs: &'db [Option<Time>],
+}
+
+struct Sums<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    tables: TableSet<'db>,
+    query: Query,
+    flat: &'db Flat<'db>,
+    report: &'db Report<'db>,
+    /// The activity of each instance.
+    activities: FxHashMap<&'db Name, usize>,
+    known: FxHashMap<(usize, Assumption<'db>), Option<Known<'db>>>,
+    /// The response times to writes, by activity and by what a job executes up to the write.
+    writes: FxHashMap<(usize, Time), Time>,
+}
+
+impl<'db> Sums<'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        query: Query,
+        flat: &'db Flat<'db>,
+    ) -> Sums<'db> {
+        let report = response_times(db, project, deployment, query);
+        let activities = report.activities.iter().enumerate().rev().map(|(index, it)| (&it.instance, index));
+        Sums {
+            db,
+            project,
+            tables: tables_of(db, project, deployment),
+            query,
+            flat,
+            report,
+            activities: activities.collect(),
+            known: FxHashMap::default(),
+            writes: FxHashMap::default(),
+        }
+    }
+
+    fn component(&self, step: &WayStep<'db>) -> Option<Decl<'db>> {
+        self.flat
+            .instances
+            .get(step.instance)?
+            .component
+            .filter(|it| *is_readable(self.db, self.project, *it))
+    }
+
+    fn known(&mut self, step: &WayStep<'db>) -> Option<Known<'db>> {
+        let key = (step.instance, step.assumption);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let known = self.component(step).and_then(|component| {
+            let core = core_of(self.db, self.project, component)?;
+            let passages = passages_of(self.db, self.project, core, step.assumption);
+            let costs = write_costs(self.db, self.tables, component, self.query.level, step.assumption);
+            Some(Known { passages, costs })
+        });
+        self.known.insert(key, known);
+        known
+    }
+
+    fn activity(&self, step: &WayStep<'db>) -> Option<(usize, &'db ActivityReport<'db>)> {
+        let index = *self.activities.get(&self.flat.instances.get(step.instance)?.name)?;
+        Some((index, self.report.activities.get(index)?))
+    }
+
+    /// Returns the activity of a step, and what its job executes up to the write at most, if that is known.
+    fn cost(&mut self, step: &WayStep<'db>) -> Option<(usize, Time)> {
+        let known = self.known(step)?;
+        let (index, activity) = self.activity(step)?;
+        activity.response?;
+        let costs = step.passages.iter().map(|&it| known.costs.get(it).copied().flatten());
+        let write = costs.reduce(|one, other| Some(one?.max(other?))).flatten()?;
+        let calls = activity.calls.iter().try_fold(Time::ZERO, |sum, calls| sum.checked_add(calls.time))?;
+        Some((index, write.checked_add(calls)?))
+    }
+
+    /// Computes the response times to the writes of these steps, all together.
+    fn find_writes<'a>(&mut self, steps: impl Iterator<Item = &'a WayStep<'db>>)
+    where
+        'db: 'a,
+    {
+        let mut keys: Vec<(usize, Time)> = steps.filter_map(|step| self.cost(step)).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let response = |task: usize| self.report.activities.get(task).and_then(|it| it.response);
+        let write = |&(task, cost): &(usize, Time)| ChainWrite {
+            task,
+            cost,
+            response: response(task).unwrap_or_default(),
+        };
+        let writes: Vec<ChainWrite> = keys.iter().map(write).collect();
+        let interrupt = || self.db.unwind_if_revision_cancelled();
+        let times = self.report.tasks.write_times(&writes, &self.query.options(false), &interrupt);
+        self.writes = keys.into_iter().zip(times).collect();
+    }
+
+    fn declared(&mut self, chain: &DeclaredChain<'db>) -> ChainReport<'db> {
+        let found = match &chain.way {
+            Ok(way) => self.way(way),
+            Err((at, problem)) => ChainReport {
+                name: chain.name.clone(),
+                reasons: vec![ChainReason::Declaration { at: at.clone(), problem: problem.clone() }],
+                ..ChainReport::default()
+            },
+        };
+        ChainReport { declared: Some(chain.index), limit: chain.limit, ..found }
+    }
+
+    fn way(&mut self, way: &Way<'db>) -> ChainReport<'db> {
+        let mut reasons = Vec::new();
+        let mut steps: Vec<Option<ChainStep>> = Vec::new();
+        for (index, step) in way.steps.iter().enumerate() {
+            let before = index.checked_sub(1).and_then(|before| way.steps.get(before));
+            steps.push(self.step(index, step, before, &mut reasons));
+            let keeps = index + 1 < way.steps.len();
+            if let Some(by) = self.overwritten(step).filter(|_| keeps) {
+                reasons.push(ChainReason::Overwrites { step: index, by });
+            }
+        }
+        let found = self.sum(&steps, &mut reasons);
+        let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
+        let report = |(step, found): (&WayStep<'db>, &Option<ChainStep>)| ChainStepReport {
+            instance: self.flat.instances.get(step.instance).map_or_else(Name::default, |it| it.name.clone()),
+            activity: self.activity(step).map(|(index, _)| index),
+            connection: step.connection,
+            passage: step.ends.clone(),
+            releases: found.as_ref().map(|it| it.releases),
+            part: parts.next().copied().unwrap_or_default(),
+        };
+        ChainReport {
+            name: way.name.clone(),
+            declared: None,
+            ends: Some(way.ends.clone()),
+            latency: found.as_ref().map(|it| it.latency),
+            age_at_write: found.as_ref().and_then(|it| it.age_at_write),
+            limit: None,
+            steps: way.steps.iter().zip(&steps).map(report).collect(),
+            overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
+            reasons,
+        }
+    }
+
+    fn sum(&self, steps: &[Option<ChainStep>], reasons: &mut Vec<ChainReason<'db>>) -> Option<ChainLatency> {
+        if !reasons.is_empty() {
+            return None;
+        }
+        let steps: Option<Vec<ChainStep>> = steps.iter().cloned().collect();
+        let why = match self.report.tasks.latency(&steps?, true) {
+            Ok(found) => return Some(found),
+            Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
+            Err(NoLatency::Lost(step)) => ChainReason::Lost { step },
+            Err(NoLatency::NotRead(step)) => ChainReason::NotRead { step, skip: None },
+            Err(NoLatency::TooLong) => ChainReason::TooLong,
+        };
+        reasons.push(why);
+        None
+    }
+
+    fn passages(&mut self, step: &WayStep<'db>) -> Vec<&'db Passage<'db>> {
+        let Some(known) = self.known(step) else { return Vec::new() };
+        step.passages.iter().filter_map(|&it| known.passages.all.get(it)).collect()
+    }
+
+    /// Returns the statement that may overwrite what a step wrote.
+    fn overwritten(&mut self, step: &WayStep<'db>) -> Option<Overwrite<'db>> {
+        self.passages(step).into_iter().find_map(|it| it.overwritten.clone())
+    }
+
+    /// Returns a step with its figures. Adds the reasons why it has none; it is the one of this `index`.
+    fn step(
+        &mut self,
+        index: usize,
+        step: &WayStep<'db>,
+        before: Option<&WayStep<'db>>,
+        reasons: &mut Vec<ChainReason<'db>>,
+    ) -> Option<ChainStep> {
+        let count = reasons.len();
+        let activity = self.activity(step);
+        reasons.extend(no_response(index, activity.map(|(_, it)| it)));
+        let Some(known) = self.known(step) else {
+            if reasons.len() == count {
+                reasons.push(ChainReason::Unknown { step: index });
+            }
+            return None;
+        };
+        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it))?;
+        let passages = self.passages(step);
+        let releases = match (passages.as_slice(), step.connection) {
+            ([], Some(_)) => most_releases(&known.passages.reads, &step.ends[0], core),
+            ([], None) => most_releases(&known.passages.writes, &step.ends[1], core),
+            (several, _) => several.iter().try_fold(1, |most, it| it.releases.clone().map(|it| most.max(it))),
+        };
+        let is_unread = passages.is_empty() && step.connection.is_some();
+        let releases = match releases {
+            Ok(releases) => releases,
+            Err(skip) if is_unread => {
+                reasons.push(ChainReason::NotRead { step: index, skip: Some(skip) });
+                return None;
+            }
+            Err(skip) => {
+                reasons.push(ChainReason::MaySkip { step: index, skip });
+                return None;
+            }
+        };
+        let link = step.connection.and_then(|it| self.flat.links.get(it)).filter(|link| !link.operation);
+        let buffer = link.and_then(|link| link.buffer).map(|size| ChainBuffer {
+            size: size.max(1),
+            reads: most_releases(&known.passages.reads, &step.ends[0], core).ok(),
+            writes: before.and_then(|before| {
+                writes_of(self.db, self.project, self.component(before)?, &link?.source.1)
+            }),
+        });
+        let ((task, _), [write, response]) = (activity?, self.times(step)?);
+        let periods = passages.iter().map(|it| it.periods).reduce(|one, other| Some(one?.max(other?)));
+        let gap = most_releases(&known.passages.writes, &step.ends[1], core).ok();
+        Some(ChainStep { task, releases, periods: periods.unwrap_or(Some(0)), write, response, gap, buffer })
+    }
+
+    fn connection(&mut self, hop: Option<&Hop<'db>>, link: &Link<'db>) -> ConnectionReport<'db> {
+        let Some(hop) = hop else {
+            let reason = Some(ChainReason::Unknown { step: 0 });
+            return ConnectionReport { reason, ..ConnectionReport::default() };
+        };
+        let mut found = ConnectionReport { chain: hop.chain, ..ConnectionReport::default() };
+        let [writer, reader] = [Some(&hop.before), hop.after.first()].map(|it| Some(self.activity(it?)?.1));
+        if let Some((writer, reader)) = writer.zip(reader).filter(|_| !link.operation) {
+            found.is_stale = is_stale(writer, reader);
+            found.never_read = self.never_read(&hop.before, writer, reader).filter(|_| link.buffer.is_none());
+        }
+        let mut overwritten = self.passages(&hop.before).into_iter().map(|it| it.overwritten.clone());
+        found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
+        let mut reasons = Vec::new();
+        let before = self.any_write(&hop.before, &mut reasons);
+        for step in &hop.after {
+            let mut why = reasons.clone();
+            let after = self.step(1, step, Some(&hop.before), &mut why);
+            let latency = self.sum(&[before.clone(), after], &mut why).and_then(|it| {
+                let [writer, reader] = it.parts.as_slice() else { return None };
+                let rest = writer.wait.checked_add(writer.periods)?;
+                Some((it.latency.checked_sub(rest)?, writer.run, *reader))
+            });
+            match latency {
+                Some((latency, write, part)) if Some(latency) > found.latency => {
+                    (found.latency, found.write, found.part) = (Some(latency), write, part);
+                }
+                None if found.reason.is_none() => found.reason = why.into_iter().next(),
+                _ => {}
+            }
+        }
+        if found.latency.is_some() {
+            found.reason = None;
+        }
+        let period = reader.and_then(|it| it.period).unwrap_or_default();
+        let ahead = link.buffer.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
+        found.stays_full = ahead.filter(|_| found.part.stays_full);
+        found
+    }
+
+    /// Returns a step that writes in its next release. Adds the reason why its activity has no figures.
+    fn any_write(&mut self, step: &WayStep<'db>, reasons: &mut Vec<ChainReason<'db>>) -> Option<ChainStep> {
+        let activity = self.activity(step);
+        reasons.extend(no_response(0, activity.map(|(_, it)| it)));
+        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it));
+        let writes = self.known(step).map(|it| &it.passages.writes);
+        let gap = writes.zip(core).and_then(|(writes, core)| most_releases(writes, &step.ends[1], core).ok());
+        let ((task, _), [write, response]) = (activity?, self.times(step)?);
+        Some(ChainStep { task, releases: 1, periods: None, write, response, gap, buffer: None })
+    }
+
+    /// Returns the response times to the write of a step and to its end.
+    fn times(&mut self, step: &WayStep<'db>) -> Option<[Time; 2]> {
+        let response = self.activity(step)?.1.response?;
+        let write = self.cost(step).and_then(|key| self.writes.get(&key)).copied();
+        Some([write.map_or(response, |it| it.min(response)), response])
+    }
+
+    /// Returns of how many values that are written at most one is read by a job that reads once.
+    fn never_read(&mut self, step: &WayStep<'db>, writer: &Task, reader: &Task) -> Option<u64> {
+        let passages = self.known(step)?.passages;
+        let core = core_of(self.db, self.project, self.component(step)?)?;
+        let gap = most_releases(&passages.writes, &step.ends[1], core).ok()?;
+        let between = writer.period?.checked_mul(u64::from(gap))?.as_nanos();
+        reader.period?.as_nanos().checked_div(between).filter(|values| *values >= 2)
+    }
+}
+
+/// Returns why the activity of a step has no response time.
+fn no_response<'db>(step: usize, activity: Option<&ActivityReport<'db>>) -> Option<ChainReason<'db>> {
+    let Some(activity) = activity else { return Some(ChainReason::NoActivity { step }) };
+    match activity.verdict {
+        Status::Background => Some(ChainReason::Background { step }),
+        Status::NotAnalysed if activity.reasons.iter().any(|it| matches!(it.reason, Reason::NoActivity)) => {
+            Some(ChainReason::NoActivity { step })
+        }
+        Status::NotAnalysed => Some(ChainReason::NotAnalysed { step, refusals: activity.reasons.clone() }),
+        _ if activity.response.is_none() => Some(ChainReason::NoBound { step }),
+        _ => None,
+    }
+}
+
+/// Returns the most releases until the next access to a port.
+fn most_releases<'db>(
+    all: &[(Name, Result<u32, Skip<'db>>)],
+    end: &PassageEnd<'db>,
+    core: Decl<'db>,
+) -> Result<u32, Skip<'db>> {
+    let name = match end {
+        PassageEnd::Port(name) => name,
+        // A call is executed in the next period.
+        PassageEnd::Operation(_) | PassageEnd::Codel(_) => return Ok(1),
+    };
+    let found = all.iter().find(|(it, _)| it == name).map(|(_, releases)| releases.clone());
+    found.unwrap_or(Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite }))
+}
