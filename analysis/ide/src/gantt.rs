@@ -4,25 +4,26 @@ use std::cmp::Reverse;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{cpu_names, shortened};
-use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
+use mauve_timing::{Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
 
-use crate::drawing::{Drawing, svg_head, svg_text};
+use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
 use crate::text_canvas::cells;
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
+/// The way of data through it, if any, is a line from its arrival in a lane to its write there, and on in the next one.
 /// To cancel, `interrupt` unwinds.
 pub fn draw_schedule(
     title: &str,
     deployment: &DeployedTasks<'_>,
-    schedule: &Schedule,
+    (schedule, way): (&Schedule, &[Pass]),
     drawing: Drawing,
     interrupt: &dyn Fn(),
 ) -> String {
     let lanes = lanes(deployment, schedule);
-    let chart = Chart::new(&lanes, deployment, schedule);
+    let chart = Chart::new(&lanes, deployment, (schedule, way));
     match drawing {
         Drawing::Svg => chart.draw(title, interrupt),
         Drawing::Text | Drawing::Dot => chart.text(title),
@@ -105,6 +106,7 @@ struct Chart<'a, 'db> {
     lanes: &'a [Lane<'a>],
     deployment: &'a DeployedTasks<'db>,
     schedule: &'a Schedule,
+    way: &'a [Pass],
     /// The height of a lane, and the size of its texts.
     lane: f64,
     font: f64,
@@ -116,7 +118,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     fn new(
         lanes: &'a [Lane<'a>],
         deployment: &'a DeployedTasks<'db>,
-        schedule: &'a Schedule,
+        (schedule, way): (&'a Schedule, &'a [Pass]),
     ) -> Chart<'a, 'db> {
         let (lane, font) = match lanes.len() {
             ..=16 => (36.0, 13.0),
@@ -125,7 +127,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         };
         let longest = lanes.iter().map(|lane| lane.shown.chars().count()).max().unwrap_or_default();
         let left = 64.0 + 0.6 * font * longest as f64;
-        Chart { lanes, deployment, schedule, lane, font, left }
+        Chart { lanes, deployment, schedule, way, lane, font, left }
     }
 
     fn draw(&self, title: &str, interrupt: &dyn Fn()) -> String {
@@ -138,16 +140,19 @@ impl<'a, 'db> Chart<'a, 'db> {
             svg_head((width, bottom + 66.0 + notes), "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
         self.axis(&mut out, bottom);
         let (mut y, mut index) = (TOP, 0);
+        let mut middles: FxHashMap<usize, f64> = FxHashMap::default();
         for lanes in self.groups() {
             let (at, cpus) = (y + HEADING - 7.0, cpu_names(lanes[0].cpus));
             let _ = writeln!(out, "<text x=\"20\" y=\"{at:.1}\" class=\"name\">{cpus}</text>");
             y += HEADING;
             for lane in lanes {
                 self.lane(&mut out, lane, y, index % 2 == 0, interrupt);
+                middles.insert(lane.activity, y + self.lane * 0.72 - 5.0);
                 y += self.lane;
                 index += 1;
             }
         }
+        self.way(&mut out, &middles);
         self.legend(&mut out, bottom + 44.0);
         if !left_out.is_empty() {
             let _ = writeln!(
@@ -158,6 +163,26 @@ impl<'a, 'db> Chart<'a, 'db> {
             );
         }
         out + "</svg>\n"
+    }
+
+    /// Draws the way of data as a line through the middles of the lanes. Where it leaves one, it has the time since the change.
+    fn way(&self, out: &mut String, middles: &FxHashMap<usize, f64>) {
+        let Some(change) = self.way.first().map(|pass| pass.arrival) else { return };
+        let (mut points, mut labels) = (Vec::new(), String::new());
+        for pass in self.way {
+            let Some(&y) = middles.get(&pass.task) else { return };
+            let (from, to) = (self.x(pass.arrival), self.x(pass.write));
+            points.extend([(from, y), (to, y)]);
+            let passed = to_micros(pass.write.checked_sub(change).unwrap_or_default());
+            let (at, label_y) = (to - 4.0, y - self.lane * 0.3);
+            let _ = writeln!(
+                labels,
+                "<circle class=\"tip\" cx=\"{from:.1}\" cy=\"{y:.1}\" r=\"3.5\"/><text class=\"mark worst\" x=\"{at:.1}\" \
+                 y=\"{label_y:.1}\" text-anchor=\"end\">{passed}</text>"
+            );
+        }
+        let (line, tip) = (svg_path(&points), svg_tip(&points));
+        let _ = writeln!(out, "<g class=\"worst\"><path class=\"wire\" d=\"{line}\"/>{tip}{labels}</g>");
     }
 
     /// Draws the schedule in characters, the times in columns of one length.
@@ -201,6 +226,11 @@ impl<'a, 'db> Chart<'a, 'db> {
                 for job in lane.jobs.iter().filter(|job| job.is_missed) {
                     fill(job.deadline, job.end.unwrap_or(self.schedule.end), '!');
                 }
+                for pass in self.way.iter().filter(|pass| pass.task == lane.activity) {
+                    for (at, letter) in [(pass.arrival, '●'), (pass.write, '◆')] {
+                        row.iter_mut().skip(column(at)).take(1).for_each(|cell| *cell = letter);
+                    }
+                }
                 let (name, priority) = (&lane.shown, lane.priority());
                 let space = " ".repeat(longest.saturating_sub(cells(name) as usize));
                 let row: String = row.into_iter().collect();
@@ -208,6 +238,9 @@ impl<'a, 'db> Chart<'a, 'db> {
             }
         }
         out += "█ executes  · waits  ! after its deadline; the number is the priority\n";
+        if !self.way.is_empty() {
+            out += "● data arrives  ◆ it is written\n";
+        }
         let left_out = self.left_out();
         if left_out.is_empty() { out } else { format!("{out}{left_out}\n") }
     }
@@ -430,6 +463,11 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 }
 
+/// Returns a time rounded to microseconds: a reader that starts a nanosecond before a write is as late as one that starts with it.
+pub fn to_micros(time: Time) -> Time {
+    Time::from_nanos(time.as_nanos().saturating_add(500) / 1000 * 1000)
+}
+
 /// The most activities that a note lists.
 const MOST_NAMES: usize = 8;
 
@@ -518,7 +556,7 @@ rt_throttling = false
     #[test]
     fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
         check(|deployment, schedule| {
-            let svg = draw_schedule("D", &deployment, schedule, Drawing::Svg, &|| ());
+            let svg = draw_schedule("D", &deployment, (schedule, &[]), Drawing::Svg, &|| ());
             assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
             let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
             let titles: String = titles.map(|title| format!("{title}\n")).collect();
@@ -556,7 +594,7 @@ rt_throttling = false
             not simulated, and may delay others: spare; not simulated, in the background: logger
         "#]];
         check(|deployment, schedule| {
-            expected.assert_eq(&draw_schedule("D", &deployment, schedule, Drawing::Text, &|| ()));
+            expected.assert_eq(&draw_schedule("D", &deployment, (schedule, &[]), Drawing::Text, &|| ()));
         });
     }
 
@@ -564,7 +602,7 @@ rt_throttling = false
     fn a_drawing_can_be_cancelled() {
         check(|deployment, schedule| {
             let calls = std::cell::Cell::new(0);
-            draw_schedule("D", &deployment, schedule, Drawing::Svg, &|| calls.set(calls.get() + 1));
+            draw_schedule("D", &deployment, (schedule, &[]), Drawing::Svg, &|| calls.set(calls.get() + 1));
             assert_eq!(calls.get(), schedule.slices.len());
         });
     }
@@ -575,14 +613,14 @@ rt_throttling = false
             for activity in deployment.tasks.activities_mut() {
                 activity.name = format!("<&\"{}", "x".repeat(40)).into();
             }
-            let svg = draw_schedule("<D>", &deployment, schedule, Drawing::Svg, &|| ());
+            let svg = draw_schedule("<D>", &deployment, (schedule, &[]), Drawing::Svg, &|| ());
             assert!(
                 svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"),
                 "{svg}"
             );
             deployment.tasks = Tasks::default();
             let empty = deployment.tasks.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
-            let svg = draw_schedule("", &deployment, &empty, Drawing::Svg, &|| ());
+            let svg = draw_schedule("", &deployment, (&empty, &[]), Drawing::Svg, &|| ());
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
         });
     }

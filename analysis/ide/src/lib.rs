@@ -109,7 +109,7 @@ pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use figure::{HintStatus, TIGHT_SLACK, figure};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
-pub use gantt::draw_schedule;
+pub use gantt::{draw_schedule, to_micros};
 pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};

@@ -28,8 +28,9 @@ pub struct Pass {
     pub task: usize,
     /// When data arrives: after the change, or the write of the task before it.
     pub arrival: Time,
-    /// The job that reads it, the first one that starts after its arrival, and its start, if it has one.
+    /// The job that reads it: the first one that starts after its arrival.
     pub reads: u64,
+    /// Its start, if it starts.
     pub start: Option<Time>,
     /// The job that writes it.
     pub writes: u64,
