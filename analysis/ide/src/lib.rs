@@ -34,7 +34,7 @@
 //! | `architecture_drawing.rs` | an architecture as a drawing |
 //! | `gantt.rs` | a schedule as a drawing |
 //! | `chain_drawing.rs` | chains as a drawing |
-//! | `worst_schedule.rs` | the schedule behind a response time |
+//! | `worst_schedule.rs` | the schedule behind a response time, or with the longest way of data that is found |
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
@@ -131,4 +131,4 @@ pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};
-pub use worst_schedule::{WorstOf, no_worst_case};
+pub use worst_schedule::{WayOf, WorstOf, no_worst_case};

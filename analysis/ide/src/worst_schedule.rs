@@ -1,7 +1,12 @@
-//! The schedule behind the response time of an activity: the releases and the paths that its analysis found.
+//! The schedule behind the response time of an activity: the releases and the paths that its analysis found. The schedule with
+//! the longest way of data along a chain that a search finds.
 
-use mauve_timing::{NoWorstCase, Schedule, SimulationOptions, Time, WorstCase};
+use mauve_hir::{Decl, ModelDb, Project, config_of};
+use mauve_timing::{ChainStep, NoWorstCase, Schedule, SimulationOptions, Time, Way, WorstCase};
+use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{DeployedTasks, Query};
+
+use crate::gantt::to_micros;
 
 /// The worst case of one activity.
 #[derive(Debug, Clone)]
@@ -73,6 +78,69 @@ impl WorstOf {
             }
             None => format!("job {job} of {instance} does not end; its bound is {bound}"),
         }
+    }
+}
+
+/// The longest way of data along a chain that is found.
+#[derive(Debug, Clone)]
+pub struct WayOf {
+    /// The name of the chain.
+    pub chain: String,
+    /// Its greatest latency.
+    pub bound: Time,
+    /// The way.
+    pub way: Way,
+}
+
+impl WayOf {
+    /// Searches for the longest way along the chain `name`, with these random choices. To cancel, `interrupt` unwinds.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none, for the user.
+    pub fn of<'db>(
+        db: &'db dyn ModelDb,
+        (project, of, query): (Project<'db>, Decl<'db>, Query),
+        deployment: &DeployedTasks<'db>,
+        (name, seed): (&str, u64),
+        interrupt: &dyn Fn(),
+    ) -> Result<WayOf, String> {
+        let chains = chains_of(db, project, of, query);
+        let Some(chain) = chains.all.iter().find(|chain| chain.name == name) else {
+            return Err(format!("no chain `{name}` in {}: `mauve chains` lists them", of.name(db)));
+        };
+        let timed: Option<Vec<ChainStep>> = chain.steps.iter().map(|step| step.timed.clone()).collect();
+        let (Some(bound), Some(timed)) = (chain.latency, timed) else {
+            return Err(format!(
+                "the chain `{name}` has no latency in {}: `mauve chains` says why",
+                of.name(db)
+            ));
+        };
+        let config = config_of(db, project.workspace(db));
+        let declared = chain.declared.and_then(|index| config.chains.get(index));
+        let states =
+            || declared.into_iter().flat_map(|it| &it.states).filter_map(|(state, _)| state.rsplit_once('.'));
+        let mut edges = vec![None; deployment.tasks.all().len()];
+        for (step, of_report) in timed.iter().zip(&chain.steps) {
+            let own = states().filter(|(instance, _)| of_report.instance == *instance);
+            let own: Vec<&str> = own.map(|(_, state)| state).collect();
+            if let Some(edges) = edges.get_mut(step.task).filter(|_| !own.is_empty()) {
+                *edges = deployment.edges_within(step.task, &own);
+            }
+        }
+        let way = deployment.tasks.longest_way(&timed, &edges, seed, interrupt);
+        let way = way.ok_or_else(|| format!("no schedule of the chain `{name}` can be simulated"))?;
+        Ok(WayOf { chain: name.to_owned(), bound, way })
+    }
+
+    /// Says what was found: `avoid: the longest way found takes 480 ms of at most 526 ms, of 240 schedules`.
+    pub fn description(&self) -> String {
+        let WayOf { chain, bound, way } = self;
+        let latency = to_micros(way.latency());
+        format!(
+            "{chain}: the longest way found takes {latency} of at most {bound}, of {} schedules",
+            way.schedules
+        )
     }
 }
 

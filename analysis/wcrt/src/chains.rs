@@ -24,7 +24,7 @@ pub use latency::{chains_of, connections_of};
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Assumption, Location, ModelDb, Overwrite, PassageEnd, Skip};
-use mauve_timing::{ChainPart, Time};
+use mauve_timing::{ChainPart, ChainStep, Time};
 
 use crate::reason::Refusal;
 
@@ -97,6 +97,8 @@ pub struct ChainStepReport<'db> {
     pub passage: [PassageEnd<'db>; 2],
     /// N, where it has a bound.
     pub releases: Option<u32>,
+    /// What its part is computed from, if all of that is known.
+    pub timed: Option<ChainStep>,
     /// What it adds to the latency; zero without one.
     pub part: ChainPart,
 }

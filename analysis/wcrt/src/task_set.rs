@@ -88,6 +88,15 @@ impl<'db> DeployedTasks<'db> {
         Some((psm, psm.edges.all.get(edge)?))
     }
 
+    /// Returns the edges of the machine of an activity that begin and end in these states.
+    pub fn edges_within(&self, activity: usize, states: &[&str]) -> Option<Vec<usize>> {
+        let psm = self.psms.get(activity)?.as_deref()?;
+        let is_in = |state| states.contains(&psm.state(state));
+        let edges = psm.edges.all.iter().enumerate();
+        let within = edges.filter(|(_, edge)| is_in(edge.source) && is_in(edge.target));
+        Some(within.map(|(index, _)| index).collect())
+    }
+
     /// Returns the operation whose call a slice executes, and its client; none where it executes an edge.
     pub fn call(&self, slice: &Slice) -> Option<(&Name, &str)> {
         let Executed::Operation(operation) = slice.executed else { return None };

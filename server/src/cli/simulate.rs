@@ -1,5 +1,6 @@
 //! `mauve simulate [PATH]`: one of the possible schedules of a deployment, of a model or of the task set in a generated package,
-//! with the simulated response times beside their bounds; or the schedule behind one of the bounds.
+//! with the simulated response times beside their bounds; the schedule behind one of the bounds; or the longest way of data along
+//! a chain that a search finds.
 
 mod document;
 mod simulation;
@@ -11,9 +12,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
-use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
+use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
 use mauve_timing::task_set::{Notation, TaskSet};
-use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Statistics, Time, Unit};
+use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
 use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
@@ -54,6 +55,9 @@ pub(crate) struct Simulate {
     /// Simulate the schedule behind the bound of this instance: the releases and the paths that its analysis found.
     #[arg(long, value_name = "INSTANCE", conflicts_with_all = ["simultaneous", "full_times"])]
     worst: Option<String>,
+    /// Search for a schedule in which data takes long along this chain, and show its way.
+    #[arg(long, value_name = "CHAIN", conflicts_with_all = ["simultaneous", "full_times", "worst"])]
+    worst_chain: Option<String>,
     /// How to show the schedule.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -116,20 +120,29 @@ impl Simulate {
                 return Err(no_activity(instance));
             }
         }
-        let of_model = |(project, deployment)| {
+        let of_model = |(project, of)| {
             let shown = Query::shown(&db, project);
             let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
-            let report = response_times(&db, project, deployment, query).clone();
-            let name = deployment.name(&db).to_string();
-            let deployment = DeployedTasks::simulated(&db, project, deployment, query.level);
+            let report = response_times(&db, project, of, query).clone();
+            let name = of.name(&db).to_string();
+            let deployment = DeployedTasks::simulated(&db, project, of, query.level);
             let errors = errors_of(&db, project);
-            Ok(Simulation { errors, ..self.simulate(&db, name, query, report, deployment)? })
+            let chain = self.worst_chain.as_ref();
+            let way = chain
+                .map(|chain| WayOf::of(&db, (project, of, query), &deployment, (chain, self.seed), &|| ()));
+            Ok(Simulation {
+                errors,
+                ..self.simulate(&db, name, query, report, deployment, way.transpose()?)?
+            })
         };
         let all: Result<Vec<Simulation<'_>>, String> = found.into_iter().map(of_model).collect();
         self.output(&all?, errors)
     }
 
     fn of_task_sets<'db>(&self, db: &'db Database) -> Result<Vec<Simulation<'db>>, String> {
+        if self.worst_chain.is_some() {
+            return Err("a task set has no chains: --worst-chain needs a model".to_owned());
+        }
         let simulation = |(path, set): (PathBuf, TaskSet)| {
             let level = self.significance.unwrap_or(set.level());
             let query = Query { level, method: Method::Best, horizon: None };
@@ -137,7 +150,7 @@ impl Simulate {
             let found =
                 report.and_then(|report| Ok((report, DeployedTasks::of_file(&set, level, Method::Psm)?)));
             let (report, deployment) = found.map_err(|why| refused(&path, &why))?;
-            self.simulate(db, set.name.unwrap_or_default(), query, report, deployment)
+            self.simulate(db, set.name.unwrap_or_default(), query, report, deployment, None)
         };
         task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter().map(simulation).collect()
     }
@@ -149,6 +162,7 @@ impl Simulate {
         query: Query,
         report: Report<'db>,
         deployment: DeployedTasks<'db>,
+        way: Option<WayOf>,
     ) -> Result<Simulation<'db>, String> {
         let set = &deployment.tasks;
         let worst = match &self.worst {
@@ -164,11 +178,13 @@ impl Simulate {
             }
             None => None,
         };
-        let length = self.length.or(worst.as_ref().map(|worst| worst.case.length)).unwrap_or_else(|| {
-            let shown = set.length_to_show(self.format.most_jobs(set.activities().len()));
-            let times = if self.format == Format::Table { 100 } else { 1 };
-            shown.checked_mul(times).unwrap_or(shown)
-        });
+        let of_way = way.as_ref().and_then(|found| Some(found.way.passes.last()?.write));
+        let length =
+            self.length.or(worst.as_ref().map(|worst| worst.case.length)).or(of_way).unwrap_or_else(|| {
+                let shown = set.length_to_show(self.format.most_jobs(set.activities().len()));
+                let times = if self.format == Format::Table { 100 } else { 1 };
+                shown.checked_mul(times).unwrap_or(shown)
+            });
         let new = SimulationOptions::new(self.seed, length);
         let options = SimulationOptions {
             simultaneous: self.simultaneous,
@@ -183,6 +199,13 @@ impl Simulate {
             script: worst.as_ref().map(|worst| worst.case.script.clone()),
             ..new
         };
+        let of_way = |found: &WayOf| SimulationOptions {
+            length,
+            keeps_schedule: options.keeps_schedule,
+            most_events: options.most_events,
+            ..found.way.options.clone()
+        };
+        let options = way.as_ref().map_or(options.clone(), of_way);
         let schedule = set.simulate(&options, &|| ());
         if schedule.end < options.length {
             say(&format!(
@@ -191,7 +214,7 @@ impl Simulate {
             ));
         }
         let level = query.level;
-        Ok(Simulation { db, name, level, report, deployment, options, schedule, worst, errors: 0 })
+        Ok(Simulation { db, name, level, report, deployment, options, schedule, worst, way, errors: 0 })
     }
 
     fn output(&self, all: &[Simulation<'_>], errors: usize) -> Result<Output, String> {
@@ -208,7 +231,7 @@ impl Simulate {
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
                 let drawing = if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text };
-                draw_schedule(&title, &it.deployment, &it.schedule, drawing, &|| ())
+                draw_schedule(&title, &it.deployment, (&it.schedule, it.passes()), drawing, &|| ())
             }
             Format::Perfetto => trace_events::text(only(all)?),
         };
@@ -261,7 +284,7 @@ fn table(it: &Simulation<'_>) -> String {
     let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&row)).collect();
     out += &columns(&header, &rows);
     match it.worst_case() {
-        Some(worst) => out += &format!("  {worst}\n"),
+        Some(worst) => out += &format!("  {worst}\n{}", way_table(it)),
         None => out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n",
     }
     let lost = it.report.not_analysed.iter();
@@ -276,6 +299,19 @@ fn table(it: &Simulation<'_>) -> String {
         let _ = writeln!(out, "  the project has {}", counted(it.errors, "error"));
     }
     out
+}
+
+/// Says how data passes through each instance of a chain, in times since the change.
+fn way_table(it: &Simulation<'_>) -> String {
+    let change = it.passes().first().map(|pass| pass.arrival).unwrap_or_default();
+    let since = |at: Time| number(at.checked_sub(change).map(to_micros));
+    let row = |pass: &Pass| {
+        let name = it.instance(pass.task).unwrap_or_default();
+        vec![name, since(pass.arrival), pass.reads.to_string(), pass.writes.to_string(), since(pass.write)]
+    };
+    let rows: Vec<Vec<String>> = it.passes().iter().map(row).collect();
+    let header = ["instance", "arrives", "read by job", "written by job", "written"];
+    if rows.is_empty() { String::new() } else { columns(&header, &rows) }
 }
 
 fn cells(row: &Row<'_, '_>) -> Vec<String> {

@@ -21,6 +21,17 @@ pub(crate) fn process(pid: u32, name: &str) -> [String; 2] {
     [line(&[], &named), line(&[], &placed)]
 }
 
+/// An arrow from one slice to another. Each has its process, its thread, and an instant in it; `id` is the number of the arrow.
+pub(crate) fn arrow(id: u64, name: &str, [from, to]: [(u32, usize, i64); 2]) -> [String; 2] {
+    let end = |phase: &str, (pid, tid, at): (u32, usize, i64)| {
+        // It is bound to the slice around the instant.
+        let event =
+            json!({ "ph": phase, "bp": "e", "id": id, "name": name, "cat": "data", "pid": pid, "tid": tid });
+        line(&[("ts", at)], &event)
+    };
+    [end("s", from), end("f", to)]
+}
+
 /// Returns an event as text. The times are in nanoseconds.
 pub(crate) fn line(times: &[(&str, i64)], event: &Value) -> String {
     let mut out = String::from("{");

@@ -261,6 +261,7 @@ impl<'db> Sums<'db> {
             connection: step.connection,
             passage: step.ends.clone(),
             releases: found.as_ref().map(|it| it.releases),
+            timed: found.clone(),
             part: parts.next().copied().unwrap_or_default(),
         };
         ChainReport {

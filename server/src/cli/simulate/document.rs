@@ -27,6 +27,9 @@
 //! - `end`: the simulated time, from 0.
 //! - `worst`, with `--worst`: `{ "instance": "pilot", "job": 1, "bound": 60, "response": 60 }`, the job of the instance that responds
 //!   late, its bound, and its response in this schedule.
+//! - `way`, with `--worst-chain`: `{ "chain": "avoid", "latency": 480, "bound": 526, "schedules": 240, "passes": [...] }`, the longest
+//!   way of data that was found in so many schedules. Of each instance that it passes, `{ "instance": "laser", "arrival": 20, "reads": 2,
+//!   "writes": 3, "write": 45.5 }`: the instant at which data arrives, the jobs that read and write it, and the end of the write.
 //! - `status`: `met`; `missed` where a job did not end at its deadline or before; `background` and `not-simulated` for activities
 //!   that are left out. Their `jobs`, `unfinished`, `misses`, `greatest` and `average` are null, and `reasons` says why.
 //! - `bound`: the worst-case response time; null without one.
@@ -39,7 +42,7 @@
 //!   is null where a slice is real-time throttling.
 
 use mauve_diagnostics::reasons_of;
-use mauve_timing::{Job, LeftOut, Slice};
+use mauve_timing::{Job, LeftOut, Pass, Slice};
 use mauve_wcrt::ActivityReport;
 use serde::Serialize;
 
@@ -64,9 +67,28 @@ pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
                 response: worst.response(&it.schedule).map(milliseconds),
             }
         }),
+        [way]: it.way.as_ref().map(|found| {
+            object! {
+                chain: found.chain.clone(),
+                latency: milliseconds(found.way.latency()),
+                bound: milliseconds(found.bound),
+                schedules: found.way.schedules,
+                passes: found.way.passes.iter().map(|pass| pass_document(it, pass)).collect::<Vec<_>>(),
+            }
+        }),
         activities: it.rows().map(|row| activity_document(it, &row)).collect::<Vec<_>>(),
         jobs: it.schedule.jobs.iter().map(|job| job_document(it, job)).collect::<Vec<_>>(),
         slices: it.schedule.slices.iter().map(|slice| slice_document(it, slice)).collect::<Vec<_>>(),
+    }
+}
+
+fn pass_document(of: &Simulation<'_>, pass: &Pass) -> impl Serialize + use<> {
+    object! {
+        instance: of.instance(pass.task),
+        arrival: milliseconds(pass.arrival),
+        reads: pass.reads,
+        writes: pass.writes,
+        write: milliseconds(pass.write),
     }
 }
 

@@ -1,8 +1,8 @@
 //! A simulated deployment and its activities.
 
 use mauve_hir::Database;
-use mauve_ide::WorstOf;
-use mauve_timing::{LeftOut, Level, Schedule, SimulationOptions, Statistics, TaskKind, Unit};
+use mauve_ide::{WayOf, WorstOf};
+use mauve_timing::{LeftOut, Level, Pass, Schedule, SimulationOptions, Statistics, TaskKind, Unit};
 use mauve_wcrt::{ActivityReport, DeployedTasks, Report};
 
 /// A simulated deployment.
@@ -17,6 +17,8 @@ pub(super) struct Simulation<'db> {
     pub(super) schedule: Schedule,
     /// With `--worst`.
     pub(super) worst: Option<WorstOf>,
+    /// With `--worst-chain`.
+    pub(super) way: Option<WayOf>,
     /// The number of errors in its project.
     pub(super) errors: usize,
 }
@@ -54,9 +56,16 @@ impl<'db> Simulation<'db> {
         (tasks.kind(activity) != TaskKind::Throttling).then(|| tasks.name(activity))
     }
 
-    /// Says what `--worst` has found.
+    /// Says what `--worst` or `--worst-chain` has found.
     pub(super) fn worst_case(&self) -> Option<String> {
-        Some(self.worst.as_ref()?.description(&self.deployment, &self.schedule))
+        let of_chain = || self.way.as_ref().map(WayOf::description);
+        let worst = self.worst.as_ref();
+        worst.map(|worst| worst.description(&self.deployment, &self.schedule)).or_else(of_chain)
+    }
+
+    /// Returns the way of data that `--worst-chain` has found.
+    pub(super) fn passes(&self) -> &[Pass] {
+        self.way.as_ref().map_or(&[], |found| &found.way.passes)
     }
 
     /// Returns whether something was simulated, and each deadline was met.

@@ -1,17 +1,17 @@
 //! A simulated schedule in the trace event format, which <https://ui.perfetto.dev> and `chrome://tracing` open.
 //!
 //! A CPU is a process, and each activity that may use it is a thread of it. A slice is a complete event (`X`), named after the
-//! state of the machine; a release and a missed deadline are instants (`i`). Times are in microseconds with three decimals, so
+//! state of the machine; a release and a missed deadline are instants (`i`); the way of data is arrows (`s`, `f`). Times are in microseconds with three decimals, so
 //! that they are exact.
 
 use std::collections::HashSet;
 
 use mauve_diagnostics::cpu_names;
-use mauve_timing::{Slice, TaskKind, Time};
+use mauve_timing::{Executed, Slice, TaskKind, Time};
 use serde_json::{Value, json};
 
 use super::simulation::Simulation;
-use crate::cli::trace_events::{line, process, thread};
+use crate::cli::trace_events::{arrow, line, process, thread};
 
 /// Returns the document: an event a line.
 pub(super) fn text(it: &Simulation<'_>) -> String {
@@ -65,6 +65,27 @@ pub(super) fn text(it: &Simulation<'_>) -> String {
         if job.is_missed {
             instant("deadline missed", job.deadline);
         }
+    }
+    let of_job = |activity: usize, job: u64| {
+        move |slice: &&Slice| {
+            slice.activity == activity && slice.job == job && matches!(slice.executed, Executed::Edge(_))
+        }
+    };
+    // The first slice of the job that reads, and the last one of the job that writes.
+    let ends = it.passes().iter().flat_map(|pass| {
+        let read = it.schedule.slices.iter().find(of_job(pass.task, pass.reads));
+        [read, it.schedule.slices.iter().rfind(of_job(pass.task, pass.writes))]
+    });
+    let mut ends: Vec<&Slice> = ends.flatten().collect();
+    ends.dedup();
+    let chain = it.way.as_ref().map_or("", |found| &found.chain);
+    for (id, pair) in ends.windows(2).enumerate() {
+        let [from, to] = pair else { continue };
+        let at = |slice: &Slice| {
+            let (pid, tid) = place(it, slice.cpu, slice.activity);
+            (pid, tid, nanos(slice.start))
+        };
+        events.extend(arrow(id as u64, chain, [at(from), at(to)]));
     }
     format!("{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{}\n]}}\n", events.join(",\n"))
 }

@@ -112,7 +112,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            let drawing = draw_schedule(&title, &deployment, &schedule, params.drawing, &interrupt);
+            let drawing = draw_schedule(&title, &deployment, (&schedule, &[]), params.drawing, &interrupt);
             document["drawing"] = drawing.into();
         }
         Err(why) => {
