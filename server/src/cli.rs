@@ -1,6 +1,7 @@
 //! The commands of the command line. `cli/options.rs` has the options, `cli/text.rs` the formatting that several of them share.
 
 mod analysis_stats;
+mod chains;
 mod check;
 mod date;
 mod editor;
@@ -52,6 +53,11 @@ enum Command {
     Check(check::Check),
     /// Compute worst-case response times.
     Wcrt(wcrt::Wcrt),
+    /// Show how long data takes from sensors to actuators, or why there is no bound.
+    ///
+    /// Exit codes: 0 each chain with a limit in mauve.toml keeps it; 1 one does not, or the models have errors; 2 wrong
+    /// usage, or a file that cannot be read.
+    Chains(chains::ChainsCommand),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
     /// Draw the instances and connections of an architecture; of a deployment, with response times and utilisations.
@@ -125,6 +131,7 @@ impl Arguments {
             Command::Replay(it) => it.run(),
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
+            Command::Chains(it) => it.run(),
             Command::Psm(it) => it.run(),
             Command::Graph(it) => it.run(),
             Command::Simulate(it) => it.run(),

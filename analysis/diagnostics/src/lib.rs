@@ -368,6 +368,7 @@ codes! {
 
 mod allow;
 mod cause;
+mod chain_reasons;
 mod configuration;
 mod execution_times;
 mod findings;
@@ -384,6 +385,7 @@ mod timing_facts;
 mod types;
 
 use cause::Cause;
+pub use chain_reasons::chain_reason;
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,

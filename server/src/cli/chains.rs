@@ -1,0 +1,277 @@
+//! `mauve chains [PATH]`: how long data takes from sensors to actuators, or why there is no bound.
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, times_of};
+use mauve_hir::{Database, Decl, Flat, Project, deployed};
+use mauve_timing::{ChainRule, Level, Time};
+use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
+use mauve_wcrt::{Query, response_times};
+use serde::Serialize;
+
+use crate::analysis_document::{deployments, milliseconds};
+use crate::cli::errors::{nothing_to, say_errors};
+use crate::cli::options::{Outside, Paths, level};
+use crate::cli::text::{columns, counted, csv, number, shown};
+use crate::harmless::harmless;
+use crate::json::{object, one_or_all};
+use crate::load::load;
+use crate::output::Output;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ChainsCommand {
+    #[command(flatten)]
+    paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
+    /// Only this chain, with what each of its components adds.
+    #[arg(long, value_name = "NAME")]
+    chain: Option<String>,
+    /// How to show the figures.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+    /// A line for each chain.
+    Csv,
+}
+
+/// The chains of a deployment that are shown.
+struct Shown<'db> {
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+    flat: Option<&'db Flat<'db>>,
+    chains: &'db Chains<'db>,
+    shown: Vec<&'db ChainReport<'db>>,
+}
+
+impl ChainsCommand {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        if found.is_empty() {
+            return Err(nothing_to("analyse", errors_of_text(&db, &workspaces)));
+        }
+        let of = |(project, deployment)| self.shown(&db, project, deployment);
+        let all: Vec<Shown<'_>> = found.iter().copied().map(of).collect();
+        if let Some(name) = self.chain.as_deref().filter(|_| all.iter().all(|it| it.shown.is_empty())) {
+            let names: Vec<_> = all.iter().flat_map(|it| &it.chains.all).map(|it| it.name.clone()).collect();
+            let near = mauve_hir::similar(name, &names);
+            let hint = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            return Err(format!("no chain `{name}`{hint}"));
+        }
+        let text = match self.format {
+            Format::Table => harmless(&all.iter().map(|it| self.table(it)).collect::<Vec<_>>().join("\n")),
+            Format::Json => one_or_all(all.iter().map(Shown::document))?,
+            Format::Csv => figures_csv(&all),
+        };
+        let mut projects: Vec<Project<'_>> = found.into_iter().map(|(project, _)| project).collect();
+        projects.dedup();
+        let errors = projects.into_iter().map(|project| errors_of(&db, project)).sum();
+        say_errors(errors);
+        let is_late = all.iter().flat_map(|it| &it.shown).any(|chain| !is_proved(chain));
+        Ok(Output::verbatim(text, u8::from(is_late || errors > 0)))
+    }
+
+    fn shown<'db>(&self, db: &'db Database, project: Project<'db>, deployment: Decl<'db>) -> Shown<'db> {
+        let shown = Query::shown(db, project);
+        let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
+        let chains = chains_of(db, project, deployment, query);
+        let is_shown = |it: &&ChainReport<'db>| self.chain.as_deref().is_none_or(|name| it.name == *name);
+        Shown {
+            db,
+            project,
+            deployment,
+            level: query.level,
+            flat: deployed(db, project, deployment).map(|(flat, _)| flat),
+            chains,
+            shown: chains.all.iter().filter(is_shown).collect(),
+        }
+    }
+
+    fn table(&self, it: &Shown<'_>) -> String {
+        let query = Query { level: it.level, ..Query::shown(it.db, it.project) };
+        let times = response_times(it.db, it.project, it.deployment, query).times.as_deref();
+        let mut out = format!(
+            "{}: latency of chains in ms at {}{}\n",
+            it.deployment.name(it.db),
+            it.level,
+            times_of(times)
+        );
+        if it.shown.is_empty() {
+            let why = if it.flat.is_some() {
+                "no data passes from one component to another"
+            } else {
+                "the architecture is not known"
+            };
+            let _ = writeln!(out, "  no chains: {why}");
+            return out;
+        }
+        let row = |chain: &&ChainReport<'_>| {
+            let why = it.reasons(chain).join("; ");
+            let verdict = match (chain.latency, chain.limit) {
+                (None, _) => format!("✗ {}: {why}", status(chain)),
+                (Some(_), None) => String::new(),
+                (Some(_), Some(_)) if is_proved(chain) => "✓ met".to_owned(),
+                (Some(_), Some(_)) => "✗ late".to_owned(),
+            };
+            let limit = chain.limit.map(Time::number).unwrap_or_default();
+            vec![chain.name.to_string(), number(chain.latency), limit, number(chain.age_at_write), verdict]
+        };
+        let rows: Vec<Vec<String>> = it.shown.iter().map(row).collect();
+        out += &columns(&["chain", "latency", "limit", "age at write", ""], &rows);
+        if it.chains.left_out > 0 && self.chain.is_none() {
+            out += "  too many chains: only the shortest from each source to each effect is shown\n";
+        }
+        for chain in it.shown.iter().filter(|it| self.chain.is_some() && it.latency.is_some()) {
+            out.push('\n');
+            out += &it.hops(chain);
+        }
+        out
+    }
+}
+
+/// Whether a chain is not too late, as far as `mauve.toml` says how late it may be.
+fn is_proved(chain: &ChainReport<'_>) -> bool {
+    chain.limit.is_none_or(|limit| chain.latency.is_some_and(|latency| latency <= limit))
+}
+
+fn status(chain: &ChainReport<'_>) -> &'static str {
+    match chain.latency {
+        None => "no-bound",
+        Some(_) if is_proved(chain) => "met",
+        Some(_) => "late",
+    }
+}
+
+impl<'db> Shown<'db> {
+    /// Returns why a chain has no latency, each reason once.
+    fn reasons(&self, chain: &ChainReport<'db>) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for reason in chain.reasons.iter().map(|it| chain_reason(self.db, chain, it)) {
+            if !all.contains(&reason) {
+                all.push(reason);
+            }
+        }
+        all
+    }
+
+    /// Returns where a chain begins and ends.
+    fn ends(&self, chain: &ChainReport<'db>) -> [Option<String>; 2] {
+        let Some([from, to]) = &chain.ends else { return [None, None] };
+        [Some(from.shown(self.db)), Some(to.shown(self.db))]
+    }
+
+    /// Returns the connection that leads to a step, as users write it.
+    fn connection(&self, step: &ChainStepReport<'db>) -> Option<String> {
+        let link = self.flat?.links.get(step.connection?)?;
+        let [(from, output), (to, input)] = [&link.source, &link.target];
+        Some(format!("{from}.{output} -> {to}.{input}"))
+    }
+
+    /// The parts of a latency: a row for each component, and their sum.
+    fn hops(&self, chain: &ChainReport<'db>) -> String {
+        let row = |step: &ChainStepReport<'db>| {
+            let part = step.part;
+            let mut notes = Vec::new();
+            notes.extend(
+                (step.releases > Some(1)).then(|| counted(step.releases.unwrap_or(0) as usize, "release")),
+            );
+            notes.extend(part.stays_full.then(|| "the buffer before it stays full".to_owned()));
+            if part.rule == ChainRule::HigherPriority {
+                notes.push("of a higher priority: the next one waits for its release only".to_owned());
+            }
+            let times = [part.wait, part.buffer, part.periods, part.run, step.total()];
+            let name = self.connection(step).unwrap_or_else(|| step.instance.to_string());
+            std::iter::once(name).chain(times.map(Time::number)).chain([notes.join("; ")]).collect()
+        };
+        let mut rows: Vec<Vec<String>> = chain.steps.iter().map(row).collect();
+        let total = [chain.name.to_string(), String::new(), String::new(), String::new(), String::new()];
+        rows.push(total.into_iter().chain([number(chain.latency), String::new()]).collect());
+        columns(&["", "wait", "buffer", "periods", "run", "sum", ""], &rows)
+    }
+
+    fn document(&self) -> impl Serialize + use<> {
+        let chains = self.shown.iter().map(|chain| {
+            let [from, to] = self.ends(chain);
+            let hops = chain.steps.iter().map(|step| {
+                let part = step.part;
+                object! {
+                    // Null for the first component.
+                    connection: self.connection(step),
+                    instance: step.instance.to_string(),
+                    releases: step.releases,
+                    wait: milliseconds(part.wait),
+                    periods: milliseconds(part.periods),
+                    buffer: milliseconds(part.buffer),
+                    run: milliseconds(part.run),
+                    [stays_full]: part.stays_full.then_some(true),
+                }
+            });
+            object! {
+                name: chain.name.to_string(),
+                declared: chain.declared.is_some(),
+                from: from,
+                to: to,
+                latency: chain.latency.map(milliseconds),
+                age_at_write: chain.age_at_write.map(milliseconds),
+                limit: chain.limit.map(milliseconds),
+                status: status(chain),
+                reasons: self.reasons(chain),
+                hops: hops.collect::<Vec<_>>(),
+            }
+        });
+        object! {
+            deployment: self.deployment.name(self.db).to_string(),
+            root: self.project.root(self.db).path(self.db).clone(),
+            unit: "ms",
+            significance: self.level.as_f64(),
+            chains: chains.collect::<Vec<_>>(),
+            // Longer chains between two ends that are left out, as there are too many, at least.
+            [left_out]: Some(self.chains.left_out).filter(|left_out| *left_out > 0),
+        }
+    }
+}
+
+fn figures_csv(all: &[Shown<'_>]) -> String {
+    let header =
+        "deployment,significance,chain,from,to,latency_ms,age_at_write_ms,limit_ms,status,reasons,root";
+    let here = std::env::current_dir().unwrap_or_default();
+    let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
+    let mut rows = Vec::new();
+    for it in all {
+        for chain in &it.shown {
+            let [from, to] = it.ends(chain).map(Option::unwrap_or_default);
+            rows.push(vec![
+                it.deployment.name(it.db).to_string(),
+                it.level.to_string(),
+                chain.name.to_string(),
+                from,
+                to,
+                cell(chain.latency),
+                cell(chain.age_at_write),
+                cell(chain.limit),
+                status(chain).to_owned(),
+                it.reasons(chain).join("; "),
+                shown(it.project.root(it.db).path(it.db), &here),
+            ]);
+        }
+    }
+    csv(header, rows)
+}
