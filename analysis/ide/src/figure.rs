@@ -64,9 +64,7 @@ pub fn figure<'db>(
         (Status::Background, _) => (["– not real-time", "–"].map(str::to_owned).to_vec(), HintStatus::Time),
         (Status::Met, Some(response)) => {
             let slack = deadline.checked_sub(response).unwrap_or_default();
-            let is_tight = u128::from(slack.as_nanos()) * 100
-                < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
-            match is_tight {
+            match is_tight(slack, deadline, tight_slack) {
                 true => (with_response("!", response), HintStatus::Tight),
                 false => (with_response("✓", response), HintStatus::Met),
             }
@@ -85,6 +83,35 @@ pub fn figure<'db>(
             (texts.to_vec(), HintStatus::Missed)
         }
     }
+}
+
+/// Returns the latency of a chain beside its limit in fewer and fewer words, or why it has none. Slack is as in [`figure`].
+///
+/// ```text
+/// ✓ ≤ 526 / 600 ms    ✗ ≤ 526 / 500 ms    ≤ 526 ms    ? guidance may skip it
+/// ```
+pub fn chain_figure(
+    (latency, limit): (Option<Time>, Option<Time>),
+    reason: &str,
+    tight_slack: u32,
+) -> (Vec<String>, HintStatus) {
+    let Some(latency) = latency else {
+        return (vec![cut(&format!("? {reason}"), MOST_CHARACTERS), "?".to_owned()], HintStatus::Unknown);
+    };
+    let Some(limit) = limit else {
+        return (vec![format!("≤ {}", short(latency))], HintStatus::Time);
+    };
+    let (mark, status) = match limit.checked_sub(latency) {
+        None => ("✗", HintStatus::Missed),
+        Some(slack) if is_tight(slack, limit, tight_slack) => ("!", HintStatus::Tight),
+        Some(_) => ("✓", HintStatus::Met),
+    };
+    (response_texts(&format!("{mark} ≤"), compared(latency, limit), false), status)
+}
+
+/// Whether slack is below this share of the deadline, in percent.
+fn is_tight(slack: Time, deadline: Time, tight_slack: u32) -> bool {
+    u128::from(slack.as_nanos()) * 100 < u128::from(deadline.as_nanos()) * u128::from(tight_slack)
 }
 
 /// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed times are always marked.
@@ -173,6 +200,18 @@ fn rounded(time: Time, round: Round) -> Time {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_latency_stands_beside_its_limit() {
+        let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
+        let of =
+            |latency, limit| chain_figure((latency, limit), "guidance may skip it for ever, or longer", 10);
+        assert_eq!(of(ms(526), ms(600)).0, ["✓ ≤ 526 / 600 ms", "✓ ≤ 526 / 600", "✓ ≤ 526", "✓ ≤"]);
+        assert_eq!(of(ms(526), ms(526)).1, HintStatus::Tight);
+        assert_eq!(of(ms(526), ms(500)).0[0], "✗ ≤ 526 / 500 ms");
+        assert_eq!(of(ms(526), None), (vec!["≤ 526 ms".to_owned()], HintStatus::Time));
+        assert_eq!(of(None, ms(500)).0, ["? guidance may skip it for ever…", "?"]);
+    }
 
     #[test]
     fn long_times_are_rounded_up() {
