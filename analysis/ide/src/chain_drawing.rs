@@ -10,40 +10,107 @@
 
 use std::fmt::Write as _;
 
+use mauve_diagnostics::{chain_reason, times_of};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, config_of, deployed, file_and_line};
+use mauve_syntax::TextRange;
 use mauve_timing::{ChainPart, Time, Unit};
+use mauve_wcrt::chains::{ChainReport, chains_of};
+use mauve_wcrt::{Query, response_times};
 
 use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
-use crate::figure::HintStatus;
+use crate::figure::{HintStatus, chain_figure};
 use crate::text_canvas::cells;
+
+/// The chains of a deployment as they are drawn.
+#[derive(Debug, Clone)]
+pub struct DrawnChains<'db> {
+    /// The title.
+    pub title: String,
+    /// The chains.
+    pub all: Vec<DrawnChain<'db>>,
+    /// The number of chains that are left out, because they are too many.
+    pub left_out: usize,
+}
 
 /// A chain as it is drawn.
 #[derive(Debug, Clone)]
-pub struct DrawnChain {
+pub struct DrawnChain<'db> {
     /// Its name.
     pub name: String,
     /// `✓ ≤ 526 / 600 ms`
     pub figure: String,
     /// The colour of the figure.
     pub status: HintStatus,
+    /// Its name in `mauve.toml`, if it is declared.
+    pub declared: Option<(File, TextRange)>,
     /// Its greatest latency.
     pub latency: Option<Time>,
     /// Its limit.
     pub limit: Option<Time>,
     /// Its components, if it has a latency.
-    pub steps: Vec<DrawnStep>,
+    pub steps: Vec<DrawnStep<'db>>,
     /// Why it has no latency.
     pub reasons: Vec<String>,
 }
 
 /// A component in a chain.
 #[derive(Debug, Clone)]
-pub struct DrawnStep {
+pub struct DrawnStep<'db> {
     /// Its instance.
     pub instance: String,
     /// What it adds to the latency.
     pub part: ChainPart,
-    /// The file and the line of the connection to it, or of its activity.
+    /// The connection to it; of the first one, its activity.
+    pub at: Option<Location<'db>>,
+    /// The file and the line of that.
     pub place: String,
+}
+
+/// Returns the chains of a deployment as they are drawn, of several only that called `name`. Slack below `tight_slack` percent of the
+/// limit is little.
+pub fn drawn_chains<'db>(
+    db: &'db dyn ModelDb,
+    (project, of, query): (Project<'db>, Decl<'db>, Query),
+    name: Option<&str>,
+    tight_slack: u32,
+) -> DrawnChains<'db> {
+    let chains = chains_of(db, project, of, query);
+    let report = response_times(db, project, of, query);
+    let (config, file) = (config_of(db, project.workspace(db)), config_file(db, project.workspace(db)));
+    let links = deployed(db, project, of).map_or(&[] as &[_], |(flat, _)| &flat.links);
+    let drawn = |chain: &ChainReport<'db>| {
+        let (figures, status) = chain_figure((chain.latency, chain.limit), "no bound", tight_slack);
+        let steps = chain.steps.iter().map(|step| {
+            let link = step.connection.and_then(|index| links.get(index)).map(|link| link.at.clone());
+            let activity = || report.activities.get(step.activity?)?.at.clone();
+            let at = link.or_else(activity);
+            let place =
+                at.as_ref().map(|at| file_and_line(db, project.workspace(db), at)).unwrap_or_default();
+            DrawnStep { instance: step.instance.to_string(), part: step.part, at, place }
+        });
+        let declared = chain.declared.and_then(|index| {
+            let span = config.chains.get(index)?.span.clone();
+            let [start, end] = [span.start, span.end].map(u32::try_from);
+            Some((file?, TextRange::new(start.ok()?.into(), end.ok()?.into())))
+        });
+        DrawnChain {
+            name: chain.name.to_string(),
+            figure: figures.into_iter().next().unwrap_or_default(),
+            status,
+            declared,
+            latency: chain.latency,
+            limit: chain.limit,
+            steps: steps.filter(|_| chain.latency.is_some()).collect(),
+            reasons: chain.reasons.iter().map(|reason| chain_reason(db, chain, reason)).collect(),
+        }
+    };
+    let shown = chains.all.iter().filter(|chain| name.is_none_or(|name| chain.name == name));
+    let times = times_of(report.times.as_deref());
+    DrawnChains {
+        title: format!("{} at {}{times}: latency of chains", drawn_name(of.name(db)), query.level),
+        all: shown.map(drawn).collect(),
+        left_out: chains.left_out,
+    }
 }
 
 /// The kinds of parts, in the order in which they pass: the class, the letter, and what the legend says.
@@ -55,14 +122,14 @@ const KINDS: [(&str, char, &str); 4] = [
 ];
 
 /// Returns the times of [`KINDS`].
-fn times_of(part: &ChainPart) -> [Time; 4] {
+fn parts_of(part: &ChainPart) -> [Time; 4] {
     [part.wait, part.buffer, part.periods, part.run]
 }
 
-impl DrawnStep {
+impl DrawnStep<'_> {
     /// `guidance: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms`
     pub fn description(&self) -> String {
-        let parts = KINDS.iter().zip(times_of(&self.part)).filter(|(_, time)| *time > Time::ZERO);
+        let parts = KINDS.iter().zip(parts_of(&self.part)).filter(|(_, time)| *time > Time::ZERO);
         let parts: Vec<String> = parts.map(|((_, _, what), time)| format!("{what} ≤ {time}")).collect();
         let lost = if self.part.stays_full { "; the buffer may stay full" } else { "" };
         format!("{}: {}{lost}", self.instance, parts.join(", "))
@@ -74,10 +141,11 @@ const MOST_ROWS: usize = 100;
 
 /// Draws chains, in one scale. In SVG, a chain is a group with `data-chain`, its index, and a component of it one with `data-hop`, its
 /// index among those of all chains, and `data-place`, the file and the line of its declaration.
-pub fn draw_chains(title: &str, chains: &[DrawnChain], left_out: usize, drawing: Drawing) -> String {
-    let shown = chains.get(..MOST_ROWS).unwrap_or(chains);
+pub fn draw_chains(chains: &DrawnChains<'_>, drawing: Drawing) -> String {
+    let DrawnChains { title, all, left_out } = chains;
+    let shown = all.get(..MOST_ROWS).unwrap_or(all);
     let longest = shown.iter().flat_map(|it| [it.latency, it.limit]).flatten().max().unwrap_or_default();
-    let more = chains.len() - shown.len() + left_out;
+    let more = (all.len() - shown.len()).saturating_add(*left_out);
     let more = if more == 0 { String::new() } else { format!("and {more} more") };
     match drawing {
         Drawing::Svg => svg(title, shown, longest, &more),
@@ -93,7 +161,7 @@ const BAR: f64 = 18.0;
 const LINE: f64 = 17.0;
 const NAME: f64 = 13.0;
 
-fn svg(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String {
+fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> String {
     let mut rows = String::new();
     let (mut y, mut hop) = (48.0, 0);
     for (index, chain) in chains.iter().enumerate() {
@@ -140,7 +208,7 @@ fn svg(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String 
 }
 
 /// Draws the bar of a chain, with the names of its components below, and its limit; returns the height.
-fn svg_bar(out: &mut String, chain: &DrawnChain, (y, longest): (f64, Time), hop: &mut usize) -> f64 {
+fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), hop: &mut usize) -> f64 {
     let scale = PLOT / longest.as_f64(Unit::Milliseconds).max(f64::MIN_POSITIVE);
     let width = |time: Time| time.as_f64(Unit::Milliseconds) * scale;
     let (mut x, mut free, mut below) = (MARGIN, [MARGIN; 2], 0);
@@ -154,7 +222,7 @@ fn svg_bar(out: &mut String, chain: &DrawnChain, (y, longest): (f64, Time), hop:
         *hop += 1;
         let start = x;
         for ((class, ..), time) in
-            KINDS.iter().zip(times_of(&step.part)).filter(|(_, time)| *time > Time::ZERO)
+            KINDS.iter().zip(parts_of(&step.part)).filter(|(_, time)| *time > Time::ZERO)
         {
             let _ = write!(
                 out,
@@ -229,7 +297,7 @@ fn wrapped(text: &str) -> Vec<String> {
     lines.into_iter().map(|line| fitted(&line, PLOT, 12.0, false)).collect()
 }
 
-fn text(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String {
+fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> String {
     const COLUMNS: u128 = 60;
     let column = |time: Time| {
         (u128::from(time.as_nanos()) * COLUMNS).div_ceil(u128::from(longest.as_nanos().max(1))) as usize
@@ -243,7 +311,7 @@ fn text(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String
         let mut passed = Time::ZERO;
         for step in &chain.steps {
             let mut row = " ".repeat(column(passed));
-            for ((_, letter, _), time) in KINDS.iter().zip(times_of(&step.part)) {
+            for ((_, letter, _), time) in KINDS.iter().zip(parts_of(&step.part)) {
                 let before = column(passed);
                 passed = passed.checked_add(time).unwrap_or(passed);
                 // What is shorter than a column is shown, too.
@@ -263,10 +331,10 @@ fn text(title: &str, chains: &[DrawnChain], longest: Time, more: &str) -> String
     out + "\n" + &legend.join("  ") + "\n"
 }
 
-impl DrawnStep {
+impl DrawnStep<'_> {
     /// All that it adds to the latency.
     fn total(&self) -> Time {
-        times_of(&self.part).into_iter().fold(Time::ZERO, |sum, it| sum.checked_add(it).unwrap_or(sum))
+        parts_of(&self.part).into_iter().fold(Time::ZERO, |sum, it| sum.checked_add(it).unwrap_or(sum))
     }
 }
 
@@ -279,17 +347,22 @@ mod tests {
         Time::from_nanos(time * 1_000_000)
     }
 
-    fn step(instance: &str, [wait, buffer, periods, run]: [u64; 4]) -> DrawnStep {
-        let [wait, buffer, periods, run] = [wait, buffer, periods, run].map(ms);
-        let part = ChainPart { wait, buffer, periods, run, ..ChainPart::default() };
-        DrawnStep { instance: instance.to_owned(), part, place: "robot.mal:7".to_owned() }
+    fn draw(all: Vec<DrawnChain<'_>>, left_out: usize, drawing: Drawing) -> String {
+        draw_chains(&DrawnChains { title: "Robot: chains".to_owned(), all, left_out }, drawing)
     }
 
-    fn chains() -> Vec<DrawnChain> {
+    fn step(instance: &str, [wait, buffer, periods, run]: [u64; 4]) -> DrawnStep<'static> {
+        let [wait, buffer, periods, run] = [wait, buffer, periods, run].map(ms);
+        let part = ChainPart { wait, buffer, periods, run, ..ChainPart::default() };
+        DrawnStep { instance: instance.to_owned(), part, at: None, place: "robot.mal:7".to_owned() }
+    }
+
+    fn chains() -> Vec<DrawnChain<'static>> {
         let avoid = DrawnChain {
             name: "avoid".to_owned(),
             figure: "✗ ≤ 526 / 500 ms".to_owned(),
             status: HintStatus::Missed,
+            declared: None,
             latency: Some(ms(526)),
             limit: Some(ms(500)),
             steps: vec![
@@ -304,6 +377,7 @@ mod tests {
             name: "joy.commands -> p3dx_driver.aria_drive (through teleop, switch, and a very long list of others)".to_owned(),
             figure: "? may skip".to_owned(),
             status: HintStatus::Unknown,
+            declared: None,
             latency: None,
             limit: None,
             steps: Vec::new(),
@@ -313,6 +387,7 @@ mod tests {
             name: "stop".to_owned(),
             figure: "✓ ≤ 30 / 100 ms".to_owned(),
             status: HintStatus::Met,
+            declared: None,
             latency: Some(ms(30)),
             limit: Some(ms(100)),
             steps: vec![step("bumper", [10, 0, 0, 1]), step("p3dx_driver", [10, 0, 0, 9])],
@@ -342,12 +417,12 @@ mod tests {
             and 3 more
 
             ░ waits for a release  ▓ in the buffer  ▒ periods before the write  █ runs until the write
-        "#]].assert_eq(&draw_chains("Robot: chains", &chains(), 3, Drawing::Text));
+        "#]].assert_eq(&draw(chains(), 3, Drawing::Text));
     }
 
     #[test]
     fn bars_are_stacked_in_one_scale() {
-        let svg = draw_chains("Robot: chains", &chains(), 0, Drawing::Svg);
+        let svg = draw(chains(), 0, Drawing::Svg);
         let rects: Vec<&str> = svg.lines().filter(|line| line.starts_with("<rect class=\"slice")).collect();
         expect![[r#"
             <rect class="slice wait" x="16" y="86" width="70" height="18"/><rect class="slice run" x="86" y="86" width="37.1" height="18"/><text class="mark" x="19" y="116">hokuyo</text><path class="base" d="M16 86v22"/></g>
@@ -365,10 +440,10 @@ mod tests {
 
     #[test]
     fn nothing_and_too_many_are_drawn() {
-        let svg = draw_chains("", &[], 0, Drawing::Svg);
+        let svg = draw(Vec::new(), 0, Drawing::Svg);
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
-        let many: Vec<DrawnChain> = (0..120).map(|_| chains()[2].clone()).collect();
-        let svg = draw_chains("", &many, 4, Drawing::Svg);
+        let many: Vec<DrawnChain<'_>> = (0..120).map(|_| chains()[2].clone()).collect();
+        let svg = draw(many, 4, Drawing::Svg);
         assert_eq!(svg.matches("data-chain").count(), 100);
         assert!(svg.contains(">and 24 more<"));
     }
@@ -389,7 +464,7 @@ mod tests {
             },
         ];
         for drawing in [Drawing::Svg, Drawing::Text] {
-            let drawn = draw_chains("", &[chain.clone()], 0, drawing);
+            let drawn = draw(vec![chain.clone()], 0, drawing);
             assert!(!drawn.contains("NaN") && drawn.len() < 100_000, "{drawn}");
         }
     }

@@ -93,7 +93,7 @@ mod worst_schedule;
 
 pub use architecture_drawing::{draw_graph, instance_tree};
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
-pub use chain_drawing::{DrawnChain, DrawnStep, draw_chains};
+pub use chain_drawing::{DrawnChain, DrawnChains, DrawnStep, draw_chains, drawn_chains};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};

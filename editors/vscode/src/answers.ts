@@ -90,6 +90,25 @@ export interface Schedule extends Drawn {
   reasons: string[];
 }
 
+/** Of `mauve/chains`; times are in milliseconds. */
+export interface Chains extends Drawn {
+  deployment: string;
+  significance: number;
+  chains: {
+    name: string;
+    figure: string;
+    status: string;
+    latency: number | null;
+    limit: number | null;
+    reasons: string[];
+    location: Location | null;
+  }[];
+  /** The components of all chains. */
+  hops: { chain: number; instance: string; wait: number; buffer: number; periods: number; run: number; location: Location | null }[];
+  leftOut: number;
+  reasons: string[];
+}
+
 /** Of `mauve/executionTimes`. */
 export interface ExecutionTimes extends Drawn {
   codel: string;
@@ -107,6 +126,7 @@ export interface Answers {
   architecture: Graph;
   stateMachine: Machine;
   schedule: Schedule;
+  chains: Chains;
   executionTimes: ExecutionTimes;
 }
 

@@ -1,4 +1,4 @@
-import type { Answers, Choice, ExecutionTimes, Graph, Machine, PanelKind, Schedule, Subject } from "./answers";
+import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Schedule, Subject } from "./answers";
 
 /** Sends a request to the server. */
 export type Request = <T>(method: string, parameters: object) => Promise<T>;
@@ -51,6 +51,14 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
     },
     choose: (subject, instance) => ({ ...subject, instance }),
+  },
+  chains: {
+    title: "Chains",
+    load: async (request, subject) => {
+      const answer = await named(request, "mauve/chains", "deployment", subject, (it: Chains) => it.deployment);
+      return { answer, subject: { ...subject, name: answer.deployment }, choices: [], chosen: "" };
+    },
+    choose: (subject) => subject,
   },
   executionTimes: {
     title: "Execution times",

@@ -15,6 +15,7 @@ const commands: Record<PanelKind, string> = {
   architecture: "mauve.showArchitecture",
   stateMachine: "mauve.showStateMachine",
   schedule: "mauve.showSchedule",
+  chains: "mauve.showChains",
   executionTimes: "mauve.showExecutionTimes",
 };
 

@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, times_of};
+use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, deployed};
+use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
 use mauve_timing::{ChainRule, Level, Time};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
 use mauve_wcrt::{Query, response_times};
 use serde::Serialize;
 
 use crate::analysis_document::{deployments, milliseconds};
-use crate::cli::errors::{nothing_to, say_errors};
+use crate::cli::errors::{nothing_to, say_errors, several_of};
 use crate::cli::options::{Outside, Paths, level};
 use crate::cli::text::{columns, counted, csv, number, shown};
 use crate::harmless::harmless;
@@ -47,6 +49,10 @@ enum Format {
     Json,
     /// A line for each chain.
     Csv,
+    /// A bar for each chain, for terminals.
+    Text,
+    /// The same for browsers.
+    Svg,
 }
 
 /// The chains of a deployment that are shown.
@@ -80,6 +86,14 @@ impl ChainsCommand {
             Format::Table => harmless(&all.iter().map(|it| self.table(it)).collect::<Vec<_>>().join("\n")),
             Format::Json => one_or_all(all.iter().map(Shown::document))?,
             Format::Csv => figures_csv(&all),
+            Format::Svg => match all.as_slice() {
+                [one] => self.drawing(one, Drawing::Svg),
+                _ => return Err(several_of(&db, Kind::Deployment, &found)),
+            },
+            Format::Text => {
+                let drawn = all.iter().map(|it| self.drawing(it, Drawing::Text));
+                harmless(&drawn.collect::<Vec<_>>().join("\n"))
+            }
         };
         let mut projects: Vec<Project<'_>> = found.into_iter().map(|(project, _)| project).collect();
         projects.dedup();
@@ -105,8 +119,13 @@ impl ChainsCommand {
         }
     }
 
+    fn drawing(&self, it: &Shown<'_>, drawing: Drawing) -> String {
+        let of = (it.project, it.deployment, it.query());
+        draw_chains(&drawn_chains(it.db, of, self.chain.as_deref(), TIGHT_SLACK), drawing)
+    }
+
     fn table(&self, it: &Shown<'_>) -> String {
-        let query = Query { level: it.level, ..Query::shown(it.db, it.project) };
+        let query = it.query();
         let times = response_times(it.db, it.project, it.deployment, query).times.as_deref();
         let mut out = format!(
             "{}: latency of chains in ms at {}{}\n",
@@ -161,6 +180,10 @@ fn status(chain: &ChainReport<'_>) -> &'static str {
 }
 
 impl<'db> Shown<'db> {
+    fn query(&self) -> Query {
+        Query { level: self.level, ..Query::shown(self.db, self.project) }
+    }
+
     /// Returns why a chain has no latency, each reason once.
     fn reasons(&self, chain: &ChainReport<'db>) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();

@@ -58,6 +58,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
         .custom_method("mauve/graph", Backend::graph)
         .custom_method("mauve/stateMachine", Backend::state_machine)
         .custom_method("mauve/schedule", Backend::schedule)
+        .custom_method("mauve/chains", Backend::chains)
         .custom_method("mauve/executionTimes", Backend::execution_times)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
@@ -279,6 +280,7 @@ impl Backend {
 
     own_methods! {
         analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
+        chains(chains::ChainsParams) -> Value => chains::chains;
         execution_times(execution_times::ExecutionTimesParams) -> Value => execution_times::execution_times;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
         graph(graph::GraphParams) -> Vec<Value> => graph::graph;

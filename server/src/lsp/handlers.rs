@@ -2,6 +2,7 @@
 //! workers, and an edit cancels them.
 
 pub(crate) mod analysis;
+pub(crate) mod chains;
 pub(crate) mod code_actions;
 pub(crate) mod code_lens;
 pub(crate) mod completion;

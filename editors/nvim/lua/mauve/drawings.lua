@@ -1,4 +1,4 @@
--- Drawings in windows: the architecture, a state machine, a schedule and the times of a codel, in characters as the server draws
+-- Drawings in windows: the architecture, a state machine, a schedule, chains and the times of a codel, in characters as the server draws
 -- them, and the instances as a tree. They follow the text while it is edited.
 
 local mauve = require('mauve')
@@ -18,6 +18,7 @@ M.kinds = {
   tree = { method = 'mauve/graph', at_cursor = false, is_tree = true },
   machine = { method = 'mauve/stateMachine', at_cursor = true, names = { 'component' } },
   schedule = { method = 'mauve/schedule', at_cursor = true, names = { 'deployment', 'instance' } },
+  chains = { method = 'mauve/chains', at_cursor = true, names = { 'deployment' } },
   times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel' } },
 }
 
@@ -55,7 +56,7 @@ local function places_of(answer)
     end
   end
   for _, drawn in ipairs(each(answer)) do
-    for _, list in ipairs({ 'nodes', 'states', 'edges', 'activities' }) do
+    for _, list in ipairs({ 'nodes', 'states', 'edges', 'activities', 'chains', 'hops' }) do
       for _, it in ipairs(drawn[list] or {}) do
         add(it.instance or it.name or it.transition, type(it.activity) == 'table' and it.activity or it.location)
         add(it.component, it.location)
@@ -84,7 +85,7 @@ local function colour(buffer)
       syntax match MauveMissed /✗ [^│┤├·]*/
       syntax match MauveUnknown /? [^│┤├·]*/
       syntax match MauveMissed /!\+/
-      syntax match MauveTime /█\+/
+      syntax match MauveTime /[█▒▓]\+/
       syntax match MauveUnknown /^\(incomplete\|no times\): .*/
     ]])
   end)

@@ -1,5 +1,5 @@
 // What a panel shows beside its drawing, by its kind.
-import type { Answers, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
+import type { Answers, Chains, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
 import { bar, h } from "./dom";
 import { cpus, number, percent, Row, rows, statusOf, Step, steps, summary } from "./figures";
 
@@ -24,6 +24,8 @@ export function details<Kind extends PanelKind>(
       return ofMachine(answer as Machine, actions, selected);
     case "schedule":
       return ofSchedule(answer as Answers["schedule"], actions);
+    case "chains":
+      return ofChains(answer as Chains, actions, selected);
     default:
       return ofTimes(answer as Answers["executionTimes"]);
   }
@@ -51,6 +53,16 @@ export function headline(kind: PanelKind, answer: Answers[PanelKind]): { status:
       const { instance, instances, bound, note } = answer as Answers["schedule"];
       const status = statusOf(instances.find((it) => it.instance === instance)?.status ?? null);
       return { status: note === null ? "unknown" : status, text: note ?? `No schedule; bound ${number(bound)} ms` };
+    }
+    case "chains": {
+      const { chains } = answer as Chains;
+      const late = chains.filter(({ status }) => status === "missed");
+      const lost = chains.filter(({ latency }) => latency === null);
+      const count = (of: Chains["chains"], what: string) => (of.length === 0 ? [] : [`${of.length} of ${chains.length} ${what}`]);
+      const parts = [...count(late, "above the limit"), ...count(lost, "without a bound")];
+      const status = late.length > 0 ? "missed" : lost.length > 0 ? "unknown" : chains.some(({ limit }) => limit !== null) ? "met" : "none";
+      const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
+      return { status, text: parts.length === 0 ? chain : parts.join("; ") };
     }
     default: {
       const { levels, shown, assumed } = answer as Answers["executionTimes"];
@@ -191,6 +203,23 @@ function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], 
   const caption = "Response times, the worst first: show the schedule of";
   const columns = { Instance: "", "Response / deadline": "figure" } as const;
   return [reasons("No schedule", why), table("activities", caption, columns, sorted.map(row))];
+}
+
+/** The components of the selected chain, otherwise of the first one with a latency, and why chains have none. */
+function ofChains({ chains, hops, leftOut }: Chains, actions: Actions, selected?: Item): HTMLElement[] {
+  const [part, at] = selected?.split(":") ?? [];
+  const chosen = part === "chain" ? Number(at) : hops[part === "hop" ? Number(at) : 0]?.chain;
+  const row = ({ instance, wait, buffer, periods, run }: Chains["hops"][number], index: number) => {
+    const item: Item = `hop:${index}`;
+    const times = [wait, buffer, periods, run, wait + buffer + periods + run];
+    return rowOf(item, actions, undefined, name(link(instance, item, actions)), ...times.map((it) => figure(it === 0 ? "" : number(it))));
+  };
+  const rows = hops.flatMap((hop, index) => (hop.chain === chosen ? [row(hop, index)] : []));
+  const columns = { Component: "", Wait: "figure", Buffer: "figure", Periods: "figure", Run: "figure", "Total ms": "figure" } as const;
+  const chain = chains[chosen ?? 0];
+  const why = chains.filter(({ reasons }) => reasons.length > 0).map((it) => `${it.name}: ${it.reasons.join("; ")}`);
+  const more = leftOut === 0 ? [] : [`${leftOut} more chains are not shown: they are longer ways between the same ends`];
+  return [table("hops", `${chain?.name ?? ""}: ${chain?.figure ?? ""}`, columns, rows), reasons("Without a bound", why), reasons("Left out", more)];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {

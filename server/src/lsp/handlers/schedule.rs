@@ -50,7 +50,8 @@ pub(crate) struct ScheduleParams {
 pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) = deployment(snapshot, params)?;
+    let (project, of) =
+        deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
     let shown = Query::shown(db, project);
     let query = Query { level: params.significance.unwrap_or(shown.level), ..shown };
     let report = response_times(db, project, of, query);
@@ -123,12 +124,17 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     Ok(document)
 }
 
-/// Returns the deployment that the parameters select.
-fn deployment<'db>(snapshot: &'db Snapshot, params: &ScheduleParams) -> Result<(Project<'db>, Decl<'db>)> {
+/// Returns the deployment with this name, or at this position, of a document.
+pub(super) fn deployment<'db>(
+    snapshot: &'db Snapshot,
+    document: &TextDocumentIdentifier,
+    name: Option<&str>,
+    position: Option<Position>,
+) -> Result<(Project<'db>, Decl<'db>)> {
     let db = &snapshot.db;
-    let (file, lines) = snapshot.file(&params.text_document)?;
+    let (file, lines) = snapshot.file(document)?;
     let mut selections: Vec<GraphsOf<'_>> = Vec::new();
-    match (&params.deployment, params.position) {
+    match (name, position) {
         (Some(name), _) => selections.push(GraphsOf::Name(name)),
         // Elsewhere in the file, a position selects no deployment.
         (None, Some(position)) => selections.extend([GraphsOf::At(lines.offset(position)), GraphsOf::File]),
