@@ -32,6 +32,7 @@ pub(crate) fn graph_document<'db>(
             "status": activity.map(|it| it.verdict.name()),
             "reasons": activity.map(|it| mauve_diagnostics::reasons_of(db, it)).unwrap_or_default(),
             "place": node.place,
+            "lit": node.is_lit,
         })
     };
     let edge = |edge: &GraphEdge<'db>| {
@@ -42,6 +43,7 @@ pub(crate) fn graph_document<'db>(
             "targetFeature": edge.target.1.to_string(),
             "operation": edge.operation,
             "place": edge.place,
+            "lit": edge.is_lit,
         })
     };
     let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);

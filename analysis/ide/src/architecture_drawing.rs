@@ -1,5 +1,5 @@
 //! An architecture as a drawing: a box for each instance with its ports, and a line for each connection. For a deployment, boxes
-//! have the colour of their deadline's status.
+//! have the colour of their deadline's status. A chain that is lit has its own colour; its boxes are marked by `»` in characters.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -127,7 +127,8 @@ fn dot(graph: &Graph<'_>) -> String {
         };
         let below = figures.map(|it| format!("\\n{}", it.with_load())).unwrap_or_default();
         let label = format!("\"{}: {}{below}\"", node.instance, node.component);
-        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", dot_text(fill));
+        let lit = if node.is_lit { ", penwidth=3" } else { "" };
+        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}{lit}];", dot_text(fill));
     }
     for ((source, target, operation), names) in lines {
         let style = if operation { ", style=dashed" } else { "" };
@@ -208,9 +209,10 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", PIXELS.margin), &graph.title);
     for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
         let call = if edge.operation { " call" } else { "" };
+        let lit = if edge.is_lit { " worst" } else { "" };
         let _ = writeln!(
             out,
-            "<g class=\"link\" data-edge=\"{index}\" data-source=\"{}\" data-target=\"{}\" data-place=\"{}\"><title>{} → \
+            "<g class=\"link{lit}\" data-edge=\"{index}\" data-source=\"{}\" data-target=\"{}\" data-place=\"{}\"><title>{} → \
              {}</title><path class=\"wire{call}\" d=\"{}\"/></g>",
             edge.source.0,
             edge.target.0,
@@ -245,10 +247,11 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
     let Area { x, y, width, .. } = placed.area;
     let figures = Figures::of(node);
     let status = figures.as_ref().map_or("", |figures| figures.status);
+    let lit = if node.is_lit { " passed" } else { "" };
     let spoken = figures.as_ref().map(|it| format!(", {}, {}", it.verdict, it.settings)).unwrap_or_default();
     let _ = writeln!(
         out,
-        "<g class=\"box {status}\" data-instance=\"{index}\" data-place=\"{}\"><title>{}: {}{}</title>\n\
+        "<g class=\"box {status}{lit}\" data-instance=\"{index}\" data-place=\"{}\"><title>{}: {}{}</title>\n\
          {}",
         svg_text(&node.place),
         svg_text(&node.instance),
@@ -313,7 +316,8 @@ const CELLS: Spacing =
 
 fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
-        let name = format!("{}: {}", node.instance, node.component);
+        let lit = if node.is_lit { "» " } else { "" };
+        let name = format!("{lit}{}: {}", node.instance, node.component);
         std::iter::once(name).chain(Figures::of(node).map(|it| it.with_load())).collect()
     };
     let (diagram, ports) = diagram(graph, |node, ports| {

@@ -6,10 +6,11 @@ use mauve_diagnostics::{model_reason, times_of};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, architecture, declaration_at, declarations,
-    file_and_line, flat_of, is_model, names_of, target_of,
+    deployed, file_and_line, flat_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Utilisation};
+use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
 
 use crate::drawing::drawn_name;
@@ -49,6 +50,8 @@ pub struct GraphNode<'db> {
     pub figure: String,
     /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
+    /// Whether it is in the chain that is lit.
+    pub is_lit: bool,
 }
 
 /// A port or an operation of an instance.
@@ -73,6 +76,30 @@ pub struct GraphEdge<'db> {
     pub at: Location<'db>,
     /// The file and the line of its declaration.
     pub place: String,
+    /// Whether it is in the chain that is lit.
+    pub is_lit: bool,
+}
+
+impl<'db> Graph<'db> {
+    /// Lights a chain of the deployment. Returns whether there is one of this name.
+    pub fn light(
+        &mut self,
+        db: &'db dyn ModelDb,
+        (project, of, query): (Project<'db>, Decl<'db>, Query),
+        name: &str,
+    ) -> bool {
+        let deployed = deployed(db, project, of).filter(|_| self.report.is_some());
+        let chain = |_| chains_of(db, project, of, query).all.iter().find(|chain| chain.name == name);
+        let Some(((flat, _), chain)) = deployed.and_then(|it| Some((it, chain(it)?))) else { return false };
+        let links = || chain.steps.iter().filter_map(|step| flat.links.get(step.connection?));
+        for node in &mut self.nodes {
+            node.is_lit = chain.steps.iter().any(|step| step.instance == node.instance);
+        }
+        for edge in &mut self.edges {
+            edge.is_lit = links().any(|link| link.at == edge.at);
+        }
+        true
+    }
 }
 
 /// Selects deployments or architectures of a project.
@@ -167,7 +194,14 @@ pub fn graph<'db>(
         let end = |(instance, feature): &(Name, Name)| Some((*number.get(instance)?, feature.clone()));
         let (source, target) = (end(&link.source)?, end(&link.target)?);
         let place = file_and_line(db, project.workspace(db), &link.at);
-        Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone(), place })
+        Some(GraphEdge {
+            source,
+            target,
+            operation: link.operation,
+            at: link.at.clone(),
+            place,
+            is_lit: false,
+        })
     });
     let mut missing: Vec<String> =
         flat.refusals.iter().map(|refusal| model_reason(db, &refusal.reason)).collect();
@@ -218,6 +252,7 @@ fn node<'db>(
         activity,
         figure: figure.unwrap_or_default(),
         load,
+        is_lit: false,
     })
 }
 

@@ -142,6 +142,8 @@ export interface Subject {
   root?: string;
   /** The instance whose schedule is shown. */
   instance?: string;
+  /** The chain that is lit in the architecture. */
+  chain?: string;
 }
 
 /** An element of a drawing: its kind, as in the attribute `data-state`, and its number there, such as `state:3`. */
@@ -166,4 +168,5 @@ export type FromPanel =
   | { type: "ready" }
   | { type: "go"; item: Item }
   | { type: "choose"; value: string }
+  | { type: "lightChain"; chain: string }
   | { type: "chooseLevel" | "save" | "copy" };

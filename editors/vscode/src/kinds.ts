@@ -78,8 +78,8 @@ export function nameOf({ name, instance }: Subject): string {
 
 /** The deployments of a document, and the one of the subject: by its name, else where it was, else the first. */
 async function loadGraph(request: Request, subject: Subject): Promise<Loaded<Graph>> {
-  const { uri, name, root, position } = subject;
-  const ask = (parameters: object) => request<Graph[]>("mauve/graph", { textDocument: { uri }, ...parameters });
+  const { uri, name, root, position, chain } = subject;
+  const ask = (parameters: object) => request<Graph[]>("mauve/graph", { textDocument: { uri }, chain, ...parameters });
   const isIt = (graph: Graph) => graph.name === name && (root === undefined || graph.root === root);
   const graphs = await ask({});
   let answer = graphs.find(isIt);
@@ -99,7 +99,7 @@ async function loadGraph(request: Request, subject: Subject): Promise<Loaded<Gra
   const label = (graph: Graph) => (isAmbiguous(graph) ? `${graph.name} (${graph.root})` : graph.name);
   return {
     answer,
-    subject: { uri, position, name: answer.name, root: answer.root },
+    subject: { uri, position, name: answer.name, root: answer.root, chain },
     choices: all.map((graph) => ({ label: label(graph), value: value(graph) })),
     chosen: value(answer),
   };

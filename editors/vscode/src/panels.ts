@@ -276,6 +276,10 @@ class Panel {
         return this.go(message.item);
       case "choose":
         return this.change(kinds[this.kind].choose(this.subject, message.value));
+      case "lightChain": {
+        const { uri, name } = this.subject;
+        return vscode.commands.executeCommand("mauve.showArchitecture", uri, { name, chain: message.chain });
+      }
       case "chooseLevel":
         return vscode.commands.executeCommand("mauve.chooseSignificance");
       default:

@@ -29,6 +29,9 @@ pub(crate) struct Graph {
     /// Show this deployment, with its response times.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
+    /// Light this chain of the deployment.
+    #[arg(long, value_name = "NAME", conflicts_with = "architecture")]
+    chain: Option<String>,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -45,7 +48,12 @@ impl Graph {
         let shown = Query::shown(&db, project);
         let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
         let found = graph(&db, project, of, query, TIGHT_SLACK);
-        let graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
+        let mut graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
+        if let Some(chain) = &self.chain
+            && !graph.light(&db, (project, of, query), chain)
+        {
+            return Err(format!("no chain `{chain}` in {}: `mauve chains` lists them", of.name(&db)));
+        }
         for missing in &graph.missing {
             say(&format!("incomplete: {missing}"));
         }

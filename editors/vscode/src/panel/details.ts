@@ -8,6 +8,7 @@ export interface Actions {
   go(item: Item): void;
   hover(item?: Item): void;
   choose(value: string): void;
+  lightChain(chain: string): void;
 }
 
 /** The parts of the page below the drawing. `selected` is the selected element of the drawing. */
@@ -219,7 +220,9 @@ function ofChains({ chains, hops, leftOut }: Chains, actions: Actions, selected?
   const chain = chains[chosen ?? 0];
   const why = chains.filter(({ reasons }) => reasons.length > 0).map((it) => `${it.name}: ${it.reasons.join("; ")}`);
   const more = leftOut === 0 ? [] : [`${leftOut} more chains are not shown: they are longer ways between the same ends`];
-  return [table("hops", `${chain?.name ?? ""}: ${chain?.figure ?? ""}`, columns, rows), reasons("Without a bound", why), reasons("Left out", more)];
+  const light = h("button", { "data-key": "light" }, "Show in the architecture");
+  light.addEventListener("click", () => actions.lightChain(chain?.name ?? ""));
+  return [h("section", {}, ...(chain === undefined ? [] : [light])), table("hops", `${chain?.name ?? ""}: ${chain?.figure ?? ""}`, columns, rows), reasons("Without a bound", why), reasons("Left out", more)];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {

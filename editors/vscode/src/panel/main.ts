@@ -193,6 +193,7 @@ function showDetails(): void {
       go: (item: Item) => post({ type: "go", item }),
       hover: (item?: Item) => stage.hover(item),
       choose: (value: string) => post({ type: "choose", value }),
+      lightChain: (chain: string) => post({ type: "lightChain", chain }),
     };
     const lit = new Set([...below.querySelectorAll(".lit")].map((row) => row.getAttribute("data-item")));
     const { scrollTop } = below;

@@ -5,6 +5,7 @@
 //! | `textDocument` | a file: a model, a timing table or `mauve.toml` |
 //! | `position` | a position in a deployment or an architecture, which is selected; if left out, the deployments of the file, else its architectures, else those of its project |
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's project |
+//! | `chain` | the name of a chain, to light in each deployment that has it: its nodes and edges are `lit` |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
 //!
@@ -38,6 +39,7 @@ pub(crate) struct GraphParams {
     text_document: TextDocumentIdentifier,
     position: Option<Position>,
     name: Option<String>,
+    chain: Option<String>,
     significance: Option<Level>,
     #[serde(default)]
     drawing: Drawing,
@@ -56,9 +58,7 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
     let selected = selected(snapshot, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
-        .filter_map(|&(project, of)| {
-            document(snapshot, project, of, params.significance, params.drawing).transpose()
-        })
+        .filter_map(|&(project, of)| document(snapshot, project, of, params).transpose())
         .collect::<Result<_>>()?;
     match selected.first() {
         Some((_, of)) if documents.is_empty() => {
@@ -92,15 +92,17 @@ fn document(
     snapshot: &Snapshot,
     project: Project<'_>,
     of: Decl<'_>,
-    level: Option<Level>,
-    drawing: Drawing,
+    params: &GraphParams,
 ) -> Result<Option<Value>> {
     let db = &snapshot.db;
     let mut query = Query::shown(db, project);
-    query.level = level.unwrap_or(query.level);
-    let Some(graph) = graph_of(db, project, of, query, snapshot.settings.hints.tight_slack) else {
+    query.level = params.significance.unwrap_or(query.level);
+    let Some(mut graph) = graph_of(db, project, of, query, snapshot.settings.hints.tight_slack) else {
         return Ok(None);
     };
+    if let Some(chain) = &params.chain {
+        graph.light(db, (project, of, query), chain);
+    }
     let mut document = graph_document(db, (project, of), query, &graph);
     let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
@@ -113,7 +115,7 @@ fn document(
     for (document, edge) in edges.zip(&graph.edges) {
         document["location"] = location(&edge.at);
     }
-    document["drawing"] = draw_graph(db, &graph, drawing).into();
+    document["drawing"] = draw_graph(db, &graph, params.drawing).into();
     document["tree"] = instance_tree(&graph).into();
     document["incomplete"] = snapshot.has_syntax_errors(project).into();
     Ok(Some(document))
