@@ -17,6 +17,7 @@
 //! | [`mutations`] | random texts: no panic, no lost byte, and a location for each diagnostic |
 //! | [`pages`] | the models on the pages of `mauve explain` |
 //! | [`queries`] | which queries an edit executes |
+//! | [`passages`] | how data passes through cores: periods, what overwrites it, and why it may never pass |
 //! | [`reparse`] | the database after an edit equals a new one |
 //! | [`schemas`] | the JSON schemas, compared with the readers |
 //! | [`seeding`] | one mistake in a random model is one diagnostic at its location |
@@ -45,6 +46,7 @@ mod misspelt_keys;
 mod mistakes;
 mod mutations;
 mod pages;
+mod passages;
 mod queries;
 mod reparse;
 mod schemas;

@@ -11,7 +11,7 @@ use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
-use crate::item_tree::{BinaryOperator, Expr, Literal, Name, Program, Statement};
+use crate::item_tree::{BinaryOperator, Expr, Literal, Name, Program, SourceId, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, Location};
@@ -109,7 +109,7 @@ fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, gro
 }
 
 fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'db>) -> ProgramCost<'db> {
-    let mut context = CostContext { of, inference, facts: Vec::new() };
+    let mut context = CostContext { of, inference, facts: Vec::new(), until: &[], reached: None };
     let (completeness, cost, constant) = match code {
         Code::Program(code) => (code.completeness, context.program(code), None),
         Code::Guard(guard) => {
@@ -124,12 +124,32 @@ fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'d
     ProgramCost { completeness, cost: Arc::new(cost), constant, facts: context.facts }
 }
 
+/// Returns the cost of a program up to the end of the last of these calls, along the worst path to it.
+pub(crate) fn cost_until<'db>(
+    of: Decl<'db>,
+    code: Code<'_>,
+    inference: &'db Inference<'db>,
+    until: &[SourceId],
+) -> Cost<'db> {
+    let mut context = CostContext { of, inference, facts: Vec::new(), until, reached: None };
+    let reached = match code {
+        Code::Program(program) => context.block(&program.statements, &mut { MAX_SPLITS }).reached,
+        Code::Guard(guard) => {
+            context.expr(&guard.condition, &mut Vec::new());
+            context.reached
+        }
+    };
+    reached.unwrap_or_default()
+}
+
 /// The costs of statements along their worst paths, by the end of the path.
 struct Paths<'db> {
     /// The cost of the paths that return; `None` if there are none.
     returned: Option<Cost<'db>>,
     /// The cost of the paths that reach the end of the statements; `None` if every path returns.
     finished: Option<Cost<'db>>,
+    /// The cost up to the end of the last of [`CostContext::until`]; `None` if there is none of them.
+    reached: Option<Cost<'db>>,
 }
 
 impl<'db> Paths<'db> {
@@ -137,13 +157,18 @@ impl<'db> Paths<'db> {
         Paths {
             returned: greatest(self.returned, other.returned),
             finished: greatest(self.finished, other.finished),
+            reached: greatest(self.reached, other.reached),
         }
     }
 
     /// Adds `costs` to the beginning of each path.
     fn after(self, costs: &[Cost<'db>]) -> Paths<'db> {
         let after = |cost: Cost<'db>| Cost::Sum(costs.iter().cloned().chain([cost]).collect());
-        Paths { returned: self.returned.map(after), finished: self.finished.map(after) }
+        Paths {
+            returned: self.returned.map(after),
+            finished: self.finished.map(after),
+            reached: self.reached.map(after),
+        }
     }
 
     fn worst(self) -> Cost<'db> {
@@ -153,25 +178,35 @@ impl<'db> Paths<'db> {
     /// Returns the paths through a sequence of statements. For at most `splits` statements, the paths that return exclude
     /// the statements after them; for the others they include those, which is safe and keeps the cost flat.
     fn sequence(statements: Vec<Paths<'db>>, splits: &mut u32) -> Paths<'db> {
-        // Both lists are in reverse order.
+        // All lists are in reverse order.
         let (mut returned, mut finished) = (None::<Vec<Cost<'db>>>, Some(Vec::new()));
+        let mut reached = None::<Vec<Cost<'db>>>;
         let sum = |costs: Vec<Cost<'db>>| Cost::Sum(costs.into_iter().rev().collect());
         for mut statement in statements.into_iter().rev() {
             if statement.returned.is_some() && statement.finished.is_some() {
                 match splits.checked_sub(1) {
                     Some(remaining) => *splits = remaining,
-                    None => statement = Paths { returned: None, finished: Some(statement.worst()) },
+                    None => {
+                        let reached = statement.reached.take();
+                        statement = Paths { returned: None, finished: Some(statement.worst()), reached };
+                    }
                 }
             }
             match statement.finished {
-                None => (returned, finished) = (None, None),
-                Some(cost) => returned.iter_mut().chain(&mut finished).for_each(|it| it.push(cost.clone())),
+                None => (returned, finished, reached) = (None, None, None),
+                Some(cost) => {
+                    let all = returned.iter_mut().chain(&mut finished).chain(&mut reached);
+                    all.for_each(|it| it.push(cost.clone()));
+                }
+            }
+            if let Some(cost) = statement.reached {
+                reached = greatest(Some(cost), reached.map(sum)).map(|cost| vec![cost]);
             }
             if let Some(cost) = statement.returned {
                 returned = greatest(Some(cost), returned.map(sum)).map(|cost| vec![cost]);
             }
         }
-        Paths { returned: returned.map(sum), finished: finished.map(sum) }
+        Paths { returned: returned.map(sum), finished: finished.map(sum), reached: reached.map(sum) }
     }
 }
 
@@ -186,13 +221,16 @@ fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cos
 /// continue. For earlier statements, a returning path includes the statements after it, which is safe.
 const MAX_SPLITS: u32 = 64;
 
-struct CostContext<'db> {
+struct CostContext<'a, 'db> {
     of: Decl<'db>,
     inference: &'db Inference<'db>,
     facts: Vec<Fact<'db>>,
+    /// The calls that [`cost_until`] looks for, and the cost of the current statement up to the last of them.
+    until: &'a [SourceId],
+    reached: Option<Cost<'db>>,
 }
 
-impl<'db> CostContext<'db> {
+impl<'db> CostContext<'_, 'db> {
     fn program(&mut self, program: &Program) -> Cost<'db> {
         let mut splits = MAX_SPLITS;
         self.block(&program.statements, &mut splits).worst()
@@ -209,6 +247,7 @@ impl<'db> CostContext<'db> {
         match statement {
             Statement::If { condition, then, otherwise, .. } => {
                 let value = self.expr(condition, &mut own);
+                let reached = self.reached.take();
                 let otherwise = otherwise.as_deref().unwrap_or_default();
                 let (if_true, if_false) = (self.block(then, splits), self.block(otherwise, splits));
                 let (paths, never) = match value {
@@ -222,7 +261,9 @@ impl<'db> CostContext<'db> {
                     let kind = FactKind::UnreachableCode(Unreachable::Branch(value));
                     self.facts.push(Fact::new(Location::Source(self.of, id), kind));
                 }
-                return paths.after(&own);
+                let mut paths = paths.after(&own);
+                paths.reached = greatest(reached, paths.reached);
+                return paths;
             }
             Statement::Block(statements) => return self.block(statements, splits),
             Statement::Variable(_) | Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {
@@ -231,10 +272,10 @@ impl<'db> CostContext<'db> {
                 }
             }
         }
-        let cost = Some(Cost::Sum(own));
+        let (cost, reached) = (Some(Cost::Sum(own)), self.reached.take());
         match statement {
-            Statement::Return(..) => Paths { returned: cost, finished: None },
-            _ => Paths { returned: None, finished: cost },
+            Statement::Return(..) => Paths { returned: cost, finished: None, reached },
+            _ => Paths { returned: None, finished: cost, reached },
         }
     }
 
@@ -264,7 +305,7 @@ impl<'db> CostContext<'db> {
                 let operands = spine.into_iter().rev();
                 operands.fold(value, |value, (operator, rhs)| self.operand(operator, value, rhs, costs))
             }
-            Expr::Call { callee, arguments, .. } => {
+            Expr::Call { callee, arguments, id } => {
                 arguments.iter().for_each(|argument| _ = self.expr(argument, costs));
                 costs.extend(match self.inference.callee(callee.id) {
                     Some(Callee::Codel(codel)) => Some(Cost::Codel(codel)),
@@ -280,6 +321,9 @@ impl<'db> CostContext<'db> {
                     },
                     Some(Callee::Builtin(_)) | None => None,
                 });
+                if self.until.contains(id) {
+                    self.reached = Some(Cost::Sum(costs.clone()));
+                }
                 None
             }
         }

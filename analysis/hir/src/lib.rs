@@ -27,6 +27,7 @@
 //! | `structure.rs` | a core without its programs: what an edit of a program does not change |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
+//! | `passage.rs`, `passage/` | how data passes through a core: its flow graph, and a search along all paths |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |

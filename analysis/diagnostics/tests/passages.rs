@@ -1,0 +1,387 @@
+//! How data passes through cores: in how many periods, what overwrites it, and why it may never pass.
+
+use std::fmt::Write as _;
+
+use expect_test::{Expect, expect};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{
+    Assumption, Cost, Database, Decl, PassageEnd, Project, Skip, Workspace, behaviour_of, core_of, names_of,
+    passages_of, projects,
+};
+
+use crate::common::{sample, workspace};
+
+/// What is assumed: states, codels that answer, ports with new data, and whether data passes through handles.
+#[derive(Default, Clone, Copy)]
+struct Assumed<'a> {
+    states: &'a [&'a str],
+    answers: &'a [&'a str],
+    new_data: &'a [&'a str],
+    through_handles: bool,
+}
+
+/// A line for each passage, then one for each port.
+fn passages(db: &Database, workspace: Workspace, component: &str, assumed: Assumed<'_>) -> String {
+    let project = projects(db, workspace)[0];
+    let decl = names_of(db, project).anywhere(Kind::Component, component)[0];
+    let core = core_of(db, project, decl).expect("it has a core");
+    let names = |all: &[&str]| all.iter().map(|it| Name::from(*it)).collect::<Vec<_>>();
+    let codel = |name: &&str| names_of(db, project).anywhere(Kind::Codel, name)[0];
+    let answers: Vec<Decl<'_>> = assumed.answers.iter().map(codel).collect();
+    let (states, new_data) = (names(assumed.states), names(assumed.new_data));
+    let assumption = Assumption::new(db, states, answers, new_data, assumed.through_handles);
+    let found = passages_of(db, project, core, assumption);
+    let mut out = String::new();
+    for it in &found.all {
+        let _ = write!(out, "{} -> {}: {}", end(db, &it.from), end(db, &it.to), releases(db, &it.releases));
+        let _ = write!(out, ", age {}", it.periods.map_or("∞".to_owned(), |it| it.to_string()));
+        if let Some(by) = &it.overwritten {
+            let what = if by.is_older { "older" } else { "less" };
+            let _ = write!(out, ", {what} in {} of {}", by.program, by.state);
+        }
+        let written = it.written.iter().map(|it| written(db, project, core, it.edge, it.programs, &it.part));
+        let _ = write!(out, ", written {}", written.collect::<Vec<_>>().join(" | "));
+        out += if it.to_handle { ", to a handle\n" } else { "\n" };
+    }
+    for (kind, all) in [("writes", &found.writes), ("reads", &found.reads)] {
+        for (port, gap) in all {
+            let _ = writeln!(out, "{kind} {port}: {}", releases(db, gap));
+        }
+    }
+    out
+}
+
+fn end(db: &Database, end: &PassageEnd<'_>) -> String {
+    match end {
+        PassageEnd::Port(name) => name.to_string(),
+        PassageEnd::Codel(codel) => format!("{}()", codel.name(db)),
+        PassageEnd::Operation(name) => format!("operation {name}"),
+    }
+}
+
+fn releases(db: &Database, releases: &Result<u32, Skip<'_>>) -> String {
+    match releases {
+        Ok(releases) => releases.to_string(),
+        Err(skip) => {
+            let cause = match &skip.cause {
+                mauve_hir::SkipCause::Answer(codel) => format!("Answer({})", codel.name(db)),
+                cause => format!("{cause:?}"),
+            };
+            let states: Vec<&str> = skip.states.iter().map(|it| it.as_str()).collect();
+            format!("∞ [{}] {cause}", states.join(", "))
+        }
+    }
+}
+
+fn written(
+    db: &Database,
+    project: Project<'_>,
+    core: Decl<'_>,
+    edge: usize,
+    programs: usize,
+    part: &Cost<'_>,
+) -> String {
+    let behaviour = behaviour_of(db, project, core);
+    let edge = &behaviour.edges.all[edge];
+    let (source, target) = (&behaviour.states[edge.source], &behaviour.states[edge.target]);
+    let program = behaviour.edges.programs(edge).nth(programs).expect("the edge has the program");
+    let id = &behaviour.programs[program].id;
+    format!("{source} to {target} {id} {}", cost(db, part))
+}
+
+fn cost(db: &Database, of: &Cost<'_>) -> String {
+    let all = |costs: &[Cost<'_>], between: &str| {
+        let all: Vec<String> = costs.iter().map(|it| cost(db, it)).filter(|it| !it.is_empty()).collect();
+        all.join(between)
+    };
+    match of {
+        Cost::Codel(codel) => codel.name(db).to_string(),
+        Cost::Operation(index) => format!("operation {index}"),
+        Cost::Send(name) | Cost::Access(name) => name.to_string(),
+        Cost::Sum(costs) => all(costs, " + "),
+        Cost::Greatest(costs) => format!("max({})", all(costs, ", ")),
+    }
+}
+
+/// Checks the lines that begin with one of these, with each of the assumptions.
+fn check_sample(component: &str, lines: &[&str], assumed: &[Assumed<'_>], expected: Expect) {
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, mauve_tests::models().join("p3dx"), sample());
+    let all: Vec<String> = assumed.iter().map(|it| passages(&db, workspace, component, *it)).collect();
+    let is_shown = |line: &&str| lines.iter().any(|it| line.starts_with(it));
+    let shown = |all: &String| all.lines().filter(is_shown).map(|line| format!("{line}\n")).collect();
+    let shown: Vec<String> = all.iter().map(shown).collect();
+    expected.assert_eq(&shown.join("\n"));
+}
+
+fn check(core: &str, expected: Expect) {
+    check_assumed(core, Assumed::default(), expected);
+}
+
+fn check_assumed(core: &str, assumed: Assumed<'_>, expected: Expect) {
+    let db = Database::default();
+    let workspace = workspace(&db, &format!("{SHELL}{core}"));
+    expected.assert_eq(&passages(&db, workspace, "C", assumed));
+}
+
+const NOTHING: Assumed<'_> = Assumed { states: &[], answers: &[], new_data: &[], through_handles: false };
+
+const SHELL: &str = "
+codel plan(in from: int): int
+codel ready(): bool
+codel act(in order: int): void
+shell S { input port a: int  input port b: int  output port q: int }
+component C(S, K)
+";
+
+#[test]
+fn a_sensor_that_may_not_answer_may_never_write() {
+    let answers = Assumed { answers: &["hokuyo_sweep"], ..NOTHING };
+    check_sample(
+        "Hokuyo",
+        &["hokuyo_sweep() -> scan", "drop_veils() -> scan", "writes"],
+        &[NOTHING, answers],
+        expect![[r#"
+            hokuyo_sweep() -> scan: ∞ [update] Answer(hokuyo_sweep), age 0, written update to update update hokuyo_sweep + drop_veils + mask_robot + scan
+            drop_veils() -> scan: ∞ [update] Answer(hokuyo_sweep), age 0, written update to update update hokuyo_sweep + drop_veils + mask_robot + scan
+            writes scan: ∞ [update] Answer(hokuyo_sweep)
+
+            hokuyo_sweep() -> scan: 1, age 0, written update to update update hokuyo_sweep + drop_veils + mask_robot + scan
+            drop_veils() -> scan: 1, age 0, written update to update update hokuyo_sweep + drop_veils + mask_robot + scan
+            writes scan: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_machine_that_waits_may_never_write_and_overwrites_by_a_constant() {
+    let steering = Assumed { states: &["Steering"], ..NOTHING };
+    check_sample(
+        "Guidance",
+        &["wanted -> command", "scan -> command", "writes", "reads"],
+        &[NOTHING, steering],
+        expect![[r#"
+            wanted -> command: ∞ [Waiting] OtherPort("scan"), age 0, less in Waiting.entry of Steering, written Steering to Steering Steering.handle steer + command | Turning to Turning Turning.handle turn + command
+            scan -> command: ∞ [Waiting, Steering] Condition, age 0, less in Waiting.entry of Steering, written Steering to Steering Steering.handle steer + command | Turning to Turning Turning.handle turn + command
+            writes command: ∞ [Waiting] OtherPort("wanted")
+            reads wanted: 1
+            reads scan: 1
+
+            wanted -> command: 1, age 0, written Steering to Steering Steering.handle steer + command
+            scan -> command: 1, age 0, written Steering to Steering Steering.handle steer + command
+            writes command: 1
+            reads wanted: 1
+            reads scan: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_switch_passes_the_new_order_of_the_assumed_state() {
+    let automatic = Assumed { states: &["Automatic"], ..NOTHING };
+    check_sample(
+        "Switch",
+        &["automatic -> command", "manual -> command", "scan -> command", "writes", "reads"],
+        &[NOTHING, automatic],
+        expect![[r#"
+            manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            scan -> command: ∞ [Stopped, Automatic] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            automatic -> command: ∞ [Manual, Automatic] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
+            writes command: ∞ [Automatic] OtherPort("manual")
+            reads manual: 1
+            reads scan: 1
+            reads automatic: ∞ [Manual, Automatic] OtherPort("manual")
+
+            manual -> command: ∞ [Automatic] NoWrite, age ∞, written 
+            scan -> command: ∞ [Automatic] OtherPort("automatic"), age ∞, written Automatic to Automatic Automatic.handle automatic + slow_down + command
+            automatic -> command: 1, age 0, written Automatic to Automatic Automatic.handle automatic + slow_down + command
+            writes command: ∞ [Automatic] OtherPort("automatic")
+            reads manual: 1
+            reads scan: 1
+            reads automatic: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_codel_with_a_handle_is_a_sink() {
+    check_sample(
+        "P3dxDriver",
+        &[""],
+        &[NOTHING],
+        expect![[r#"
+        command -> aria_drive(): 1, age 0, written update to update update command + aria_drive, to a handle
+        aria_odometry() -> odometry: 1, age 0, written update to update update command + max(aria_drive, max(aria_halt)) + aria_loop + aria_odometry + odometry
+        writes odometry: 1
+        reads command: 1
+    "#]],
+    );
+}
+
+#[test]
+fn data_passes_through_handles_if_that_is_assumed() {
+    let through = Assumed { through_handles: true, ..NOTHING };
+    check_sample(
+        "Gmapping",
+        &["scan ->", "odometry -> map", "slam_map", "reads"],
+        &[NOTHING, through],
+        expect![[r#"
+            scan -> slam_match(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match, to a handle
+            slam_map() -> map: ∞ [Waiting] OtherPort("scan"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
+            reads scan: ∞ [Resting] Condition
+            reads odometry: 1
+
+            scan -> slam_predict(): ∞ [Waiting] OtherPort("odometry"), age ∞, written Mapping to Waiting Mapping.run odometry + slam_predict | Mapping to Resting Mapping.run odometry + slam_predict | Mapping to Mapping Mapping.run odometry + slam_predict | Resting to Mapping Resting.run odometry + slam_predict | Resting to Resting Resting.run odometry + slam_predict, to a handle
+            scan -> slam_match(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match, to a handle
+            scan -> slam_resample(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample, to a handle
+            scan -> slam_correction(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction
+            scan -> correction: ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction
+            scan -> slam_map(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map
+            scan -> map: ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
+            odometry -> map: ∞ [Mapping, Waiting] OtherPort("scan"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
+            slam_map() -> map: ∞ [Waiting] OtherPort("scan"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
+            reads scan: ∞ [Resting] Condition
+            reads odometry: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_port_may_wait_for_another_port() {
+    check_sample(
+        "Pose",
+        &[""],
+        &[NOTHING, Assumed { new_data: &["odometry"], ..NOTHING }],
+        expect![[r#"
+        odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
+        odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
+        odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
+        correction -> pose: ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose + pose
+        correction -> corrected_pose(): ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose
+        odometry_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
+        corrected_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
+        writes pose: ∞ [update] OtherPort("odometry")
+        reads odometry: 1
+        reads correction: ∞ [update] OtherPort("odometry")
+
+        odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
+        odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
+        odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
+        correction -> pose: 1, age 0, written update to update update odometry + correction + corrected_pose + pose
+        correction -> corrected_pose(): 1, age 0, written update to update update odometry + correction + corrected_pose
+        odometry_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
+        corrected_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
+        writes pose: 1
+        reads odometry: 1
+        reads correction: 1
+    "#]],
+    );
+}
+
+#[test]
+fn data_of_several_periods_is_planned_with() {
+    check_sample(
+        "Navigation",
+        &["goal -> next", "map -> next", "astar() -> next", "reads"],
+        &[NOTHING, Assumed { states: &["Planning"], ..NOTHING }],
+        expect![[r#"
+            goal -> next: ∞ [Waiting] OtherPort("pose"), age ∞, written Planning to Arrived Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Navigating Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Waiting Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Navigating to Navigating Navigating.reached.effect waypoint + next
+            map -> next: ∞ [Waiting] OtherPort("goal"), age ∞, written Planning to Arrived Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Navigating Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Waiting Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Navigating to Navigating Navigating.reached.effect waypoint + next
+            astar() -> next: ∞ [Waiting] OtherPort("pose"), age ∞, written Planning to Arrived Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Navigating Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Waiting Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next | Navigating to Navigating Navigating.reached.effect waypoint + next
+            reads goal: 1
+            reads pose: 1
+            reads map: ∞ [Arrived] OtherPort("goal")
+
+            goal -> next: ∞ [Planning] Answer(astar), age 0, written Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next
+            map -> next: ∞ [Planning] Answer(astar), age 0, written Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next
+            astar() -> next: ∞ [Planning] Answer(astar), age 0, written Planning to Planning Planning.run goal + pose + map + planar_distance + astar + simplify + waypoint + next
+            reads goal: 1
+            reads pose: 1
+            reads map: 1
+        "#]],
+    );
+}
+
+#[test]
+fn an_operator_drives_in_one_state() {
+    let driving = Assumed { states: &["Driving"], answers: &["joystick_poll"], ..NOTHING };
+    check_sample(
+        "Teleop",
+        &["joystick_poll() -> command", "standstill", "writes"],
+        &[NOTHING, driving],
+        expect![[r#"
+            joystick_poll() -> command: ∞ [Released, Driving] Answer(pressed), age 0, less in Driving.exit of Driving, written Driving to Driving Driving.handle stick_order + command
+            standstill() -> command: ∞ [Driving] Answer(joystick_open), age 0, less in Driving.handle of Driving, written Driving to Unplugged Driving.exit standstill + command | Driving to Released Driving.exit standstill + command
+            writes command: ∞ [Released] Answer(joystick_open)
+
+            joystick_poll() -> command: 1, age 0, written Driving to Driving Driving.handle stick_order + command
+            standstill() -> command: ∞ [Driving] NoWrite, age ∞, written 
+            writes command: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_second_read_takes_the_data_from_the_first_read_of_the_next_period() {
+    check(
+        "core K(S) { var x: int = 0  update = { if (read(a, x) == new_data) then { write(q, x); } else { } read(a, x); } }",
+        expect![[r#"
+            a -> q: ∞ [update] AlreadyRead, age 0, written update to update update a + q
+            writes q: ∞ [update] OtherPort("a")
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_second_read_may_be_what_the_next_period_writes() {
+    check(
+        "core K(S) { var x: int = 0  update = { write(q, x); read(a, x); } }",
+        expect![[r#"
+        a -> q: 2, age 1, written update to update update q
+        writes q: 1
+        reads a: 1
+    "#]],
+    );
+}
+
+#[test]
+fn a_write_of_a_constant_overwrites() {
+    check(
+        "core K(S) { var x: int = 0  update = { if (read(a, x) == new_data) then { write(q, x); } else { write(q, 0); } } }",
+        expect![[r#"
+            a -> q: 1, age 0, less in update of update, written update to update update a + q
+            writes q: 1
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_machine_may_write_one_period_later() {
+    check(
+        "core K(S) { var x: int = 0  statemachine {
+           initial state Read { run = { read(a, x); } transition go to Write }
+           state Write { run = { write(q, x); } transition go to Read } } }",
+        expect![[r#"
+            a -> q: 3, age 1, written Write to Read Write.run q
+            writes q: 2
+            reads a: 2
+        "#]],
+    );
+}
+
+#[test]
+fn a_machine_may_write_older_data_after_newer_data() {
+    check(
+        "core K(S) { var x: int = 0  var y: int = 0  statemachine {
+           initial state First { run = { read(a, x); } transition go to Second }
+           state Second { run = { read(a, y); write(q, y); } transition go to Third }
+           state Third { run = { write(q, x); } transition go to First } } }",
+        expect![[r#"
+            a -> q: 3, age 2, older in Third.run of Third, written Second to Third Second.run a + q | Third to First Third.run q
+            writes q: 2
+            reads a: 2
+        "#]],
+    );
+}

@@ -1,0 +1,422 @@
+//! Follows data through the jobs of a core, for all its paths: how long it may take, and what may happen on the way.
+
+use std::collections::hash_map::Entry;
+
+use rustc_hash::FxHashMap;
+
+use crate::graph::topological_order;
+use crate::source::Decl;
+
+use super::graph::{
+    ANY, Graph, NEW_DATA, NO_DATA, Node, Operand, SHARED_SLOTS, Slots, Step, TRUE, Values, bits, shift,
+};
+use super::types::{PassageEnd, SkipCause};
+
+/// The greatest number of states of a search, unless the core has more nodes.
+const MAX_STATES: usize = 20_000;
+
+/// Where the core is, and what its variables carry, while data is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Moment {
+    pub(super) node: u32,
+    /// The slots that carry the data, or newer data.
+    pub(super) carry: Slots,
+    /// Those that carry newer data, where the age of one value is followed.
+    pub(super) newer: Slots,
+    /// The values that each cell may have: 3 bits each.
+    pub(super) values: u128,
+    /// Whether the followed input was read since the data arrived.
+    is_taken: bool,
+}
+
+impl Moment {
+    fn get(&self, operand: Operand) -> Values {
+        match operand {
+            Operand::Known(values) => values,
+            Operand::Cell(cell) => (self.values >> shift(cell)) as Values & ANY,
+        }
+    }
+
+    fn set(&mut self, cell: u8, values: Values) {
+        self.values = self.values & !bits(cell) | u128::from(values) << shift(cell);
+    }
+}
+
+/// What is followed, and what is assumed meanwhile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search<'a, 'db> {
+    pub(super) graph: &'a Graph<'db>,
+    /// Where the data comes from.
+    pub(super) source: Option<u16>,
+    /// Whether one value is followed, instead of the newest one.
+    pub(super) is_age: bool,
+    /// The slots after each node whose data may come to the sink; empty if nothing is followed.
+    pub(super) wanted: &'a [Slots],
+    /// For each node, the first one from it on that matters; empty if all do.
+    pub(super) skips: &'a [u32],
+    /// Whether the core may enter each state.
+    pub(super) states: &'a [bool],
+    pub(super) answers: &'a [Decl<'db>],
+    /// The sources that are assumed to have new data.
+    pub(super) new_data: &'a [u16],
+    /// Whether values of variables are forgotten at the end of each job.
+    pub(super) forgets: bool,
+}
+
+/// All moments that a search finds.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    pub(super) moments: Vec<Moment>,
+    pub(super) successors: Vec<Vec<usize>>,
+    /// Whether each is a goal.
+    pub(super) goals: Vec<bool>,
+}
+
+/// A repeated part of a path.
+pub(super) type Cycle = Vec<usize>;
+
+impl<'a, 'db> Search<'a, 'db> {
+    /// Follows and assumes nothing.
+    pub(super) fn new(graph: &'a Graph<'db>, states: &'a [bool]) -> Search<'a, 'db> {
+        let (wanted, skips, answers, new_data) = (&[][..], &[][..], &[][..], &[][..]);
+        Search {
+            graph,
+            source: None,
+            is_age: false,
+            wanted,
+            skips,
+            states,
+            answers,
+            new_data,
+            forgets: false,
+        }
+    }
+
+    pub(super) fn node(&self, moment: &Moment) -> Option<&'a Node> {
+        self.graph.nodes.get(moment.node as usize)
+    }
+
+    /// Returns a moment before a node, when nothing carries data.
+    pub(super) fn start(&self, node: u32, values: u128) -> Moment {
+        Moment { node, carry: 0, newer: 0, values, is_taken: false }
+    }
+
+    /// Returns the values of all cells when nothing is known, at the beginning of a job.
+    fn unknown(&self) -> u128 {
+        let mut moment = self.start(0, 0);
+        (0..).zip(&self.graph.domains).for_each(|(cell, &values)| moment.set(cell, values));
+        moment.values
+    }
+
+    /// Returns the moments at the first node of each state, when nothing is known.
+    pub(super) fn starts(&self) -> impl Iterator<Item = Moment> {
+        let values = self.unknown();
+        self.graph.starts.iter().map(move |&node| self.start(node, values))
+    }
+
+    /// Returns whether nodes between two others are left out for a node.
+    pub(super) fn is_skipped(&self, node: u32) -> bool {
+        self.skips.get(node as usize).is_some_and(|it| *it != node)
+    }
+
+    /// Returns a moment at the first node from it on that matters, with the values that do; none if the assumed states exclude it.
+    fn reduced(&self, mut moment: Moment) -> Option<Moment> {
+        moment.node = self.skips.get(moment.node as usize).copied().unwrap_or(moment.node);
+        let node = self.node(&moment)?;
+        let target = self.graph.places.get(node.place as usize).and_then(|it| it.target);
+        moment.values &= self.graph.live.get(moment.node as usize).copied().unwrap_or_default();
+        target.is_none_or(|it| self.states.get(it) == Some(&true)).then_some(moment)
+    }
+
+    /// Returns the moment after a source, of which one value is followed.
+    pub(super) fn taken(&self, mut moment: Moment) -> Vec<Moment> {
+        let mut found = Vec::new();
+        (moment.carry, moment.newer) = (0, 0);
+        let followed = Search { is_age: false, ..*self };
+        moment.is_taken = true;
+        followed.after(moment, &mut found);
+        found.retain(|it| it.carry != 0);
+        found
+    }
+
+    /// Adds the moments that may follow.
+    fn after(&self, moment: Moment, found: &mut Vec<Moment>) {
+        let Some(node) = self.node(&moment) else { return };
+        if self.is_age && moment.carry & !moment.newer == 0 {
+            return;
+        }
+        match node.step {
+            Step::End(state) => self.next_job(moment, state, found),
+            Step::Branch(left, right) => self.branch(moment, node, left, right, found),
+            Step::Read(cell) => self.read(moment, node, cell, found),
+            Step::Plain => {
+                let is_source = node.source.is_some() && node.source == self.source;
+                found.extend(self.copied(moment, node, is_source));
+            }
+        }
+    }
+
+    fn next_job(&self, mut moment: Moment, state: usize, found: &mut Vec<Moment>) {
+        let Some(&start) = self.graph.starts.get(state) else { return };
+        if self.states.get(state) != Some(&true) {
+            return;
+        }
+        moment.node = start;
+        moment.carry &= (1 << SHARED_SLOTS) - 1;
+        moment.newer &= moment.carry;
+        if self.forgets {
+            moment.values = self.unknown();
+        }
+        found.push(moment);
+    }
+
+    fn branch(&self, moment: Moment, node: &Node, left: Operand, right: Operand, found: &mut Vec<Moment>) {
+        let (a, b) = (moment.get(left), moment.get(right));
+        let go = |which: usize, known: [(Operand, Values); 2]| {
+            let mut moment = Moment { node: (*node.next.get(which)?)?, ..moment };
+            for (operand, values) in known.into_iter().filter(|_| left != right) {
+                if let Operand::Cell(cell) = operand {
+                    moment.set(cell, values);
+                }
+            }
+            Some(moment)
+        };
+        if a & b != 0 {
+            found.extend(go(0, [(left, a & b), (right, a & b)]));
+        }
+        // They differ if they cannot be equal; if one is known, the other is none of its values.
+        if a != b || a.count_ones() != 1 {
+            let without =
+                |own: Values, other: Values| if other.count_ones() == 1 { own & !other } else { own };
+            found.extend(go(1, [(left, without(a, b)), (right, without(b, a))]));
+        }
+    }
+
+    fn read(&self, mut moment: Moment, node: &Node, cell: Option<u8>, found: &mut Vec<Moment>) {
+        let is_source = node.source == self.source;
+        let source = node.source.and_then(|source| self.graph.sources.get(usize::from(source)));
+        // With these statuses, the variables keep their values.
+        let kept = if matches!(source, Some(PassageEnd::Operation(_))) { !NEW_DATA & ANY } else { NO_DATA };
+        let is_new = node.source.is_some_and(|it| self.new_data.contains(&it));
+        let statuses = match (is_source, moment.is_taken) {
+            _ if is_new => NEW_DATA,
+            (true, false) if !self.is_age => NEW_DATA,
+            (true, _) if kept == NO_DATA => ANY & !NO_DATA,
+            _ => ANY,
+        };
+        moment.is_taken |= is_source;
+        let changes = is_source || moment.carry & node.to != 0;
+        let [copies, keeps] = if changes { [statuses & !kept, statuses & kept] } else { [statuses, 0] };
+        if copies != 0 {
+            let mut moment = moment;
+            cell.into_iter().for_each(|cell| moment.set(cell, copies));
+            found.extend(self.copied(moment, node, is_source));
+        }
+        if keeps != 0 {
+            cell.into_iter().for_each(|cell| moment.set(cell, keeps));
+            found.extend(node.next.first().copied().flatten().map(|next| Moment { node: next, ..moment }));
+        }
+    }
+
+    /// Returns the moment after a node that copies data.
+    fn copied(&self, mut moment: Moment, node: &Node, is_source: bool) -> Option<Moment> {
+        let wanted = self.wanted.get(moment.node as usize).copied().unwrap_or_default();
+        if let Some((cell, operand)) = node.value {
+            let is_true =
+                self.graph.calls.get(&moment.node).is_some_and(|codel| self.answers.contains(codel));
+            moment.set(cell, if is_true { TRUE } else { moment.get(operand) });
+        }
+        let copy = |slots: Slots, is_source: bool| {
+            let copied = if is_source || slots & node.from != 0 { node.to } else { 0 };
+            (slots & !node.to | copied) & wanted
+        };
+        moment.newer = copy(moment.newer, is_source && self.is_age);
+        moment.carry = copy(moment.carry, is_source);
+        moment.node = node.next.first().copied().flatten()?;
+        Some(moment)
+    }
+
+    /// Returns all moments from `starts` on; with `stops`, up to the goals. None if there are too many.
+    pub(super) fn explore(
+        &self,
+        starts: impl IntoIterator<Item = Moment>,
+        is_goal: impl Fn(&Moment, &Node) -> bool,
+        stops: bool,
+    ) -> Option<Found> {
+        let limit = MAX_STATES.max(self.graph.nodes.len() * 4);
+        let (mut found, mut numbers) = (Found::default(), FxHashMap::default());
+        let mut number = |found: &mut Found, moment: Moment| match numbers.entry(moment) {
+            Entry::Occupied(entry) => *entry.get(),
+            Entry::Vacant(entry) => {
+                found.moments.push(moment);
+                *entry.insert(found.moments.len() - 1)
+            }
+        };
+        for start in starts.into_iter().filter_map(|it| self.reduced(it)) {
+            number(&mut found, start);
+        }
+        let mut next = 0;
+        let mut after = Vec::new();
+        while let Some(&moment) = found.moments.get(next) {
+            next += 1;
+            if found.moments.len() > limit {
+                return None;
+            }
+            let is_goal = self.node(&moment).is_some_and(|node| is_goal(&moment, node));
+            if !(is_goal && stops) {
+                self.after(moment, &mut after);
+            }
+            let successors = after.drain(..).filter_map(|moment| self.reduced(moment));
+            let successors = successors.map(|moment| number(&mut found, moment)).collect();
+            found.successors.push(successors);
+            found.goals.push(is_goal);
+        }
+        Some(found)
+    }
+
+    /// Returns what may follow the goals.
+    pub(super) fn after_goals(&self, found: &Found) -> Vec<Moment> {
+        let goals = found.moments.iter().zip(&found.goals).filter(|(_, is_goal)| **is_goal);
+        let mut after = Vec::new();
+        goals.for_each(|(moment, _)| self.after(*moment, &mut after));
+        after
+    }
+
+    /// Returns the most ends of jobs on a path to a goal; none if no path comes to one. A path that may miss all goals for ever is
+    /// an error.
+    pub(super) fn longest(&self, found: &Found) -> Result<Option<u32>, Cycle> {
+        let (order, _) = topological_order(&found.successors);
+        if order.len() < found.moments.len() {
+            return Err(cycle(found, &order));
+        }
+        let mut longest: Vec<Option<u32>> = vec![None; found.moments.len()];
+        for index in order {
+            let own = found.goals.get(index).filter(|is_goal| **is_goal).map(|_| 0);
+            let ends = found.moments.get(index).and_then(|it| self.node(it));
+            let job = u32::from(ends.is_some_and(|node| matches!(node.step, Step::End(_))));
+            let after = found.successors.get(index).into_iter().flatten();
+            let after = after.filter_map(|next| Some(longest.get(*next).copied()?? + job)).max();
+            if let Some(longest) = longest.get_mut(index) {
+                *longest = own.max(after);
+            }
+        }
+        Ok(longest.into_iter().max().flatten())
+    }
+
+    /// Returns which branch of a cycle avoids a goal, and why it may.
+    pub(super) fn skipped(&self, found: &Found, cycle: &Cycle) -> Option<(&'a Node, SkipCause<'db>)> {
+        let reaches = reaches_goal(found);
+        let mut far = None;
+        for (position, &index) in cycle.iter().enumerate() {
+            let taken = cycle.get(position + 1).or(cycle.first());
+            let (Some(moment), Some(successors)) = (found.moments.get(index), found.successors.get(index))
+            else {
+                continue;
+            };
+            let Some(node) = self.node(moment) else { continue };
+            let Step::Branch(left, right) = node.step else { continue };
+            let Some(&other) = successors.iter().find(|it| Some(*it) != taken) else { continue };
+            let cause = || (node, self.cause(moment.node, left, right));
+            if self.in_job(found, other) {
+                return Some(cause());
+            }
+            if far.is_none() && reaches.get(other) == Some(&true) {
+                far = Some(cause());
+            }
+        }
+        far
+    }
+
+    fn cause(&self, node: u32, left: Operand, right: Operand) -> SkipCause<'db> {
+        let of_cell = |operand| match operand {
+            Operand::Cell(cell) => self.graph.causes.get(&cell),
+            Operand::Known(_) => None,
+        };
+        let local = self.graph.local_causes.get(&node);
+        let own = self.source.and_then(|source| self.graph.sources.get(usize::from(source)));
+        match local.or_else(|| of_cell(left)).or_else(|| of_cell(right)) {
+            Some(SkipCause::OtherPort(port)) if own == Some(&PassageEnd::Port(port.clone())) => {
+                SkipCause::AlreadyRead
+            }
+            Some(cause) => cause.clone(),
+            None => SkipCause::Condition,
+        }
+    }
+
+    /// Returns whether a goal follows in the same job.
+    fn in_job(&self, found: &Found, from: usize) -> bool {
+        let ends = |index: usize| {
+            let node = found.moments.get(index).and_then(|it| self.node(it));
+            node.is_none_or(|node| matches!(node.step, Step::End(_)))
+        };
+        let within = |index: usize| {
+            let next =
+                if ends(index) { &[] } else { found.successors.get(index).map_or(&[][..], Vec::as_slice) };
+            next.iter().copied()
+        };
+        crate::graph::closure(from, within).into_iter().any(|it| found.goals.get(it) == Some(&true))
+    }
+
+    /// Returns the states in which the jobs of a cycle begin, in order.
+    pub(super) fn states_of(&self, found: &Found, cycle: &Cycle) -> Vec<usize> {
+        let ends = cycle.iter().filter_map(|index| {
+            let node = self.node(found.moments.get(*index)?)?;
+            let place = self.graph.places.get(node.place as usize)?;
+            matches!(node.step, Step::End(_)).then_some(place.state)
+        });
+        ends.collect()
+    }
+}
+
+impl Found {
+    /// Removes the paths that come to no goal.
+    pub(super) fn keep_to_goals(&mut self) {
+        let reaches = reaches_goal(self);
+        for (successors, reached) in self.successors.iter_mut().zip(&reaches) {
+            successors.retain(|next| *reached && reaches.get(*next) == Some(&true));
+        }
+    }
+}
+
+/// Returns whether each moment may come to a goal.
+fn reaches_goal(found: &Found) -> Vec<bool> {
+    let mut before = vec![Vec::new(); found.moments.len()];
+    for (index, successors) in found.successors.iter().enumerate() {
+        for &next in successors {
+            before.get_mut(next).into_iter().for_each(|before| before.push(index));
+        }
+    }
+    let mut reaches = found.goals.clone();
+    let mut open: Vec<usize> =
+        (0..reaches.len()).filter(|index| reaches.get(*index) == Some(&true)).collect();
+    while let Some(index) = open.pop() {
+        for &index in before.get(index).into_iter().flatten() {
+            if let Some(reaches) = reaches.get_mut(index).filter(|it| !**it) {
+                *reaches = true;
+                open.push(index);
+            }
+        }
+    }
+    reaches
+}
+
+/// Returns a cycle among the moments that are not in `order`: all others reach none.
+fn cycle(found: &Found, order: &[usize]) -> Cycle {
+    let mut is_open = vec![true; found.moments.len()];
+    for &index in order {
+        is_open.get_mut(index).into_iter().for_each(|it| *it = false);
+    }
+    let is_open = |index: &usize| is_open.get(*index) == Some(&true);
+    let mut path: Vec<usize> = Vec::new();
+    let mut position = FxHashMap::default();
+    let mut current = (0..found.moments.len()).find(is_open);
+    while let Some(index) = current {
+        if let Some(&first) = position.get(&index) {
+            return path.split_off(first);
+        }
+        position.insert(index, path.len());
+        path.push(index);
+        current = found.successors.get(index).and_then(|it| it.iter().copied().find(is_open));
+    }
+    path
+}
