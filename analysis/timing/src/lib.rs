@@ -48,7 +48,7 @@
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
-//! small systems in every possible way and finds nothing above a bound, `tests/literature.rs` compares with an
+//! small systems in every possible way and finds nothing above a bound, and `tests/chains/` no older data; `tests/literature.rs` compares with an
 //! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
 
 mod breakdown;

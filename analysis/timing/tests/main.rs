@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`chains`] | the ages of data in every schedule of small systems |
 //! | [`literature`] | equality with `response-time-analysis` |
 //! | [`reachability`] | every schedule of small systems |
 //! | [`robot`] | every figure of the paper |
@@ -10,6 +11,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod chains;
 mod literature;
 mod reachability;
 mod robot;

@@ -19,7 +19,7 @@
 
 mod cases;
 mod explore;
-mod random;
+pub(crate) mod random;
 mod scheduler;
 mod suspended;
 mod system;

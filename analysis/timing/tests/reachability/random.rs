@@ -47,10 +47,10 @@ enum Kind {
 }
 
 /// SplitMix64.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn below(&mut self, end: u64) -> u64 {
+    pub(crate) fn below(&mut self, end: u64) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -58,11 +58,11 @@ impl Random {
         (z ^ (z >> 31)) % end
     }
 
-    fn within(&mut self, least: u64, greatest: u64) -> u64 {
+    pub(crate) fn within(&mut self, least: u64, greatest: u64) -> u64 {
         least + self.below(greatest - least + 1)
     }
 
-    fn one_in(&mut self, number: u64) -> bool {
+    pub(crate) fn one_in(&mut self, number: u64) -> bool {
         self.below(number) == 0
     }
 
@@ -477,9 +477,13 @@ fn schedule_of(system: &System, place: usize, limit: u64) -> String {
     schedule_above(system, &limits)
 }
 
+/// Returns the number of systems of each kind that the environment asks for, or this one.
+pub(crate) fn systems_or(number: u64) -> u64 {
+    std::env::var("MAUVE_ORACLE_SYSTEMS").ok().and_then(|number| number.parse().ok()).unwrap_or(number)
+}
+
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
-    let systems = std::env::var("MAUVE_ORACLE_SYSTEMS").ok().and_then(|number| number.parse().ok());
-    let systems: u64 = systems.unwrap_or(SYSTEMS);
+    let systems = systems_or(SYSTEMS);
     let mut random = Random(seed);
     let mut totals = Totals::default();
     for tried in 0.. {

@@ -1,0 +1,472 @@
+//! Every schedule of a small system, with what has reached each variable and port.
+//!
+//! The world changes once, at any instant after all tasks began; all that is sampled from then on is new. The state holds what is new, and for each state
+//! the most time since the change is kept: what follows from a state does not depend on this time. Statements take no time. Those
+//! after a `Compute` are executed at the end of its time, or, if no write follows before the next one, when the job goes on.
+//! The input of a task is empty when its first job starts. At one instant, statements on one CPU are in order, and those of different CPUs in any order.
+
+use std::collections::hash_map::Entry;
+
+use rustc_hash::FxHashMap;
+
+use super::core::{Statement, VARIABLES};
+use super::system::System;
+
+/// What a value comes from, ascending.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+enum Value {
+    /// A constant, or nothing.
+    Constant,
+    /// Sampled before the change.
+    Old,
+    /// Sampled after it.
+    New,
+}
+
+const TASKS: usize = 3;
+const MOST_BUFFERED: usize = 3;
+const NONE: u8 = u8::MAX;
+
+/// More are not explored.
+const MOST_STATES: usize = 20_000;
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+struct TaskState {
+    /// The time until its next nominal release.
+    until: u8,
+    /// If a nominal release was not a release yet, 1 more than the time until it must be; else 0.
+    late: u8,
+    /// The number of jobs that are released and have not ended.
+    jobs: u8,
+    state: u8,
+    /// The edge of the current job, or [`NONE`].
+    edge: u8,
+    at: u8,
+    /// The time of the statement that is left.
+    left: u8,
+    /// Whether it executed until this instant, to the end of a statement.
+    is_ending: bool,
+    /// Whether its first job has started.
+    has_begun: bool,
+    variables: [Value; VARIABLES],
+}
+
+/// The input of a task.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+struct Port {
+    /// Those in the buffer, the oldest first.
+    values: [Value; MOST_BUFFERED],
+    /// Their number; of a register, 1 until it is read.
+    length: u8,
+    /// What was read last; of a register, what was written last.
+    last: Value,
+}
+
+const EMPTY: Port = Port { values: [Value::Constant; MOST_BUFFERED], length: 0, last: Value::Constant };
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+struct State {
+    tasks: [TaskState; TASKS],
+    ports: [Port; TASKS],
+    /// What the last effect shows.
+    shown: Value,
+    is_changed: bool,
+    /// Whether an effect has shown something new.
+    is_seen: bool,
+}
+
+/// Where a CPU is at an instant.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+enum Stage {
+    Ending(usize),
+    Choosing,
+    Starting(usize),
+    Executing(usize),
+    Idle,
+}
+
+/// The greatest times that any schedule has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Greatest {
+    /// From the change to the first effect that shows it.
+    pub(crate) reaction: u64,
+    /// From the change to the last instant at which what is shown is older than it.
+    pub(crate) age: u64,
+    /// From the change to an effect that shows data from before it.
+    pub(crate) age_at_write: u64,
+}
+
+/// Explores all schedules. No time is counted above `most`: it stands for all that are greater. `None` if they are too many.
+pub(crate) fn explore(system: &System, most: u64) -> Option<Greatest> {
+    let mut exploration = Exploration {
+        system,
+        most,
+        greatest: Greatest::default(),
+        known: FxHashMap::default(),
+        open: Vec::new(),
+        instants: FxHashMap::default(),
+    };
+    exploration.begin();
+    while let Some(state) = exploration.open.pop() {
+        if exploration.known.len() > MOST_STATES {
+            return None;
+        }
+        let time = exploration.known[&state];
+        exploration.releases(state, 0, time);
+    }
+    Some(exploration.greatest)
+}
+
+struct Exploration<'a> {
+    system: &'a System,
+    most: u64,
+    greatest: Greatest,
+    /// The most time since the change, by state.
+    known: FxHashMap<State, u64>,
+    open: Vec<State>,
+    /// The same within the current instant.
+    instants: FxHashMap<(State, [Stage; TASKS]), u64>,
+}
+
+impl Exploration<'_> {
+    /// All phases of the clocks.
+    fn begin(&mut self) {
+        let task = TaskState {
+            until: 0,
+            late: 0,
+            jobs: 0,
+            state: 0,
+            edge: NONE,
+            at: 0,
+            left: 0,
+            is_ending: false,
+            has_begun: false,
+            variables: [Value::Constant; VARIABLES],
+        };
+        let state = State {
+            tasks: [task; TASKS],
+            ports: [EMPTY; TASKS],
+            shown: Value::Constant,
+            is_changed: false,
+            is_seen: false,
+        };
+        let mut states = vec![state];
+        for (place, task) in self.system.tasks.iter().enumerate() {
+            let phases = task.offset.map_or(0..task.period, |offset| offset..offset + 1);
+            let with = |state: &State, until: u8| {
+                let mut state = *state;
+                state.tasks[place].until = until;
+                state
+            };
+            states = phases.flat_map(|until| states.iter().map(move |state| with(state, until))).collect();
+        }
+        for state in states {
+            self.enter(state, 0);
+        }
+    }
+
+    /// Enters a state between two instants.
+    fn enter(&mut self, state: State, time: u64) {
+        let time = time.min(self.most);
+        if state.is_changed && state.shown != Value::New {
+            self.greatest.age = self.greatest.age.max(time);
+        }
+        if state.is_changed && !state.is_seen {
+            self.greatest.reaction = self.greatest.reaction.max(time);
+        }
+        match self.known.entry(state) {
+            Entry::Occupied(known) if *known.get() >= time => {}
+            entry => {
+                entry.insert_entry(time);
+                self.open.push(state);
+            }
+        }
+    }
+
+    /// Releases each task from `place` on that must or may be.
+    fn releases(&mut self, mut state: State, place: usize, time: u64) {
+        let Some(task) = self.system.tasks.get(place) else { return self.instant(state, time) };
+        let of = &mut state.tasks[place];
+        if of.until == 0 {
+            of.until = task.period;
+            of.late = task.jitter + 1;
+        }
+        if of.late > 1 {
+            let mut later = state;
+            later.tasks[place].late -= 1;
+            self.releases(later, place + 1, time);
+        }
+        let of = &mut state.tasks[place];
+        if of.late > 0 {
+            (of.late, of.jobs) = (0, of.jobs + 1);
+        }
+        self.releases(state, place + 1, time);
+    }
+
+    /// Executes the statements of an instant in all orders, and then for 1.
+    fn instant(&mut self, state: State, time: u64) {
+        let mut stages = [Stage::Idle; TASKS];
+        for task in &self.system.tasks {
+            stages[task.cpu] = Stage::Choosing;
+        }
+        for (place, task) in self.system.tasks.iter().enumerate() {
+            if state.tasks[place].is_ending {
+                stages[task.cpu] = Stage::Ending(place);
+            }
+        }
+        self.instants.clear();
+        let mut open = Vec::new();
+        self.add(&mut open, state, stages, time);
+        while let Some((state, stages)) = open.pop() {
+            let time = self.instants[&(state, stages)];
+            let next = |cpu: &usize| !matches!(stages[*cpu], Stage::Executing(_) | Stage::Idle);
+            let mut cpus: Vec<usize> = (0..TASKS).filter(next).collect();
+            // The order of what no other CPU sees does not matter.
+            if let Some(first) = cpus.iter().find(|cpu| !self.is_seen_elsewhere(&state, stages[**cpu])) {
+                cpus = vec![*first];
+            }
+            cpus.iter().for_each(|cpu| self.step(&mut open, state, stages, *cpu, time));
+            if cpus.is_empty() {
+                self.execute(state, &stages, 0, time);
+            }
+        }
+    }
+
+    fn add(
+        &mut self,
+        open: &mut Vec<(State, [Stage; TASKS])>,
+        state: State,
+        stages: [Stage; TASKS],
+        time: u64,
+    ) {
+        match self.instants.entry((state, stages)) {
+            Entry::Occupied(known) if *known.get() >= time => {}
+            entry => {
+                entry.insert_entry(time);
+                open.push((state, stages));
+            }
+        }
+    }
+
+    /// Whether the next statement of a CPU reads or writes a port between two CPUs.
+    fn is_seen_elsewhere(&self, state: &State, stage: Stage) -> bool {
+        let (Stage::Ending(place) | Stage::Starting(place)) = stage else { return false };
+        let (of, tasks) = (state.tasks[place], &self.system.tasks[..self.system.chain]);
+        let edge = &self.system.tasks[place].core.edges[usize::from(of.edge)];
+        let other = match edge.program.get(usize::from(of.at)) {
+            Some(Statement::Read(_) | Statement::ReadOrSkip(_)) => place.checked_sub(1),
+            Some(Statement::Write(_)) => Some(place + 1),
+            _ => None,
+        };
+        place < tasks.len() && other.and_then(|it| tasks.get(it)).is_some_and(|it| it.cpu != tasks[place].cpu)
+    }
+
+    /// Lets the world change now, if it has not, and all tasks began. Changes after a sample, and before all others, are enough: a
+    /// later one up to the next sample is seen as late as that.
+    fn add_changed(&mut self, open: &mut Vec<(State, [Stage; TASKS])>, state: State, stages: [Stage; TASKS]) {
+        let has_begun = state.tasks[..self.system.tasks.len()].iter().all(|task| task.has_begun);
+        if !state.is_changed && has_begun {
+            self.add(open, State { is_changed: true, ..state }, stages, 0);
+        }
+    }
+
+    /// The next thing that happens on a CPU at an instant.
+    fn step(
+        &mut self,
+        open: &mut Vec<(State, [Stage; TASKS])>,
+        state: State,
+        mut stages: [Stage; TASKS],
+        cpu: usize,
+        time: u64,
+    ) {
+        match stages[cpu] {
+            Stage::Ending(place) => {
+                let mut ended = state;
+                let of = &mut ended.tasks[place];
+                of.is_ending = false;
+                let edge = &self.system.tasks[place].core.edges[usize::from(of.edge)];
+                let rest = &edge.program[usize::from(of.at)..];
+                if rest.is_empty() {
+                    (of.state, of.edge, of.at) = (edge.target as u8, NONE, 0);
+                    of.jobs -= 1;
+                }
+                let is_timed = |statement: &Statement| matches!(statement, Statement::Compute(_));
+                let has_write = |rest: &[Statement]| rest.iter().any(|it| matches!(it, Statement::Write(_)));
+                let now = rest.iter().position(is_timed).unwrap_or(rest.len());
+                if now > 0 {
+                    self.statement(open, state, stages, place, time);
+                }
+                if now == 0 || now < rest.len() && !has_write(&rest[..now]) {
+                    stages[cpu] = Stage::Choosing;
+                    self.add(open, ended, stages, time);
+                }
+            }
+            Stage::Choosing => {
+                let tasks = self.system.tasks.iter().enumerate();
+                let ready =
+                    || tasks.clone().filter(|(place, it)| it.cpu == cpu && state.tasks[*place].jobs > 0);
+                let Some(highest) = ready().map(|(_, task)| task.priority).max() else {
+                    stages[cpu] = Stage::Idle;
+                    return self.add(open, state, stages, time);
+                };
+                for (place, task) in ready().filter(|(_, task)| task.priority == highest) {
+                    stages[cpu] = Stage::Starting(place);
+                    let of = state.tasks[place];
+                    if of.edge != NONE {
+                        self.add(open, state, stages, time);
+                        continue;
+                    }
+                    let edges = task.core.edges.iter().enumerate();
+                    for (edge, _) in edges.filter(|(_, edge)| edge.source == usize::from(of.state)) {
+                        let mut started = state;
+                        let of = &mut started.tasks[place];
+                        (of.edge, of.at) = (edge as u8, 0);
+                        if !std::mem::replace(&mut of.has_begun, true) {
+                            started.ports[place] = EMPTY;
+                            self.add_changed(open, started, stages);
+                        }
+                        self.add(open, started, stages, time);
+                    }
+                }
+            }
+            Stage::Starting(place) => {
+                let of = state.tasks[place];
+                let program = &self.system.tasks[place].core.edges[usize::from(of.edge)].program;
+                let Statement::Compute(cost) = program[usize::from(of.at)] else {
+                    return self.statement(open, state, stages, place, time);
+                };
+                let mut state = state;
+                if of.left == 0 {
+                    state.tasks[place].left = cost;
+                }
+                stages[cpu] = Stage::Executing(place);
+                self.add(open, state, stages, time);
+            }
+            Stage::Executing(_) | Stage::Idle => {}
+        }
+    }
+
+    /// Executes a statement that takes no time.
+    fn statement(
+        &mut self,
+        open: &mut Vec<(State, [Stage; TASKS])>,
+        mut state: State,
+        stages: [Stage; TASKS],
+        place: usize,
+        time: u64,
+    ) {
+        let task = &self.system.tasks[place];
+        let program = &task.core.edges[usize::from(state.tasks[place].edge)].program;
+        let statement = program[usize::from(state.tasks[place].at)];
+        state.tasks[place].at += 1;
+        match statement {
+            Statement::Compute(_) => unreachable!("it takes time"),
+            Statement::Move(from, to) => {
+                let variables = &mut state.tasks[place].variables;
+                variables[to] = variables[from];
+            }
+            Statement::Merge(from, to) => {
+                let variables = &mut state.tasks[place].variables;
+                variables[to] = variables[to].max(variables[from]);
+            }
+            Statement::Clear(variable) => state.tasks[place].variables[variable] = Value::Constant,
+            Statement::Write(variable) => {
+                let value = state.tasks[place].variables[variable];
+                self.write(&mut state, place, value, time);
+                // Nothing older is left anywhere.
+                if state.is_seen && !has_older(&state, self.system) {
+                    return;
+                }
+            }
+            Statement::Read(variable) | Statement::ReadOrSkip(variable) => {
+                if place == 0 {
+                    let now = if state.is_changed { Value::New } else { Value::Old };
+                    state.tasks[place].variables[variable] = now;
+                    self.add_changed(open, state, stages);
+                } else {
+                    let (value, is_new) = read(&mut state.ports[place], task.buffer.is_some());
+                    state.tasks[place].variables[variable] = value;
+                    if !is_new && matches!(statement, Statement::ReadOrSkip(_)) {
+                        state.tasks[place].at = program.len() as u8 - 1;
+                    }
+                }
+            }
+        }
+        self.add(open, state, stages, time);
+    }
+
+    fn write(&mut self, state: &mut State, place: usize, value: Value, time: u64) {
+        if place + 1 < self.system.chain {
+            let size = self.system.tasks[place + 1].buffer;
+            return write(&mut state.ports[place + 1], size, value);
+        }
+        if place >= self.system.chain {
+            return;
+        }
+        state.shown = value;
+        if state.is_changed && value == Value::Old {
+            self.greatest.age_at_write = self.greatest.age_at_write.max(time);
+        }
+        state.is_seen |= value == Value::New;
+    }
+
+    /// Executes what the CPUs from `cpu` on chose for 1.
+    fn execute(&mut self, mut state: State, stages: &[Stage; TASKS], cpu: usize, time: u64) {
+        let Some(stage) = stages.get(cpu) else {
+            for (place, _) in self.system.tasks.iter().enumerate() {
+                state.tasks[place].until -= 1;
+            }
+            return self.enter(state, if state.is_changed { time + 1 } else { 0 });
+        };
+        if let Stage::Executing(place) = *stage {
+            let of = &mut state.tasks[place];
+            of.left -= 1;
+            if self.system.is_early && of.left > 0 {
+                self.execute(state, stages, cpu + 1, time);
+                state.tasks[place].left = 0;
+            }
+            let of = &mut state.tasks[place];
+            if of.left == 0 {
+                (of.at, of.is_ending) = (of.at + 1, true);
+            }
+        }
+        self.execute(state, stages, cpu + 1, time);
+    }
+}
+
+/// Returns what is read from a port, and whether it is new data.
+fn read(port: &mut Port, is_buffer: bool) -> (Value, bool) {
+    if port.length == 0 {
+        return (port.last, false);
+    }
+    if is_buffer {
+        port.last = std::mem::replace(&mut port.values[0], Value::Constant);
+        port.values.rotate_left(1);
+    }
+    port.length -= 1;
+    (port.last, true)
+}
+
+/// Writes to a port: to a register, or to a buffer of this size, unless it is full.
+fn write(port: &mut Port, buffer: Option<u8>, value: Value) {
+    match buffer {
+        Some(size) if port.length >= size => {}
+        Some(_) => {
+            port.values[usize::from(port.length)] = value;
+            port.length += 1;
+        }
+        None => (port.last, port.length) = (value, 1),
+    }
+}
+
+fn has_older(state: &State, system: &System) -> bool {
+    let (chain, is_buffer) = (system.chain, |place: usize| system.tasks[place].buffer.is_some());
+    let in_variables =
+        state.tasks[..chain].iter().any(|task| task.variables.iter().any(|it| *it != Value::New));
+    let of_port = |(place, port): (usize, &Port)| {
+        let buffered = if is_buffer(place) { usize::from(port.length) } else { 0 };
+        port.last != Value::New || port.values[..buffered].iter().any(|it| *it != Value::New)
+    };
+    let in_ports = state.ports[..chain].iter().enumerate().skip(1).any(of_port);
+    state.shown != Value::New || in_variables || in_ports
+}

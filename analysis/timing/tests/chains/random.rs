@@ -1,0 +1,250 @@
+//! Random systems: no time is above its bound.
+
+use super::core::{
+    Core, Edge, Statement,
+    Statement::{Clear, Compute, Merge, Move, Read, ReadOrSkip, Write},
+    looping,
+};
+use super::explore::{Greatest, explore};
+use super::system::{System, Task, task};
+use crate::reachability::random::{Random, systems_or};
+
+/// The number of systems of each kind, unless the environment says otherwise.
+const SYSTEMS: u64 = 100;
+
+/// A kind of random systems.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Kind {
+    OneCpu,
+    SeveralCpus,
+    Jitter,
+    Buffers,
+    Synchronised,
+    /// Tasks on a CPU each that read at their start and write at their end.
+    Apart,
+    /// The same with synchronised clocks, and no jitter.
+    ApartAndSynchronised,
+}
+
+impl Random {
+    /// Returns a program that mostly writes what it reads, or any.
+    fn program(&mut self, is_any: bool) -> Vec<Statement> {
+        let mut program = Vec::new();
+        if is_any {
+            for _ in 0..self.within(1, 5) {
+                let statement = self.statement();
+                program.push(statement);
+            }
+        } else {
+            if self.one_in(4) {
+                program.push(Compute(1));
+            }
+            program.push(if self.one_in(3) { ReadOrSkip(0) } else { Read(0) });
+            if self.one_in(4) {
+                let statement = self.statement();
+                program.push(statement);
+            }
+            if self.one_in(2) {
+                program.push(Compute(self.within(1, 2) as u8));
+            }
+            program.push(Write(0));
+            if self.one_in(3) {
+                let statement = self.statement();
+                program.push(statement);
+            }
+        }
+        let is_timed = |it: &Statement| matches!(it, Compute(_));
+        if !program.iter().any(is_timed) || program.iter().any(|it| matches!(it, ReadOrSkip(_))) {
+            program.push(Compute(1));
+        }
+        program
+    }
+
+    fn statement(&mut self) -> Statement {
+        let [one, other] = [0, 0].map(|_| self.below(2) as usize);
+        match self.below(9) {
+            0 => Compute(1),
+            1..4 => Read(one),
+            4 => ReadOrSkip(one),
+            5 => Move(one, 1 - one),
+            6 => Merge(one, 1 - one),
+            7 if self.one_in(3) => Clear(one),
+            _ => Write(other),
+        }
+    }
+
+    fn core(&mut self) -> Core {
+        let states = if self.one_in(2) { 1 } else { self.within(2, 3) };
+        let mut edges: Vec<Edge> = Vec::new();
+        let any = |random: &mut Random| random.below(states) as usize;
+        for source in (0..states as usize).chain((0..self.below(3)).map(|_| 0)) {
+            let target = any(self);
+            let is_any = self.one_in(8);
+            edges.push(Edge { source, target, program: self.program(is_any) });
+        }
+        Core { edges }
+    }
+
+    /// Returns tasks that execute on a CPU each.
+    fn apart(&mut self, is_synchronised: bool) -> System {
+        let task = |random: &mut Random, cpu: usize| {
+            let period = random.within(2, 5);
+            let cost = random.within(1, period.min(3) - 1);
+            let core = looping(&[&[Read(0), Compute(cost as u8), Write(0)]]);
+            let task = task(cpu, random.below(3) as u32, period as u8, core);
+            match is_synchronised {
+                true => task.offset(random.below(period) as u8),
+                false => task.jitter(random.below(period - cost + 1) as u8),
+            }
+        };
+        let count = self.within(1, 3) as usize;
+        System::new((0..count).map(|cpu| task(self, cpu)).collect())
+    }
+
+    fn chain(&mut self, kind: Kind) -> System {
+        if matches!(kind, Kind::Apart | Kind::ApartAndSynchronised) {
+            return self.apart(kind == Kind::ApartAndSynchronised);
+        }
+        let count = if self.one_in(12) { 1 } else { self.within(2, 3) };
+        let cpus = if kind == Kind::OneCpu { 1 } else { 3 };
+        let has_jitter = kind == Kind::Jitter || kind != Kind::OneCpu && self.one_in(5);
+        let (is_common, common) = (self.one_in(3), self.within(2, 5));
+        let task = |random: &mut Random| {
+            let core = random.core();
+            let period = if is_common { common } else { random.within(2, 5) } as u8;
+            let task = task(random.below(cpus) as usize, random.below(4) as u32, period, core);
+            let has_offset = kind == Kind::Synchronised && !random.one_in(8);
+            Task {
+                jitter: if has_jitter { random.below(u64::from(period).min(3)) as u8 } else { 0 },
+                offset: has_offset.then(|| random.below(u64::from(period)) as u8),
+                buffer: (kind == Kind::Buffers && !random.one_in(4)).then(|| random.within(1, 3) as u8),
+                ..task
+            }
+        };
+        let tasks: Vec<Task> = (0..count).map(|_| task(self)).collect();
+        let chain = if count > 1 && self.one_in(4) { tasks.len() - 1 } else { tasks.len() };
+        System { tasks, chain, is_early: self.one_in(3) }
+    }
+}
+
+/// What was found in the systems of one kind.
+#[derive(Default, Debug)]
+struct Totals {
+    tried: u64,
+    explored: u64,
+    too_many: u64,
+    /// Bounds that a schedule attains: of the reaction, the age until replaced, and the age at a write; each with their number.
+    attained: [[u64; 2]; 3],
+    /// Chains of one, two and three tasks.
+    steps: [u64; 3],
+    less_by_priority: u64,
+    with_earlier_write: u64,
+    /// With one buffer that is never full, and others; each with the number of attained bounds of the reaction.
+    buffers: [[u64; 2]; 2],
+}
+
+impl Totals {
+    fn add(&mut self, system: &System) {
+        self.tried += 1;
+        let Some(bounds) = system.bounds(true) else { return };
+        let most = 1 + bounds.latency.max(bounds.age_at_write.unwrap_or(0));
+        let Some(found) = explore(system, most) else {
+            self.too_many += 1;
+            return;
+        };
+        self.explored += 1;
+        let Greatest { reaction, age, age_at_write } = found;
+        let age = Some(bounds.latency).filter(|_| bounds.keeps).map(|bound| (age, bound));
+        let at_write = bounds.age_at_write.map(|bound| (age_at_write, bound));
+        let all = [Some((reaction, bounds.latency)), age, at_write];
+        for (place, (found, bound)) in all.into_iter().enumerate().filter_map(|(it, all)| Some((it, all?))) {
+            assert!(found <= bound, "{place}: {found} is above {bound}, {bounds:?} of\n{system:?}");
+            self.attained[place][0] += u64::from(found == bound);
+            self.attained[place][1] += 1;
+        }
+        let without = system.bounds(false).unwrap().latency;
+        assert!(bounds.latency <= without, "priorities made a bound greater in\n{system:?}");
+        self.less_by_priority += u64::from(bounds.latency < without);
+        self.with_earlier_write += u64::from(bounds.has_earlier_write);
+        let parts = &bounds.found.parts;
+        let mut buffers = parts.iter().zip(&system.tasks).skip(1).filter(|(_, task)| task.buffer.is_some());
+        if let (Some((part, _)), None) = (buffers.next(), buffers.next()) {
+            let [all, attained] = &mut self.buffers[usize::from(part.stays_full)];
+            *all += 1;
+            *attained += u64::from(reaction == bounds.latency);
+        }
+        self.steps[system.chain - 1] += 1;
+    }
+}
+
+fn explore_random_chains(kind: Kind, seed: u64) -> Totals {
+    let systems = systems_or(SYSTEMS);
+    let mut random = Random(seed);
+    let mut totals = Totals::default();
+    while totals.explored < systems {
+        assert!(totals.tried < 100 * systems, "too few systems can be explored: {totals:?}");
+        totals.add(&random.chain(kind));
+    }
+    println!("{kind:?}: {totals:?}");
+    totals
+}
+
+#[test]
+fn no_data_on_one_cpu_is_older_than_a_bound() {
+    let totals = explore_random_chains(Kind::OneCpu, 1);
+    assert!(totals.less_by_priority * 10 > totals.explored, "{totals:?}");
+}
+
+#[test]
+fn no_data_on_several_cpus_is_older_than_a_bound() {
+    explore_random_chains(Kind::SeveralCpus, 2);
+}
+
+#[test]
+fn no_data_with_jitter_is_older_than_a_bound() {
+    explore_random_chains(Kind::Jitter, 3);
+}
+
+#[test]
+fn no_data_in_buffers_is_older_than_a_bound() {
+    explore_random_chains(Kind::Buffers, 4);
+}
+
+#[test]
+fn no_data_of_synchronised_clocks_is_older_than_a_bound() {
+    explore_random_chains(Kind::Synchronised, 5);
+}
+
+/// The bounds are the greatest times: of that many kinds.
+fn check_equality(kind: Kind, seed: u64, kinds: usize) {
+    let totals = explore_random_chains(kind, seed);
+    let is_attained = |[attained, all]: &[u64; 2]| attained == all && *all == totals.explored;
+    assert!(totals.attained[..kinds].iter().all(is_attained), "{totals:?}");
+    assert!(totals.steps.iter().all(|steps| steps * 5 > totals.explored), "{totals:?}");
+}
+
+/// But not the age at a write: a job that reads late because of its jitter also writes late.
+#[test]
+fn the_bounds_of_tasks_apart_are_attained() {
+    check_equality(Kind::Apart, 6, 2);
+}
+
+#[test]
+fn the_bounds_of_synchronised_tasks_apart_are_attained() {
+    check_equality(Kind::ApartAndSynchronised, 7, 3);
+}
+
+/// Where data may never be written, there is a schedule in which it is not.
+#[test]
+fn what_may_never_be_written_has_such_a_schedule() {
+    let mut random = Random(8);
+    let mut without_bound = 0;
+    while without_bound < 50 {
+        let core = random.core();
+        if core.facts(true).releases.is_none() {
+            let system = System::new(vec![task(0, 0, 9, core)]);
+            assert_eq!(explore(&system, 300).unwrap().reaction, 300, "{system:?}");
+            without_bound += 1;
+        }
+    }
+}

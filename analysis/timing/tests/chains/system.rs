@@ -1,0 +1,145 @@
+//! A small system: tasks that data passes through, and the analyser's bounds for it.
+
+use mauve_timing::{
+    Bound, ChainBuffer, ChainStep, ChainWrite, Demand, Edge, Method, NoLatency, Options, Priority,
+    SetAnalysis, StateMachine, Tasks, Time,
+};
+
+use super::core::{Core, Facts, cost};
+
+/// A periodic task; times in nanoseconds.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Task {
+    pub(crate) priority: u32,
+    pub(crate) period: u8,
+    pub(crate) jitter: u8,
+    pub(crate) offset: Option<u8>,
+    pub(crate) cpu: usize,
+    pub(crate) core: Core,
+    /// The size of the buffer before it; `None` for a register.
+    pub(crate) buffer: Option<u8>,
+}
+
+/// Returns a task on the CPU of its number.
+pub(crate) fn task(cpu: usize, priority: u32, period: u8, core: Core) -> Task {
+    Task { priority, period, jitter: 0, offset: None, cpu, core, buffer: None }
+}
+
+impl Task {
+    pub(crate) fn buffer(self, size: u8) -> Task {
+        Task { buffer: Some(size), ..self }
+    }
+
+    pub(crate) fn jitter(self, jitter: u8) -> Task {
+        Task { jitter, ..self }
+    }
+
+    pub(crate) fn offset(self, offset: u8) -> Task {
+        Task { offset: Some(offset), ..self }
+    }
+}
+
+/// A system: each of the first `chain` tasks reads what the one before it writes; the first one reads the world.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct System {
+    pub(crate) tasks: Vec<Task>,
+    pub(crate) chain: usize,
+    /// Whether statements may execute for less than their time.
+    pub(crate) is_early: bool,
+}
+
+/// The bounds of a system, and what they rely on.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Bounds {
+    pub(crate) latency: u64,
+    pub(crate) age_at_write: Option<u64>,
+    /// Whether the latency also bounds the age until replaced.
+    pub(crate) keeps: bool,
+    pub(crate) found: mauve_timing::ChainLatency,
+    /// Whether a write is known to be earlier than the end of its job.
+    pub(crate) has_earlier_write: bool,
+}
+
+impl System {
+    pub(crate) fn new(tasks: Vec<Task>) -> System {
+        System { chain: tasks.len(), tasks, is_early: false }
+    }
+
+    pub(crate) fn facts(&self) -> Vec<Facts> {
+        let tasks = self.tasks[..self.chain].iter().enumerate();
+        tasks.map(|(place, task)| task.core.facts(place == 0)).collect()
+    }
+
+    fn analyse(&self) -> SetAnalysis {
+        let tasks = self.tasks.iter().map(|task| {
+            let edge = |edge: &super::core::Edge| Edge {
+                source: edge.source as u32,
+                target: edge.target as u32,
+                cost: Time::from_nanos(cost(&edge.program)),
+            };
+            let edges: Vec<Edge> = task.core.edges.iter().map(edge).collect();
+            let states = edges.iter().map(|edge| edge.source.max(edge.target) + 1).max().unwrap();
+            mauve_timing::Task {
+                priority: Priority::RealTime(task.priority),
+                period: Some(Time::from_nanos(task.period.into())),
+                jitter: Time::from_nanos(task.jitter.into()),
+                offset: task.offset.map(|offset| Time::from_nanos(offset.into())),
+                cpus: Some(1 << task.cpu),
+                demand: Demand::Machine { machine: StateMachine::new(states, edges).unwrap(), whole: None },
+                ..mauve_timing::Task::default()
+            }
+        });
+        Tasks::new(tasks.collect()).response_times(&OPTIONS, &|| ())
+    }
+
+    /// Returns the bounds, if each component passes data on for sure.
+    pub(crate) fn bounds(&self, uses_priorities: bool) -> Option<Bounds> {
+        let facts = self.facts();
+        let (last, others) = facts.split_last()?;
+        if others.iter().any(|facts| !facts.keeps) {
+            return None;
+        }
+        let analysis = self.analyse();
+        if analysis.responses.iter().any(|response| !matches!(response.bound, Bound::Response(_))) {
+            return None;
+        }
+        let mut chain = Vec::new();
+        for (task, facts) in facts.iter().enumerate() {
+            let Bound::Response(response) = analysis.responses[task].bound else { return None };
+            let write = |&time: &u64| ChainWrite { task, cost: Time::from_nanos(time), response };
+            let writes: Vec<ChainWrite> = facts.written.iter().map(write).collect();
+            let buffer = self.tasks[task].buffer.filter(|_| task > 0);
+            chain.push(ChainStep {
+                task,
+                releases: facts.releases?,
+                periods: facts.periods,
+                write: analysis.tasks.write_times(&writes, &OPTIONS, &|| ()).into_iter().max()?,
+                response,
+                gap: facts.gap,
+                buffer: buffer.map(|size| ChainBuffer {
+                    size: size.into(),
+                    reads: facts.reads,
+                    writes: Some(task.checked_sub(1).map_or(0, |writer| self.writes_of(writer))),
+                }),
+            });
+        }
+        let found = match analysis.tasks.latency(&chain, uses_priorities) {
+            Ok(found) => found,
+            Err(NoLatency::Lost(_) | NoLatency::NotRead(_)) => return None,
+            Err(other) => panic!("{other:?} of {self:?}"),
+        };
+        Some(Bounds {
+            latency: found.latency.as_nanos(),
+            age_at_write: found.age_at_write.map(Time::as_nanos),
+            keeps: last.keeps,
+            has_earlier_write: chain.iter().any(|step| step.write < step.response),
+            found,
+        })
+    }
+
+    fn writes_of(&self, task: usize) -> u32 {
+        self.tasks[task].core.facts(task == 0).writes
+    }
+}
+
+const OPTIONS: Options = Options { method: Method::Best, horizon: None, is_brief: false };
