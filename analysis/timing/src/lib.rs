@@ -48,8 +48,9 @@
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
-//! small systems in every possible way and finds nothing above a bound, and `tests/chains/` no older data; `tests/literature.rs` compares with an
-//! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
+//! small systems in every possible way and finds nothing above a bound, `tests/chains/` finds no data above one,
+//! `tests/literature.rs` compares with an independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/`
+//! measures.
 
 mod breakdown;
 mod chain;
