@@ -12,11 +12,13 @@
 //! | `explore.rs` | the exploration |
 //! | `cases.rs` | systems whose times are known by hand |
 //! | `random.rs` | random systems |
+//! | `dortmund.rs` | larger chains, whose figures research code gave: `dortmund.csv` |
 //!
 //! `MAUVE_ORACLE_SYSTEMS=10000 cargo test --release -p mauve-timing --test main chains::` tries more systems.
 
 mod cases;
 mod core;
+mod dortmund;
 mod explore;
 mod random;
 mod system;
