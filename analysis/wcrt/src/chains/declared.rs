@@ -7,7 +7,7 @@ use mauve_hir::{
     Assumption, Chain, Decl, Location, ModelDb, PassageEnd, Project, all_roots, behaviour_of, config_file,
     config_of, core_of, flat_of, names_of, target_of, uses_of,
 };
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use super::network::{MOST_WAYS, Network, Place};
 use super::{ChainProblem, DeclaredChain, Way, WayStep};
@@ -30,35 +30,21 @@ enum Named<'db> {
 
 impl<'db> Named<'db> {
     /// Returns the instances that it can mean.
-    fn instances(&self) -> Vec<usize> {
+    fn instances(&self) -> &[usize] {
         match self {
-            Named::Instance(instance) | Named::Feature((instance, _)) => vec![*instance],
-            Named::Codel(_, instances) => instances.clone(),
+            Named::Instance(instance) | Named::Feature((instance, _)) => std::slice::from_ref(instance),
+            Named::Codel(_, instances) => instances,
         }
     }
 
-    /// Returns the only instance that it can mean.
-    fn instance(&self) -> Option<usize> {
-        if let [one] = self.instances().as_slice() { Some(*one) } else { None }
-    }
-
-    /// Returns whether a step is in it.
-    fn has(&self, step: &WayStep<'db>) -> bool {
-        match self {
-            Named::Instance(instance) => step.instance == *instance,
-            Named::Feature((instance, end)) => step.instance == *instance && step.ends.contains(end),
-            Named::Codel(..) => false,
-        }
-    }
-
-    /// Returns whether a chain to it may end at a step.
-    fn ends(&self, step: &WayStep<'db>) -> bool {
-        match self {
-            Named::Codel(codel, instances) => {
-                instances.contains(&step.instance) && step.ends[1] == PassageEnd::Codel(*codel)
-            }
-            _ => self.has(step),
-        }
+    /// Returns whether a way that has this step goes through it; whether one that ends with it leads to it if `is_end`.
+    fn has(&self, step: &WayStep<'db>, is_end: bool) -> bool {
+        let is_there = match self {
+            Named::Feature((_, end)) => step.ends.contains(end),
+            Named::Codel(codel, _) if is_end => step.ends[1] == PassageEnd::Codel(*codel),
+            Named::Instance(_) | Named::Codel(..) => true,
+        };
+        is_there && self.instances().contains(&step.instance)
     }
 }
 
@@ -74,21 +60,27 @@ pub(super) fn declared_chains<'db>(
     let file = config_file(db, workspace);
     let mut found = Vec::new();
     for (index, chain) in config_of(db, workspace).chains.iter().enumerate() {
-        let resolver = Resolver::new(db, project, architecture, chain, false);
-        let way = resolver.way();
-        if matches!(way, Err((_, ChainProblem::Unresolved(_))))
-            && is_of_another(db, project, architecture, chain)
-        {
+        // Data may be in a device, or a library, on its way.
+        let way = [false, true].into_iter().try_fold(None, |_, through_handles| {
+            let resolver = Resolver::new(db, project, architecture, chain, through_handles);
+            match resolver.way() {
+                Err(found @ (_, ChainProblem::NotConnected { .. } | ChainProblem::NotPassed { .. })) => {
+                    Ok(Some(found))
+                }
+                way => Err(way),
+            }
+        });
+        let way = way.map_or_else(|way| way, |problem| Err(problem.unwrap_or((None, ChainProblem::NoWay))));
+        let is_unresolved = matches!(way, Err((_, ChainProblem::Unresolved(_))));
+        if is_unresolved && is_of_another(db, project, architecture, chain) {
             continue;
         }
         let location = |span: &Range<usize>| {
             let of = |offset: usize| u32::try_from(offset).unwrap_or(u32::MAX);
             Some(Location::Range(file?, of(span.start), of(span.end)))
         };
-        let problem = |(span, problem): Problem<'_>| (location(span.unwrap_or(&chain.span)), problem);
-        let (name, limit) = (Name::from(chain.name.as_str()), chain.latency);
-        let way = way.map_err(problem).map(|(steps, ends)| Way { name: name.clone(), ends, steps });
-        found.push(DeclaredChain { name, index, limit, way });
+        let way = way.map_err(|(span, problem)| (location(span.unwrap_or(&chain.span)), problem));
+        found.push(DeclaredChain { name: chain.name.as_str().into(), index, limit: chain.latency, way });
     }
     found
 }
@@ -111,7 +103,6 @@ fn is_of_another<'db>(db: &'db dyn ModelDb, own: Project<'db>, except: Decl<'db>
 struct Resolver<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    architecture: Decl<'db>,
     chain: &'a Chain,
     network: Network<'db>,
 }
@@ -124,13 +115,14 @@ impl<'a, 'db> Resolver<'a, 'db> {
         chain: &'a Chain,
         through_handles: bool,
     ) -> Resolver<'a, 'db> {
-        // What is assumed of other instances is not in the assumption of one.
         let of = |all: &[Located], instance: &str| -> Vec<Name> {
             let named = all.iter().filter_map(|(name, _)| name.split_once('.'));
             named.filter(|(it, _)| *it == instance).map(|(_, name)| name.into()).collect()
         };
-        let answering = |(name, _): &Located| names_of(db, project).by_key(Kind::Codel, name).to_vec();
-        let answers: Vec<Decl<'db>> = chain.answers.iter().flat_map(answering).collect();
+        let named =
+            chain.answers.iter().flat_map(|(name, _)| names_of(db, project).by_key(Kind::Codel, name));
+        let answers: Vec<Decl<'db>> = named.copied().collect();
+        // Only what is about the instance: others have the same passages with or without the chain.
         let assumption = |instance: &Name, core: Decl<'db>| {
             let known = &behaviour_of(db, project, core).states;
             let mut states = of(&chain.states, instance);
@@ -140,51 +132,40 @@ impl<'a, 'db> Resolver<'a, 'db> {
             Assumption::new(db, states, answers, of(&chain.answers, instance), through_handles)
         };
         let network = Network::new(db, project, flat_of(db, project, architecture), assumption);
-        Resolver { db, project, architecture, chain, network }
+        Resolver { db, project, chain, network }
     }
 
-    /// Returns the way of the chain, and its ends.
-    fn way(self) -> Result<(Vec<WayStep<'db>>, [super::ChainEnd<'db>; 2]), Problem<'a>> {
-        let (chain, network) = (self.chain, &self.network);
-        let missing = |key| (None, ChainProblem::Missing(key));
-        let from_at = chain.from.as_ref().ok_or_else(|| missing("from"))?;
-        let to_at = chain.to.as_ref().ok_or_else(|| missing("to"))?;
-        let [from, to] = [from_at, to_at].map(|it| self.resolved(it));
-        let (from, to) = (from?, to?);
-        if from == to {
-            return Err((Some(&to_at.1), ChainProblem::NoWay));
-        }
-        let mut through = Vec::new();
-        for name in &chain.through {
-            match self.resolved(name)? {
-                Named::Codel(..) => {
-                    return Err((Some(&name.1), ChainProblem::Unresolved(name.0.as_str().into())));
-                }
-                named => through.push((named, name)),
+    fn way(&self) -> Result<Way<'db>, Problem<'a>> {
+        let chain = self.chain;
+        let mut points: Vec<(Named<'db>, &Located)> = Vec::new();
+        let from = chain.from.as_ref().ok_or((None, ChainProblem::Missing("from")))?;
+        let to = chain.to.as_ref().ok_or((None, ChainProblem::Missing("to")))?;
+        for located in std::iter::once(from).chain(&chain.through).chain([to]) {
+            let (name, span) = located;
+            let named = self.named(name);
+            let named = named.ok_or((Some(span), ChainProblem::Unresolved(name.as_str().into())))?;
+            // As far as the names say that.
+            let instance =
+                |it: &Named<'db>| it.instances().first().copied().filter(|_| it.instances().len() == 1);
+            let own = instance(&named);
+            let earlier = points.iter().rev().skip(1).any(|(it, _)| own.is_some() && instance(it) == own);
+            let is_next = points.last().is_some_and(|(it, _)| instance(it) == own);
+            if earlier && !is_next {
+                return Err((Some(span), ChainProblem::Twice(self.name(own))));
             }
+            points.push((named, located));
         }
-        let points = [&[(from.clone(), from_at)], through.as_slice(), &[(to.clone(), to_at)]].concat();
-        self.check_repetitions(&points)?;
-        self.check_states()?;
-        let through: Vec<&Named<'db>> = through.iter().map(|(named, _)| named).collect();
-        let ways = self.ways(&from, &through, &to);
-        if ways.is_empty() {
-            // Data may be in a device, or a library, on its way.
-            let with_handles =
-                |it: &Network<'db>| it.nodes.iter().any(|it| it.assumption.through_handles(self.db));
-            if !with_handles(network) {
-                return Resolver::new(self.db, self.project, self.architecture, chain, true).way();
-            }
-            return Err(self.not_connected(&points));
+        let [(first, _), through @ .., (last, _)] = points.as_slice() else {
+            return Err((None, ChainProblem::NoWay));
+        };
+        if first == last {
+            return Err((Some(&to.1), ChainProblem::NoWay));
         }
-        let steps = self.only(ways, from_at)?;
-        self.check_answers(&steps)?;
-        let ends = network.ends(&steps).ok_or((None, ChainProblem::NoWay))?;
-        Ok((steps, ends))
-    }
-
-    fn resolved(&self, (name, span): &'a Located) -> Result<Named<'db>, Problem<'a>> {
-        self.named(name).ok_or_else(|| (Some(span), ChainProblem::Unresolved(name.as_str().into())))
+        let (ways, _) = self.ways(first, through, last);
+        let steps = if ways.is_empty() { Err(self.not_connected(&points)) } else { self.only(ways, from) }?;
+        self.check_assumptions(&steps)?;
+        let ends = self.network.ends(&steps).ok_or((None, ChainProblem::NoWay))?;
+        Ok(Way { name: chain.name.as_str().into(), ends, steps })
     }
 
     /// Returns what a name means: `instance`, `instance.port`, `instance.codel`, or a codel that an instance calls.
@@ -194,160 +175,97 @@ impl<'a, 'db> Resolver<'a, 'db> {
             return network.instance(name).map(Named::Instance).or_else(|| self.codel(name, None));
         };
         let Some(instance) = network.instance(instance) else { return self.codel(name, None) };
-        let flat = network.flat.instances.get(instance)?;
-        match flat.features(self.db, self.project).map(|features| features.get(feature)) {
-            Some(Some(found)) if found.kind.is_port() => {
-                Some(Named::Feature((instance, PassageEnd::Port(feature.into()))))
-            }
-            Some(Some(found)) if found.kind.is_operation() => {
-                Some(Named::Feature((instance, PassageEnd::Operation(feature.into()))))
-            }
-            Some(_) => self.codel(feature, Some(instance)),
-            // Its shell is unknown.
-            None => Some(Named::Feature((instance, PassageEnd::Port(feature.into())))),
-        }
+        let features = network.flat.instances.get(instance)?.features(self.db, self.project);
+        let end = match features.map(|features| features.get(feature)) {
+            Some(Some(found)) if found.kind.is_operation() => PassageEnd::Operation(feature.into()),
+            // Or its shell is unknown.
+            Some(Some(_)) | None => PassageEnd::Port(feature.into()),
+            Some(None) => return self.codel(feature, Some(instance)),
+        };
+        Some(Named::Feature((instance, end)))
     }
 
-    /// Returns the codel of a name that instances call; only those of `instance`, where its library need not be named.
+    /// Returns the codel of a name that instances call; of `instance` alone, its library need not be named.
     fn codel(&self, name: &str, instance: Option<usize>) -> Option<Named<'db>> {
-        let of = |index: usize| {
+        let called = |index: usize| {
             let component = self.network.flat.instances.get(index)?.component?;
             Some(&uses_of(self.db, self.project, core_of(self.db, self.project, component)?).codels)
         };
         let codel = match instance {
-            Some(index) => of(index)?.iter().copied().find(|it| it.is_called(self.db, name))?,
+            Some(index) => called(index)?.iter().copied().find(|it| it.is_called(self.db, name))?,
             None => *names_of(self.db, self.project).by_key(Kind::Codel, name).first()?,
         };
-        let all = (0..self.network.flat.instances.len()).filter(|it| instance.is_none_or(|only| only == *it));
-        let calling: Vec<usize> =
-            all.filter(|it| of(*it).is_some_and(|codels| codels.contains(&codel))).collect();
+        let mut calling: Vec<usize> = (0..self.network.flat.instances.len()).collect();
+        calling.retain(|&it| instance.is_none_or(|only| only == it));
+        calling.retain(|&it| called(it).is_some_and(|codels| codels.contains(&codel)));
         (!calling.is_empty()).then_some(Named::Codel(codel, calling))
     }
 
-    /// Checks that the chain goes through no instance twice, as far as its names say that.
-    fn check_repetitions(&self, points: &[(Named<'db>, &'a Located)]) -> Result<(), Problem<'a>> {
-        let mut seen = FxHashSet::default();
-        let mut before = None;
-        for (named, (_, span)) in points {
-            let Some(instance) = named.instance() else { continue };
-            if before.replace(instance) != Some(instance) && !seen.insert(instance) {
-                return Err((Some(span), ChainProblem::Twice(self.name(instance))));
-            }
-        }
-        Ok(())
+    fn name(&self, instance: Option<usize>) -> Name {
+        let found = instance.and_then(|it| self.network.flat.instances.get(it));
+        found.map_or_else(Name::default, |it| it.name.clone())
     }
 
-    fn name(&self, instance: usize) -> Name {
-        self.network.flat.instances.get(instance).map_or_else(Name::default, |it| it.name.clone())
-    }
-
-    /// Checks that the instances of `while` have these states.
-    fn check_states(&self) -> Result<(), Problem<'a>> {
+    /// Checks that `while` and `answers` are about instances on the way, and that these have such states, codels and ports.
+    fn check_assumptions(&self, steps: &[WayStep<'db>]) -> Result<(), Problem<'a>> {
         for (name, span) in &self.chain.states {
             let (instance, state) = name.split_once('.').unwrap_or((name, ""));
-            let found = self.network.instance(instance).and_then(|it| self.network.nodes.get(it));
-            // Of an unknown component, the reason is another.
-            let is_known = |it: Name| {
-                found.is_none_or(|node| {
-                    node.passages.is_some() && !node.assumption.states(self.db).contains(&it)
-                })
+            let (instance, state) = (Name::from(instance), Name::from(state));
+            let has_state = |it: &WayStep<'db>| {
+                self.network.is_unknown(it.instance) || it.assumption.states(self.db).contains(&state)
             };
-            if is_known(state.into()) {
-                return Err((
-                    Some(span),
-                    ChainProblem::NoState { instance: instance.into(), state: state.into() },
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks that the assumptions are about instances on the way.
-    fn check_answers(&self, steps: &[WayStep<'db>]) -> Result<(), Problem<'a>> {
-        let is_on_way = |instance: &str| {
-            self.network.instance(instance).is_some_and(|it| steps.iter().any(|step| step.instance == it))
-        };
-        for (name, span) in &self.chain.states {
-            let (instance, state) = name.split_once('.').unwrap_or((name, ""));
-            if !is_on_way(instance) {
-                let (instance, state) = (instance.into(), state.into());
+            if !steps.iter().any(|it| self.name(Some(it.instance)) == instance && has_state(it)) {
                 return Err((Some(span), ChainProblem::NoState { instance, state }));
             }
         }
         for (name, span) in &self.chain.answers {
-            let is_called = match self.named(name) {
-                Some(Named::Codel(_, instances)) => {
-                    instances.iter().any(|it| steps.iter().any(|step| step.instance == *it))
-                }
-                Some(Named::Feature((instance, PassageEnd::Port(_)))) => is_on_way(&self.name(instance)),
-                _ => false,
-            };
-            if !is_called {
+            let named = self.named(name).filter(|it| !matches!(it, Named::Instance(_)));
+            if !named.is_some_and(|it| steps.iter().any(|step| it.instances().contains(&step.instance))) {
                 return Err((Some(span), ChainProblem::NoAnswer(name.as_str().into())));
             }
         }
         Ok(())
     }
 
-    /// Returns the ways from one end to the other, through these.
-    fn ways(&self, from: &Named<'db>, through: &[&Named<'db>], to: &Named<'db>) -> Vec<Vec<WayStep<'db>>> {
+    /// Returns the ways from one end to the other through these, and the last instance that data comes to.
+    fn ways(
+        &self,
+        from: &Named<'db>,
+        through: &[(Named<'db>, &Located)],
+        to: &Named<'db>,
+    ) -> (Vec<Vec<WayStep<'db>>>, Option<usize>) {
         let network = &self.network;
-        let entering = |instance: usize, end: PassageEnd<'db>| {
-            let steps = network.entering(None, &(instance, end), true).into_iter();
+        let entering = |place: &Place<'db>| {
+            let steps = network.entering(None, place, true).into_iter();
             steps.filter(|step| !step.passages.is_empty()).collect::<Vec<_>>()
         };
         let first = match from {
             Named::Codel(codel, instances) => {
-                instances.iter().flat_map(|&it| entering(it, PassageEnd::Codel(*codel))).collect()
+                instances.iter().flat_map(|&it| entering(&(it, PassageEnd::Codel(*codel)))).collect()
             }
-            Named::Feature(place) => match network.after(place) {
-                [] if !entering(place.0, place.1.clone()).is_empty() => entering(place.0, place.1.clone()),
-                _ => network.leaving(place, true).into_iter().collect(),
-            },
+            Named::Feature(place) if network.after(place).is_empty() && !entering(place).is_empty() => {
+                entering(place)
+            }
+            Named::Feature(place) => network.leaving(place, true).into_iter().collect(),
             Named::Instance(instance) => network.leaving_instance(*instance),
         };
-        let reaching = self.reaching(to);
-        let is_end = |step: &WayStep<'db>| to.ends(step);
-        let (mut found, mut budget) = (Vec::new(), 10 * MOST_WAYS);
+        let leading = network.leading(to.instances());
+        let is_end = |step: &WayStep<'db>| to.has(step, true);
+        let (mut found, mut budget, mut last) = (Vec::new(), 10 * MOST_WAYS, None);
         for first in first {
-            network.walk(first, Some((&is_end, &reaching)), &mut |way| {
-                budget -= 1;
-                if let Some(way) = way {
-                    let mut rest = through.iter().peekable();
-                    for step in way {
-                        while rest.next_if(|it| it.has(step)).is_some() {}
-                    }
-                    if rest.peek().is_none() {
-                        found.push(way.to_vec());
-                    }
+            network.walk(first, Some((&is_end, &leading)), &mut |way, is_end| {
+                budget = budget.saturating_sub(1);
+                last = way.last().map(|it| it.instance);
+                let mut rest = through.iter().peekable();
+                if is_end {
+                    way.iter()
+                        .for_each(|step| while rest.next_if(|(it, _)| it.has(step, false)).is_some() {});
+                    found.extend(rest.peek().is_none().then(|| way.to_vec()));
                 }
                 budget > 0
             });
         }
-        found
-    }
-
-    /// Returns where data may be that reaches an end.
-    fn reaching(&self, to: &Named<'db>) -> FxHashSet<Place<'db>> {
-        let mut before: FxHashMap<Place<'db>, Vec<Place<'db>>> = FxHashMap::default();
-        let mut open = Vec::new();
-        for place in self.network.entries() {
-            for step in self.network.entering(None, &place, true) {
-                if to.ends(&step) {
-                    open.push(place.clone());
-                }
-                for (_, next) in self.network.after(&(step.instance, step.ends[1].clone())) {
-                    before.entry(next.clone()).or_default().push(place.clone());
-                }
-            }
-        }
-        let mut found = FxHashSet::default();
-        while let Some(place) = open.pop() {
-            if found.insert(place.clone()) {
-                open.extend(before.get(&place).into_iter().flatten().cloned());
-            }
-        }
-        found
+        (found, last)
     }
 
     /// Returns the only way; of several that differ only in their ends, all as one.
@@ -356,71 +274,61 @@ impl<'a, 'db> Resolver<'a, 'db> {
         ways: Vec<Vec<WayStep<'db>>>,
         from: &'a Located,
     ) -> Result<Vec<WayStep<'db>>, Problem<'a>> {
-        let way_of = |steps: &[WayStep<'db>]| -> Vec<(usize, Option<usize>)> {
-            steps.iter().map(|it| (it.instance, it.connection)).collect()
-        };
-        let mut ways = ways.into_iter();
-        let Some(mut first) = ways.next() else { return Err((Some(&from.1), ChainProblem::NoWay)) };
-        let of_first = way_of(&first);
-        for other in ways {
-            let of_other = way_of(&other);
-            if of_other == of_first {
-                for (step, other) in first.iter_mut().zip(other) {
-                    step.passages.extend(other.passages);
-                    step.passages.sort_unstable();
-                    step.passages.dedup();
-                }
+        let mut found: Vec<WayStep<'db>> = Vec::new();
+        for way in ways {
+            if found.is_empty() {
+                found = way;
                 continue;
             }
-            let [one, two] = [&of_first, &of_other].map(|it| it.first().map_or(0, |(instance, _)| *instance));
-            if one != two && matches!(self.named(&from.0), Some(Named::Codel(..))) {
-                let (codel, instances) = (from.0.as_str().into(), vec![self.name(one), self.name(two)]);
-                return Err((Some(&from.1), ChainProblem::Ambiguous { codel, instances }));
+            let differs = |(one, two): &(&WayStep<'db>, &WayStep<'db>)| {
+                (one.instance, one.connection) != (two.instance, two.connection)
+            };
+            match found.iter().zip(&way).find(differs) {
+                Some((one, two)) if one.connection.is_none() => {
+                    let instances = vec![self.name(Some(one.instance)), self.name(Some(two.instance))];
+                    let codel = from.0.as_str().into();
+                    return Err((Some(&from.1), ChainProblem::Ambiguous { codel, instances }));
+                }
+                Some((one, two)) => {
+                    let ends = [one, two].map(|it| self.network.ends(std::slice::from_ref(it)));
+                    let through = ends.into_iter().flatten().map(|[entry, _]| entry.shown(self.db).into());
+                    return Err((Some(&from.1), ChainProblem::SeveralWays { through: through.collect() }));
+                }
+                None => {}
             }
-            // What only one of the two has.
-            let mut through: Vec<Name> = Vec::new();
-            for (steps, of_other) in [(&first, &of_other), (&other, &of_first)] {
-                let mut only =
-                    steps.iter().filter(|step| of_other.iter().all(|(it, _)| *it != step.instance));
-                through.extend(only.next().map(|step| self.name(step.instance)));
+            for (step, other) in found.iter_mut().zip(way) {
+                step.passages.extend(other.passages);
+                step.passages.sort_unstable();
+                step.passages.dedup();
             }
-            if through.is_empty() {
-                let differs = first.iter().zip(&other).find(|(one, two)| one.connection != two.connection);
-                let entered = differs.into_iter().flat_map(|(one, two)| [one, two]);
-                through.extend(entered.filter_map(|step| {
-                    let way = self.network.ends(std::slice::from_ref(step))?;
-                    Some(Name::from(way[0].shown(self.db)))
-                }));
-            }
-            return Err((Some(&from.1), ChainProblem::SeveralWays { through }));
         }
-        Ok(first)
+        Ok(found)
     }
 
-    /// Returns why there is no way from one point to the next.
+    /// Returns why there is no way.
     fn not_connected(&self, points: &[(Named<'db>, &'a Located)]) -> Problem<'a> {
-        let mut pairs = points.windows(2);
-        let is_apart = |pair: &&[(Named<'db>, &'a Located)]| match pair {
-            [(from, _), (to, _)] => self.ways(from, &[], to).is_empty(),
-            _ => false,
-        };
-        let [(from, (from_name, _)), (to, (to_name, span))] = pairs.find(is_apart).unwrap_or_default() else {
-            // Each part has a way, and all together have none.
-            let [.., (named, (name, span)), _] = points else { return (None, ChainProblem::NoWay) };
-            let name = named.instance().map_or_else(|| name.as_str().into(), |it| self.name(it));
-            return (Some(span), ChainProblem::Twice(name));
-        };
-        if let Some(instance) = from.instance().filter(|it| to.instance() == Some(*it)) {
-            return (Some(span), ChainProblem::Twice(self.name(instance)));
+        for pair in points.windows(2) {
+            let [(from, (from_name, _)), (to, (to_name, span))] = pair else { continue };
+            let (ways, last) = self.ways(from, &[], to);
+            if !ways.is_empty() {
+                continue;
+            }
+            let leading = self.network.leading(to.instances());
+            let problem = match from.instances() {
+                [one] if to.instances() == [*one] => ChainProblem::Twice(self.name(Some(*one))),
+                several if several.iter().any(|it| leading.contains(it)) => {
+                    ChainProblem::NotPassed { instance: self.name(last.or(several.first().copied())) }
+                }
+                _ => ChainProblem::NotConnected {
+                    from: from_name.as_str().into(),
+                    to: to_name.as_str().into(),
+                },
+            };
+            return (Some(span), problem);
         }
-        let Some(way) = self.network.connected(&from.instances(), &to.instances()) else {
-            let (from, to) = (from_name.as_str().into(), to_name.as_str().into());
-            return (Some(span), ChainProblem::NotConnected { from, to });
-        };
-        // The last component on the way from which data does not reach the end.
-        let reaching = self.reaching(to);
-        let stops = |instance: &&usize| reaching.iter().all(|(reached, _)| reached != *instance);
-        let instance = way.iter().rev().find(stops).or(way.first()).copied().unwrap_or_default();
-        (Some(span), ChainProblem::NotPassed { instance: self.name(instance) })
+        // Each part has a way, and all together have none.
+        let last = points.iter().rev().nth(1);
+        let name = self.name(last.and_then(|(it, _)| it.instances().first().copied()));
+        (last.map(|(_, (_, span))| span), ChainProblem::Twice(name))
     }
 }

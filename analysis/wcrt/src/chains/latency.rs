@@ -303,7 +303,48 @@ impl<'db> Sums<'db> {
         self.passages(step).into_iter().find_map(|it| it.overwritten.clone())
     }
 
-    /// Returns a step with its figures. Adds the reasons why it has none; it is the one of this `index`.
+    /// Returns the most releases until data that enters a step is read, or until what leaves it is written.
+    fn releases(&mut self, step: &WayStep<'db>, is_read: bool) -> Result<u32, Skip<'db>> {
+        let (known, end) = (self.known(step), if is_read { &step.ends[0] } else { &step.ends[1] });
+        let PassageEnd::Port(port) = end else {
+            // A call is executed in the next period.
+            return Ok(1);
+        };
+        let of_port = known.and_then(|known| {
+            let all = if is_read { &known.passages.reads } else { &known.passages.writes };
+            all.iter().find(|(name, _)| name == port)
+        });
+        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it));
+        match (of_port, core) {
+            (Some((_, releases)), _) => releases.clone(),
+            (None, Some(core)) => Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite }),
+            (None, None) => Ok(1),
+        }
+    }
+
+    /// Returns a step whose next release writes. Adds the reason why it has no figures; it is the one of this `index`.
+    fn written(
+        &mut self,
+        index: usize,
+        step: &WayStep<'db>,
+        reasons: &mut Vec<ChainReason<'db>>,
+    ) -> Option<ChainStep> {
+        let activity = self.activity(step);
+        let why = no_response(index, activity.map(|(_, it)| it));
+        let why = why.or_else(|| self.known(step).is_none().then_some(ChainReason::Unknown { step: index }));
+        if why.is_some() {
+            reasons.extend(why);
+            return None;
+        }
+        let (task, activity) = activity?;
+        let response = activity.response?;
+        let write = self.cost(step).and_then(|key| self.writes.get(&key)).copied();
+        let write = write.map_or(response, |it| it.min(response));
+        let gap = self.releases(step, false).ok();
+        Some(ChainStep { task, releases: 1, periods: None, write, response, gap, buffer: None })
+    }
+
+    /// The same for a step that passes data on, or reads it.
     fn step(
         &mut self,
         index: usize,
@@ -311,46 +352,27 @@ impl<'db> Sums<'db> {
         before: Option<&WayStep<'db>>,
         reasons: &mut Vec<ChainReason<'db>>,
     ) -> Option<ChainStep> {
-        let count = reasons.len();
-        let activity = self.activity(step);
-        reasons.extend(no_response(index, activity.map(|(_, it)| it)));
-        let Some(known) = self.known(step) else {
-            if reasons.len() == count {
-                reasons.push(ChainReason::Unknown { step: index });
-            }
-            return None;
-        };
-        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it))?;
+        let written = self.written(index, step, reasons)?;
         let passages = self.passages(step);
+        let reads = self.releases(step, true);
+        let of_passages =
+            || passages.iter().try_fold(1, |most, it| it.releases.clone().map(|it| most.max(it)));
+        let may_skip = |skip| ChainReason::MaySkip { step: index, skip };
         let releases = match (passages.as_slice(), step.connection) {
-            ([], Some(_)) => most_releases(&known.passages.reads, &step.ends[0], core),
-            ([], None) => most_releases(&known.passages.writes, &step.ends[1], core),
-            (several, _) => several.iter().try_fold(1, |most, it| it.releases.clone().map(|it| most.max(it))),
+            ([], Some(_)) => reads.clone().map_err(|it| ChainReason::NotRead { step: index, skip: Some(it) }),
+            ([], None) => self.releases(step, false).map_err(may_skip),
+            _ => of_passages().map_err(may_skip),
         };
-        let is_unread = passages.is_empty() && step.connection.is_some();
-        let releases = match releases {
-            Ok(releases) => releases,
-            Err(skip) if is_unread => {
-                reasons.push(ChainReason::NotRead { step: index, skip: Some(skip) });
-                return None;
-            }
-            Err(skip) => {
-                reasons.push(ChainReason::MaySkip { step: index, skip });
-                return None;
-            }
-        };
+        let releases = releases.map_err(|why| reasons.push(why)).ok()?;
         let link = step.connection.and_then(|it| self.flat.links.get(it)).filter(|link| !link.operation);
         let buffer = link.and_then(|link| link.buffer).map(|size| ChainBuffer {
             size: size.max(1),
-            reads: most_releases(&known.passages.reads, &step.ends[0], core).ok(),
-            writes: before.and_then(|before| {
-                writes_of(self.db, self.project, self.component(before)?, &link?.source.1)
-            }),
+            reads: reads.ok(),
+            writes: before
+                .and_then(|it| writes_of(self.db, self.project, self.component(it)?, &link?.source.1)),
         });
-        let ((task, _), [write, response]) = (activity?, self.times(step)?);
         let periods = passages.iter().map(|it| it.periods).reduce(|one, other| Some(one?.max(other?)));
-        let gap = most_releases(&known.passages.writes, &step.ends[1], core).ok();
-        Some(ChainStep { task, releases, periods: periods.unwrap_or(Some(0)), write, response, gap, buffer })
+        Some(ChainStep { releases, periods: periods.unwrap_or(Some(0)), buffer, ..written })
     }
 
     fn connection(&mut self, hop: Option<&Hop<'db>>, link: &Link<'db>) -> ConnectionReport<'db> {
@@ -367,7 +389,7 @@ impl<'db> Sums<'db> {
         let mut overwritten = self.passages(&hop.before).into_iter().map(|it| it.overwritten.clone());
         found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
         let mut reasons = Vec::new();
-        let before = self.any_write(&hop.before, &mut reasons);
+        let before = self.written(0, &hop.before, &mut reasons);
         for step in &hop.after {
             let mut why = reasons.clone();
             let after = self.step(1, step, Some(&hop.before), &mut why);
@@ -393,29 +415,9 @@ impl<'db> Sums<'db> {
         found
     }
 
-    /// Returns a step that writes in its next release. Adds the reason why its activity has no figures.
-    fn any_write(&mut self, step: &WayStep<'db>, reasons: &mut Vec<ChainReason<'db>>) -> Option<ChainStep> {
-        let activity = self.activity(step);
-        reasons.extend(no_response(0, activity.map(|(_, it)| it)));
-        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it));
-        let writes = self.known(step).map(|it| &it.passages.writes);
-        let gap = writes.zip(core).and_then(|(writes, core)| most_releases(writes, &step.ends[1], core).ok());
-        let ((task, _), [write, response]) = (activity?, self.times(step)?);
-        Some(ChainStep { task, releases: 1, periods: None, write, response, gap, buffer: None })
-    }
-
-    /// Returns the response times to the write of a step and to its end.
-    fn times(&mut self, step: &WayStep<'db>) -> Option<[Time; 2]> {
-        let response = self.activity(step)?.1.response?;
-        let write = self.cost(step).and_then(|key| self.writes.get(&key)).copied();
-        Some([write.map_or(response, |it| it.min(response)), response])
-    }
-
     /// Returns of how many values that are written at most one is read by a job that reads once.
     fn never_read(&mut self, step: &WayStep<'db>, writer: &Task, reader: &Task) -> Option<u64> {
-        let passages = self.known(step)?.passages;
-        let core = core_of(self.db, self.project, self.component(step)?)?;
-        let gap = most_releases(&passages.writes, &step.ends[1], core).ok()?;
+        let gap = self.releases(step, false).ok()?;
         let between = writer.period?.checked_mul(u64::from(gap))?.as_nanos();
         reader.period?.as_nanos().checked_div(between).filter(|values| *values >= 2)
     }
@@ -430,22 +432,6 @@ fn no_response<'db>(step: usize, activity: Option<&ActivityReport<'db>>) -> Opti
             Some(ChainReason::NoActivity { step })
         }
         Status::NotAnalysed => Some(ChainReason::NotAnalysed { step, refusals: activity.reasons.clone() }),
-        _ if activity.response.is_none() => Some(ChainReason::NoBound { step }),
-        _ => None,
+        _ => activity.response.is_none().then_some(ChainReason::NoBound { step }),
     }
-}
-
-/// Returns the most releases until the next access to a port.
-fn most_releases<'db>(
-    all: &[(Name, Result<u32, Skip<'db>>)],
-    end: &PassageEnd<'db>,
-    core: Decl<'db>,
-) -> Result<u32, Skip<'db>> {
-    let name = match end {
-        PassageEnd::Port(name) => name,
-        // A call is executed in the next period.
-        PassageEnd::Operation(_) | PassageEnd::Codel(_) => return Ok(1),
-    };
-    let found = all.iter().find(|(it, _)| it == name).map(|(_, releases)| releases.clone());
-    found.unwrap_or(Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite }))
 }

@@ -26,25 +26,25 @@ pub(super) struct Network<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     pub(super) flat: &'db Flat<'db>,
-    pub(super) nodes: Vec<Node<'db>>,
+    nodes: Vec<Node<'db>>,
     by_name: FxHashMap<&'db str, usize>,
     /// Where data goes that leaves an instance: the connection, and where it enters the next one.
     leaving: FxHashMap<Place<'db>, Vec<(usize, Place<'db>)>>,
 }
 
 /// How data passes through an instance.
-pub(super) struct Node<'db> {
-    pub(super) assumption: Assumption<'db>,
+struct Node<'db> {
+    assumption: Assumption<'db>,
     /// None where its component has errors, or is unknown.
-    pub(super) passages: Option<&'db Passages<'db>>,
+    passages: Option<&'db Passages<'db>>,
     /// The codels whose outputs go on: they are no effects.
     feeding: FxHashSet<&'db PassageEnd<'db>>,
     /// The codels that get inputs from others: they are no sources.
     fed: FxHashSet<&'db PassageEnd<'db>>,
 }
 
-/// Whether a step is an end, and the places from which one is reached.
-type IsEnd<'a, 'db> = (&'a dyn Fn(&WayStep<'db>) -> bool, &'a FxHashSet<Place<'db>>);
+/// Whether a step is an end, and the instances that lead to one.
+type IsEnd<'a, 'db> = (&'a dyn Fn(&WayStep<'db>) -> bool, &'a FxHashSet<usize>);
 
 /// How many ways are found, and how many steps they have together.
 pub(super) const MOST_WAYS: usize = 10_000;
@@ -111,6 +111,11 @@ impl<'db> Network<'db> {
                 add((source, port(&link.source)), (target, port(&link.target)));
             }
         }
+    }
+
+    /// Returns whether nothing is known of the component of an instance.
+    pub(super) fn is_unknown(&self, instance: usize) -> bool {
+        self.nodes.get(instance).is_none_or(|node| node.passages.is_none())
     }
 
     /// Returns the instance of that name.
@@ -203,13 +208,13 @@ impl<'db> Network<'db> {
         let mut places: Vec<&Place<'db>> = self.leaving.keys().collect();
         let first = |place: &Place<'db>| self.after(place).first().map(|(connection, _)| *connection);
         places.sort_by_key(|&place| (place.0, first(place)));
-        let is_result = |(instance, end): &Place<'db>| {
-            let is_output = self.nodes.get(*instance).and_then(|it| it.passages).is_none_or(|passages| {
-                matches!(end, PassageEnd::Port(_)) || passages.all.iter().any(|it| it.to == *end)
-            });
-            !is_output
+        // Of an operation, only what is sent, or given back.
+        let is_left = |(instance, end): &Place<'db>| {
+            let passages = self.nodes.get(*instance).and_then(|it| it.passages);
+            matches!(end, PassageEnd::Port(_))
+                || passages.is_none_or(|it| it.all.iter().any(|it| it.to == *end))
         };
-        places.retain(|place| !is_result(place));
+        places.retain(|place| is_left(place));
         places.into_iter().filter_map(|place| self.leaving(place, false)).collect()
     }
 
@@ -235,81 +240,58 @@ impl<'db> Network<'db> {
         places.into_iter().filter_map(|place| self.leaving(place, true)).collect()
     }
 
-    /// Returns where data enters instances.
-    pub(super) fn entries(&self) -> FxHashSet<Place<'db>> {
-        let of_node = |(index, node): (usize, &Node<'db>)| {
-            let all = node.passages.iter().flat_map(|it| &it.all);
-            all.map(|it| (index, it.from.clone())).collect::<Vec<_>>()
-        };
-        let connected = self.leaving.values().flatten().map(|(_, place)| place.clone());
-        self.nodes.iter().enumerate().flat_map(of_node).chain(connected).collect()
-    }
-
-    /// Returns the shortest way of connections from one of these instances to one of those, whatever the components pass on.
-    pub(super) fn connected(&self, from: &[usize], to: &[usize]) -> Option<Vec<usize>> {
-        let mut before: FxHashMap<usize, Option<usize>> = from.iter().map(|it| (*it, None)).collect();
-        let mut open: VecDeque<usize> = from.iter().copied().collect();
-        while let Some(instance) = open.pop_front() {
-            if to.contains(&instance) {
-                let back = std::iter::successors(Some(instance), |it| before.get(it).copied().flatten());
-                let mut way: Vec<usize> = back.collect();
-                way.reverse();
-                return Some(way);
-            }
-            for (_, (next, _)) in self.leaving.iter().filter(|(it, _)| it.0 == instance).flat_map(|it| it.1) {
-                before.entry(*next).or_insert_with(|| {
-                    open.push_back(*next);
-                    Some(instance)
-                });
+    /// Returns the instances from which connections lead to one of these, and these.
+    pub(super) fn leading(&self, to: &[usize]) -> FxHashSet<usize> {
+        let mut before: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+        for ((from, _), all) in &self.leaving {
+            all.iter().for_each(|(_, (next, _))| before.entry(*next).or_default().push(*from));
+        }
+        let mut found = FxHashSet::default();
+        let mut open = to.to_vec();
+        while let Some(instance) = open.pop() {
+            if found.insert(instance) {
+                open.extend(before.get(&instance).into_iter().flatten());
             }
         }
-        None
+        found
     }
 
-    /// Returns the steps that may follow a way, to instances that it does not have.
-    fn following(&self, last: &WayStep<'db>, has: &dyn Fn(usize) -> bool, all: bool) -> Vec<WayStep<'db>> {
+    /// Returns the steps that may follow a way, to instances that are not closed.
+    fn following(
+        &self,
+        last: &WayStep<'db>,
+        is_closed: &dyn Fn(usize) -> bool,
+        all: bool,
+    ) -> Vec<WayStep<'db>> {
         let leaving = self.after(&(last.instance, last.ends[1].clone())).iter();
-        let on = leaving.filter(|(_, (instance, _))| !has(*instance));
+        let on = leaving.filter(|(_, (instance, _))| !is_closed(*instance));
         on.flat_map(|(connection, place)| self.entering(Some(*connection), place, all)).collect()
     }
 
-    /// Gives the ways from a first step to `found` until that returns `false`, depth first: those to the steps that are an `end`, by
-    /// the places from which one is reached; without, to those that nothing follows. Also gives it none for each other step.
+    /// Gives each way from a first step to `found`, until that returns `false`, depth first, with whether it ends: with a step that
+    /// is an `end`, which lies in one of the instances that lead to it; without, with one that nothing follows.
     pub(super) fn walk(
         &self,
         first: WayStep<'db>,
         end: Option<IsEnd<'_, 'db>>,
-        found: &mut dyn FnMut(Option<&[WayStep<'db>]>) -> bool,
+        found: &mut dyn FnMut(&[WayStep<'db>], bool) -> bool,
     ) {
-        let mut on_way = FxHashSet::from_iter([first.instance]);
-        let follow = |last: &WayStep<'db>, on_way: &FxHashSet<usize>| {
-            let mut next = self.following(last, &|it| on_way.contains(&it), end.is_some());
-            if let Some((is_end, reaching)) = end {
-                let leads = |place: &(usize, Place<'db>)| reaching.contains(&place.1);
-                let is_kept = |it: &WayStep<'db>| {
-                    is_end(it) || self.after(&(it.instance, it.ends[1].clone())).iter().any(leads)
-                };
-                next.retain(is_kept);
-            }
-            next
-        };
-        let mut way = vec![first];
-        let Some(first) = way.first() else { return };
-        let mut open = vec![follow(first, &on_way).into_iter()];
-        if end.is_some_and(|(is_end, _)| is_end(first)) && !found(Some(&way)) {
-            return;
-        }
+        let mut on_way = FxHashSet::default();
+        let mut way = Vec::new();
+        let mut open = vec![vec![first].into_iter()];
         while let Some(rest) = open.last_mut() {
             let Some(step) = rest.next() else {
                 open.pop();
-                way.pop().inspect(|step| _ = on_way.remove(&step.instance));
+                way.pop().inspect(|step: &WayStep<'db>| _ = on_way.remove(&step.instance));
                 continue;
             };
             on_way.insert(step.instance);
-            let next = follow(&step, &on_way);
-            let is_end = end.map_or(next.is_empty(), |(is_end, _)| is_end(&step));
+            let is_closed =
+                |it: usize| on_way.contains(&it) || end.is_some_and(|(_, leading)| !leading.contains(&it));
+            let next = self.following(&step, &is_closed, end.is_some());
+            let is_end = end.map_or(next.is_empty() && !way.is_empty(), |(is_end, _)| is_end(&step));
             way.push(step);
-            if !found(is_end.then_some(way.as_slice())) {
+            if !found(&way, is_end) {
                 return;
             }
             open.push(next.into_iter());
@@ -349,8 +331,10 @@ impl<'db> Network<'db> {
     pub(super) fn ways(&self) -> (Vec<Way<'db>>, usize) {
         let (mut all, mut steps, mut left_out) = (Vec::new(), 0, 0);
         for first in self.sources() {
-            self.walk(first, None, &mut |way| {
-                let Some(way) = way else { return true };
+            self.walk(first, None, &mut |way, is_end| {
+                if !is_end {
+                    return true;
+                }
                 steps += way.len();
                 let fits = all.len() < MOST_WAYS && steps <= MOST_STEPS;
                 if fits {
@@ -384,45 +368,24 @@ impl<'db> Network<'db> {
 
     /// Returns ways with their names. The source is the port, whatever codels fill it.
     fn named(&self, ways: Vec<Vec<WayStep<'db>>>) -> Vec<Way<'db>> {
-        let mut all: Vec<Way<'db>> = Vec::new();
-        for steps in ways {
-            let Some([mut from, to]) = self.ends(&steps) else { continue };
-            from.end = steps.first().map_or(from.end, |first| first.ends[1].clone());
-            all.push(Way { name: Name::default(), ends: [from, to], steps });
-        }
-        let mut groups: FxHashMap<[ChainEnd<'db>; 2], Vec<usize>> = FxHashMap::default();
-        for (index, way) in all.iter().enumerate() {
-            groups.entry(way.ends.clone()).or_default().push(index);
-        }
-        for ([from, to], group) in groups {
-            let name = format!("{} -> {}", from.shown(self.db), to.shown(self.db));
-            let between = |index: &usize, by_port: bool| {
-                self.between(all.get(*index).map_or(&[], |it| &it.steps), by_port)
-            };
-            let short: FxHashSet<String> = group.iter().map(|it| between(it, false)).collect();
-            let by_port = short.len() < group.len();
-            let names: Vec<String> = match group.as_slice() {
-                [_] => vec![name],
-                several => several.iter().map(|it| format!("{name}{}", between(it, by_port))).collect(),
-            };
-            for (index, name) in group.into_iter().zip(names) {
-                if let Some(way) = all.get_mut(index) {
-                    way.name = name.into();
-                }
+        let way = |steps: Vec<WayStep<'db>>| {
+            let [mut from, to] = self.ends(&steps)?;
+            from.end = steps.first()?.ends[1].clone();
+            let name = format!("{} -> {}", from.shown(self.db), to.shown(self.db)).into();
+            Some(Way { name, ends: [from, to], steps })
+        };
+        let mut all: Vec<Way<'db>> = ways.into_iter().filter_map(way).collect();
+        let mut count: FxHashMap<Name, usize> = FxHashMap::default();
+        all.iter().for_each(|way| *count.entry(way.name.clone()).or_default() += 1);
+        for way in all.iter_mut().filter(|way| count.get(&way.name) > Some(&1)) {
+            let between = way.steps.iter().skip(1).take(way.steps.len().saturating_sub(2));
+            let names =
+                between.filter_map(|step| Some(self.flat.instances.get(step.instance)?.name.as_str()));
+            let names: Vec<&str> = names.collect();
+            if !names.is_empty() {
+                way.name = format!("{} (through {})", way.name, names.join(", ")).into();
             }
         }
         all
-    }
-
-    /// ` (through guidance, switch)`; with the ports where data enters if `by_port`.
-    fn between(&self, steps: &[WayStep<'db>], by_port: bool) -> String {
-        let last = steps.len().saturating_sub(usize::from(!by_port));
-        let names = steps.get(1..last.max(1)).unwrap_or_default().iter().filter_map(|step| {
-            let instance = self.flat.instances.get(step.instance)?.name.clone();
-            let end = ChainEnd { instance: instance.clone(), end: step.ends[0].clone() };
-            Some(if by_port { end.shown(self.db) } else { instance.to_string() })
-        });
-        let names: Vec<String> = names.collect();
-        if names.is_empty() { String::new() } else { format!(" (through {})", names.join(", ")) }
     }
 }

@@ -1,0 +1,572 @@
+//! The chains of deployments: their ways, latencies and reasons, and what an edit computes of them again.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use expect_test::{Expect, expect};
+use mauve_diagnostics::chain_reason;
+use mauve_hir::{Database, Workspace, deployed};
+use mauve_timing::Method;
+use mauve_wcrt::Query;
+use mauve_wcrt::chains::{ChainReason, ConnectionReport, chains_of, connections_of};
+
+use crate::common::{LEVEL, deployments, sample, workspace};
+
+/// Sensors, components that pass data on, and actuators.
+const PARTS: &str = "
+codel sense(out v: int): void
+codel check(in v: int): int
+codel join(in v: int, in w: int): int
+codel act(in v: int): void
+shell SensorShell { output port o: int }
+shell FilterShell { input port i: int  output port o: int }
+shell MergeShell { input port i: int  input port j: int  output port o: int }
+shell ActuatorShell { input port i: int }
+core SensorCore(SensorShell) { var v: int; update = { sense(v); write(o, v); } }
+core FilterCore(FilterShell) { var v: int; update = { read(i, v); write(o, check(v)); } }
+core MergeCore(MergeShell) { var v: int; var w: int; update = { read(i, v); read(j, w); write(o, join(v, w)); } }
+core ActuatorCore(ActuatorShell) { var v: int; update = { read(i, v); act(v); } }
+component Sensor(SensorShell, SensorCore)
+component Filter(FilterShell, FilterCore)
+component Merge(MergeShell, MergeCore)
+component Actuator(ActuatorShell, ActuatorCore)
+";
+
+const TIMES: &str = "
+//- /times.toml
+[codel]
+sense = 1
+check = 2
+join = 2
+act = 3
+//- /mauve.toml
+timing.tables = ['times.toml']
+";
+
+/// A sensor, a filter and an actuator, each on a CPU of its own.
+const LINE: &str = "
+architecture A {
+  instance s: Sensor  instance f: Filter  instance a: Actuator
+  connection s.o -> f.i  connection f.o -> a.i
+}
+deployment D {
+  architecture A
+  activity s { priority = 3 period = 10 affinity = 1 }
+  activity f { priority = 2 period = 20 affinity = 2 }
+  activity a { priority = 1 period = 30 affinity = 4 }
+}
+";
+
+const QUERY: Query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+
+/// A line for each chain: its latency and age at the write, and that it may be overwritten at its end; or why it has none, with the
+/// text in `mauve.toml` that is wrong.
+fn chains_in(db: &Database, workspace: Workspace) -> String {
+    let mut out = String::new();
+    let all = deployments(db, workspace);
+    for &(project, decl) in &all {
+        if all.len() > 1 {
+            let _ = writeln!(out, "{}:", decl.name(db));
+        }
+        let found = chains_of(db, project, decl, QUERY);
+        assert_eq!(found.hops, *connections_of(db, project, decl, QUERY));
+        for chain in &found.all {
+            let _ = write!(out, "{}:", chain.name);
+            assert_eq!(chain.latency.is_none(), !chain.reasons.is_empty(), "{}", chain.name);
+            let sum = chain.steps.iter().map(|it| it.total().as_nanos()).sum::<u64>();
+            assert_eq!(sum, chain.latency.unwrap_or_default().as_nanos(), "{}", chain.name);
+            if let Some(latency) = chain.latency {
+                let _ = write!(
+                    out,
+                    " {latency}, age {}",
+                    chain.age_at_write.map_or("—".to_owned(), |it| it.to_string())
+                );
+                out += if chain.overwritten.is_some() { ", not lasting" } else { "" };
+            }
+            let reason = |reason: &ChainReason<'_>| {
+                let at = match reason {
+                    ChainReason::Declaration { at: Some(at), .. } => at,
+                    reason => return chain_reason(db, chain, reason),
+                };
+                let marked = &at.file(db).text(db)[at.range(db)];
+                format!("{marked}: {}", chain_reason(db, chain, reason))
+            };
+            let reasons: Vec<String> = chain.reasons.iter().map(reason).collect();
+            let _ = writeln!(out, "{}{}", if reasons.is_empty() { "" } else { " " }, reasons.join("; "));
+        }
+    }
+    out
+}
+
+#[track_caller]
+fn check(fixture: &str, expected: Expect) {
+    let db = Database::default();
+    expected.assert_eq(&chains_in(&db, workspace(&db, fixture)));
+}
+
+/// [`PARTS`] in this architecture, each instance every 10 ms on a CPU of its own, with these chains.
+fn robot(instances: &str, connections: &str, chains: &str) -> String {
+    let all: Vec<(&str, &str)> = instances.split(", ").map(|it| it.split_once(": ").unwrap()).collect();
+    let declared: String = all.iter().map(|(name, of)| format!("  instance {name}: {of}\n")).collect();
+    let links: String = connections.split(", ").map(|it| format!("  connection {it}\n")).collect();
+    let activity = |(cpu, (name, _)): (usize, &(&str, &str))| {
+        format!("  activity {name} {{ priority = 1 period = 10 affinity = {} }}\n", 1_u64 << cpu)
+    };
+    let activities: String = all.iter().enumerate().map(activity).collect();
+    format!(
+        "{PARTS}architecture A {{\n{declared}{links}}}\ndeployment D {{\n  architecture A\n{activities}}}\n{TIMES}{chains}"
+    )
+}
+
+#[test]
+fn from_a_sensor_to_an_actuator() {
+    check(
+        &format!("{PARTS}{LINE}{TIMES}"),
+        expect![[r#"
+        s.o -> a.act: 66 ms, age 36 ms
+    "#]],
+    );
+    // On one CPU, a reader waits for the release of a writer of higher priority only: not 70 ms.
+    let one_cpu = LINE.replace("affinity = 2", "affinity = 1").replace("affinity = 4", "affinity = 1");
+    check(
+        &format!("{PARTS}{one_cpu}{TIMES}"),
+        expect![[r#"
+        s.o -> a.act: 66 ms, age 36 ms
+    "#]],
+    );
+}
+
+/// Two ways to one actuator, and one to another.
+const DIAMOND: (&str, &str) = (
+    "s: Sensor, f: Filter, g: Filter, m: Merge, a: Actuator, b: Actuator",
+    "s.o -> f.i, s.o -> g.i, f.o -> m.i, g.o -> m.j, m.o -> a.i, f.o -> b.i",
+);
+
+#[test]
+fn a_loop_is_cut_and_each_way_has_a_row() {
+    check(
+        &robot(
+            "s: Sensor, m: Merge, f: Filter, a: Actuator",
+            "s.o -> m.i, m.o -> f.i, f.o -> m.j, f.o -> a.i",
+            "",
+        ),
+        expect![[r#"
+            s.o -> a.act: 48 ms, age 38 ms
+        "#]],
+    );
+    check(
+        &robot(DIAMOND.0, DIAMOND.1, ""),
+        expect![[r#"
+        s.o -> a.act (through f, m): 48 ms, age 38 ms
+        s.o -> b.act: 36 ms, age 26 ms
+        s.o -> a.act (through g, m): 48 ms, age 38 ms
+    "#]],
+    );
+    // Nothing comes from a sensor.
+    check(&robot("f: Filter, g: Filter", "f.o -> g.i, g.o -> f.i", ""), expect![[""]]);
+    check(
+        &robot("s: Sensor, f: Filter", "s.o -> f.i", ""),
+        expect![[r#"
+        s.o -> f.o: 23 ms, age 13 ms
+    "#]],
+    );
+}
+
+#[test]
+fn buffers() {
+    let slow = |n: u32, period: u32| {
+        let connection = format!("s.o -> [{n}] a.i");
+        robot("s: Sensor, a: Actuator", &connection, "")
+            .replace("1 period = 10 affinity = 2", &format!("1 period = {period} affinity = 2"))
+    };
+    check(
+        &slow(3, 10),
+        expect![[r#"
+        s.o -> a.act: 24 ms, age 14 ms
+    "#]],
+    );
+    check(
+        &slow(3, 5),
+        expect![[r#"
+        s.o -> a.act: 19 ms, age 14 ms
+    "#]],
+    );
+    check(
+        &slow(3, 100),
+        expect![[r#"
+        s.o -> a.act: 414 ms, age 314 ms
+    "#]],
+    );
+    let db = Database::default();
+    let workspace = workspace(&db, &slow(3, 100));
+    let (project, of) = deployments(&db, workspace)[0];
+    let ConnectionReport { stays_full, never_read, .. } = connections_of(&db, project, of, QUERY)[0];
+    assert_eq!((stays_full.map(|it| it.to_string()), never_read), (Some("200 ms".to_owned()), None));
+}
+
+#[test]
+fn connections() {
+    let db = Database::default();
+    let lines = |fixture: &str| {
+        let workspace = workspace(&db, fixture);
+        let (project, of) = deployments(&db, workspace)[0];
+        let (flat, _) = deployed(&db, project, of).unwrap();
+        let hops = connections_of(&db, project, of, QUERY).iter().zip(&flat.links);
+        let line = |(hop, link): (&ConnectionReport<'_>, &mauve_hir::Link<'_>)| {
+            let latency = hop.latency.map_or("no bound".to_owned(), |it| it.to_string());
+            let more = (hop.never_read, hop.is_stale, hop.overwritten.is_some(), hop.chain);
+            format!("{}.{} {latency} {more:?}\n", link.target.0, link.target.1)
+        };
+        hops.map(line).collect::<String>()
+    };
+    expect![[r#"
+        f.i 23 ms (Some(2), false, false, None)
+        a.i 35 ms (None, false, false, None)
+    "#]]
+    .assert_eq(&lines(&format!("{PARTS}{LINE}{TIMES}")));
+    // The reader has a higher priority, and the same period.
+    let swapped =
+        LINE.replace("priority = 2 period = 20 affinity = 2", "priority = 4 period = 10 affinity = 1");
+    expect![[r#"
+        f.i 15 ms (None, true, false, Some(0))
+        a.i 35 ms (Some(3), false, false, Some(0))
+    "#]]
+    .assert_eq(&lines(&format!("{PARTS}{swapped}{TIMES}[chains.c]\nfrom = 's'\nto = 'a'\n")));
+}
+
+#[test]
+fn what_is_not_analysed_has_its_reason() {
+    let of = |from: &str, to: &str| format!("{PARTS}{LINE}{TIMES}").replace(from, to);
+    check(
+        &of("priority = 2 period = 20", "priority = background"),
+        expect![[r#"
+        s.o -> a.act: `f` is in the background
+    "#]],
+    );
+    check(
+        &of("  activity f { priority = 2 period = 20 affinity = 2 }\n", ""),
+        expect![[r#"
+        s.o -> a.act: `s` is not analysed: `f`, whose priority is unknown, may preempt it and is not analysed; `f` has no activity; `a` is not analysed: `f`, whose priority is unknown, may preempt it and is not analysed
+    "#]],
+    );
+    check(
+        &of("period = 20", "period = 1"),
+        expect![[r#"
+        s.o -> a.act: `f` has no bound on its response time
+    "#]],
+    );
+    check(
+        &of("check = 2\n", ""),
+        expect![[r#"
+        s.o -> a.act: `f` is not analysed: no time for codel `check`
+    "#]],
+    );
+    check(
+        &of("component Filter(FilterShell, FilterCore)", "include \"filter.mal\""),
+        expect![[r#"
+        s.o -> f.i: `f` is not analysed: the component of instance f is unknown: a file that may declare it is missing
+        f.o -> a.act: `f` is not analysed: the component of instance f is unknown: a file that may declare it is missing
+    "#]],
+    );
+    check(&of("architecture A\n", "architecture B\n"), expect![[""]]);
+    check(
+        &(of("architecture A\n", "architecture B\n") + "[chains.c]\nfrom = 's'\nto = 'a'\n"),
+        expect![[r#"
+            c: the architecture of the deployment has errors, or is unknown
+        "#]],
+    );
+    // Data may stay in a component for ever.
+    check(
+        &of("write(o, check(v));", "if (check(v) > 0) then { write(o, v); } else { }"),
+        expect![[r#"
+        s.o -> f.check: 33 ms, age 13 ms
+        s.o -> a.act: `f` may never pass the data on in update: a condition is not known
+    "#]],
+    );
+    check(
+        &of("write(o, check(v));", "if (check(v) > 0) then { write(o, v); } else { write(o, 0); }"),
+        expect![[r#"
+            s.o -> f.check: 33 ms, age 13 ms
+            s.o -> a.act: `f` may never pass the data on in update: a condition is not known; `f` may overwrite the data before it is read: update writes a value that does not come from it
+        "#]],
+    );
+}
+
+#[test]
+fn declared_chains() {
+    let diamond = |chain: &str| robot(DIAMOND.0, DIAMOND.1, &format!("[chains.c]\n{chain}\n"));
+    let first = |fixture: &str| {
+        let db = Database::default();
+        chains_in(&db, workspace(&db, fixture)).lines().next().unwrap_or_default().to_owned()
+    };
+    let mut out = String::new();
+    for chain in [
+        // Codels, ports and instances.
+        "from = 'sense'\nto = 'b.act'",
+        "from = 's.o'\nto = 'b'",
+        "from = 's'\nto = 'b.i'",
+        "from = 's'\nthrough = ['g']\nto = 'a'",
+        "from = 's'\nthrough = ['f.o']\nto = 'a.act'",
+        "from = 'f.i'\nto = 'f.o'",
+        "from = 'f'\nto = 'a'",
+        "from = 'b.i'\nto = 'b'",
+        // What is wrong.
+        "from = 's'",
+        "from = 's'\nto = 'nobody'",
+        "from = 's.x'\nto = 'b'",
+        "from = 's'\nto = 's'",
+        "from = 's'\nto = 'a'",
+        "from = 's'\nto = 'act'",
+        "from = 'check'\nto = 'a'",
+        "from = 'a'\nto = 's'",
+        "from = 'f'\nto = 'g'",
+        "from = 's'\nthrough = ['f', 'g', 'f']\nto = 'a'",
+        "from = 's'\nthrough = ['a']\nto = 'm'",
+        "from = 's'\nto = 'b'\nwhile = ['f.Steering']",
+        "from = 's'\nto = 'b'\nwhile = ['g.update']",
+        "from = 's'\nto = 'b'\nwhile = ['f.update']",
+        "from = 's'\nto = 'b'\nanswers = ['sens']",
+        "from = 's'\nto = 'b'\nanswers = ['sense', 'f.i']",
+        "from = 's'\nto = 'b'\nanswers = ['g.i']",
+    ] {
+        let _ = writeln!(out, "{:<55} {}", chain.replace('\n', " "), first(&diamond(chain)));
+    }
+    // The ports of one instance.
+    for through in ["", "through = 'm.j'"] {
+        let chain = format!("[chains.c]\nfrom = 's'\nto = 'a'\n{through}\n");
+        let ports = robot("s: Sensor, m: Merge, a: Actuator", "s.o -> m.i, s.o -> m.j, m.o -> a.i", &chain);
+        let _ = writeln!(out, "{through:<55} {}", first(&ports));
+    }
+    expect![[r#"
+        from = 'sense' to = 'b.act'                             c: 36 ms, age 26 ms
+        from = 's.o' to = 'b'                                   c: 36 ms, age 26 ms
+        from = 's' to = 'b.i'                                   c: 36 ms, age 26 ms
+        from = 's' through = ['g'] to = 'a'                     c: 48 ms, age 38 ms
+        from = 's' through = ['f.o'] to = 'a.act'               c: 48 ms, age 38 ms
+        from = 'f.i' to = 'f.o'                                 c: 12 ms, age 2 ms
+        from = 'f' to = 'a'                                     c: 37 ms, age 27 ms
+        from = 'b.i' to = 'b'                                   c: 13 ms, age 3 ms
+        from = 's'                                              c: c: `to` is missing
+        from = 's' to = 'nobody'                                c: 'nobody': no instance, port or codel `nobody`
+        from = 's.x' to = 'b'                                   c: 's.x': no instance, port or codel `s.x`
+        from = 's' to = 's'                                     c: 's': it ends where it begins
+        from = 's' to = 'a'                                     c: 's': several ways lead there, such as through `f.i` and `g.i`: write one in `through`
+        from = 's' to = 'act'                                   c: 's': several ways lead there, such as through `m.i` and `b.i`: write one in `through`
+        from = 'check' to = 'a'                                 c: 'check': `check` is called by `f` and `g`
+        from = 'a' to = 's'                                     c: 's': no connections lead from `a` to `s`
+        from = 'f' to = 'g'                                     c: 'g': no connections lead from `f` to `g`
+        from = 's' through = ['f', 'g', 'f'] to = 'a'           c: 'f': it goes twice through `f`
+        from = 's' through = ['a'] to = 'm'                     c: 'm': no connections lead from `a` to `m`
+        from = 's' to = 'b' while = ['f.Steering']              c: 'f.Steering': `f` has no state `Steering`, or is not in the chain
+        from = 's' to = 'b' while = ['g.update']                c: 'g.update': `g` has no state `update`, or is not in the chain
+        from = 's' to = 'b' while = ['f.update']                c: 36 ms, age 26 ms
+        from = 's' to = 'b' answers = ['sens']                  c: 'sens': `sens` is not called in the chain
+        from = 's' to = 'b' answers = ['sense', 'f.i']          c: 36 ms, age 26 ms
+        from = 's' to = 'b' answers = ['g.i']                   c: 'g.i': `g.i` is not called in the chain
+                                                                c: 's': several ways lead there, such as through `m.i` and `m.j`: write one in `through`
+        through = 'm.j'                                         c: 36 ms, age 26 ms
+    "#]].assert_eq(&out);
+}
+
+#[test]
+fn a_chain_goes_through_no_instance_twice_and_each_component_passes_data_on() {
+    let parts = "
+codel sense(out v: int): void
+codel act(in v: int): void
+shell S { input port i: int  output port o: int }
+core BothCore(S) { var v: int; var w: int; update = { sense(v); write(o, v); read(i, w); act(w); } }
+core DeafCore(S) { var v: int; update = { read(i, v); write(o, 1); } }
+core FilterCore(S) { var v: int; update = { read(i, v); write(o, v); } }
+component Both(S, BothCore)
+component Deaf(S, DeafCore)
+component Filter(S, FilterCore)
+architecture A {
+  instance b: Both  instance f: Filter  instance d: Deaf
+  connection b.o -> f.i  connection f.o -> b.i  connection f.o -> d.i
+}
+deployment D {
+  architecture A
+  activity b { priority = 1 period = 10 affinity = 1 }
+  activity f { priority = 1 period = 10 affinity = 2 }
+  activity d { priority = 1 period = 10 affinity = 4 }
+}
+//- /times.toml
+[codel]
+sense = 1
+act = 3
+//- /mauve.toml
+timing.tables = ['times.toml']
+[chains]
+c.from = 'sense'
+c.to = 'act'
+d.from = 'f'
+d.to = 'd.o'
+e.from = 'sense'
+e.through = ['f']
+e.to = 'b.act'
+";
+    check(
+        parts,
+        expect![[r#"
+        c: 'act': it goes twice through `b`
+        d: 'd.o': `d` does not pass the data on
+        e: 'b.act': it goes twice through `b`
+        b.o -> d.i: 31.000002 ms, age 21.000002 ms
+    "#]],
+    );
+}
+
+#[test]
+fn each_deployment_has_the_chains_whose_names_it_has() {
+    let two = "
+architecture B { instance t: Sensor  instance a: Actuator  connection t.o -> a.i }
+deployment E { architecture B  activity t { priority = 1 period = 10 affinity = 1 }  activity a { priority = 1 period = 20 affinity = 2 } }
+";
+    let chains = "[chains]\none = ['s.o', 'a.i']\nboth = ['nowhere.o', 'a.i']\ntwo = ['t.o', 'a.i']\n";
+    check(
+        &format!("{PARTS}{LINE}{two}{TIMES}{chains}"),
+        expect![[r#"
+        D:
+        both: 'nowhere.o': no instance, port or codel `nowhere.o`
+        one: 66 ms, age 36 ms
+        s.o -> a.act: 66 ms, age 36 ms
+        E:
+        both: 'nowhere.o': no instance, port or codel `nowhere.o`
+        two: 34 ms, age 14 ms
+        t.o -> a.act: 34 ms, age 14 ms
+    "#]],
+    );
+}
+
+#[test]
+fn of_too_many_ways_the_shortest_are_kept() {
+    // Fourteen layers of two components: 2^14 ways to each actuator.
+    let mut instances = vec!["s: Sensor".to_owned()];
+    let mut links = vec!["s.o -> f0.i".to_owned(), "s.o -> g0.i".to_owned(), "f0.o -> c.i".to_owned()];
+    for layer in 0..15 {
+        instances.extend(["f", "g"].map(|it| format!("{it}{layer}: Merge")));
+        for (from, to) in
+            [("f", "f.i"), ("f", "g.i"), ("g", "f.j"), ("g", "g.j")].into_iter().filter(|_| layer < 14)
+        {
+            links.push(format!("{from}{layer}.o -> {}", to.replace('.', &format!("{}.", layer + 1))));
+        }
+    }
+    instances.extend(["a", "b", "c"].map(|it| format!("{it}: Actuator")));
+    links.extend(["f14.o -> a.i", "g14.o -> b.i"].map(str::to_owned));
+    let db = Database::default();
+    let workspace = workspace(&db, &robot(&instances.join(", "), &links.join(", "), ""));
+    let (project, of) = deployments(&db, workspace)[0];
+    let found = chains_of(&db, project, of, QUERY);
+    let chains: Vec<(&str, usize)> = found.all.iter().map(|it| (it.name.as_str(), it.steps.len())).collect();
+    assert_eq!(chains, [("s.o -> c.act", 3), ("s.o -> a.act", 17), ("s.o -> b.act", 17)]);
+    assert!(found.left_out > 9_000, "{}", found.left_out);
+}
+
+#[test]
+fn operations_pass_data_on() {
+    let fixture = "
+codel sense(out v: int): void
+codel act(in v: int): void
+shell Asking { require go(in v: int): void }
+shell Serving { provide go(in v: int): void }
+core AskingCore(Asking) { var v: int; update = { sense(v); send(go, v); } }
+core ServingCore(Serving) { provide go(in v: int) = { act(v); } update = { } }
+component Asks(Asking, AskingCore)
+component Serves(Serving, ServingCore)
+architecture A { instance c: Asks  instance p: Serves  operation p.go -> c.go }
+deployment D {
+  architecture A
+  activity c { priority = 1 period = 10 affinity = 1 }
+  activity p { priority = 1 period = 20 affinity = 2 }
+}
+//- /times.toml
+[codel]
+sense = 1
+act = 3
+//- /mauve.toml
+timing.tables = ['times.toml']
+";
+    check(
+        fixture,
+        expect![[r#"
+        c.go -> p.go: 40 ms, age 20 ms
+    "#]],
+    );
+}
+
+/// The sample with more in its `mauve.toml`.
+fn sample_with(more: &str) -> Vec<(PathBuf, String)> {
+    let mut texts = sample();
+    for (path, text) in &mut texts {
+        if path.ends_with("mauve.toml") {
+            *text += more;
+        }
+    }
+    texts
+}
+
+const AVOID: &str = "
+[chains.avoid]
+from = 'drivers.hokuyo_sweep'
+to = 'drivers.aria_drive'
+through = ['guidance', 'switch']
+";
+
+#[test]
+fn the_sample_avoids_obstacles() {
+    let first = |more: &str| {
+        let db = Database::default();
+        let texts = sample_with(&format!("{AVOID}{more}"));
+        let root = texts[0].0.ancestors().find(|it| it.ends_with("p3dx")).unwrap().to_owned();
+        chains_in(&db, Workspace::of_texts(&db, root, texts)).lines().next().unwrap().to_owned()
+    };
+    let states = "while = ['guidance.Steering', 'switch.Automatic']\nanswers = 'drivers.hokuyo_sweep'\n";
+    expect!["avoid: 526 ms, age 426 ms"].assert_eq(&first(states));
+    let all = "['hokuyo', 'guidance', 'switch', 'p3dx_driver']";
+    expect!["avoid: 310 ms, age 210 ms"]
+        .assert_eq(&first(&format!("{states}[clocks]\nsynchronised = {all}\n")));
+    expect!["avoid: `hokuyo` may never pass the data on in update: `drivers.hokuyo_sweep` may not return `true`; `guidance` may never pass the data on in Waiting, Steering: a condition is not known; `guidance` may overwrite the data before it is read: Waiting.entry writes a value that does not come from it; `switch` may never pass the data on in Manual, Automatic: `scan` may have no new data; `switch` may overwrite the data before it is read: Automatic.take_over.effect writes a value that does not come from it"].assert_eq(&first(""));
+}
+
+/// How often the queries about chains are executed when `from` becomes `to` in the first file.
+fn executed(from: &str, to: &str) -> Vec<(String, usize)> {
+    let mut db = Database::with_log();
+    let workspace = workspace(&db, &format!("{PARTS}{LINE}{TIMES}[chains.c]\nfrom = 's'\nto = 'a'\n"));
+    chains_in(&db, workspace);
+    let file = workspace.file(&db, "/model.mal".as_ref()).unwrap();
+    let old = file.text(&db).to_string();
+    assert!(old.contains(from), "{from}");
+    db.take_log();
+    file.set_text(&mut db, old.replacen(from, to, 1).into());
+    chains_in(&db, workspace);
+    let of_chains = [
+        "chains_of",
+        "connections_of",
+        "declared_chains",
+        "flows_of",
+        "hops_of",
+        "passages_of",
+        "ways_of",
+        "write_costs",
+    ];
+    let log = db.take_log().executed;
+    let count = |query: &str| (query.to_owned(), log.iter().filter(|it| *it == query).count());
+    of_chains.into_iter().map(count).filter(|(_, count)| *count > 0).collect()
+}
+
+#[test]
+fn an_edit_of_a_period_computes_only_the_sums_again() {
+    let expected =
+        |all: &[(&str, usize)]| all.iter().map(|(it, count)| ((*it).to_owned(), *count)).collect::<Vec<_>>();
+    let sums = [("chains_of", 1), ("connections_of", 1)];
+    assert_eq!(executed("period = 20", "period = 15"), expected(&sums));
+    assert_eq!(executed("architecture A {", "// a comment\narchitecture A {"), []);
+    assert_eq!(
+        executed("update = { read(i, v); act(v); }", "update = { read(i, v); /* a comment */ act(v); }"),
+        []
+    );
+    // Another program: the passages of its core, and what uses them.
+    let core = [("flows_of", 1), ("hops_of", 1), ("passages_of", 1), ("ways_of", 1), ("write_costs", 1)];
+    let all = executed("write(o, check(v));", "write(o, check(v)); check(v);");
+    assert!(core.iter().all(|it| all.contains(&(it.0.to_owned(), it.1))), "{all:?}");
+}
