@@ -103,7 +103,8 @@ pub struct ChainPart {
     pub run: Time,
     /// What the next step may rely on.
     pub rule: ChainRule,
-    /// Whether writes into the buffer before it may be lost.
+    /// Whether the buffer before it stays full, so that writes are lost: they are more frequent than its periods. (A read in each
+    /// period is assumed.)
     pub stays_full: bool,
 }
 
@@ -220,8 +221,8 @@ impl Tasks {
         }
     }
 
-    /// Returns the most releases of the `reader` in which it reads what was in the buffer before data, and whether writes may be
-    /// lost: those into a full buffer.
+    /// Returns the most releases of the `reader` in which it reads what was in the buffer before data, and whether the buffer stays
+    /// full.
     ///
     /// Each A releases have a read, which takes the oldest value. **Never full**: let w be the most writes of a job of the writer,
     /// w·A·T_reader ≤ T_writer, and x the instant of the last write into an empty buffer, up to that of the data. If x is in a job
@@ -257,7 +258,8 @@ impl Tasks {
             let refilled = refilled.checked_add(reader.response.as_nanos())? / to;
             Some(u64::from(buffer.size).checked_mul(reads)?.max(reads.checked_add(refilled)?))
         };
-        found().map(|it| (it, true)).ok_or(NoLatency::TooLong)
+        let stays_full = from.checked_mul(gap).is_some_and(|between| between < to);
+        found().map(|it| (it, stays_full)).ok_or(NoLatency::TooLong)
     }
 }
 
@@ -478,7 +480,7 @@ mod tests {
         assert_eq!(buffered(2, [10, 10], [3, 4]), (10 + 3 + 10 + 4, 0, false));
         assert_eq!(buffered(1, [100, 10], [10, 5]), (100 + 10 + 10 + 5, 0, false));
         // One value may be written late, the next one early, and both before the reader takes one.
-        assert_eq!(buffered(1, [10, 10], [3, 4]), (10 + 3 + 20 + 10 + 4, 20, true));
+        assert_eq!(buffered(1, [10, 10], [3, 4]), (10 + 3 + 20 + 10 + 4, 20, false));
         // A camera of 16 ms, and a tracker of 32 ms.
         assert_eq!(buffered(100, [16, 32], [1, 5]), (16 + 1 + 3200 + 32 + 5, 3200, true));
     }

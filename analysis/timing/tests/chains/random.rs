@@ -1,5 +1,7 @@
 //! Random systems: no time is above its bound.
 
+use mauve_timing::Time;
+
 use super::core::{
     Core, Edge, Statement,
     Statement::{Clear, Compute, Merge, Move, Read, ReadOrSkip, Write},
@@ -109,6 +111,11 @@ impl Random {
         let cpus = if kind == Kind::OneCpu { 1 } else { 3 };
         let has_jitter = kind == Kind::Jitter || kind != Kind::OneCpu && self.one_in(5);
         let (is_common, common) = (self.one_in(3), self.within(2, 5));
+        let has_buffer = |random: &mut Random| match kind {
+            Kind::Buffers => !random.one_in(4),
+            Kind::Synchronised => random.one_in(4),
+            _ => false,
+        };
         let task = |random: &mut Random| {
             let core = random.core();
             let period = if is_common { common } else { random.within(2, 5) } as u8;
@@ -117,7 +124,7 @@ impl Random {
             Task {
                 jitter: if has_jitter { random.below(u64::from(period).min(3)) as u8 } else { 0 },
                 offset: has_offset.then(|| random.below(u64::from(period)) as u8),
-                buffer: (kind == Kind::Buffers && !random.one_in(4)).then(|| random.within(1, 3) as u8),
+                buffer: has_buffer(random).then(|| random.within(1, 3) as u8),
                 ..task
             }
         };
@@ -139,7 +146,7 @@ struct Totals {
     steps: [u64; 3],
     less_by_priority: u64,
     with_earlier_write: u64,
-    /// With one buffer that is never full, and others; each with the number of attained bounds of the reaction.
+    /// With one buffer that costs no time, and others; each with the number of attained bounds of the reaction.
     buffers: [[u64; 2]; 2],
 }
 
@@ -169,7 +176,7 @@ impl Totals {
         let parts = &bounds.found.parts;
         let mut buffers = parts.iter().zip(&system.tasks).skip(1).filter(|(_, task)| task.buffer.is_some());
         if let (Some((part, _)), None) = (buffers.next(), buffers.next()) {
-            let [all, attained] = &mut self.buffers[usize::from(part.stays_full)];
+            let [all, attained] = &mut self.buffers[usize::from(part.buffer > Time::ZERO)];
             *all += 1;
             *attained += u64::from(reaction == bounds.latency);
         }
