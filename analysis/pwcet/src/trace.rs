@@ -58,6 +58,54 @@ pub struct Span {
     pub waits: Option<u64>,
     /// The time for which its thread waited for recorded locks.
     pub blocked: u64,
+    /// What a read, a write or a codel came to. None in recordings of earlier versions.
+    pub outcome: Option<Outcome>,
+    /// Of a read and of a write, the number of the value among those that its port has written, from 1; a trace of LTTng does not have
+    /// it.
+    pub number: Option<u64>,
+}
+
+/// What a read or a write of a port, or a codel that returns a `bool`, came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Nothing was ever written.
+    NoData,
+    /// What was read before.
+    OldData,
+    /// A value that was not read before.
+    NewData,
+    /// A value was written.
+    Written,
+    /// A value was lost in a full buffer.
+    Lost,
+    /// The output has no connection.
+    Unconnected,
+    /// The codel returned `false`.
+    False,
+    /// The codel returned `true`.
+    True,
+}
+
+impl Outcome {
+    /// All outcomes, in the order of their numbers, with their names.
+    const NAMES: [(Outcome, &'static str); 8] = [
+        (Outcome::NoData, "no_data"),
+        (Outcome::OldData, "old_data"),
+        (Outcome::NewData, "new_data"),
+        (Outcome::Written, "written"),
+        (Outcome::Lost, "lost"),
+        (Outcome::Unconnected, "unconnected"),
+        (Outcome::False, "false"),
+        (Outcome::True, "true"),
+    ];
+
+    fn of_name(name: &[u8]) -> Option<Outcome> {
+        Outcome::NAMES.iter().find(|(_, it)| it.as_bytes() == name).map(|(outcome, _)| *outcome)
+    }
+
+    fn of_number(number: u64) -> Option<Outcome> {
+        Outcome::NAMES.get(usize::try_from(number).ok()?).map(|(outcome, _)| *outcome)
+    }
 }
 
 /// How a thread is scheduled.

@@ -1,7 +1,7 @@
 //! The files of `mauve run --trace`, and their columns.
 
 /// The number of columns that are read.
-pub(super) const COLUMNS: usize = 14;
+pub(super) const COLUMNS: usize = 16;
 
 /// A column that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +34,10 @@ pub enum Column {
     Waits,
     /// `blocked_ns`: the time for which it waited for recorded locks.
     Blocked,
+    /// `status`: what a read, a write or a codel came to.
+    Status,
+    /// `number`: the number of the value, among those that its port has written.
+    Number,
 }
 
 impl Column {
@@ -53,6 +57,8 @@ impl Column {
         (Column::Cpu, "cpu"),
         (Column::Waits, "waits"),
         (Column::Blocked, "blocked_ns"),
+        (Column::Status, "status"),
+        (Column::Number, "number"),
     ];
 
     /// Returns the name in a header.

@@ -20,7 +20,9 @@
 //! A file of executions may also have `waits` (how often the thread of a codel gave up the CPU by its own will, other than to wait for
 //! a lock that the recording has) and `blocked_ns` (for how long it waited for such locks). A line with the key `(access) PORT` is an
 //! access of a port; one with the key `(lock NAME) CODEL`, a time for which the codel held the lock; one with the key `(work) THREAD`
-//! says how much CPU time threads of this name used within the elapsed time, which are not those of instances.
+//! says how much CPU time threads of this name used within the elapsed time, which are not those of instances. `status` says what an
+//! access (`no_data`, `old_data`, `new_data`; `written`, `lost`, `unconnected`) or a codel (`true`, `false`) came to, and `number`
+//! which of the values that the port has written was read or written.
 //!
 //! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when;
 //! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured; one with the key
@@ -37,7 +39,7 @@ use super::error::{CsvProblem, TraceError};
 use super::event::number;
 use super::lines::Lines;
 use super::names::{Name, NameId, Names, SpanKind};
-use super::{Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
+use super::{Outcome, Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
 
 /// Reads a file of executions to its end, and beside it that of the periods, in one order.
 pub(super) fn read<R: Read>(
@@ -190,8 +192,20 @@ impl<R: Read> Rows<R> {
             FileKind::Executions => self.values.execution(),
             FileKind::Periods => self.values.period(),
         };
-        let Said { key, instance, execution, elapsed, mut end, release, scheduling, cpu, waits, blocked } =
-            said.map_err(problem)?;
+        let Said {
+            key,
+            instance,
+            execution,
+            elapsed,
+            mut end,
+            release,
+            scheduling,
+            cpu,
+            waits,
+            blocked,
+            outcome,
+            number,
+        } = said.map_err(problem)?;
         let line_order = self.values.time(Column::Order).map_err(problem)?;
         self.name.clear();
         self.name.extend_from_slice(key);
@@ -238,6 +252,8 @@ impl<R: Read> Rows<R> {
             scheduling,
             waits,
             blocked,
+            outcome,
+            number,
         };
         Ok(Row { span, order: line_order, kind })
     }
@@ -351,6 +367,9 @@ impl Values {
             end: self.time(Column::Time)?,
             waits: self.time(Column::Waits)?,
             blocked: self.time(Column::Blocked)?,
+            // Other programs may have other columns of these names.
+            outcome: Outcome::of_name(self.text(Column::Status)),
+            number: number(self.text(Column::Number)),
             ..Said::default()
         })
     }
@@ -432,6 +451,8 @@ struct Said<'a> {
     cpu: Option<u32>,
     waits: Option<u64>,
     blocked: Option<u64>,
+    outcome: Option<Outcome>,
+    number: Option<u64>,
 }
 
 fn without_return(line: &[u8]) -> &[u8] {

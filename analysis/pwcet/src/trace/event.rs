@@ -7,8 +7,8 @@
 //! The host, the process, the contexts and their order depend on the session; the payload is that of the tracepoint provider. The
 //! parser borrows from the line and allocates nothing.
 
-use super::Scheduling;
 use super::names::{Name, SpanKind, access_key};
+use super::{Outcome, Scheduling};
 
 /// A begin or an end of a span.
 #[derive(Debug, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub(super) struct Event<'a> {
     pub(super) waits: Option<u64>,
     /// Of a lock, for how long the thread had it, and for how long it waited for it. Then `cpu_ns` is the CPU time meanwhile.
     pub(super) lock: Option<(u64, u64)>,
+    /// Of the end of an access or of a codel. None in recordings of earlier versions.
+    pub(super) outcome: Option<Outcome>,
 }
 
 /// A line of `babeltrace2`.
@@ -103,10 +105,14 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
     };
     let cpu_ns = fields.next().filter(|field| field.name == b"cpu_ns")?;
     let cpu_ns = number(cpu_ns.value)?;
-    let (mut scheduling_of, mut waits, mut lock) = (None, None, None);
+    let (mut scheduling_of, mut waits, mut lock, mut outcome) = (None, None, None, None);
     match kind {
         SpanKind::Period if !is_end => scheduling_of = scheduling(&mut fields),
-        SpanKind::Codel => waits = fields.number("waits"),
+        SpanKind::Codel => {
+            waits = fields.number("waits");
+            outcome = fields.number("outcome").and_then(Outcome::of_number);
+        }
+        SpanKind::Access => outcome = fields.number("outcome").and_then(Outcome::of_number),
         SpanKind::Lock => {
             lock = Some((fields.number("elapsed_ns")?, fields.number("blocked_ns")?));
             waits = fields.number("waits");
@@ -127,6 +133,7 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         scheduling: scheduling_of,
         waits,
         lock,
+        outcome,
     }))
 }
 

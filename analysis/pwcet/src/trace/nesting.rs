@@ -224,6 +224,8 @@ impl State {
                         .zip(event.waits)
                         .map(|(before, after)| after.saturating_sub(before).saturating_sub(begin.lock_waits)),
                     blocked: begin.blocked,
+                    outcome: event.outcome,
+                    number: None,
                 })
             }
             // The begin of this end, or the end of that begin, is missing: which of both is unknown.
@@ -285,6 +287,7 @@ mod tests {
             scheduling: None,
             waits: None,
             lock: None,
+            outcome: None,
         };
         let thread = Thread { origin: 0, process: 0, thread: step.thread };
         nesting.event(&event, thread, NameId(step.name), summary)

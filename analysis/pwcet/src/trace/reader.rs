@@ -233,6 +233,8 @@ impl TraceReader {
             scheduling: None,
             waits: None,
             blocked,
+            outcome: None,
+            number: None,
         })
     }
 
