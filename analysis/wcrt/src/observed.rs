@@ -8,9 +8,13 @@
 //! | `model.rs` | what the model promises |
 //! | `releases.rs` | releases, response times, missing periods |
 //! | `path.rs` | the path through the state machine |
+//! | `chain_model.rs` | the chains and connections of the model |
+//! | `chains.rs` | the way of data, and its latency |
 //! | `conclusion.rs` | from counters to findings |
 //! | `findings.rs` | the result |
 
+mod chain_model;
+mod chains;
 mod conclusion;
 mod findings;
 mod model;
@@ -24,12 +28,15 @@ use mauve_pwcet::trace::{NameId, Names, Observation, Span, SpanKind, Visitor};
 use mauve_timing::Priority;
 use rustc_hash::FxHashMap;
 
+pub use chain_model::{ExpectedChain, ExpectedConnection, ExpectedEnd, ExpectedStep, expected_chains};
 pub use findings::{
-    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Seen, Waited, Worst,
+    Finding, FindingKind, Greatest, Interferer, Observed, ObservedChain, ObservedConnection,
+    ObservedInstance, ObservedTime, Seen, Waited, Worst,
 };
 pub use model::{Expected, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
 
+use chains::ChainObserver;
 use path::Path;
 use releases::{Job, LATEST, Releases};
 
@@ -165,6 +172,7 @@ pub struct Observer {
     has_releases: bool,
     /// What codels waited, and what ports took.
     observation: Observation,
+    chains: ChainObserver,
 }
 
 impl Observer {
@@ -186,6 +194,7 @@ impl Observer {
             by_name,
             programs: expected.instances.iter().map(programs).collect(),
             instances: expected.instances.iter().map(instance).collect(),
+            chains: ChainObserver::new(&expected.chains, &expected.connections),
             expected,
             ..Observer::default()
         }
@@ -313,6 +322,7 @@ impl Observer {
         self.next_recent = 0;
         self.gaps.clear();
         self.observation.end_recording();
+        self.chains.end_recording();
         for (index, instance) in self.instances.iter_mut().enumerate() {
             if let Some(releases) = &mut instance.releases {
                 releases.interrupt(&mut |from, to| cause_of(&recent, index, from, to));
@@ -326,6 +336,7 @@ impl Observer {
 impl Visitor for Observer {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
         self.observation.add(span, names);
+        self.chains.span(&self.expected, span, names);
         let id = span.name.index();
         if self.series.len() <= id {
             self.series.resize_with(id + 1, || None);
@@ -385,6 +396,7 @@ impl Visitor for Observer {
     }
 
     fn lost(&mut self, begin: u64, end: u64) {
+        self.chains.lose(end);
         // Most are at the end, and many are one.
         if let Some(last) = self.gaps.last_mut()
             && last.0 <= begin

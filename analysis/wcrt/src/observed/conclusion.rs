@@ -89,6 +89,16 @@ impl Observer {
             let at = it.greatest.and_then(|greatest| greatest.at);
             observed.findings.push(Finding { instance: None, kind, at, count: worst.exceeded });
         }
+        (observed.chains, observed.connections) = std::mem::take(&mut self.chains).finish();
+        for (chain, (it, expected)) in observed.chains.iter().zip(&self.expected.chains).enumerate() {
+            let Some((greatest, bound)) = it.greatest.zip(expected.bound.or(expected.limit)) else {
+                continue;
+            };
+            if greatest.time > bound {
+                let kind = FindingKind::Chain { chain, latency: greatest.time, bound };
+                observed.findings.push(Finding { instance: None, kind, at: greatest.at, count: it.late });
+            }
+        }
         observed.times = by_key;
         let is_seen = observed.instances.iter().any(|it| it.is_observed)
             || observed.times.iter().any(|it| it.executions > 0);

@@ -161,6 +161,15 @@ pub enum FindingKind {
         /// Whether a codel of the instance waited.
         waited: Waited,
     },
+    /// The latency of a chain exceeds its bound, or, without a bound, its limit; `count` times.
+    Chain {
+        /// Its index in [`Expected::chains`](super::Expected::chains).
+        chain: usize,
+        /// The greatest latency that was observed.
+        latency: u64,
+        /// The bound or the limit.
+        bound: u64,
+    },
     /// Periods are missing; `count` of them.
     Skipped,
     /// So many periods have no place in time that the others say little; `count` of them.
@@ -258,6 +267,28 @@ pub struct Worst {
     pub probability: f64,
 }
 
+/// What was observed of a chain.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ObservedChain {
+    /// The greatest latency, and the end of its effect.
+    pub greatest: Option<Greatest>,
+    /// How often a latency exceeded the bound, or without one the limit.
+    pub late: u64,
+    /// For each step, the most releases from a read to the write that carried it, at least: see [`ExpectedStep::releases`](super::ExpectedStep::releases).
+    pub releases: Vec<u32>,
+}
+
+/// What was observed on a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ObservedConnection {
+    /// The number of values that were written.
+    pub written: u64,
+    /// The number of values that were read.
+    pub read: u64,
+    /// The number of values that were overwritten unread, or lost in a full buffer, between the first read and the last one.
+    pub unread: u64,
+}
+
 /// A recording beside a model.
 #[derive(Debug, Clone, Default)]
 pub struct Observed {
@@ -265,6 +296,10 @@ pub struct Observed {
     pub instances: Vec<ObservedInstance>,
     /// Sorted by key.
     pub times: Vec<ObservedTime>,
+    /// In the order of [`Expected::chains`](super::Expected::chains).
+    pub chains: Vec<ObservedChain>,
+    /// In the order of [`Expected::connections`](super::Expected::connections).
+    pub connections: Vec<ObservedConnection>,
     /// By instance, then those of none.
     pub findings: Vec<Finding>,
     /// Whether the recording has periods, and their releases.

@@ -7,6 +7,7 @@ use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
 use mauve_pwcet::trace::{SpanKind, access_key};
 use mauve_timing::{Level, Priority, Time};
 
+use super::chain_model::{ExpectedChain, ExpectedConnection, expected_chains, expected_connections};
 use crate::execution_times::execution_times;
 use crate::fact::InterferenceReport;
 use crate::report::{Query, Report};
@@ -17,11 +18,18 @@ use crate::timetable::{files_of, table};
 /// Times in tables without levels are compared at this level.
 const STRICT: f64 = 1e-9;
 
+/// Chains that are not declared, and are compared.
+const MOST_CHAINS: usize = 64;
+
 /// A deployment, as far as a recording shows it. Times are in nanoseconds.
 #[derive(Debug, Clone, Default)]
 pub struct Expected {
     /// The activities, in the order of the deployment.
     pub instances: Vec<ExpectedInstance>,
+    /// Its chains, as far as a recording shows them.
+    pub chains: Vec<ExpectedChain>,
+    /// Its connections between ports.
+    pub connections: Vec<ExpectedConnection>,
     /// The codels that its components may call, with their times.
     pub codels: BTreeMap<String, Option<u64>>,
     /// The programs with times of their own, by their keys in a timing table.
@@ -168,6 +176,8 @@ pub fn expected<'db>(
     let known = times.codels.iter().map(|(codel, _)| codel.qualified(db));
     Expected {
         instances: instances.collect(),
+        chains: expected_chains(db, project, deployment, query, MOST_CHAINS),
+        connections: expected_connections(db, project, deployment),
         codels: known.map(|key| (key.clone(), codels.get(&key).copied())).collect(),
         programs: of_kind(SpanKind::Program),
         accesses: of_kind(SpanKind::Access),

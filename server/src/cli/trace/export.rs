@@ -1,6 +1,6 @@
 //! `mauve trace export TRACE [PATH]`: a recording as trace events, with the bounds of the model beside it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
-use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor, port_of};
+use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
@@ -98,6 +98,8 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<io::
         expected,
         base: None,
         numbers: BTreeMap::new(),
+        written: BTreeMap::new(),
+        arrows: 0,
         named: BTreeSet::new(),
         is_first: true,
         failure: None,
@@ -118,6 +120,16 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<io::
 /// The process for periods whose CPU is unknown.
 const UNKNOWN_CPU: u32 = 65;
 
+/// The writes of an output that arrows may begin at.
+const MOST_WRITES: usize = 1 << 10;
+
+/// Where a value was written.
+struct Place {
+    number: Option<u64>,
+    at: i64,
+    thread: (u32, usize),
+}
+
 /// Writes spans as events. A CPU is a process, and each instance that was active on it a thread, with a thread for its bounds.
 struct TraceWriter<W: Write> {
     to: BufWriter<W>,
@@ -127,6 +139,9 @@ struct TraceWriter<W: Write> {
     base: Option<i64>,
     /// The numbers of the instances.
     numbers: BTreeMap<String, usize>,
+    /// The latest writes of each connected output, by instance and key.
+    written: BTreeMap<(String, String), VecDeque<Place>>,
+    arrows: u64,
     named: BTreeSet<(u32, usize)>,
     is_first: bool,
     failure: Option<io::Error>,
@@ -188,11 +203,42 @@ impl<W: Write> TraceWriter<W> {
         let event =
             json!({ "ph": "X", "name": title, "cat": category, "pid": pid, "tid": tid, "args": args });
         self.write(&line(&[("ts", ts), ("dur", dur)], &event))?;
+        if name.kind == SpanKind::Access {
+            self.arrow(name, span, Place { number: span.number, at: ts, thread: (pid, tid) })?;
+        }
         for (what, at) in instants {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
             self.write(&line(&[("ts", at.saturating_sub(base))], &event))?;
         }
         Ok(())
+    }
+
+    /// Draws an arrow from a write of a value to the read that has it as new data. Without numbers, that is the latest write.
+    fn arrow(&mut self, name: &Name, span: &Span, place: Place) -> io::Result<()> {
+        let end = (name.instance.clone(), name.key.clone());
+        let connections = &self.expected.connections;
+        if matches!(span.outcome, Some(Outcome::Written)) && connections.iter().any(|it| it.ends[0] == end) {
+            let written = self.written.entry(end).or_default();
+            if written.len() >= MOST_WRITES {
+                written.pop_front();
+            }
+            written.push_back(place);
+            return Ok(());
+        }
+        let connection = connections.iter().find(|it| it.ends[1] == end);
+        let Some(connection) = connection.filter(|_| span.outcome == Some(Outcome::NewData)) else {
+            return Ok(());
+        };
+        let written = self.written.get(&connection.ends[0]);
+        let mut latest = written.into_iter().flatten().rev();
+        let Some(from) = latest.find(|it| it.number == place.number) else { return Ok(()) };
+        let id = self.arrows;
+        let event = |phase: &str, (pid, tid): (u32, usize)| json!({ "ph": phase, "bp": "e", "id": id, "name": connection.name, "cat": "data", "pid": pid, "tid": tid });
+        let (begin, end) = (event("s", from.thread), event("f", place.thread));
+        let (begin, end) = (line(&[("ts", from.at)], &begin), line(&[("ts", place.at)], &end));
+        self.arrows += 1;
+        self.write(&begin)?;
+        self.write(&end)
     }
 
     /// Writes the bound of a period beside it.

@@ -25,6 +25,8 @@
 //!       "longest": 2.7, "longest_at_ns": 1795402384000000000, "instance": "pilot"
 //!     }
 //!   ],
+//!   "chains": [{ "chain": "avoid", "latency": 412, "latency_at_ns": 1795402384000000000, "bound": 526, "limit": 600 }],
+//!   "connections": [{ "connection": "laser.scan -> pilot.scan", "written": 1000, "read": 500, "unread": 499 }],
 //!   "findings": [
 //!     { "instance": "pilot", "code": "response", "count": 2, "at_ns": 1795402384000000000, "message": "…" }
 //!   ]
@@ -37,6 +39,7 @@
 //! - A figure that the recording or the model does not have is null. Times with `_ns` are those of the recording, in nanoseconds.
 //! - `edges`: how often each edge of the state machine was executed; `possible` also counts periods in which another edge with the
 //!   same programs may have been executed. `transition` is null where the machine stays in its state.
+//! - `latency`: the greatest one observed, at least. `unread`: values that were overwritten, or lost in a full buffer, before they were read.
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
@@ -91,6 +94,19 @@ pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
             longest: milliseconds(time.greatest.map(|it| it.time)),
             longest_at_ns: time.greatest.and_then(|it| it.at),
             instance: Some(time.instance.clone()).filter(|it| !it.is_empty()),
+        }).collect::<Vec<_>>(),
+        chains: it.expected.chains.iter().zip(&observed.chains).map(|(chain, seen)| object! {
+            chain: chain.name.clone(),
+            latency: milliseconds(seen.greatest.map(|it| it.time)),
+            latency_at_ns: seen.greatest.and_then(|it| it.at),
+            bound: milliseconds(chain.bound),
+            limit: milliseconds(chain.limit),
+        }).collect::<Vec<_>>(),
+        connections: it.expected.connections.iter().zip(&observed.connections).map(|(connection, seen)| object! {
+            connection: connection.name.clone(),
+            written: seen.written,
+            read: seen.read,
+            unread: seen.unread,
         }).collect::<Vec<_>>(),
         findings: observed.findings.iter().map(|finding| object! {
             instance: instance(it, finding).map(str::to_owned),

@@ -27,6 +27,7 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
         FindingKind::Execution { .. } => "execution-of-period",
         FindingKind::Wait { .. } => "wait",
         FindingKind::Response { .. } => "response",
+        FindingKind::Chain { .. } => "chain-too-late",
         FindingKind::Skipped => "skipped",
         FindingKind::Untimed { .. } => "untimed",
         FindingKind::Period { .. } => "period",
@@ -141,6 +142,9 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             wait_message(instance, key, *wait, (count, *executions), *greatest)
         }
         FindingKind::Response { .. } => response_message(instance, finding, &at),
+        FindingKind::Chain { chain, latency, bound } => {
+            chain_message(it, *chain, (*latency, *bound), count, &at)
+        }
         FindingKind::Skipped => format!(
             "`{instance}` skipped {}{first}: it does not catch up late periods, or it was stopped for a moment",
             periods(count)
@@ -208,6 +212,51 @@ fn path_message(instance: &str, path: &UnknownPath, periods: &str, first: &str) 
     };
     format!(
         "`{instance}` executed {programs} in {periods}{first}, {which}: the recording is of another version of the model"
+    )
+}
+
+/// Why a chain may be late: which response time, or which number of periods, is not that of the model.
+fn chain_message(
+    it: &Checked<'_>,
+    chain: usize,
+    (latency, bound): (u64, u64),
+    count: u64,
+    at: &str,
+) -> String {
+    let (Some(expected), Some(observed)) = (it.expected.chains.get(chain), it.observed.chains.get(chain))
+    else {
+        return String::new();
+    };
+    let mut reasons = Vec::new();
+    for (step, releases) in expected.steps.iter().zip(&observed.releases) {
+        let name = &step.instance;
+        let found =
+            it.expected.instances.iter().zip(&it.observed.instances).find(|(it, _)| it.instance == *name);
+        let response = found.and_then(|(model, seen)| Some((seen.response?.time, model.response?)));
+        if let Some((response, bound)) = response.filter(|(response, bound)| response > bound) {
+            let (response, bound) = (precise(response), precise(bound));
+            reasons.push(format!("`{name}` responded after {response}, later than its bound of {bound}"));
+        }
+        if let Some(most) = step.releases.filter(|most| releases > most) {
+            reasons.push(format!(
+                "`{name}` passed data on in its {releases}. period, and in the model in the {most}. at the latest"
+            ));
+        }
+    }
+    if reasons.is_empty() {
+        reasons.push(
+            "each response time and number of periods is as in the model: check the connections and the periods of the robot"
+                .to_owned(),
+        );
+    }
+    let what = if expected.bound == Some(bound) { "bound" } else { "limit" };
+    let times = if count > 1 { format!(", {count} times") } else { String::new() };
+    format!(
+        "chain `{}` took {}{at} from a change to its effect, and exceeds its {what} of {}{times}: {}",
+        expected.name,
+        precise(latency),
+        precise(bound),
+        reasons.join("; ")
     )
 }
 

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use mauve_timing::{LEAST_WORK, Priority};
-use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
+use mauve_wcrt::observed::{
+    EdgeCount, ExpectedChain, ExpectedInstance, IMPROBABLE, ObservedChain, ObservedInstance, ObservedTime,
+};
 
 use super::super::import::messages::{cut, work_elsewhere};
 use super::super::import::shown_key;
@@ -56,6 +58,27 @@ pub(super) fn text(it: &Checked<'_>) -> String {
         );
         out.push('\n');
     }
+    let chains: Vec<_> = it.expected.chains.iter().zip(&it.observed.chains).collect();
+    if !chains.is_empty() {
+        let share = |(model, seen): &(&ExpectedChain, &ObservedChain)| {
+            share_of(seen.greatest.map(|it| it.time), model.bound)
+        };
+        let at = |(_, seen): &(&ExpectedChain, &ObservedChain)| {
+            ms(seen.greatest.and_then(|it| it.at).map(|at| it.since_begin(at)))
+        };
+        out += &table(
+            &chains,
+            &[
+                ("chain", &|(model, _)| model.name.clone()),
+                ("latency", &|(_, seen)| ms(seen.greatest.map(|it| it.time))),
+                ("bound", &|(model, _)| ms(model.bound)),
+                ("of bound", &share),
+                ("limit", &|(model, _)| ms(model.limit)),
+                ("at", &at),
+            ],
+        );
+        out += "  latency: observed, the greatest time from a change to its effect, at least; at: its end, since the begin\n\n";
+    }
     for finding in &it.observed.findings {
         let _ = writeln!(out, "  ✗ {}", message(it, finding));
     }
@@ -92,10 +115,12 @@ fn none() -> String {
 }
 
 fn of_bound((_, model, seen): &Row<'_>) -> String {
-    let ratio = seen.response.zip(model.response.filter(|bound| *bound > 0));
-    ratio.map_or_else(none, |(response, bound)| {
-        format!("{:.1} %", 100.0 * response.time as f64 / bound as f64)
-    })
+    share_of(seen.response.map(|it| it.time), model.response)
+}
+
+fn share_of(observed: Option<u64>, bound: Option<u64>) -> String {
+    let ratio = observed.zip(bound.filter(|bound| *bound > 0));
+    ratio.map_or_else(none, |(observed, bound)| format!("{:.1} %", 100.0 * observed as f64 / bound as f64))
 }
 
 fn verdict(it: &Checked<'_>, (index, _, observed): &Row<'_>) -> String {
@@ -163,6 +188,16 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
     }
     for (thread, per_second) in it.observed.work.iter().filter(|(_, time)| **time >= LEAST_WORK) {
         notes.push(work_elsewhere(thread, *per_second));
+    }
+    for (connection, seen) in it.expected.connections.iter().zip(&it.observed.connections) {
+        if seen.unread > 0 {
+            let how =
+                if connection.buffer.is_some() { "dropped from the full buffer" } else { "overwritten" };
+            notes.push(format!(
+                "{} of {} values on {} were {how} before they were read",
+                seen.unread, seen.written, connection.name
+            ));
+        }
     }
     for (_, expected, observed) in rows(it) {
         let name = &expected.instance;
