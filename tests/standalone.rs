@@ -71,19 +71,122 @@ fn assert_within_bounds(said: &str, instances: usize) {
     }
 }
 
+/// The chains of the table: name, observed latency and bound, in ms.
+fn latencies(said: &str) -> Vec<(String, Option<f64>, Option<f64>)> {
+    let lines = said.lines().skip_while(|line| !line.starts_with("chains: ")).skip(2);
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|it| !it.is_empty()).collect();
+        let [name, observed, _, bound, _, _] = cells[..] else { return None };
+        Some((name.to_owned(), observed.parse().ok(), bound.parse().ok()))
+    };
+    lines.map_while(row).collect()
+}
+
+/// The chains and the connections of a recording.
+fn checked(recording: &Path, project: &Path) -> Value {
+    let mut check = Command::new(MAUVE);
+    let found =
+        check.args(["trace", "check", "--format", "json"]).arg(recording).arg(project).output().unwrap();
+    serde_json::from_slice(&found.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&found.stderr)))
+}
+
 #[test]
 fn orocos_samples_keep_their_bounds_on_the_virtual_clock() {
-    // A test of the README runs the sample robot.
-    for (sample, instances) in [("shared_cpus", 6), ("sorter", 3)] {
+    for (sample, instances, least_chains) in [("p3dx", 10, 1), ("shared_cpus", 6, 1), ("sorter", 3, 1)] {
         let cache = folder(sample);
         let project = models().join(sample);
         let first = mauve_run(&project, &cache, &["--for", "30s", "--simulate-time"]);
         let (out, err) = (text(&first.stdout), text(&first.stderr));
         assert_eq!(first.status.code(), Some(0), "{out}\n{err}");
         assert_within_bounds(&out, instances);
-        let second = mauve_run(&project, &cache, &["--for", "30s", "--simulate-time"]);
+        let trace = cache.join("trace");
+        let arguments = ["--for", "30s", "--simulate-time", "--trace", trace.to_str().unwrap()];
+        let second = mauve_run(&project, &cache, &arguments);
         assert_eq!(text(&second.stdout), out, "a run is the same each time");
+        // The program follows data as `trace check` does.
+        let chains = latencies(&out);
+        let checked = checked(&trace, &project);
+        for (name, observed, bound) in &chains {
+            assert!(observed.zip(*bound).is_none_or(|(observed, bound)| observed <= bound), "{out}");
+            let found =
+                checked["chains"].as_array().unwrap().iter().find(|it| it["chain"] == **name).unwrap();
+            let to_microseconds = |time: f64| (time * 1000.0).floor();
+            assert_eq!(
+                found["latency"].as_f64().map(to_microseconds),
+                observed.map(|it| (it * 1000.0).round()),
+                "{found}"
+            );
+            assert_eq!(
+                found["bound"].as_f64().map(to_microseconds),
+                bound.map(|it| (it * 1000.0).round()),
+                "{found}"
+            );
+        }
+        let observed = chains.iter().filter(|(_, observed, _)| observed.is_some());
+        assert!(observed.count() >= least_chains, "{out}");
     }
+}
+
+/// A writer that is twice as fast as its reader, with a buffer between them.
+const FULL: &str = "\
+library full {
+  codel shoot(out n: int): void
+  codel show(in n: int): void
+  shell CameraShell { output port frame: int }
+  core CameraCore(CameraShell) { var n: int = 0  update = { shoot(n); write(frame, n); } }
+  component Camera(CameraShell, CameraCore)
+  shell ScreenShell { input port frame: int }
+  core ScreenCore(ScreenShell) { var n: int = 0  update = { read(frame, n); show(n); } }
+  component Screen(ScreenShell, ScreenCore)
+  architecture Robot {
+    instance camera: Camera  instance screen: Screen
+    connection camera.frame -> [8] screen.frame
+  }
+  deployment Bench {
+    architecture Robot
+    activity camera { affinity = 1  priority = 20  period = 10 }
+    activity screen { affinity = 1  priority = 10  period = 20 }
+  }
+}
+";
+
+#[test]
+fn orocos_what_a_full_buffer_drops_is_counted() {
+    let folder = folder("full");
+    let observe = |name: &str, model: &str| {
+        write(&folder, &[("robot.mal", model), ("mauve.toml", CONFIGURATION)]);
+        let trace = folder.join(name);
+        let arguments = ["--for", "2s", "--simulate-time", "--trace", trace.to_str().unwrap()];
+        let output = mauve_run(&folder, &folder.join("cache"), &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        checked(&trace, &folder)["connections"][0].clone()
+    };
+    let count = |found: &Value| ["written", "read", "unread"].map(|it| found[it].as_u64().unwrap());
+    let slow = observe("slow", FULL);
+    let [written, read, unread] = count(&slow);
+    assert_eq!(
+        (slow["connection"].as_str(), written, read),
+        (Some("camera.frame -> screen.frame"), 200, 100)
+    );
+    // All but those that are in the buffer at the end.
+    assert!((8..=9).contains(&(written - read - unread)), "{slow}");
+    // An arrow leads from each write whose value was read to that read.
+    let mut export = Command::new(MAUVE);
+    let exported = export.args(["trace", "export"]).arg(folder.join("slow")).arg(&folder).output().unwrap();
+    let exported: Value = serde_json::from_slice(&exported.stdout).unwrap();
+    let ends = |phase: &str| -> BTreeMap<u64, (f64, u64)> {
+        let events = exported["traceEvents"].as_array().unwrap().iter().filter(|it| it["ph"] == phase);
+        let end = |it: &Value| (it["ts"].as_f64().unwrap(), it["tid"].as_u64().unwrap());
+        events.map(|it| (it["id"].as_u64().unwrap(), end(it))).collect()
+    };
+    let (begins, ends) = (ends("s"), ends("f"));
+    assert_eq!((begins.len(), ends.len()), (100, 100));
+    for (id, (begin, writer)) in begins {
+        let (end, reader) = ends[&id];
+        assert!(begin <= end && end - begin <= 160_000.0 && writer != reader, "{id}: {begin} {end}");
+    }
+    let equal = observe("equal", &FULL.replace("period = 20", "period = 10"));
+    assert_eq!(count(&equal), [200, 200, 0]);
 }
 
 /// A robot whose codels do what the environment says. Its deadlines are long, so that a virtual machine that pauses for a moment
@@ -289,10 +392,13 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     assert_eq!(code, Some(0), "{out}\n{err}");
     let recorded = fs::read_to_string(trace.join("executions.csv")).unwrap();
     let mut lines = recorded.lines();
-    assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns"));
-    assert_eq!(lines.next(), Some("(from tables),0,,,,,,"));
+    assert_eq!(
+        lines.next(),
+        Some("codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns,status,number")
+    );
+    assert_eq!(lines.next(), Some("(from tables),0,,,,,,,,"));
     let build = lines.next().unwrap_or_default();
-    let flags = format!(" {}\",0,,,,,,", FLAGS.replace('"', "\"\""));
+    let flags = format!(" {}\",0,,,,,,,,", FLAGS.replace('"', "\"\""));
     assert!(build.starts_with("\"(build) ") && build.ends_with(&flags), "{build}");
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");

@@ -48,6 +48,7 @@ local function new_task(name)
     configure = function(_, ...) check(0, ...) return done("configure", name) end,
     start = function(_, ...) check(0, ...) return done("start", name) end,
     stop = function(_, ...) check(0, ...) return done("stop", name) end,
+    mauve_has_buffer = function(_, ...) check(1, ...) return done("mauve_has_buffer", name, ...) end,
     mauve_runs_as = function(_, ...) check(2, ...) return done("mauve_runs_as", name, ...) end,
     mauve_set = function(_, ...) check(2, ...) return done("mauve_set", name, ...) end,
     setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,

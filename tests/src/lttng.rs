@@ -223,8 +223,8 @@ impl Event {
 
     /// All that its other half has in common with it.
     fn key(&self) -> (&str, &str, Vec<(&String, &String)>) {
-        // Only the begin of a period has the scheduling of its thread.
-        let own = ["cpu_id", "phase", "cpu_ns", "priority", "cpus", "waits"];
+        // Only the begin of a period has the scheduling of its thread, and only the end of an access what it came to.
+        let own = ["cpu_id", "phase", "cpu_ns", "priority", "cpus", "waits", "outcome"];
         let fields = self.fields.iter().filter(|(name, _)| !own.contains(&name.as_str()));
         (&self.provider, &self.name, fields.collect())
     }

@@ -49,6 +49,8 @@ const FILES: &[(&str, &str)] = files![
     "lib/cmake/orocos-rtt/UseOROCOS-RTT.cmake",
     "lib/cmake/orocos-rtt/orocos-rtt-config-version.cmake",
     "lib/cmake/orocos-rtt/orocos-rtt-config.cmake",
+    "src/chains.cpp",
+    "src/chains.hpp",
     "src/context.hpp",
     "src/execution.cpp",
     "src/lock.cpp",

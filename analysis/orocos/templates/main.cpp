@@ -33,6 +33,12 @@ int main(int argc, char** argv) {
   // Real-time work that is not in the model: period and execution time in ns, priority, CPUs.
 {others}
 @end
+@if chains
+
+  // The chains whose latency is observed: bound and limit in ns, and where data enters and leaves each
+  // instance.
+{chains}
+@end
 @if times
 
 {level}

@@ -39,6 +39,9 @@ class MauveTask : public RTT::TaskContext {
         .doc("Checks the scheduling of the component's thread. If it differs, the component does not start.")
         .arg("priority", "the expected SCHED_FIFO priority; 0 for SCHED_OTHER")
         .arg("cpus", "the expected CPUs, one bit for each; 0 for any");
+    addOperation("mauve_has_buffer", &MauveTask::mauve_has_buffer, this, RTT::ClientThread)
+        .doc("The connection of this input has a buffer, which the component clears when it starts.")
+        .arg("port", "the name of an input");
   }
 
   // Executed by the component's own thread.
@@ -48,6 +51,13 @@ class MauveTask : public RTT::TaskContext {
     cpus_ = cpus;
     is_scheduled_ = mauve_is_scheduled();
     return is_scheduled_;
+  }
+
+  // Executed by the deployer's thread, before the component starts.
+  bool mauve_has_buffer(const std::string& port) {
+    if (getPort(port) == nullptr) return false;
+    buffered_.push_back(port);
+    return true;
   }
 
  protected:
@@ -119,6 +129,12 @@ class MauveTask : public RTT::TaskContext {
       return false;
     }
     return true;
+  }
+
+  // Whether an input has a buffer. One that filled before its reader starts would stay full at equal
+  // rates, and its oldest value would be read for ever. An input without a buffer keeps its value.
+  bool mauve_is_buffered(const char* port) const {
+    return std::find(buffered_.begin(), buffered_.end(), port) != buffered_.end();
   }
 
   // Called at the beginning of a period. Returns false in the first period if the thread is not
@@ -287,6 +303,7 @@ class MauveTask : public RTT::TaskContext {
   std::atomic<std::thread::id> refuses_in_{std::thread::id()};
   std::atomic<std::thread::id> executes_in_{std::thread::id()};
   bool has_room_ = false;
+  std::vector<std::string> buffered_;
   // The scheduling that was analysed; unknown until `mauve_runs_as` is called.
   bool is_known_ = false;
   bool is_scheduled_ = false;

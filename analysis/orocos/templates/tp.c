@@ -74,22 +74,22 @@ bool mauve_{lib}_program(
   return true;
 }
 
-bool mauve_{lib}_codel(const char* instance, const char* codel, int phase) {
+bool mauve_{lib}_codel(const char* instance, const char* codel, int phase, int outcome) {
   if (!tracepoint_enabled(mauve_{lib}, codel)) return false;
   // The arguments of a call have no order: this system call is in no execution time.
   if (phase == 0) {
     const uint64_t waits_before = waits();
-    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_ns(), waits_before);
+    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_ns(), waits_before, outcome);
   } else {
     const uint64_t cpu_after = cpu_ns();
-    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_after, waits());
+    do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_after, waits(), outcome);
   }
   return true;
 }
 
-bool mauve_{lib}_access(const char* instance, const char* port, int phase) {
+bool mauve_{lib}_access(const char* instance, const char* port, int phase, int outcome) {
   if (!tracepoint_enabled(mauve_{lib}, access)) return false;
-  do_tracepoint(mauve_{lib}, access, instance, port, phase, cpu_ns());
+  do_tracepoint(mauve_{lib}, access, instance, port, phase, cpu_ns(), outcome);
   return true;
 }
 

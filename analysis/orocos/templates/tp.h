@@ -43,26 +43,30 @@ TRACEPOINT_EVENT(
         ctf_integer(uint64_t, cpu_ns, cpu_ns)))
 
 // A call of a codel. waits: how often the thread has given up the CPU by its own will so far, to wait for
-// something.
+// something. outcome: at the end, 6 if it returned false, 7 if it returned true; otherwise -1.
 TRACEPOINT_EVENT(
     mauve_{lib}, codel,
-    TP_ARGS(const char*, instance, const char*, codel, int, phase, uint64_t, cpu_ns, uint64_t, waits),
+    TP_ARGS(const char*, instance, const char*, codel, int, phase, uint64_t, cpu_ns, uint64_t, waits,
+            int, outcome),
     TP_FIELDS(
         ctf_string(instance, instance)
         ctf_string(codel, codel)
         ctf_integer(uint8_t, phase, phase)
         ctf_integer(uint64_t, cpu_ns, cpu_ns)
-        ctf_integer(uint64_t, waits, waits)))
+        ctf_integer(uint64_t, waits, waits)
+        ctf_integer(int8_t, outcome, outcome)))
 
-// A read or a write of a port, named by its component and its own name.
+// A read or a write of a port, named by its component and its own name. outcome: at the end, 0 for no data,
+// 1 for old data, 2 for new data; 3 for written, 4 for lost in a full buffer, 5 for unconnected; otherwise -1.
 TRACEPOINT_EVENT(
     mauve_{lib}, access,
-    TP_ARGS(const char*, instance, const char*, port, int, phase, uint64_t, cpu_ns),
+    TP_ARGS(const char*, instance, const char*, port, int, phase, uint64_t, cpu_ns, int, outcome),
     TP_FIELDS(
         ctf_string(instance, instance)
         ctf_string(port, port)
         ctf_integer(uint8_t, phase, phase)
-        ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)
+        ctf_integer(int8_t, outcome, outcome)))
 
 // A lock that a thread leaves, with the CPU time and the time for which the thread had it, how often the
 // thread gave up the CPU to get it, and for how long it waited. One event has both ends (phase 1), since

@@ -29,6 +29,7 @@
 #ifdef MAUVE_TRACING
 
 #include <string>
+#include <type_traits>
 
 extern "C" {
 // Each records the begin (phase 0) or the end (phase 1) of a span. Returns false if no session
@@ -37,8 +38,8 @@ bool mauve_{lib}_component(const char* instance, int phase);
 bool mauve_{lib}_program(
     const char* instance, const char* component, const char* state, const char* transition,
     const char* program, int phase);
-bool mauve_{lib}_codel(const char* instance, const char* codel, int phase);
-bool mauve_{lib}_access(const char* instance, const char* port, int phase);
+bool mauve_{lib}_codel(const char* instance, const char* codel, int phase, int outcome);
+bool mauve_{lib}_access(const char* instance, const char* port, int phase, int outcome);
 }
 
 namespace {lib} {
@@ -97,17 +98,30 @@ class CodelSpan {
  public:
   CodelSpan(const std::string& instance, const char* codel)
       : instance_(instance.c_str()), codel_(codel) {
-    is_recorded_ = mauve_{lib}_codel(instance_, codel_, 0);
+    is_recorded_ = mauve_{lib}_codel(instance_, codel_, 0, -1);
   }
   ~CodelSpan() {
-    if (is_recorded_) mauve_{lib}_codel(instance_, codel_, 1);
+    if (is_recorded_) mauve_{lib}_codel(instance_, codel_, 1, outcome_);
   }
   CodelSpan(const CodelSpan&) = delete;
   CodelSpan& operator=(const CodelSpan&) = delete;
 
+  // Returns the result of a call, and notes a bool.
+  template <typename Call>
+  bool result_of(Call& call, std::true_type) {
+    const bool result = call();
+    outcome_ = result ? 7 : 6;
+    return result;
+  }
+  template <typename Call>
+  auto result_of(Call& call, std::false_type) -> decltype(call()) {
+    return call();
+  }
+
  private:
   const char* instance_;
   const char* codel_;
+  int outcome_ = -1;
   bool is_recorded_;
 };
 
@@ -115,13 +129,15 @@ class AccessSpan {
  public:
   AccessSpan(const std::string& instance, const char* port)
       : instance_(instance.c_str()), port_(port) {
-    is_recorded_ = mauve_{lib}_access(instance_, port_, 0);
+    is_recorded_ = mauve_{lib}_access(instance_, port_, 0, -1);
   }
   ~AccessSpan() {
-    if (is_recorded_) mauve_{lib}_access(instance_, port_, 1);
+    if (is_recorded_) mauve_{lib}_access(instance_, port_, 1, outcome);
   }
   AccessSpan(const AccessSpan&) = delete;
   AccessSpan& operator=(const AccessSpan&) = delete;
+
+  int outcome = -1;
 
  private:
   const char* instance_;
@@ -132,22 +148,36 @@ class AccessSpan {
 // Returns the result of a call, in a span.
 template <typename Call>
 auto traced(const std::string& instance, const char* codel, Call call) -> decltype(call()) {
-  const CodelSpan span(instance, codel);
-  return call();
+  CodelSpan span(instance, codel);
+  return span.result_of(call, std::is_same<decltype(call()), bool>());
 }
 
 // Reads or writes a port, in a span. What computes the value to write is no part of it.
 template <typename Port, typename Sample>
 auto read(const std::string& instance, const char* key, Port& port, Sample& sample)
     -> decltype(port.read(sample)) {
-  const AccessSpan span(instance, key);
-  return MAUVE_EXECUTE_READ(key, port, sample);
+  AccessSpan span(instance, key);
+  const auto status = MAUVE_EXECUTE_READ(key, port, sample);
+  span.outcome = static_cast<int>(status);
+  return status;
+}
+
+// Returns what a write came to. RTT 2.8 does not say it.
+template <typename Write>
+auto outcome_of(Write write) -> typename std::enable_if<std::is_void<decltype(write())>::value, int>::type {
+  write();
+  return 3;
+}
+
+template <typename Write>
+auto outcome_of(Write write) -> typename std::enable_if<!std::is_void<decltype(write())>::value, int>::type {
+  return 3 + static_cast<int>(write());
 }
 
 template <typename Port, typename Sample>
 void write(const std::string& instance, const char* key, Port& port, const Sample& sample) {
-  const AccessSpan span(instance, key);
-  MAUVE_EXECUTE_WRITE(key, port, sample);
+  AccessSpan span(instance, key);
+  span.outcome = outcome_of([&] { return MAUVE_EXECUTE_WRITE(key, port, sample); });
 }
 
 }  // namespace trace

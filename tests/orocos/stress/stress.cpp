@@ -92,9 +92,11 @@ class Node : public RTT::TaskContext {
     sample_.set(period);
     CHECK(last_out.write(sample_) == RTT::WriteSuccess);
     CHECK(recent_out.write(sample_) == RTT::WriteSuccess);
+    CHECK(last_out.number() == period && recent_out.number() == period);
     // A full buffer refuses a sample: it is written again in the next period.
     sample_.set(all_written_ + 1);
     if (all_out.write(sample_) == RTT::WriteSuccess) ++all_written_;
+    CHECK(all_out.number() == period);
   }
 
   void read() {
@@ -103,17 +105,20 @@ class Node : public RTT::TaskContext {
     RTT::FlowStatus status = last_in.read(sample_);
     CHECK(status == RTT::NoData ? written == 0 : sample_.number >= written);
     if (status == RTT::NewData) {
-      CHECK(sample_.is_whole() && sample_.number > last_read_);
+      CHECK(sample_.is_whole() && sample_.number > last_read_ && last_in.number() == sample_.number);
       last_read_ = sample_.number;
     } else if (status == RTT::OldData) {
-      CHECK(sample_.is_whole() && sample_.number == last_read_);
+      CHECK(sample_.is_whole() && sample_.number == last_read_ && last_in.number() == last_read_);
     }
     while (all_in.read(sample_, false) == RTT::NewData) {
       CHECK(sample_.is_whole() && sample_.number == all_read_ + 1);
+      // Writes that a full buffer refused have numbers, too.
+      CHECK(all_in.number() >= sample_.number && all_in.number() > all_number_);
       all_read_ = sample_.number;
+      all_number_ = all_in.number();
     }
     for (int tries = 0; tries < 4 && recent_in.read(sample_, false) == RTT::NewData; ++tries) {
-      CHECK(sample_.is_whole() && sample_.number > recent_read_);
+      CHECK(sample_.is_whole() && sample_.number > recent_read_ && recent_in.number() == sample_.number);
       recent_read_ = sample_.number;
     }
   }
@@ -138,7 +143,7 @@ class Node : public RTT::TaskContext {
 
   const std::uint64_t most_;
   Sample sample_;
-  std::uint64_t all_written_ = 0, last_read_ = 0, all_read_ = 0, recent_read_ = 0, collected_ = 0, served_ = 0, asked_ = 0, sum_ = 0;
+  std::uint64_t all_written_ = 0, all_number_ = 0, last_read_ = 0, all_read_ = 0, recent_read_ = 0, collected_ = 0, served_ = 0, asked_ = 0, sum_ = 0;
   bool is_sent_ = false;
   RTT::SendHandle<bool(std::uint64_t, std::uint64_t&)> handle_;
 

@@ -12,6 +12,7 @@
 #include <rtt/ConnPolicy.hpp>
 #include <rtt/InputPort.hpp>
 #include <rtt/OperationCaller.hpp>
+#include <rtt/OutputPort.hpp>
 #include <rtt/Property.hpp>
 #include <rtt/TaskContext.hpp>
 #include <rtt/extras/SlaveActivity.hpp>
@@ -153,6 +154,37 @@ void what_it_shows(const rig::ComponentLibrary& library) {
   CHECK(period.read(times) == RTT::NewData && taker.task->stop());
 }
 
+// What filled its inputs before it starts: a buffer would stay full for ever if it were read as often as it is written.
+void what_it_clears(const rig::ComponentLibrary& library) {
+  Component taker(library, "Taker");
+  RTT::OutputPort<int> numbers("numbers");
+  RTT::OutputPort<std::string> texts("texts");
+  auto* const number_in = dynamic_cast<RTT::InputPort<int>*>(taker.task->getPort("class"));
+  auto* const text_in = dynamic_cast<RTT::InputPort<std::string>*>(taker.task->getPort("text"));
+  CHECK(numbers.connectTo(number_in, RTT::ConnPolicy::circularBuffer(3)));
+  CHECK(texts.connectTo(text_in, RTT::ConnPolicy::data()));
+  int number = 0;
+  std::string text;
+  const auto fill = [&](int last) {
+    for (int it = 1; it <= last; ++it) numbers.write(it);
+    texts.write("kept");
+  };
+  // Nobody said that there is a buffer.
+  fill(5);
+  CHECK(taker.task->configure() && taker.task->start());
+  CHECK(number_in->read(number) == RTT::NewData && number == 3 && taker.task->stop());
+  const auto has_buffer = taker.caller<bool(const std::string&)>("mauve_has_buffer");
+  CHECK(has_buffer->call("class") && !has_buffer->call("other"));
+  // Each time that it starts.
+  for (int times = 0; times < 2; ++times) {
+    fill(5);
+    CHECK(taker.task->start() && number_in->read(number) == RTT::NoData);
+    CHECK(text_in->read(text) == RTT::NewData && text == "kept");
+    fill(1);
+    CHECK(number_in->read(number) == RTT::NewData && number == 1 && taker.task->stop());
+  }
+}
+
 }  // namespace
 
 int ORO_main(int argc, char** argv) {
@@ -162,6 +194,7 @@ int ORO_main(int argc, char** argv) {
   calls(library);
   values(library);
   what_it_shows(library);
+  what_it_clears(library);
   std::cout << "= " << checks - failures << " of " << checks << " checks hold" << std::endl;
   return failures == 0 ? 0 : 1;
 }

@@ -79,6 +79,8 @@ struct Context {
   int spent_percent = 0;
   // Where executions are recorded, if they are.
   TraceQueue* trace = nullptr;
+  // Where what chains need is put, if executions are not recorded.
+  TraceQueue* followed = nullptr;
   std::string instance;
   // The codel that is being executed, if one is.
   std::atomic<const char*> codel{nullptr};
@@ -95,6 +97,7 @@ struct Context {
   std::array<CodelStatistics, 64> codels{};
   std::array<PortStatistics, 64> ports{};
 
+  TraceQueue* queue() const { return trace != nullptr ? trace : followed; }
   void note(const char* name, Nanoseconds execution, Nanoseconds wait, std::int64_t wait_count, Nanoseconds waited_for_locks);
   void note_port(const char* name, Nanoseconds time);
 };

@@ -128,11 +128,12 @@ CodelExecution::~CodelExecution() {
     }
     context_->note(codel_, execution, waits > 0 ? off_cpu : 0, waits, blocked);
   }
-  if (context_->trace != nullptr) {
+  if (context_->queue() != nullptr) {
     TraceRecord record = TraceRecord::of(TraceRecord::Codel, context_->instance.c_str(), codel_, execution, began_, ended);
     record.waits = waits;
     record.blocked = blocked;
-    context_->trace->push(record);
+    record.outcome = outcome_;
+    context_->queue()->push(record);
   }
   context_->codel.store(outer_, std::memory_order_relaxed);
 }
@@ -141,7 +142,8 @@ PortAccess::PortAccess(const char* port, bool is_small) : context_(present_conte
   if (context_ == nullptr) return;
   const bool is_recorded = context_->trace != nullptr;
   if (context_->times != nullptr && !context_->is_timed_program) time_ = context_->times->access(port);
-  if (time_ < 0 && (timeline().is_virtual() || (is_small && !is_recorded))) {
+  is_measured_ = time_ >= 0 || is_recorded || !(timeline().is_virtual() || is_small);
+  if (!is_measured_ && context_->followed == nullptr) {
     context_ = nullptr;
     return;
   }
@@ -152,15 +154,15 @@ PortAccess::PortAccess(const char* port, bool is_small) : context_(present_conte
 PortAccess::~PortAccess() {
   if (context_ == nullptr) return;
   if (time_ >= 0) take(*context_, time_, cpu_before_);
-  if (context_->trace == nullptr) {
-    // The clock of the CPU time needs a system call. If the thread is preempted here, this is too much, and the overhead of another
-    // period is the greatest one.
-    context_->note_port(port_, now() - began_);
-    return;
-  }
-  const Nanoseconds execution = cpu_time() - cpu_before_;
-  context_->note_port(port_, execution);
-  context_->trace->push(TraceRecord::of(TraceRecord::Access, context_->instance.c_str(), port_, execution, began_, now()));
+  // The clock of the CPU time needs a system call. If the thread is preempted here, the elapsed time is too much, and the overhead of
+  // another period is the greatest one.
+  const Nanoseconds execution = context_->trace == nullptr ? now() - began_ : cpu_time() - cpu_before_;
+  if (is_measured_) context_->note_port(port_, execution);
+  if (context_->queue() == nullptr) return;
+  TraceRecord record = TraceRecord::of(TraceRecord::Access, context_->instance.c_str(), port_, execution, began_, now());
+  record.outcome = outcome_;
+  record.number = number_;
+  context_->queue()->push(record);
 }
 
 ProgramExecution::ProgramExecution(const char* component, const char* state, const char* transition, const char* program)
@@ -185,13 +187,13 @@ ProgramExecution::~ProgramExecution() {
     if (!timeline().is_virtual()) take(*context_, time_, cpu_before_);
     context_->is_timed_program = false;
   }
-  if (context_->trace != nullptr) {
-    const Nanoseconds execution = cpu_time() - cpu_before_;
+  if (context_->queue() != nullptr) {
+    const Nanoseconds execution = context_->trace == nullptr ? 0 : cpu_time() - cpu_before_;
     TraceRecord record = TraceRecord::of(TraceRecord::Program, context_->instance.c_str(), component_, execution, began_, now());
     record.state = state_;
     record.transition = transition_;
     record.program = program_;
-    context_->trace->push(record);
+    context_->queue()->push(record);
   }
 }
 

@@ -19,10 +19,10 @@ std::string verdict(const Row& row) {
   return "✓ met";
 }
 
-std::string percent(const Row& row) {
-  if (row.bound <= 0 || row.periods == 0) return "—";
+std::string percent(Nanoseconds observed, Nanoseconds bound) {
+  if (bound <= 0 || observed < 0) return "—";
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * static_cast<double>(row.response) / static_cast<double>(row.bound));
+  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * static_cast<double>(observed) / static_cast<double>(bound));
   return text;
 }
 
@@ -37,8 +37,21 @@ Cells cells(const Row& row) {
           has_periods ? milliseconds(row.latency) : "—",
           has_periods ? milliseconds(row.response) : "—",
           row.bound == no_bound ? "—" : milliseconds(row.bound),
-          percent(row),
+          percent(has_periods ? row.response : -1, row.bound),
           verdict(row)};
+}
+
+Cells cells(const ObservedChain& chain, Nanoseconds begin) {
+  const bool is_observed = chain.greatest() >= 0;
+  const bool is_late = chain.limit > 0 && chain.greatest() > chain.limit;
+  const bool is_above = chain.bound != no_bound && chain.greatest() > chain.bound;
+  const std::string fine = chain.bound == no_bound ? "no bound" : "✓";
+  return {chain.name,
+          is_observed ? milliseconds(chain.greatest()) : "—",
+          is_observed ? milliseconds(chain.at() - begin) : "—",
+          chain.bound == no_bound ? "—" : milliseconds(chain.bound),
+          percent(chain.greatest(), chain.bound),
+          !is_observed ? "not observed" : is_late ? "✗ above its limit of " + milliseconds(chain.limit) : is_above ? "! above its bound" : fine};
 }
 
 // Less is in no bound either, and delays nobody noticeably.
@@ -88,6 +101,29 @@ std::string reason(const Row& late, const std::vector<Row>& rows, const Causes& 
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+// In columns.
+std::string aligned(const std::vector<Cells>& lines) {
+  std::vector<std::size_t> widths(lines[0].size());
+  for (const Cells& line : lines) {
+    for (std::size_t column = 0; column < line.size(); ++column) {
+      widths[column] = std::max(widths[column], width(line[column]));
+    }
+  }
+  std::string out;
+  for (const Cells& line : lines) {
+    std::string text = " ";
+    for (std::size_t column = 0; column < line.size(); ++column) {
+      const std::string space(widths[column] - width(line[column]), ' ');
+      // Names and verdicts begin, numbers end at the same place.
+      const bool is_left = column == 0 || column + 1 == line.size();
+      text += " " + (is_left ? line[column] + space : space + line[column]) + (column + 1 == line.size() ? "" : " ");
+    }
+    text.erase(text.find_last_not_of(' ') + 1);
+    out += text + "\n";
+  }
+  return out;
 }
 
 }  // namespace
@@ -151,25 +187,14 @@ std::string table(const std::vector<Row>& rows) {
   std::vector<Cells> lines{{"instance", "priority", "period", "deadline", "periods", "overruns", "latest start", "response",
                             "bound", "of bound", ""}};
   for (const Row& row : rows) lines.push_back(cells(row));
-  std::vector<std::size_t> widths(lines[0].size());
-  for (const Cells& line : lines) {
-    for (std::size_t column = 0; column < line.size(); ++column) {
-      widths[column] = std::max(widths[column], width(line[column]));
-    }
-  }
-  std::string out;
-  for (const Cells& line : lines) {
-    std::string text = " ";
-    for (std::size_t column = 0; column < line.size(); ++column) {
-      const std::string space(widths[column] - width(line[column]), ' ');
-      // Names and verdicts begin, numbers end at the same place.
-      const bool is_left = column == 0 || column + 1 == line.size();
-      text += " " + (is_left ? line[column] + space : space + line[column]) + (column + 1 == line.size() ? "" : " ");
-    }
-    text.erase(text.find_last_not_of(' ') + 1);
-    out += text + "\n";
-  }
-  return out;
+  return aligned(lines);
+}
+
+std::string table(const std::vector<ObservedChain>& chains, Nanoseconds begin) {
+  if (chains.empty()) return "";
+  std::vector<Cells> lines{{"chain", "observed", "at", "bound", "of bound", ""}};
+  for (const ObservedChain& chain : chains) lines.push_back(cells(chain, begin));
+  return "chains: the greatest time from a change to the end of its effect, in ms\n" + aligned(lines);
 }
 
 }  // namespace mauve

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "chains.hpp"
 #include "context.hpp"
 #include "mauve/clock.hpp"
 #include "other_threads.hpp"
@@ -53,6 +54,9 @@ struct Causes {
   std::vector<Work> work;
   Nanoseconds length;
 };
+
+// The greatest latencies of chains, in lines that end with a newline; an empty text without any. `begin` is that of the run.
+std::string table(const std::vector<ObservedChain>& chains, Nanoseconds begin);
 
 // Says why instances were late, what a bound does not count, and what to write: lines that end with a newline.
 std::string explanation(const std::vector<Row>& rows, const Causes& causes);

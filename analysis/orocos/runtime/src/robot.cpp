@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "chains.hpp"
 #include "context.hpp"
 #include "mauve/stub.hpp"
 #include "options.hpp"
@@ -146,6 +147,7 @@ struct Robot::State {
   RTT::TaskContext& task(const std::string& name) const;
   void create_instances();
   void set(const ValueData& value);
+  void tell_of_buffer(const std::string& instance, const std::string& port);
   void connect_all();
   void check_rights() const;
   void lock_memory() const;
@@ -163,6 +165,7 @@ struct Robot::State {
   Causes causes() const;
   int report() const;
   int run();
+  bool drain();
   void end_releases();
   void release_until(Nanoseconds end);
   int greatest_priority() const;
@@ -184,6 +187,9 @@ struct Robot::State {
 
   Options options;
   std::unique_ptr<VirtualClock> virtual_clock;
+  std::vector<ObservedChain> chains;
+  // What the threads record, for the trace and the chains.
+  std::unique_ptr<TraceQueue> records;
   std::unique_ptr<TraceFile> trace;
   OtherThreads other_threads_of_process;
   std::vector<Work> work;
@@ -225,6 +231,16 @@ void Robot::State::set(const ValueData& value) {
   }
 }
 
+// Each component clears its buffers when it starts: see `mauve_has_buffer` in generated code.
+void Robot::State::tell_of_buffer(const std::string& instance, const std::string& port) {
+  RTT::TaskContext deployer("deployer");
+  RTT::OperationCaller<bool(const std::string&)> caller("mauve_has_buffer");
+  RTT::ServiceRequester requester(deployer.engine());
+  requester.addOperationCaller(caller);
+  // Other components may not have it.
+  if (requester.connect("mauve_has_buffer", task(instance).provides(), "mauve_has_buffer")) caller.call(port);
+}
+
 void Robot::State::connect_all() {
   for (const ConnectionData& it : connections) {
     const auto from = parts(it.from), to = parts(it.to);
@@ -235,6 +251,7 @@ void Robot::State::connect_all() {
     if (output == nullptr || input == nullptr || !output->connectTo(input, policy)) {
       throw Cannot(it.from + " cannot be connected with " + it.to + ": build their packages again");
     }
+    if (it.buffer > 0) tell_of_buffer(to.first, to.second);
   }
   for (const ConnectionData& it : operations) {
     const auto required = parts(it.from), provided = parts(it.to);
@@ -316,7 +333,7 @@ void Robot::State::create_activities() {
     Context& context = thread.context();
     if (options.simulates_time || options.spends_times) context.times = &times;
     context.spent_percent = 80;
-    if (trace) context.trace = &trace->queue();
+    (trace ? context.trace : context.followed) = records.get();
     if (it.priority > 0) thread.set_overhead(overhead);
     threads.push_back(&thread);
     if (!task.setActivity(activity)) throw Cannot("the activity of " + it.instance + " cannot be created");
@@ -363,6 +380,16 @@ void Robot::State::start() {
   }
 }
 
+// Writes and follows what the threads have recorded since the last call. Returns whether there was anything.
+bool Robot::State::drain() {
+  if (!records) return false;
+  const std::vector<TraceRecord>& taken = records->take();
+  const std::uint64_t lost = records->lost();
+  if (trace) trace->write(taken, lost);
+  for (ObservedChain& chain : chains) chain.follow(taken, lost);
+  return !taken.empty();
+}
+
 // All activities begin at one instant, each at its offset in the first period.
 void Robot::State::release() {
   began = options.simulates_time ? Nanoseconds(0) : now() + before_start;
@@ -398,7 +425,7 @@ void Robot::State::wait_for_end() {
   if (options.simulates_time) {
     bool is_ending = false;
     const auto look = [&] {
-      if (trace) trace->write();
+      drain();
       if (!supervisor->should_end()) return false;
       if (!is_ending) end_releases();
       is_ending = true;
@@ -414,7 +441,7 @@ void Robot::State::wait_for_end() {
   } else {
     for (int moment = 0; !supervisor->should_end(); ++moment) {
       if (is_live() && moment % 50 == 0) show(moment == 0);
-      if (trace) trace->write();
+      drain();
       if (moment % 50 == 0) other_threads_of_process.look();
       for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
     }
@@ -503,7 +530,8 @@ int Robot::State::report() const {
             << table(rows);
   bool is_fine = true;
   for (const Row& row : rows) is_fine = is_fine && row.misses == 0 && !row.has_thrown;
-  std::cout << explanation(rows, causes());
+  std::cout << explanation(rows, causes()) << table(chains, began);
+  for (const ObservedChain& chain : chains) is_fine = is_fine && (chain.limit == 0 || chain.greatest() <= chain.limit);
   std::size_t most = 0;
   const auto overhead_of = [this](std::size_t index) { return threads[index]->statistics().overhead.load(); };
   for (std::size_t index = 1; index < threads.size(); ++index) {
@@ -524,6 +552,7 @@ int Robot::State::run() {
     trace.reset(new TraceFile(options.trace_folder, build, options.simulates_time || options.spends_times, trace_problem));
     if (!trace_problem.empty()) throw Cannot(trace_problem);
   }
+  if (trace || !chains.empty()) records.reset(new TraceQueue());
   if (options.allows_non_realtime) setenv("MAUVE_ALLOW_NON_REALTIME", "true", 1);
   if (options.simulates_time) {
     virtual_clock.reset(new VirtualClock(all_cpus()));
@@ -565,6 +594,8 @@ int Robot::State::run() {
   // From now on an interruption ends the program at once.
   unblock_signals();
   flush_log();
+  while (drain()) {
+  }
   int exit_code = report();
   if (trace) {
     for (const Work& it : work) trace->work(it.name, it.cpu, ended - began);
@@ -601,6 +632,22 @@ void Robot::operation(const std::string& required, const std::string& provided) 
 void Robot::activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
   state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response});
+}
+
+void Robot::chain(const std::string& name, std::int64_t bound, std::int64_t limit) {
+  state_->chains.emplace_back(name, bound, limit);
+}
+
+void Robot::step(const std::string& instance, const std::string& from, const std::string& to) {
+  if (!state_->chains.empty()) state_->chains.back().add_step(instance, from, to);
+}
+
+void Robot::assume_state(const std::string& instance, const std::string& state) {
+  if (!state_->chains.empty()) state_->chains.back().assume_state(instance, state);
+}
+
+void Robot::assume_answer(const std::string& instance, const std::string& end) {
+  if (!state_->chains.empty()) state_->chains.back().assume_answer(instance, end);
 }
 
 void Robot::codel_time(const std::string& codel, std::int64_t time) { state_->times.add(codel, time); }

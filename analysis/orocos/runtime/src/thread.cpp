@@ -166,10 +166,11 @@ void PeriodicThread::State::run() {
 
 void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds length) {
   is_busy = true;
-  TraceQueue* const trace = context.trace;
-  TraceRecord record = {};
-  if (trace != nullptr) record = period_record(release);
-  const Nanoseconds cpu_before = trace == nullptr ? 0 : cpu_time();
+  TraceQueue* const queue = context.queue();
+  const bool is_traced = context.trace != nullptr;
+  TraceRecord record = TraceRecord::of(TraceRecord::Period, context.instance.c_str(), "", 0, 0, 0);
+  if (is_traced) record = period_record(release);
+  const Nanoseconds cpu_before = is_traced ? cpu_time() : 0;
   const Nanoseconds began = now();
   const Nanoseconds latency = began - release;
   const bool is_real = !timeline().is_virtual();
@@ -178,11 +179,11 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   const bool was_running = runner->step();
   const Nanoseconds ended = now();
   const Nanoseconds response = ended - release;
-  if (trace != nullptr && was_running) {
-    record.execution = cpu_time() - cpu_before;
+  if (queue != nullptr && was_running) {
+    if (is_traced) record.execution = cpu_time() - cpu_before;
     record.elapsed = ended - began;
     record.ended = ended;
-    trace->push(record);
+    queue->push(record);
   }
   if (is_real) {
     const Nanoseconds cpu = cpu_time();

@@ -21,6 +21,11 @@ std::string key_of(const TraceRecord& it) {
   return component + state + (transition.empty() ? "" : "." + transition) + "." + it.program;
 }
 
+const char* text_of(Outcome outcome) {
+  static const char* const texts[]{"", "no_data", "old_data", "new_data", "written", "lost", "unconnected", "false", "true"};
+  return texts[static_cast<int>(outcome) + 1];
+}
+
 // A number, or an empty text where it is unknown.
 std::string known(std::int64_t number) { return number < 0 ? "" : std::to_string(number); }
 
@@ -36,6 +41,17 @@ std::string has_recording(const std::string& path) {
 
 }  // namespace
 
+const std::vector<TraceRecord>& TraceQueue::take() {
+  taken_.clear();
+  while (taken_.size() < taken_.capacity() &&
+         records_.take([this](const TraceRecord& record) { taken_.push_back(record); })) {
+  }
+  // The threads' records arrive in about the order of time. Those of one thread keep their order: a period follows its programs.
+  std::stable_sort(taken_.begin(), taken_.end(),
+                   [](const TraceRecord& one, const TraceRecord& other) { return one.ended < other.ended; });
+  return taken_;
+}
+
 TraceFile::TraceFile(const std::string& folder, const std::string& build, bool is_from_tables, std::string& problem) {
   if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
     problem = "the folder " + folder + " cannot be made: " + std::strerror(errno);
@@ -48,7 +64,7 @@ TraceFile::TraceFile(const std::string& folder, const std::string& build, bool i
     return;
   }
   shown_ = folder + "/";
-  if (!begin(executions_, "executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns\n", problem) ||
+  if (!begin(executions_, "executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns,status,number\n", problem) ||
       !begin(periods_, "periods.csv", "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
     return;
   }
@@ -61,9 +77,8 @@ TraceFile::TraceFile(const std::string& folder, const std::string& build, bool i
       return;
     }
   }
-  if (is_from_tables && std::fputs("(from tables),0,,,,,,\n", executions_.file) < 0) error_ = errno;
-  if (!build.empty() && std::fprintf(executions_.file, "%s,0,,,,,,\n", quoted("(build) " + build).c_str()) < 0) error_ = errno;
-  taken_.reserve(1 << 16);
+  if (is_from_tables && std::fputs("(from tables),0,,,,,,,,\n", executions_.file) < 0) error_ = errno;
+  if (!build.empty() && std::fprintf(executions_.file, "%s,0,,,,,,,,\n", quoted("(build) " + build).c_str()) < 0) error_ = errno;
 }
 
 TraceFile::~TraceFile() {
@@ -99,18 +114,9 @@ std::string TraceFile::is_taken(const std::string& partial) const {
   return "process " + std::to_string(lock.l_pid) + " records into " + shown_ + ": name another folder for --trace";
 }
 
-void TraceFile::write() {
-  if (executions_.file == nullptr || periods_.file == nullptr) return;
-  taken_.clear();
-  while (taken_.size() < taken_.capacity() &&
-         queue_.records_.take([this](const TraceRecord& record) { taken_.push_back(record); })) {
-  }
-  if (error_ != 0) return;
-  const std::uint64_t lost = queue_.records_.lost();
-  // The threads' records arrive in about the order of time. Those of one thread keep their order: a period follows its programs.
-  std::stable_sort(taken_.begin(), taken_.end(),
-                   [](const TraceRecord& one, const TraceRecord& other) { return one.ended < other.ended; });
-  for (const TraceRecord& it : taken_) {
+void TraceFile::write(const std::vector<TraceRecord>& records, std::uint64_t lost) {
+  if (executions_.file == nullptr || periods_.file == nullptr || error_ != 0) return;
+  for (const TraceRecord& it : records) {
     if (!write(it)) {
       error_ = errno;
       return;
@@ -118,9 +124,9 @@ void TraceFile::write() {
   }
   // Readers must not take what is lost for executions that did not happen.
   if (lost > lost_) {
-    const Nanoseconds to = now(), from = taken_.empty() ? to : taken_.front().ended;
+    const Nanoseconds to = now(), from = records.empty() ? to : records.front().ended;
     const auto count = static_cast<unsigned long long>(lost - lost_), order = static_cast<unsigned long long>(order_++);
-    if (std::fprintf(executions_.file, "(lost),%llu,,%lld,%lld,%llu,,\n", count, static_cast<long long>(std::max<Nanoseconds>(to - from, 0)),
+    if (std::fprintf(executions_.file, "(lost),%llu,,%lld,%lld,%llu,,,,\n", count, static_cast<long long>(std::max<Nanoseconds>(to - from, 0)),
                      static_cast<long long>(to), order) < 0) {
       error_ = errno;
     }
@@ -136,15 +142,16 @@ bool TraceFile::write(const TraceRecord& it) {
                         number(it.ended - it.elapsed), number(it.ended), number(it.execution), known(it.priority).c_str(),
                         known(it.cpus).c_str(), known(it.cpu).c_str(), order) >= 0;
   }
-  return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu,%s,%s\n", key_of(it).c_str(), number(it.execution), it.instance,
+  return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu,%s,%s,%s,%s\n", key_of(it).c_str(), number(it.execution), it.instance,
                       number(it.elapsed), number(it.ended), order, known(it.waits).c_str(),
-                      it.blocked > 0 ? known(it.blocked).c_str() : "") >= 0;
+                      it.blocked > 0 ? known(it.blocked).c_str() : "", text_of(it.outcome),
+                      it.number > 0 ? std::to_string(it.number).c_str() : "") >= 0;
 }
 
 void TraceFile::work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed) {
   if (executions_.file == nullptr || error_ != 0) return;
   // A thread may have any name.
-  if (std::fprintf(executions_.file, "%s,%lld,,%lld,%lld,%llu,,\n", quoted("(work) " + name).c_str(), static_cast<long long>(cpu),
+  if (std::fprintf(executions_.file, "%s,%lld,,%lld,%lld,%llu,,,,\n", quoted("(work) " + name).c_str(), static_cast<long long>(cpu),
                    static_cast<long long>(elapsed), static_cast<long long>(now()), static_cast<unsigned long long>(order_++)) < 0) {
     error_ = errno;
   }
@@ -152,9 +159,6 @@ void TraceFile::work(const std::string& name, Nanoseconds cpu, Nanoseconds elaps
 
 std::string TraceFile::finish() {
   if (executions_.file == nullptr || periods_.file == nullptr) return "";
-  do {
-    write();
-  } while (!taken_.empty());
   for (File* const it : {&periods_, &executions_}) {
     if (error_ == 0 && std::fflush(it->file) != 0) error_ = errno;
     if (std::fclose(it->file) != 0 && error_ == 0) error_ = errno;

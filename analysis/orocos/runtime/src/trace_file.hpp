@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mauve/clock.hpp"
+#include "mauve/execution.hpp"
 #include "queue.hpp"
 
 namespace mauve {
@@ -34,24 +35,32 @@ struct TraceRecord {
   // long it waited for locks.
   std::int64_t waits;
   Nanoseconds blocked;
+  // Of a codel and of an access of a port.
+  Outcome outcome;
+  // Of an access: the number of the sample, among those that its port has written; 0 without one.
+  std::uint64_t number;
 
   static TraceRecord of(Kind kind, const char* instance, const char* name, Nanoseconds execution, Nanoseconds began,
                         Nanoseconds ended) {
-    return {kind, instance, execution, ended - began, ended, name, "", "", "", -1, -1, -1, -1, -1, 0};
+    return {kind, instance, execution, ended - began, ended, name, "", "", "", -1, -1, -1, -1, -1, 0, Outcome::Unknown, 0};
   }
 };
 
 // Where the threads of a robot put records.
 class TraceQueue {
  public:
-  TraceQueue() : records_(1 << 16) {}
+  TraceQueue() : records_(1 << 16) { taken_.reserve(1 << 16); }
   void push(const TraceRecord& record) {
     records_.put([&](TraceRecord& to) { to = record; });
   }
+  // By one thread: what was put since the last call, about in the order of time. It stays until the next call.
+  const std::vector<TraceRecord>& take();
+  // How many records found no place.
+  std::uint64_t lost() const { return records_.lost(); }
 
  private:
-  friend class TraceFile;
   Queue<TraceRecord> records_;
+  std::vector<TraceRecord> taken_;
 };
 
 // A folder with the files executions.csv and periods.csv, which have their names when they are complete.
@@ -62,9 +71,8 @@ class TraceFile {
   // It also says with which compiler and flags the program was built, if `build` does: with others, times are others.
   TraceFile(const std::string& folder, const std::string& build, bool is_from_tables, std::string& problem);
   ~TraceFile();
-  TraceQueue& queue() { return queue_; }
-  // To be called now and then, by one thread.
-  void write();
+  // By one thread. `lost` is the number of records that are missing so far.
+  void write(const std::vector<TraceRecord>& records, std::uint64_t lost);
   // Before `finish`: the CPU time that threads of this name, which are no activities, used within this time.
   void work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed);
   // Completes the files. Returns what is wrong with them, or an empty text. What was written of files that could not be completed stays.
@@ -82,7 +90,6 @@ class TraceFile {
   bool write(const TraceRecord& record);
   void remove();
 
-  TraceQueue queue_;
   // The folder, in which the paths of files are, and as messages show it.
   int folder_ = -1;
   std::string shown_;
@@ -90,7 +97,6 @@ class TraceFile {
   int error_ = 0;
   // The number of the next line, of both files; and of the records that were lost so far.
   std::uint64_t order_ = 0, lost_ = 0;
-  std::vector<TraceRecord> taken_;
 };
 
 }  // namespace mauve

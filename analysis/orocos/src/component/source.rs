@@ -280,6 +280,10 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
 fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
     text.function(&format!("bool {}::startHook()", class.name), |text| {
         text.line(1, "if (!mauve_may_start()) return false;");
+        for input in class.members.iter().filter(|it| it.data.kind == FeatureKind::Input) {
+            let known = cpp_string(&script_name(&input.data.name.name));
+            text.line(1, format!("if (mauve_is_buffered({known})) {}.clear();", input.name));
+        }
         class.machine.iter().for_each(|it| first_values(class, &it.data.variables, text));
         agreed(class, HookKind::Start, text);
         if let Some(machine) = &class.machine

@@ -9,6 +9,7 @@
 
 use mauve_hir::{Decl, Value};
 use mauve_timing::Time;
+use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
 
@@ -20,6 +21,9 @@ use crate::library::Model;
 use crate::origin::comment_lines;
 use crate::template::{filled, lines};
 use crate::trace::{codel_key, port_key, program_key};
+
+/// Chains that are not declared, and are followed.
+const MOST_CHAINS: usize = 10;
 
 /// Returns the main of a deployment.
 pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) -> String {
@@ -56,6 +60,7 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         let arguments = [cpp_string(&other.name), period, time, priority, cpus];
         call("other_work", &arguments)
     });
+    let chains = expected_chains(db, project, of, Query::shown(db, project), MOST_CHAINS);
     let about_times = format!(
         "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
     );
@@ -69,6 +74,7 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         ("operations", lines(operations)),
         ("activities", lines(activities)),
         ("others", lines(others)),
+        ("chains", lines(chains.iter().flat_map(chain))),
         ("level", comment("  ", &about_times)),
         ("times", known_times(model, &times)),
         (
@@ -117,6 +123,21 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
     ];
     let about = activity.period.is_none().then(|| comment("  ", BACKGROUND));
     about.into_iter().chain([call("activity", &arguments)]).collect()
+}
+
+/// Returns the calls for a chain.
+fn chain(chain: &ExpectedChain) -> Vec<String> {
+    let end = |end: &ExpectedEnd| cpp_string(&end.text());
+    let bound = chain.bound.map_or("mauve::no_bound".to_owned(), |bound| bound.to_string());
+    let limit = chain.limit.unwrap_or_default().to_string();
+    let mut all = vec![call("chain", &[cpp_string(&chain.name), bound, limit])];
+    for step in &chain.steps {
+        let instance = || cpp_string(&task_name(&step.instance));
+        all.push(call("step", &[instance(), end(&step.from), end(&step.to)]));
+        all.extend(step.states.iter().map(|it| call("assume_state", &[instance(), cpp_string(it)])));
+        all.extend(step.answers.iter().map(|it| call("assume_answer", &[instance(), end(it)])));
+    }
+    all
 }
 
 /// Returns the execution times that are known.

@@ -39,6 +39,14 @@ class Robot {
   void activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
                 std::int64_t deadline, std::int64_t response);
 
+  // A chain, whose greatest latency is shown: its bound, and its limit, 0 without one.
+  void chain(const std::string& name, std::int64_t bound, std::int64_t limit);
+  // The next instance of that chain, and where data enters and leaves it: `codel NAME` or `port COMPONENT.PORT`.
+  void step(const std::string& instance, const std::string& from, const std::string& to);
+  // What that chain assumes: the instance stays in these states; this codel returns true, or this input has new data.
+  void assume_state(const std::string& instance, const std::string& state);
+  void assume_answer(const std::string& instance, const std::string& end);
+
   // For the virtual clock, and for codels that are stubs.
   void codel_time(const std::string& codel, std::int64_t time);
   // Of a read or a write of a port, named by its component and its own name.

@@ -1,6 +1,7 @@
 #ifndef MAUVE_RTT_INPUT_PORT_HPP
 #define MAUVE_RTT_INPUT_PORT_HPP
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -30,11 +31,16 @@ class InputPort : public base::PortInterface {
     for (const auto& connection : connections) {
       if (connection.channel->read(sample, false) == NewData) {
         last_read_ = connection.channel.get();
+        number_ = connection.channel->last_number();
         return NewData;
       }
     }
     for (const auto& connection : connections) {
-      if (connection.channel.get() == last_read_) return connection.channel->read(sample, copy_old_data);
+      if (connection.channel.get() != last_read_) continue;
+      // Something new may have come in the meantime.
+      const FlowStatus status = connection.channel->read(sample, copy_old_data);
+      number_ = connection.channel->last_number();
+      return status;
     }
     return NoData;
   }
@@ -51,7 +57,11 @@ class InputPort : public base::PortInterface {
   void clear() {
     for (const auto& connection : connections_->all()) connection.channel->clear();
     last_read_ = nullptr;
+    number_ = 0;
   }
+
+  // Not in RTT: the number of the sample that was read last, among those that its port has written; 0 without one.
+  std::uint64_t number() const { return number_; }
 
   bool connected() const override { return !connections_->all().empty(); }
   void disconnect() override { connections_->disconnect(); }
@@ -69,6 +79,7 @@ class InputPort : public base::PortInterface {
   const std::shared_ptr<internal::Connections<T>> connections_;
   // Compared only: the connection may be gone.
   const internal::Channel<T>* last_read_ = nullptr;
+  std::uint64_t number_ = 0;
 };
 
 }  // namespace RTT

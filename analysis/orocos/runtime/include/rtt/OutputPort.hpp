@@ -1,6 +1,7 @@
 #ifndef MAUVE_RTT_OUTPUT_PORT_HPP
 #define MAUVE_RTT_OUTPUT_PORT_HPP
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -25,13 +26,17 @@ class OutputPort : public base::PortInterface {
       last_ = sample;
       has_last_ = true;
     }
+    ++number_;
     WriteStatus result = NotConnected;
     for (const auto& connection : connections_->all()) {
-      const WriteStatus status = connection.channel->write(sample);
+      const WriteStatus status = connection.channel->write(sample, number_);
       if (result == NotConnected || status == WriteFailure) result = status;
     }
     return result;
   }
+
+  // Not in RTT: the number of samples that were written, also those that a full buffer lost.
+  std::uint64_t number() const { return number_; }
 
   // Makes the connections of this port as large as this sample, so that writing one of its size does not allocate.
   void setDataSample(const T& sample) {
@@ -53,7 +58,7 @@ class OutputPort : public base::PortInterface {
     if (input == nullptr || (policy.type != ConnPolicy::DATA && policy.size < 1)) return false;
     const auto channel = std::make_shared<internal::Channel<T>>(policy);
     channel->reserve(sample_);
-    if (policy.init && has_last_) channel->write(last_);
+    if (policy.init && has_last_) channel->write(last_, number_);
     internal::Connections<T>::connect(connections_, input->connections_, channel);
     return true;
   }
@@ -63,6 +68,7 @@ class OutputPort : public base::PortInterface {
   T sample_{};
   T last_{};
   bool has_last_ = false;
+  std::uint64_t number_ = 0;
   const std::shared_ptr<internal::Connections<T>> connections_;
 };
 

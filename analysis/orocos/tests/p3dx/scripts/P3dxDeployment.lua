@@ -112,6 +112,11 @@ local function connect(from, to, size, what)
     policy.type = rtt.globals.DATA
   end
   worked(deployer:connect(from, to, policy), what)
+  if size then
+    -- The component clears the buffer when it starts.
+    local name, port = to:match("([^.]*)%.(.*)")
+    worked(task(name):mauve_has_buffer(port), what)
+  end
 end
 
 connect("hokuyo.scan", "switch.scan", nil, "connect hokuyo.scan and switch.scan")

@@ -29,6 +29,7 @@ class Channel {
       : size_(policy.type == ConnPolicy::DATA ? 1 : static_cast<std::size_t>(policy.size)),
         drops_oldest_(policy.type != ConnPolicy::BUFFER),
         slots_(new T[size_ + 3]()),
+        numbers_(new std::uint64_t[size_ + 3]()),
         queue_(new std::atomic<std::size_t>[size_ + 1]),
         returned_(new std::atomic<std::size_t>[size_ + 3]) {
     for (std::size_t slot = 0; slot < size_ + 1; ++slot) queue_[slot].store(0, std::memory_order_relaxed);
@@ -42,14 +43,15 @@ class Channel {
     }
   }
 
-  // In the thread of the writer.
-  WriteStatus write(const T& sample) {
+  // In the thread of the writer. `number` is that of the sample among those that its port has written.
+  WriteStatus write(const T& sample, std::uint64_t number) {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     std::uint64_t tail = tail_.load(std::memory_order_acquire);
     if (!drops_oldest_ && head - tail == size_) return WriteFailure;
     const bool has_spare = spare_ != none;
     const std::size_t slot = has_spare ? spare_ : first_returned();
     slots_[slot] = sample;
+    numbers_[slot] = number;
     // Only now, since copying may throw.
     if (has_spare) {
       spare_ = none;
@@ -77,6 +79,9 @@ class Channel {
     if (copy_old_data) sample = slots_[last_];
     return OldData;
   }
+
+  // In the thread of the reader: the number of the sample that was read last; 0 without one.
+  std::uint64_t last_number() const { return has_last_ ? numbers_[last_] : 0; }
 
   // In the thread of the reader.
   void clear() {
@@ -119,6 +124,7 @@ class Channel {
   const std::size_t size_;
   const bool drops_oldest_;
   const std::unique_ptr<T[]> slots_;
+  const std::unique_ptr<std::uint64_t[]> numbers_;
   // The numbers of the slots with unread samples: those from `tail_` to `head_`, modulo the size.
   const std::unique_ptr<std::atomic<std::size_t>[]> queue_;
   std::atomic<std::uint64_t> head_{0}, tail_{0};
