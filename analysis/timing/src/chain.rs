@@ -208,6 +208,7 @@ impl Tasks {
     fn relate(&self, step: &mut Step, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
         let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task)) else { return };
         step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(u64::is_power_of_two);
+        // What is in the buffer before data may be written by other statements, later in their jobs.
         if reader.buffer.is_some() {
             step.run = writer.response.as_nanos();
         }

@@ -117,6 +117,25 @@ fn buffers() {
     assert_eq!(buffered(3, 2, 5), (true, 24, 22));
 }
 
+/// Each job writes the sample before, and then its own: the reader takes one in each of its jobs.
+#[test]
+fn a_buffer_that_takes_two_values_of_a_job() {
+    let both = looping(&[&[Read(0), Compute(1), Write(1), Move(0, 1), Write(0)]]);
+    let system = System::new(vec![task(0, 1, 5, both), task(1, 1, 2, plain(1)).buffer(3)]);
+    let (bounds, found) = bounds_and_greatest(&system);
+    assert_eq!((bounds.latency, found.reaction), (5 + 1 + 2 + 2 + 1, 11));
+}
+
+/// The first job writes a constant late: the reader takes it one period before the data, which is written early.
+#[test]
+fn a_buffer_that_takes_something_late_before_data() {
+    let first = machine(&[(0, 1, &[Compute(3), Write(1)]), (1, 1, &[Read(0), Compute(1), Write(0)])]);
+    let system = System::new(vec![task(0, 1, 4, first), task(1, 1, 4, plain(1)).buffer(3)]);
+    let (bounds, found) = bounds_and_greatest(&system);
+    assert!(bounds.has_earlier_write);
+    assert_eq!((bounds.latency, found.reaction), (4 + 3 + 4 + 1, 12));
+}
+
 /// A camera of 16 ms, whose tracker reads every 32 ms: when its buffer of 100 is full, each second image is lost, and those in it
 /// are 32 ms apart.
 #[test]
