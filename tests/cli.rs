@@ -3,6 +3,7 @@
 mod acceptance;
 mod bad_input;
 mod builds;
+mod chain_drawings;
 mod clocks;
 mod command_line;
 mod deployment_tables;

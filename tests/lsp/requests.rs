@@ -221,6 +221,58 @@ fn a_schedule_is_that_behind_a_response_time() {
 }
 
 #[test]
+fn chains_of_a_deployment_follow_the_text() {
+    let mut client = robot();
+    let config = client.open_file(&models().join("p3dx/mauve.toml"));
+    let mut params = json!({"textDocument": {"uri": config.uri}});
+    let found = client.call("mauve/chains", params.clone()).unwrap();
+    assert_eq!(found["hops"], json!([]));
+    let first = &found["chains"][0];
+    assert_eq!(
+        (&first["latency"], &first["status"], &first["figure"]),
+        (&Value::Null, &json!("unknown"), &json!("? no bound"))
+    );
+    assert!(!first["reasons"].as_array().unwrap().is_empty(), "{first}");
+
+    let mut config = config;
+    let declared = "[chains.avoid]\nfrom = \"drivers.hokuyo_sweep\"\nto = \"drivers.aria_drive\"\nthrough = [\"guidance\"]\n\
+                    while = [\"guidance.Steering\", \"switch.Automatic\"]\nanswers = [\"drivers.hokuyo_sweep\"]\n\n[project]";
+    client.edit(&mut config, "[project]", declared);
+    params["deployment"] = json!("P3dxDeployment");
+    params["drawing"] = json!("text");
+    let found = client.call("mauve/chains", params.clone()).unwrap();
+    let avoid = &found["chains"][0];
+    assert_eq!(
+        (&avoid["name"], &avoid["figure"], &avoid["status"]),
+        (&json!("avoid"), &json!("≤ 526 ms"), &json!("time"))
+    );
+    assert_eq!((&avoid["location"]["uri"], &avoid["reasons"]), (&json!(config.uri), &json!([])));
+    let hops = found["hops"].as_array().unwrap();
+    let instances: Vec<&Value> = hops.iter().map(|it| &it["instance"]).collect();
+    assert_eq!(instances, ["hokuyo", "guidance", "switch", "p3dx_driver"]);
+    let times = ["wait", "buffer", "periods", "run"]
+        .map(|part| hops.iter().map(|it| it[part].as_f64().unwrap()).sum::<f64>());
+    assert_eq!(times.iter().sum::<f64>(), 526.0);
+    // A component is shown where data comes to it.
+    let of_guidance = hops[1]["location"]["uri"].as_str().unwrap();
+    assert!(of_guidance.ends_with("exploration_architecture.mal"), "{of_guidance}");
+    assert!(found["drawing"].as_str().unwrap().contains("avoid: ≤ 526 ms"), "{found}");
+
+    // The chain is lit in the graph.
+    let graph = &client
+        .call("mauve/graph", json!({"textDocument": {"uri": config.uri}, "chain": "avoid"}))
+        .unwrap()[0];
+    let lit = graph["nodes"].as_array().unwrap().iter().filter(|it| it["lit"] == true);
+    assert_eq!(lit.count(), 4);
+    params["deployment"] = json!("Nothing");
+    let error = client.call("mauve/chains", params).unwrap_err();
+    assert!(
+        error["message"].as_str().unwrap().contains("no deployment or architecture `Nothing`"),
+        "{error}"
+    );
+}
+
+#[test]
 fn execution_times_of_a_codel_at_all_levels() {
     let mut client = robot();
     let text = client.open_file(&models().join("p3dx/deployment.mal"));

@@ -136,8 +136,9 @@ impl DrawnStep<'_> {
     }
 }
 
-/// The most chains in a drawing.
+/// The most chains in a drawing, and the most reasons of each.
 const MOST_ROWS: usize = 100;
+const MOST_REASONS: usize = 2;
 
 /// Draws chains, in one scale. In SVG, a chain is a group with `data-chain`, its index, and a component of it one with `data-hop`, its
 /// index among those of all chains, and `data-place`, the file and the line of its declaration.
@@ -166,32 +167,30 @@ fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> Str
     let (mut y, mut hop) = (48.0, 0);
     for (index, chain) in chains.iter().enumerate() {
         let status = chain.status.name();
+        let title = format!("{}, {}", chain.name, chain.figure);
         let _ = writeln!(
             rows,
-            "<g class=\"box {status}\" data-chain=\"{index}\"><title>{}, {}</title><text class=\"name\" x=\"{MARGIN}\" \
-             y=\"{}\">{}</text>\n<text class=\"figure status\" x=\"{MARGIN}\" y=\"{}\">{}</text></g>",
-            svg_text(&chain.name),
-            svg_text(&chain.figure),
-            number(y + 13.0),
-            svg_text(&fitted(&drawn_name(&chain.name), PLOT, 13.0, true)),
-            number(y + 13.0 + LINE),
-            svg_text(&fitted(&chain.figure, PLOT, 12.0, true)),
+            "<g class=\"box {status}\" data-chain=\"{index}\"><title>{}</title>",
+            svg_text(&title)
         );
-        y += 2.0 * LINE + 4.0;
+        let name = wrapped(&drawn_name(&chain.name), 13.0, true).into_iter().map(|line| ("name", line));
+        let figure = fitted(&chain.figure, PLOT, 12.0, true);
+        for (class, line) in name.chain([("figure status", figure)]) {
+            svg_line(&mut rows, class, &mut y, &line);
+        }
+        rows.push_str("</g>\n");
+        y += 4.0;
         if chain.latency.is_some() {
             y += svg_bar(&mut rows, chain, (y, longest), &mut hop);
         }
-        for line in chain.reasons.iter().flat_map(|reason| wrapped(reason)) {
-            let (at, line) = (number(y + 10.0), svg_text(&line));
-            let _ = writeln!(rows, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{at}\">{line}</text>");
-            y += LINE;
+        for line in shown_reasons(&chain.reasons).iter().flat_map(|reason| wrapped(reason, 12.0, false)) {
+            svg_line(&mut rows, "soft", &mut y, &line);
         }
         y += LINE;
     }
     if !more.is_empty() {
-        let _ =
-            writeln!(rows, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{}\">{more}</text>", number(y + 10.0));
-        y += 1.5 * LINE;
+        svg_line(&mut rows, "soft", &mut y, more);
+        y += LINE / 2.0;
     }
     for (index, (class, _, what)) in KINDS.iter().enumerate() {
         let (x, y) = (MARGIN + PLOT / 2.0 * (index % 2) as f64, y + LINE * (index / 2) as f64);
@@ -205,6 +204,21 @@ fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> Str
     }
     let shown = fitted(title, PLOT, 14.0, true);
     svg_head((WIDTH, y + 2.0 * LINE + 8.0), &format!("x=\"{MARGIN}\" y=\"28\""), &shown) + &rows + "</svg>\n"
+}
+
+/// Draws a line of text of this class, and goes on below it.
+fn svg_line(out: &mut String, class: &str, y: &mut f64, line: &str) {
+    let (at, line) = (number(*y + 12.0), svg_text(line));
+    let _ = writeln!(out, "<text class=\"{class}\" x=\"{MARGIN}\" y=\"{at}\">{line}</text>");
+    *y += LINE;
+}
+
+/// Returns the first reasons, and how many more there are.
+fn shown_reasons(all: &[String]) -> Vec<String> {
+    let shown = all.get(..MOST_REASONS).filter(|_| all.len() > MOST_REASONS + 1).unwrap_or(all);
+    let more = all.len() - shown.len();
+    let more = (more > 0).then(|| format!("and {more} more reasons"));
+    shown.iter().cloned().chain(more).collect()
 }
 
 /// Draws the bar of a chain, with the names of its components below, and its limit; returns the height.
@@ -283,18 +297,18 @@ fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), 
 }
 
 /// Returns a text in lines that fit.
-fn wrapped(text: &str) -> Vec<String> {
+fn wrapped(text: &str, size: f64, is_bold: bool) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let Some(line) = lines.last_mut() else { break };
         let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
-        if line.is_empty() || text_width(&longer, 12.0, false) <= PLOT {
+        if line.is_empty() || text_width(&longer, size, is_bold) <= PLOT {
             *line = longer;
         } else {
             lines.push(word.to_owned());
         }
     }
-    lines.into_iter().map(|line| fitted(&line, PLOT, 12.0, false)).collect()
+    lines.into_iter().map(|line| fitted(&line, PLOT, size, is_bold)).collect()
 }
 
 fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> String {

@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
             let task = tasks.activities().get(step.task)?;
             let period = task.period?.as_nanos();
             length = length
-                .checked_add(period.checked_mul(u64::from(step.releases) + 3)?)?
+                .checked_add(period.checked_mul(u64::from(step.releases) + 1)?)?
                 .checked_add(step.write.as_nanos())?;
         }
         let random = Random::new(seed);

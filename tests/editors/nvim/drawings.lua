@@ -157,6 +157,43 @@ check('the schedule of the activity at the cursor', function()
   press('q')
 end)
 
+check('the chains of the deployment', function()
+  vim.api.nvim_set_current_win(source_window)
+  vim.cmd.edit(vim.fs.joinpath(checking.folder, 'mauve.toml'))
+  vim.api.nvim_buf_set_lines(0, -1, -1, false, {
+    '[chains.avoid]',
+    'from = "drivers.hokuyo_sweep"',
+    'to = "drivers.aria_drive"',
+    'through = ["guidance"]',
+    'while = ["guidance.Steering", "switch.Automatic"]',
+    'answers = ["drivers.hokuyo_sweep"]',
+    'latency = "600 ms"',
+  })
+  vim.cmd.buffer(source)
+  put_cursor('deployment P3dxDeployment')
+  vim.cmd('Mauve chains')
+  local chains = wait_for_drawing('chains')
+  wait_for_text(chains, 'avoid: ✓ ≤ 526 / 600 ms', '? no bound', '░ waits for a release')
+  -- It follows the text, and leads to the connection.
+  replace('activity p3dx_driver { affinity = 1  priority = 10  period = 100 ', 'activity p3dx_driver { affinity = 1  priority = 10  period = 200 ')
+  wait_for_text(chains, 'avoid: ✗ ≤ 626 / 600 ms')
+  vim.api.nvim_buf_call(source, function()
+    vim.cmd('silent undo')
+  end)
+  wait_for_text(chains, 'avoid: ✓ ≤ 526 / 600 ms')
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(chains)[1])
+  put_cursor('guidance')
+  press('<CR>')
+  wait('the connection', function()
+    return vim.fs.basename(vim.api.nvim_buf_get_name(0)) .. ': ' .. vim.api.nvim_get_current_line()
+  end, function(seen)
+    return seen:find('exploration_architecture.mal: .*guidance%.scan')
+  end)
+  vim.cmd.buffer(source)
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(chains)[1])
+  press('q')
+end)
+
 check('the times of a codel', function()
   vim.api.nvim_set_current_win(source_window)
   vim.cmd.edit(vim.fs.joinpath(checking.folder, 'components/p3dx_driver.mal'))

@@ -1,6 +1,6 @@
 // What a user sees of the panels and of the tree view: their texts, what a click and a key do, how they follow an edit, and how
 // they look in the colours of the themes. The page of a panel is a frame in a frame of the workbench.
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { appendFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import * as path from "node:path";
 
 const THEMES = ["Default Light Modern", "Default High Contrast", "Default High Contrast Light", "Default Dark Modern"];
@@ -333,6 +333,32 @@ async function checkOthers({ page, expect, command, openAt, model }) {
   await expect("the drawing as SVG, copied", copied, (text) => text.startsWith("<svg ") && text.includes("navigation"));
   await command("View: Close All Editors");
 
+  appendFileSync(path.join(model, "mauve.toml"), `
+[chains.avoid]
+from = "drivers.hokuyo_sweep"
+to = "drivers.aria_drive"
+through = ["guidance"]
+while = ["guidance.Steering", "switch.Automatic"]
+answers = ["drivers.hokuyo_sweep"]
+latency = "500 ms"
+`);
+  await openAt("deployment.mal", "deployment P3dxDeployment");
+  await command("MAUVE: Show Chains");
+  const chains = () => seen(page, "chains");
+  await expect(
+    "the chains, their bars, and the components of the first one",
+    chains,
+    (it) => it?.headline.includes("above the limit") === true && it.drawing.includes("limit 500 ms") && it.rows.some((row) => row.startsWith("guidance100")),
+  );
+  const bars = await frameOf(page, "chains");
+  await bars.locator('.stage .item[data-hop="1"]').focus();
+  await page.keyboard.press("Enter");
+  const connection = lineOf(model, "exploration_architecture.mal", "guidance.scan");
+  await expect("Enter on a component goes to its connection", () => line(page), (it) => it === connection);
+  await bars.getByRole("button", { name: "Show in the architecture" }).click();
+  await expect("the chain in the architecture", async () => (await frameOf(page, "architecture")).locator(".passed").count(), (it) => it === 4);
+  await command("View: Close All Editors");
+
   await openAt("components/navigation_shell.mal", "astar");
   await command("MAUVE: Show Execution Times");
   const times = () => seen(page, "executionTimes");
@@ -353,6 +379,7 @@ async function checkThemes({ page, expect, command, openAt, model }) {
     ["architecture", "deployment.mal", "activity hokuyo", "MAUVE: Show Architecture"],
     ["stateMachine", "components/navigation.mal", "component Navigation", "MAUVE: Show State Machine"],
     ["schedule", "deployment.mal", "activity navigation", "MAUVE: Show Schedule"],
+    ["chains", "deployment.mal", "deployment P3dxDeployment", "MAUVE: Show Chains"],
     ["executionTimes", "components/navigation_shell.mal", "astar", "MAUVE: Show Execution Times"],
   ];
   for (const [kind, file, text, show] of panels) {
