@@ -17,7 +17,7 @@ use mauve_timing::{ChainPart, Time, Unit};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, response_times};
 
-use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
+use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
 use crate::figure::{HintStatus, chain_figure};
 use crate::text_canvas::cells;
 
@@ -60,6 +60,8 @@ pub struct DrawnStep<'db> {
     pub instance: String,
     /// What it adds to the latency.
     pub part: ChainPart,
+    /// All of that.
+    pub total: Time,
     /// The connection to it; of the first one, its activity.
     pub at: Option<Location<'db>>,
     /// The file and the line of that.
@@ -86,7 +88,7 @@ pub fn drawn_chains<'db>(
             let at = link.or_else(activity);
             let place =
                 at.as_ref().map(|at| file_and_line(db, project.workspace(db), at)).unwrap_or_default();
-            DrawnStep { instance: step.instance.to_string(), part: step.part, at, place }
+            DrawnStep { instance: step.instance.to_string(), part: step.part, total: step.total(), at, place }
         });
         let declared = chain.declared.and_then(|index| {
             let span = config.chains.get(index)?.span.clone();
@@ -121,16 +123,17 @@ const KINDS: [(&str, char, &str); 4] = [
     ("run", '█', "runs until the write"),
 ];
 
-/// Returns the times of [`KINDS`].
-fn parts_of(part: &ChainPart) -> [Time; 4] {
-    [part.wait, part.buffer, part.periods, part.run]
+/// Returns the parts that are not 0, each with its kind.
+fn parts_of(part: &ChainPart) -> impl Iterator<Item = ((&'static str, char, &'static str), Time)> {
+    let times = [part.wait, part.buffer, part.periods, part.run];
+    KINDS.into_iter().zip(times).filter(|(_, time)| *time > Time::ZERO)
 }
 
 impl DrawnStep<'_> {
     /// `guidance: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms`
     pub fn description(&self) -> String {
-        let parts = KINDS.iter().zip(parts_of(&self.part)).filter(|(_, time)| *time > Time::ZERO);
-        let parts: Vec<String> = parts.map(|((_, _, what), time)| format!("{what} ≤ {time}")).collect();
+        let parts = parts_of(&self.part).map(|((_, _, what), time)| format!("{what} ≤ {time}"));
+        let parts: Vec<String> = parts.collect();
         let lost = if self.part.stays_full { "; the buffer may stay full" } else { "" };
         format!("{}: {}{lost}", self.instance, parts.join(", "))
     }
@@ -194,12 +197,11 @@ fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> Str
     }
     for (index, (class, _, what)) in KINDS.iter().enumerate() {
         let (x, y) = (MARGIN + PLOT / 2.0 * (index % 2) as f64, y + LINE * (index / 2) as f64);
+        let (text_x, text_y) = (x + 20.0, y + 9.0);
         let _ = writeln!(
             rows,
-            "<rect class=\"{class}\" x=\"{x}\" y=\"{}\" width=\"14\" height=\"10\"/><text class=\"soft\" x=\"{}\" y=\"{}\">{what}</text>",
-            number(y),
-            number(x + 20.0),
-            number(y + 9.0),
+            "<rect class=\"{class}\" x=\"{x}\" y=\"{y:.1}\" width=\"14\" height=\"10\"/><text class=\"soft\" x=\"{text_x}\" \
+             y=\"{text_y:.1}\">{what}</text>"
         );
     }
     let shown = fitted(title, PLOT, 14.0, true);
@@ -208,8 +210,8 @@ fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> Str
 
 /// Draws a line of text of this class, and goes on below it.
 fn svg_line(out: &mut String, class: &str, y: &mut f64, line: &str) {
-    let (at, line) = (number(*y + 12.0), svg_text(line));
-    let _ = writeln!(out, "<text class=\"{class}\" x=\"{MARGIN}\" y=\"{at}\">{line}</text>");
+    let (at, line) = (*y + 12.0, svg_text(line));
+    let _ = writeln!(out, "<text class=\"{class}\" x=\"{MARGIN}\" y=\"{at:.1}\">{line}</text>");
     *y += LINE;
 }
 
@@ -227,23 +229,17 @@ fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), 
     let width = |time: Time| time.as_f64(Unit::Milliseconds) * scale;
     let (mut x, mut free, mut below) = (MARGIN, [MARGIN; 2], 0);
     for step in &chain.steps {
-        let description = svg_text(&step.description());
-        let place = svg_text(&step.place);
-        let _ = writeln!(
-            out,
-            "<g class=\"hop\" data-hop=\"{hop}\" data-place=\"{place}\"><title>{description}</title>"
-        );
+        let (place, description) = (svg_text(&step.place), svg_text(&step.description()));
+        let _ = write!(out, "<g data-hop=\"{hop}\" data-place=\"{place}\"><title>{description}</title>");
+        // Where the component begins.
+        let _ = write!(out, "<path class=\"base\" d=\"M{x:.1} {y:.1}v{}\"/>", BAR + 4.0);
         *hop += 1;
         let start = x;
-        for ((class, ..), time) in
-            KINDS.iter().zip(parts_of(&step.part)).filter(|(_, time)| *time > Time::ZERO)
-        {
+        for ((class, ..), time) in parts_of(&step.part) {
+            let length = width(time).max(0.8);
             let _ = write!(
                 out,
-                "<rect class=\"slice {class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{BAR}\"/>",
-                number(x),
-                number(y),
-                number(width(time).max(0.8)),
+                "<rect class=\"slice {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{length:.1}\" height=\"{BAR}\"/>"
             );
             x += width(time);
         }
@@ -251,49 +247,32 @@ fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), 
         let label = fitted(&drawn_name(&step.instance), PLOT / 3.0, 11.0, false);
         let length = text_width(&label, 11.0, false);
         let at = (start + 3.0).min(WIDTH - MARGIN - length);
-        if let Some(line) = free.iter().position(|free| *free <= at)
-            && let Some(free) = free.get_mut(line)
-        {
+        if let Some((line, free)) = free.iter_mut().enumerate().find(|(_, free)| **free <= at) {
             *free = at + length + 4.0;
             below = below.max(line + 1);
-            let (x, y) = (number(at), number(y + BAR + 12.0 + NAME * line as f64));
-            let _ = write!(out, "<text class=\"mark\" x=\"{x}\" y=\"{y}\">{}</text>", svg_text(&label));
+            let (y, label) = (y + BAR + 12.0 + NAME * line as f64, svg_text(&label));
+            let _ = write!(out, "<text class=\"mark\" x=\"{at:.1}\" y=\"{y:.1}\">{label}</text>");
         }
-        // Where the next component begins.
+        out.push_str("</g>\n");
+    }
+    if let Some(limit) = chain.limit {
+        let (at, top) = (MARGIN + width(limit), y - 4.0);
+        if x > at {
+            let _ = writeln!(out, "<path class=\"overrun\" d=\"M{at:.1} {:.1}H{x:.1}\"/>", y - 2.0);
+        }
+        let label = format!("limit {limit}");
+        // Not over the figure, which is to the left.
+        let of_figure = text_width(&chain.figure, 12.0, true) + text_width(&label, 11.0, false);
+        let label_x = at.max(MARGIN + of_figure + 8.0);
         let _ = writeln!(
             out,
-            "<path class=\"base\" d=\"M{} {}v{}\"/></g>",
-            number(start),
-            number(y),
-            number(BAR + 4.0)
+            "<path class=\"deadline\" d=\"M{at:.1} {top:.1}v{}\"/><text class=\"mark\" x=\"{label_x:.1}\" y=\"{:.1}\" \
+             text-anchor=\"end\">{label}</text>",
+            BAR + 8.0,
+            y - 8.0,
         );
     }
-    let height = BAR + NAME * below as f64 + 4.0;
-    let Some(limit) = chain.limit else { return height };
-    let at = MARGIN + width(limit);
-    let late = if x > at {
-        format!("<path class=\"overrun\" d=\"M{} {}H{}\"/>", number(at), number(y - 2.0), number(x))
-    } else {
-        String::new()
-    };
-    let label = format!("limit {limit}");
-    // Not over the figure, which is to the left.
-    let is_right =
-        at - text_width(&label, 11.0, false) > MARGIN + text_width(&chain.figure, 12.0, true) + 8.0;
-    let (anchor, label_x) = match is_right {
-        true => ("end", at),
-        false => ("start", at.max(MARGIN + text_width(&chain.figure, 12.0, true) + 8.0)),
-    };
-    let _ = writeln!(
-        out,
-        "{late}<path class=\"deadline\" d=\"M{} {}v{}\"/><text class=\"mark\" x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{label}</text>",
-        number(at),
-        number(y - 4.0),
-        number(BAR + 8.0),
-        number(label_x),
-        number(y - 8.0),
-    );
-    height
+    BAR + NAME * below as f64 + 4.0
 }
 
 /// Returns a text in lines that fit.
@@ -325,16 +304,15 @@ fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> St
         let mut passed = Time::ZERO;
         for step in &chain.steps {
             let mut row = " ".repeat(column(passed));
-            for ((_, letter, _), time) in KINDS.iter().zip(parts_of(&step.part)) {
+            for ((_, letter, _), time) in parts_of(&step.part) {
                 let before = column(passed);
                 passed = passed.checked_add(time).unwrap_or(passed);
                 // What is shorter than a column is shown, too.
-                let length = (column(passed) - before).max(usize::from(time > Time::ZERO));
-                row.extend(std::iter::repeat_n(*letter, length));
+                row.extend(std::iter::repeat_n(letter, (column(passed) - before).max(1)));
             }
             let name = drawn_name(&step.instance);
             let space = " ".repeat(names - cells(&name) as usize);
-            let _ = writeln!(out, "  {name}{space} {row} {}", step.total());
+            let _ = writeln!(out, "  {name}{space} {row} {}", step.total);
         }
         out.extend(chain.reasons.iter().map(|reason| format!("  {reason}\n")));
     }
@@ -343,13 +321,6 @@ fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> St
     }
     let legend: Vec<String> = KINDS.iter().map(|(_, letter, what)| format!("{letter} {what}")).collect();
     out + "\n" + &legend.join("  ") + "\n"
-}
-
-impl DrawnStep<'_> {
-    /// All that it adds to the latency.
-    fn total(&self) -> Time {
-        parts_of(&self.part).into_iter().fold(Time::ZERO, |sum, it| sum.checked_add(it).unwrap_or(sum))
-    }
 }
 
 #[cfg(test)]
@@ -368,7 +339,13 @@ mod tests {
     fn step(instance: &str, [wait, buffer, periods, run]: [u64; 4]) -> DrawnStep<'static> {
         let [wait, buffer, periods, run] = [wait, buffer, periods, run].map(ms);
         let part = ChainPart { wait, buffer, periods, run, ..ChainPart::default() };
-        DrawnStep { instance: instance.to_owned(), part, at: None, place: "robot.mal:7".to_owned() }
+        DrawnStep {
+            instance: instance.to_owned(),
+            part,
+            total: ms(0),
+            at: None,
+            place: "robot.mal:7".to_owned(),
+        }
     }
 
     fn chains() -> Vec<DrawnChain<'static>> {
@@ -437,7 +414,7 @@ mod tests {
     #[test]
     fn bars_are_stacked_in_one_scale() {
         let svg = draw(chains(), 0, Drawing::Svg);
-        let rects: Vec<&str> = svg.lines().filter(|line| line.starts_with("<rect class=\"slice")).collect();
+        let rects: Vec<&str> = svg.lines().filter(|line| line.contains("<rect class=\"slice")).collect();
         expect![[r#"
             <rect class="slice wait" x="16" y="86" width="70" height="18"/><rect class="slice run" x="86" y="86" width="37.1" height="18"/><text class="mark" x="19" y="116">hokuyo</text><path class="base" d="M16 86v22"/></g>
             <rect class="slice wait" x="123" y="86" width="70" height="18"/><rect class="slice periods" x="193" y="86" width="70" height="18"/><rect class="slice run" x="263" y="86" width="14" height="18"/><text class="mark" x="126" y="116">guidance</text><path class="base" d="M123 86v22"/></g>
