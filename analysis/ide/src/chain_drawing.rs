@@ -337,15 +337,10 @@ mod tests {
     }
 
     fn step(instance: &str, [wait, buffer, periods, run]: [u64; 4]) -> DrawnStep<'static> {
+        let total = ms(wait + buffer + periods + run);
         let [wait, buffer, periods, run] = [wait, buffer, periods, run].map(ms);
         let part = ChainPart { wait, buffer, periods, run, ..ChainPart::default() };
-        DrawnStep {
-            instance: instance.to_owned(),
-            part,
-            total: ms(0),
-            at: None,
-            place: "robot.mal:7".to_owned(),
-        }
+        DrawnStep { instance: instance.to_owned(), part, total, at: None, place: "robot.mal:7".to_owned() }
     }
 
     fn chains() -> Vec<DrawnChain<'static>> {
@@ -416,12 +411,12 @@ mod tests {
         let svg = draw(chains(), 0, Drawing::Svg);
         let rects: Vec<&str> = svg.lines().filter(|line| line.contains("<rect class=\"slice")).collect();
         expect![[r#"
-            <rect class="slice wait" x="16" y="86" width="70" height="18"/><rect class="slice run" x="86" y="86" width="37.1" height="18"/><text class="mark" x="19" y="116">hokuyo</text><path class="base" d="M16 86v22"/></g>
-            <rect class="slice wait" x="123" y="86" width="70" height="18"/><rect class="slice periods" x="193" y="86" width="70" height="18"/><rect class="slice run" x="263" y="86" width="14" height="18"/><text class="mark" x="126" y="116">guidance</text><path class="base" d="M123 86v22"/></g>
-            <rect class="slice wait" x="277" y="86" width="35" height="18"/><rect class="slice buffer" x="311.9" y="86" width="35" height="18"/><rect class="slice run" x="346.9" y="86" width="2.1" height="18"/><text class="mark" x="280" y="116">switch</text><path class="base" d="M277 86v22"/></g>
-            <rect class="slice wait" x="349" y="86" width="28" height="18"/><rect class="slice run" x="377" y="86" width="7" height="18"/><text class="mark" x="303" y="129">p3dx&lt;driver&gt;</text><path class="base" d="M349 86v22"/></g>
-            <rect class="slice wait" x="16" y="278" width="7" height="18"/><rect class="slice run" x="23" y="278" width="0.8" height="18"/><text class="mark" x="19" y="308">bumper</text><path class="base" d="M16 278v22"/></g>
-            <rect class="slice wait" x="23.7" y="278" width="7" height="18"/><rect class="slice run" x="30.7" y="278" width="6.3" height="18"/><text class="mark" x="26.7" y="321">p3dx_driver</text><path class="base" d="M23.7 278v22"/></g>"#]].assert_eq(&rects.join("\n"));
+            <g data-hop="0" data-place="robot.mal:7"><title>hokuyo: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms</title><path class="base" d="M16.0 86.0v22"/><rect class="slice wait" x="16.0" y="86.0" width="70.0" height="18"/><rect class="slice run" x="86.0" y="86.0" width="37.1" height="18"/><text class="mark" x="19.0" y="116.0">hokuyo</text></g>
+            <g data-hop="1" data-place="robot.mal:7"><title>guidance: waits for a release ≤ 100 ms, periods before the write ≤ 100 ms, runs until the write ≤ 20 ms</title><path class="base" d="M123.0 86.0v22"/><rect class="slice wait" x="123.0" y="86.0" width="70.0" height="18"/><rect class="slice periods" x="193.0" y="86.0" width="70.0" height="18"/><rect class="slice run" x="263.0" y="86.0" width="14.0" height="18"/><text class="mark" x="126.0" y="116.0">guidance</text></g>
+            <g data-hop="2" data-place="robot.mal:7"><title>switch: waits for a release ≤ 50 ms, in the buffer ≤ 50 ms, runs until the write ≤ 3 ms</title><path class="base" d="M277.0 86.0v22"/><rect class="slice wait" x="277.0" y="86.0" width="35.0" height="18"/><rect class="slice buffer" x="311.9" y="86.0" width="35.0" height="18"/><rect class="slice run" x="346.9" y="86.0" width="2.1" height="18"/><text class="mark" x="280.0" y="116.0">switch</text></g>
+            <g data-hop="3" data-place="robot.mal:7"><title>p3dx&lt;driver&gt;: waits for a release ≤ 40 ms, runs until the write ≤ 10 ms</title><path class="base" d="M349.0 86.0v22"/><rect class="slice wait" x="349.0" y="86.0" width="28.0" height="18"/><rect class="slice run" x="377.0" y="86.0" width="7.0" height="18"/><text class="mark" x="303.0" y="129.0">p3dx&lt;driver&gt;</text></g>
+            <g data-hop="4" data-place="robot.mal:7"><title>bumper: waits for a release ≤ 10 ms, runs until the write ≤ 1 ms</title><path class="base" d="M16.0 312.0v22"/><rect class="slice wait" x="16.0" y="312.0" width="7.0" height="18"/><rect class="slice run" x="23.0" y="312.0" width="0.8" height="18"/><text class="mark" x="19.0" y="342.0">bumper</text></g>
+            <g data-hop="5" data-place="robot.mal:7"><title>p3dx_driver: waits for a release ≤ 10 ms, runs until the write ≤ 9 ms</title><path class="base" d="M23.7 312.0v22"/><rect class="slice wait" x="23.7" y="312.0" width="7.0" height="18"/><rect class="slice run" x="30.7" y="312.0" width="6.3" height="18"/><text class="mark" x="26.7" y="355.0">p3dx_driver</text></g>"#]].assert_eq(&rects.join("\n"));
         for part in
             ["limit 500 ms", "p3dx&lt;driver&gt;", "class=\"overrun\"", "data-hop=\"5\"", "data-chain=\"2\""]
         {

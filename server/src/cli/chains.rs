@@ -166,7 +166,7 @@ impl ChainsCommand {
     }
 }
 
-/// Whether a chain is not too late, as far as `mauve.toml` says how late it may be.
+/// Whether a chain is not too late, as far as `mauve.toml` has a limit.
 fn is_proved(chain: &ChainReport<'_>) -> bool {
     chain.limit.is_none_or(|limit| chain.latency.is_some_and(|latency| latency <= limit))
 }
