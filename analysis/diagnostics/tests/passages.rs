@@ -81,6 +81,9 @@ fn written(
     programs: usize,
     part: &Cost<'_>,
 ) -> String {
+    if programs == usize::MAX {
+        return "between periods".to_owned();
+    }
     let behaviour = behaviour_of(db, project, core);
     let edge = &behaviour.edges.all[edge];
     let (source, target) = (&behaviour.states[edge.source], &behaviour.states[edge.target]);
@@ -382,6 +385,40 @@ fn a_machine_may_write_older_data_after_newer_data() {
             a -> q: 3, age 2, older in Third.run of Third, written Second to Third Second.run a + q | Third to First Third.run q
             writes q: 2
             reads a: 2
+        "#]],
+    );
+}
+
+#[test]
+fn clients_call_operations_between_periods() {
+    let check = |core: &str, expected: Expect| {
+        let db = Database::default();
+        let shell = "shell S { input port a: int  output port q: int  provide stop(): void  provide next(): void } component C(S, K)";
+        let workspace = workspace(&db, &format!("{shell}{core}"));
+        expected.assert_eq(&passages(&db, workspace, "C", NOTHING));
+    };
+    // `stop` may take away what was read, and `next` overwrite what was written.
+    check(
+        "core K(S) { var x: int = 0
+           provide stop(): void = { x = 0; }  provide next(): void = { write(q, 0); }
+           statemachine {
+             initial state Read { run = { read(a, x); } transition go to Write }
+             state Write { run = { write(q, x); } transition go to Read } } }",
+        expect![[r#"
+            a -> q: ∞ [Write, Read] Condition, age 1, less in next of Read, written Write to Read Write.run q
+            writes q: 2
+            reads a: 2
+        "#]],
+    );
+    // One operation reads, and the other one writes: both may be called between two periods, in any order, or never.
+    check(
+        "core K(S) { var x: int = 0
+           provide stop(): void = { read(a, x); }  provide next(): void = { write(q, x); }
+           update = { if (read(a, x) == new_data) then { write(q, x); } else { } } }",
+        expect![[r#"
+            a -> q: ∞ [update] Condition, age 1, written between periods
+            writes q: ∞ [update] Condition
+            reads a: 1
         "#]],
     );
 }

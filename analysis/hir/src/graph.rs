@@ -42,6 +42,40 @@ pub(crate) fn topological_order(successors: &[Vec<usize>]) -> (Vec<usize>, Vec<b
     (order, in_cycle)
 }
 
+/// Returns the strongly connected components, each after all that it reaches (Tarjan's algorithm).
+pub(crate) fn components(successors: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    const UNSEEN: usize = usize::MAX;
+    let (mut found, mut stack) = (Vec::new(), Vec::new());
+    // The position of each node in the order of visits, the least one that it reaches, and whether it is on the stack.
+    let mut nodes = vec![(UNSEEN, UNSEEN, false); successors.len()];
+    let mut count = 0;
+    for root in 0..successors.len() {
+        let mut open = if nodes[root].0 == UNSEEN { vec![(root, 0)] } else { Vec::new() };
+        while let Some((node, next)) = open.pop() {
+            if next == 0 {
+                nodes[node] = (count, count, true);
+                count += 1;
+                stack.push(node);
+            } else {
+                let before = nodes[successors[node][next - 1]];
+                nodes[node].1 = nodes[node].1.min(if before.2 { before.1 } else { UNSEEN });
+            }
+            if let Some(&other) = successors[node].get(next) {
+                open.push((node, next + 1));
+                if nodes[other].0 == UNSEEN {
+                    open.push((other, 0));
+                }
+            } else if nodes[node].0 == nodes[node].1 {
+                let first = stack.iter().rposition(|it| *it == node).unwrap_or_default();
+                let component = stack.split_off(first);
+                component.iter().for_each(|it| nodes[*it].2 = false);
+                found.push(component);
+            }
+        }
+    }
+    found
+}
+
 /// Returns the nodes that reach no cycle, each after all its successors (Kahn's algorithm).
 fn without_cycles(successors: &[Vec<usize>], predecessors: &[Vec<usize>]) -> Vec<usize> {
     let mut remaining: Vec<usize> = successors.iter().map(Vec::len).collect();

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{Behaviour, behaviour_of};
+use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
 use crate::body::core_scope;
 use crate::cost::{Cost, cost_until};
 use crate::infer::inference_of;
@@ -128,6 +128,12 @@ impl<'db> Context<'_, 'db> {
         found
     }
 
+    fn program(&self, place: &Place) -> Option<&TimedProgram<'db>> {
+        let operation = place.program.checked_sub(self.behaviour.programs.len());
+        let operation = operation.and_then(|index| self.behaviour.operations.get(index));
+        self.behaviour.programs.get(place.program).or(operation)
+    }
+
     fn state_of(&self, node: u32) -> Option<usize> {
         let graph = &self.flows.graph;
         Some(graph.places.get(graph.nodes.get(node as usize)?.place as usize)?.state)
@@ -225,7 +231,7 @@ impl<'db> Context<'_, 'db> {
         Some(Overwrite {
             core: self.of,
             state: self.behaviour.states.get(place.state)?.clone(),
-            program: self.behaviour.programs.get(place.program)?.id.clone(),
+            program: self.program(place)?.id.clone(),
             at: node.at,
             is_older: carried.get(index)? & node.from != 0,
         })
@@ -257,6 +263,9 @@ impl<'db> Context<'_, 'db> {
             if node.sink != Some(to) || node.from & before == 0 {
                 continue;
             }
+            if place.is_called(self.behaviour) {
+                return vec![Written { edge: 0, programs: usize::MAX, part: Arc::default() }];
+            }
             let of_state = by_state.entry(place.state).or_default();
             match of_state.last_mut().filter(|(last, _)| last == place) {
                 Some((_, calls)) => calls.push(node.call),
@@ -284,7 +293,7 @@ impl<'db> Context<'_, 'db> {
 
     fn part(&self, place: &Place, calls: &[SourceId]) -> Cost<'db> {
         let (core, scope) = (core(self.db, self.of), core_scope(self.db, self.of).as_ref());
-        let program = self.behaviour.programs.get(place.program);
+        let program = self.program(place);
         let Some((core, scope, program)) = core.zip(scope).zip(program).map(|((a, b), c)| (a, b, c)) else {
             return Cost::default();
         };

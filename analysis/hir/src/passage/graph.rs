@@ -105,8 +105,15 @@ pub(super) struct Place {
     pub(super) target: Option<usize>,
     /// The number of programs before it.
     pub(super) before: usize,
-    /// Its index in [`Behaviour::programs`].
+    /// Its index in [`Behaviour::programs`], and of the operations behind these.
     pub(super) program: usize,
+}
+
+impl Place {
+    /// Returns whether it is an operation that a client calls before the job.
+    pub(super) fn is_called(&self, behaviour: &Behaviour<'_>) -> bool {
+        self.program >= behaviour.programs.len() && self.program != usize::MAX
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -243,6 +250,9 @@ impl<'a, 'db> Builder<'a, 'db> {
             self.place(Place { state, edge: None, target: None, before: 0, program: usize::MAX });
             self.push(Step::Plain, SourceId::default());
             self.open = vec![(start, 0)];
+            for operation in 0..self.core.operations.len() {
+                self.called(operation, state, start);
+            }
             let mut own = edges.all.iter().enumerate().filter(|(_, edge)| edge.source == state).peekable();
             for (before, &program) in first.iter().enumerate() {
                 self.place(Place { state, edge: None, target: None, before, program });
@@ -267,6 +277,29 @@ impl<'a, 'db> Builder<'a, 'db> {
         graph.causes = causes;
         graph.find_live();
         graph
+    }
+
+    /// Lets clients call an operation before a job, which begins at `start`, any number of times.
+    fn called(&mut self, index: usize, state: usize, start: u32) {
+        let Some(operation) = self.core.operations.get(index) else { return };
+        let program = self.behaviour.programs.len() + index;
+        self.place(Place { state, edge: None, target: None, before: 0, program });
+        let any = Operand::Known(ANY);
+        // The branch that is first in a search does not call it.
+        let (not_called, called) = self.branch(any, Operand::Known(TRUE), operation.name.id);
+        self.open = called;
+        self.enter(BodyId::Operation(index as u32));
+        for parameter in &operation.parameters {
+            let Some((id, declared)) = self.local(parameter.name.id) else { continue };
+            let storage = self.stack(&declared.ty.clone());
+            self.set(storage, Computed { from: 0, operand: any }, parameter.name.id);
+            self.variables.insert(id, storage);
+        }
+        self.body(&operation.program.statements, Storage::default());
+        for (node, which) in std::mem::replace(&mut self.open, not_called) {
+            let next = self.graph.nodes.get_mut(node as usize).and_then(|it| it.next.get_mut(which));
+            next.into_iter().for_each(|next| *next = Some(start));
+        }
     }
 
     fn place(&mut self, place: Place) {

@@ -4,7 +4,7 @@ use std::collections::hash_map::Entry;
 
 use rustc_hash::FxHashMap;
 
-use crate::graph::topological_order;
+use crate::graph::{closure, components, topological_order};
 use crate::source::Decl;
 
 use super::graph::{
@@ -285,20 +285,43 @@ impl<'a, 'db> Search<'a, 'db> {
     /// Returns the most ends of jobs on a path to a goal; none if no path comes to one. A path that may miss all goals for ever is
     /// an error.
     pub(super) fn longest(&self, found: &Found) -> Result<Option<u32>, Cycle> {
-        let (order, _) = topological_order(&found.successors);
-        if order.len() < found.moments.len() {
-            return Err(cycle(found, &order));
-        }
-        let mut longest: Vec<Option<u32>> = vec![None; found.moments.len()];
-        for index in order {
-            let own = found.goals.get(index).filter(|is_goal| **is_goal).map(|_| 0);
-            let ends = found.moments.get(index).and_then(|it| self.node(it));
-            let job = u32::from(ends.is_some_and(|node| matches!(node.step, Step::End(_))));
-            let after = found.successors.get(index).into_iter().flatten();
-            let after = after.filter_map(|next| Some(longest.get(*next).copied()?? + job)).max();
-            if let Some(longest) = longest.get_mut(index) {
-                *longest = own.max(after);
+        let ends = |index: usize| {
+            let node = found.moments.get(index).and_then(|it| self.node(it));
+            node.is_some_and(|node| matches!(node.step, Step::End(_)))
+        };
+        // Calls of operations before a job may repeat, and take no job.
+        let all = components(&found.successors);
+        let numbered = all.iter().enumerate();
+        let of: FxHashMap<usize, usize> =
+            numbered.flat_map(|(number, component)| component.iter().map(move |it| (*it, number))).collect();
+        let of = |index: usize| of.get(&index).copied();
+        let mut longest: Vec<Option<u32>> = Vec::with_capacity(all.len());
+        for (number, component) in all.iter().enumerate() {
+            let mut most = None;
+            for &index in component {
+                let after = found.successors.get(index).into_iter().flatten();
+                for &next in after {
+                    match of(next) {
+                        Some(own) if own != number => {
+                            let after = longest.get(own).copied().flatten();
+                            most = most.max(after.map(|jobs| jobs + u32::from(ends(index))));
+                        }
+                        _ if ends(index) => {
+                            let (order, _) = topological_order(&found.successors);
+                            let shown = cycle(found, &order);
+                            // That one may only repeat calls.
+                            return Err(match shown.iter().any(|it| ends(*it)) {
+                                true => shown,
+                                false => cycle_of(found, next, index, &|it| of(it) == Some(number)),
+                            });
+                        }
+                        _ => {}
+                    }
+                }
+                let is_goal = found.goals.get(index) == Some(&true);
+                most = most.max(is_goal.then_some(0));
             }
+            longest.push(most);
         }
         Ok(longest.into_iter().max().flatten())
     }
@@ -354,7 +377,7 @@ impl<'a, 'db> Search<'a, 'db> {
                 if ends(index) { &[] } else { found.successors.get(index).map_or(&[][..], Vec::as_slice) };
             next.iter().copied()
         };
-        crate::graph::closure(from, within).into_iter().any(|it| found.goals.get(it) == Some(&true))
+        closure(from, within).into_iter().any(|it| found.goals.get(it) == Some(&true))
     }
 
     /// Returns the states in which the jobs of a cycle begin, in order.
@@ -418,5 +441,20 @@ fn cycle(found: &Found, order: &[usize]) -> Cycle {
         path.push(index);
         current = found.successors.get(index).and_then(|it| it.iter().copied().find(is_open));
     }
+    path
+}
+
+/// Returns the shortest cycle that leads from `last` to `first`, through some moments.
+fn cycle_of(found: &Found, first: usize, last: usize, is_in: &dyn Fn(usize) -> bool) -> Cycle {
+    let mut before: FxHashMap<usize, usize> = FxHashMap::from_iter([(first, first)]);
+    closure(first, |index| {
+        let next = found.successors.get(index).into_iter().flatten().copied().filter(|it| is_in(*it));
+        let next: Vec<usize> = next.collect();
+        next.iter().for_each(|next| _ = before.entry(*next).or_insert(index));
+        next
+    });
+    let up = |index: &usize| before.get(index).copied().filter(|before| before != index);
+    let mut path: Vec<usize> = std::iter::successors(Some(last), up).collect();
+    path.reverse();
     path
 }
