@@ -356,6 +356,5 @@ fn no_data_takes_longer_between_synchronised_tasks() {
         is_synchronised: true,
         has_buffers: true,
         has_jitter: true,
-        ..PLAIN
     });
 }
