@@ -226,12 +226,6 @@ program = { "Pilot/Busy.run" = 4 }
               // Real-time work that is not in the model: period and execution time in ns, priority, CPUs.
               robot.other_work("network", 5000000, 200000, 50, 0x1);
 
-              // The chains whose latency is observed: bound and limit in ns, and where data enters and leaves each
-              // instance.
-              robot.chain("map.gap -> true_pilot.gap", mauve::no_bound, 0);
-              robot.step("map", "codel motion.map", "port motion.Map.gap");
-              robot.step("mal_true_pilot", "port motion.Pilot.gap", "port motion.Pilot.gap");
-
               // Execution times in ns at the significance level 1e-4, for the virtual clock and for stubs.
               robot.codel_time("motion.steer", 3000000);
               robot.program_time("motion.Pilot", "Busy", "", "run", 4000000);

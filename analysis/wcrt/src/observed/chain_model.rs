@@ -66,7 +66,7 @@ pub struct ExpectedConnection {
 }
 
 /// Returns the chains of a deployment that a recording can show: the declared ones, or without any, at most so many from sources to
-/// sinks.
+/// sinks that have a bound.
 pub fn expected_chains<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -77,9 +77,11 @@ pub fn expected_chains<'db>(
     let Some((flat, _)) = deployed(db, project, deployment) else { return Vec::new() };
     let chains = chains_of(db, project, deployment, query);
     let model = Model { db, project, flat };
-    let (declared, found) = chains.all.split_at_checked(chains.declared).unwrap_or((&chains.all, &[]));
-    let shown = if declared.is_empty() { found } else { declared };
-    shown.iter().filter_map(|chain| model.chain(chain)).take(most).collect()
+    let is_shown = |it: &&ChainReport<'db>| match chains.declared {
+        0 => it.latency.is_some(),
+        _ => it.declared.is_some(),
+    };
+    chains.all.iter().filter(is_shown).filter_map(|chain| model.chain(chain)).take(most).collect()
 }
 
 /// Returns the connections between the ports of a deployment.
