@@ -4,6 +4,7 @@ mod acceptance;
 mod bad_input;
 mod builds;
 mod chain_drawings;
+mod chains;
 mod clocks;
 mod command_line;
 mod deployment_tables;

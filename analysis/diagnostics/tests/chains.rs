@@ -110,7 +110,7 @@ fn robot(instances: &str, connections: &str, chains: &str) -> String {
     let declared: String = all.iter().map(|(name, of)| format!("  instance {name}: {of}\n")).collect();
     let links: String = connections.split(", ").map(|it| format!("  connection {it}\n")).collect();
     let activity = |(cpu, (name, _)): (usize, &(&str, &str))| {
-        format!("  activity {name} {{ priority = 1 period = 10 affinity = {} }}\n", 1_u64 << cpu)
+        format!("  activity {name} {{ priority = 1 period = 10 affinity = {} }}\n", 1_u64 << (cpu % 64))
     };
     let activities: String = all.iter().enumerate().map(activity).collect();
     format!(

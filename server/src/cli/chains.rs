@@ -16,6 +16,7 @@ use crate::analysis_document::{deployments, milliseconds};
 use crate::cli::errors::{nothing_to, say_errors, several_of};
 use crate::cli::options::{Outside, Paths, level};
 use crate::cli::text::{columns, counted, csv, number, shown};
+use crate::cli::wcrt::shown_tables;
 use crate::harmless::harmless;
 use crate::json::{object, one_or_all};
 use crate::load::load;
@@ -83,7 +84,9 @@ impl ChainsCommand {
             return Err(format!("no chain `{name}`{hint}"));
         }
         let text = match self.format {
-            Format::Table => harmless(&all.iter().map(|it| self.table(it)).collect::<Vec<_>>().join("\n")),
+            Format::Table => {
+                shown_tables(&all.iter().map(|it| self.table(it)).collect::<Vec<_>>()).join("\n")
+            }
             Format::Json => one_or_all(all.iter().map(Shown::document))?,
             Format::Csv => figures_csv(&all),
             Format::Svg => match all.as_slice() {
@@ -134,21 +137,21 @@ impl ChainsCommand {
             times_of(times)
         );
         if it.shown.is_empty() {
-            let why = if it.flat.is_some() {
-                "no data passes from one component to another"
-            } else {
-                "the architecture is not known"
-            };
+            let why =
+                if it.flat.is_some() { "no component has an output of its own" } else { "no architecture" };
             let _ = writeln!(out, "  no chains: {why}");
             return out;
         }
         let row = |chain: &&ChainReport<'_>| {
-            let why = it.reasons(chain).join("; ");
-            let verdict = match (chain.latency, chain.limit) {
-                (None, _) => format!("✗ {}: {why}", status(chain)),
-                (Some(_), None) => String::new(),
-                (Some(_), Some(_)) if is_proved(chain) => "✓ met".to_owned(),
-                (Some(_), Some(_)) => "✗ late".to_owned(),
+            let reasons = it.reasons(chain);
+            let verdict = match (reasons.as_slice(), chain.limit) {
+                ([], None) => String::new(),
+                ([], Some(_)) if is_proved(chain) => "✓ met".to_owned(),
+                ([], Some(_)) => "✗ late".to_owned(),
+                ([why], _) => format!("✗ no bound: {why}"),
+                ([why, rest @ ..], _) => {
+                    format!("✗ no bound: {why} ({})", counted(rest.len(), "more reason"))
+                }
             };
             let limit = chain.limit.map(Time::number).unwrap_or_default();
             vec![chain.name.to_string(), number(chain.latency), limit, number(chain.age_at_write), verdict]
@@ -158,9 +161,12 @@ impl ChainsCommand {
         if it.chains.left_out > 0 && self.chain.is_none() {
             out += "  too many chains: only the shortest from each source to each effect is shown\n";
         }
-        for chain in it.shown.iter().filter(|it| self.chain.is_some() && it.latency.is_some()) {
+        for chain in it.shown.iter().filter(|_| self.chain.is_some()) {
             out.push('\n');
-            out += &it.hops(chain);
+            if chain.latency.is_some() {
+                out += &it.hops(chain);
+            }
+            it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
         out
     }
@@ -172,10 +178,11 @@ fn is_proved(chain: &ChainReport<'_>) -> bool {
 }
 
 fn status(chain: &ChainReport<'_>) -> &'static str {
-    match chain.latency {
-        None => "no-bound",
-        Some(_) if is_proved(chain) => "met",
-        Some(_) => "late",
+    match (chain.latency, chain.limit) {
+        (None, _) => "no-bound",
+        (Some(_), None) => "bounded",
+        (Some(_), Some(_)) if is_proved(chain) => "met",
+        (Some(_), Some(_)) => "late",
     }
 }
 

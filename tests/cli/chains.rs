@@ -1,0 +1,138 @@
+//! `mauve chains`: how long data takes from sensors to actuators, or why there is no bound.
+
+use std::path::{Path, PathBuf};
+
+use expect_test::expect;
+use mauve_tests::{Run, mauve, models, scratch, test_name, write};
+use serde_json::Value;
+
+use crate::MAUVE;
+
+const ROBOT: &str = "
+codel look(out scan: int): void
+codel plan(in scan: int): int
+codel drive(in order: int): void
+shell Eye { output port scan: int }
+shell Brain { input port scan: int  output port order: int }
+shell Wheels { input port order: int }
+core EyeCore(Eye) { var seen: int; update = { look(seen); write(scan, seen); } }
+core BrainCore(Brain) { var seen: int; update = { read(scan, seen); write(order, plan(seen)); } }
+core WheelsCore(Wheels) { var wanted: int; update = { read(order, wanted); drive(wanted); } }
+component Camera(Eye, EyeCore)
+component Planner(Brain, BrainCore)
+component Base(Wheels, WheelsCore)
+architecture A {
+  instance camera: Camera  instance planner: Planner  instance base: Base
+  connection camera.scan -> planner.scan  connection planner.order -> base.order
+}
+deployment Robot {
+  architecture A
+  activity camera { priority = 3 period = 10 affinity = 1 }
+  activity planner { priority = 2 period = 20 affinity = 2 }
+  activity base { PRIORITY affinity = 4 }
+}
+";
+
+/// A folder with the robot, what `base` has, and more in `mauve.toml`.
+fn robot(name: &str, base: &str, config: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
+    let config = format!("timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false\n{config}");
+    let times = "[codel]\nlook = 1\nplan = 2\ndrive = 3\n";
+    let model = ROBOT.replace("PRIORITY", base);
+    write(&folder, &[("robot.mal", model.as_str()), ("mauve.toml", config.as_str()), ("times.toml", times)]);
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Run {
+    mauve(MAUVE, folder, &[&["chains"], arguments].concat())
+}
+
+const PERIODIC: &str = "priority = 1 period = 30";
+
+#[test]
+fn a_row_for_each_chain() {
+    let chains = "[chains.steer]\nfrom = 'look'\nto = 'drive'\nlatency = '70 ms'\n\
+                  [chains.see]\nfrom = 'camera'\nto = 'planner'\nlatency = '30 ms'\n";
+    let folder = robot("limits", PERIODIC, chains);
+    let found = run(&folder, &[]);
+    assert_eq!((found.code, found.err.as_str()), (1, ""), "one is late");
+    expect![[r#"
+        Robot: latency of chains in ms at 1e-4
+          chain                      latency  limit  age at write
+          see                             33     30            13  ✗ late
+          steer                           66     70            36  ✓ met
+          camera.scan -> base.drive       66                   36
+    "#]]
+    .assert_eq(&found.out);
+    let found = run(&folder, &["--chain", "steer"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""));
+    expect![[r#"
+        Robot: latency of chains in ms at 1e-4
+          chain  latency  limit  age at write
+          steer       66     70            36  ✓ met
+
+                                       wait  buffer  periods  run  sum
+          camera                         10       0        0    1   11
+          camera.scan -> planner.scan    20       0        0    2   22
+          planner.order -> base.order    30       0        0    3   33
+          steer                                                     66
+    "#]]
+    .assert_eq(&found.out);
+    let found = run(&folder, &["--format", "csv", "--significance", "1e-3"]);
+    expect![[r#"
+        deployment,significance,chain,from,to,latency_ms,age_at_write_ms,limit_ms,status,reasons,root
+        Robot,1e-3,see,camera.look,planner.plan,33,13,30,late,,robot.mal
+        Robot,1e-3,steer,camera.look,base.drive,66,36,70,met,,robot.mal
+        Robot,1e-3,camera.scan -> base.drive,camera.scan,base.drive,66,36,,bounded,,robot.mal
+    "#]]
+    .assert_eq(&found.out);
+    let wrong = run(&folder, &["--chain", "sterr"]);
+    assert_eq!((wrong.code, wrong.out.as_str()), (2, ""));
+    assert_eq!(wrong.err, "mauve: no chain `sterr`; did you mean `steer`?\n");
+    let wrong = run(&folder, &["--deployment", "Boat"]);
+    assert_eq!((wrong.code, wrong.err.as_str()), (2, "mauve: no deployment `Boat`: there is Robot\n"));
+}
+
+#[test]
+fn a_chain_without_a_bound_has_its_reason() {
+    let folder = robot("background", "priority = background", "");
+    let found = run(&folder, &[]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "no limit is declared");
+    expect![[r#"
+        Robot: latency of chains in ms at 1e-4
+          chain                      latency  limit  age at write
+          camera.scan -> base.drive        —                    —  ✗ no bound: `base` is in the background
+    "#]]
+    .assert_eq(&found.out);
+    let limited = robot(
+        "limited",
+        "priority = background",
+        "[chains.c]\nfrom = 'look'\nto = 'drive'\nlatency = '1 s'\n",
+    );
+    assert_eq!(run(&limited, &[]).code, 1);
+}
+
+#[test]
+fn the_document_of_the_sample() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    mauve_tests::copy(&models().join("p3dx"), &folder);
+    let config = std::fs::read_to_string(folder.join("mauve.toml")).unwrap();
+    let chain = "[chains.avoid]\nfrom = 'drivers.hokuyo_sweep'\nto = 'drivers.aria_drive'\nthrough = ['guidance', 'switch']\n\
+                 while = ['guidance.Steering', 'switch.Automatic']\nanswers = ['drivers.hokuyo_sweep']\nlatency = '600 ms'\n";
+    std::fs::write(folder.join("mauve.toml"), format!("{config}\n{chain}")).unwrap();
+    let found = run(&folder, &["--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    let all = document["chains"].as_array().unwrap();
+    let avoid = &all[0];
+    assert_eq!((avoid["name"].as_str(), avoid["latency"].as_u64()), (Some("avoid"), Some(526)));
+    assert_eq!((avoid["status"].as_str(), avoid["limit"].as_u64()), (Some("met"), Some(600)));
+    let hops = avoid["hops"].as_array().unwrap();
+    let parts = ["wait", "periods", "buffer", "run"];
+    let sum: f64 = hops.iter().flat_map(|it| parts.map(|part| it[part].as_f64().unwrap())).sum();
+    assert_eq!((hops.len(), sum), (4, 526.0));
+    assert_eq!(hops[1]["connection"], "hokuyo.scan -> guidance.scan");
+    for chain in all {
+        let has_reasons = !chain["reasons"].as_array().unwrap().is_empty();
+        assert_eq!(chain["latency"].is_null(), has_reasons, "{chain}");
+    }
+}
