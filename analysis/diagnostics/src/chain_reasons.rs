@@ -1,10 +1,11 @@
-//! The reasons why a chain has no latency, in words.
+//! The reasons why a chain or a connection has no latency, in words: one table, with a message and a short form for hints.
 
-use mauve_hir::{ModelDb, Overwrite, SkipCause};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Link, ModelDb, Overwrite, Skip, SkipCause};
 use mauve_wcrt::chains::{ChainProblem, ChainReason, ChainReport};
 
 use super::lists::enumerated;
-use super::reasons::timing_reason;
+use super::reasons::{short_reason, timing_reason};
 
 /// Returns the message of a reason why a chain has no latency.
 pub fn chain_reason<'db>(
@@ -12,43 +13,71 @@ pub fn chain_reason<'db>(
     chain: &ChainReport<'db>,
     reason: &ChainReason<'db>,
 ) -> String {
-    let of = |step: usize| chain.steps.get(step).map_or("", |it| it.instance.as_str());
-    let without = |step: usize, why: &str| format!("`{}` {why}", of(step));
+    let instances: Vec<&Name> = chain.steps.iter().map(|it| &it.instance).collect();
+    in_words(db, &instances, reason).0
+}
+
+/// Returns the message of the reason why a connection has no latency, and a few words such as `guide may skip in Waiting`.
+pub fn connection_reason<'db>(
+    db: &'db dyn ModelDb,
+    link: &Link<'db>,
+    reason: &ChainReason<'db>,
+) -> (String, String) {
+    in_words(db, &[&link.source.0, &link.target.0], reason)
+}
+
+fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason<'db>) -> (String, String) {
+    let name = |step: &usize| instances.get(*step).map_or("", |it| it.as_str());
+    let both = |step: &usize, why: &str, short: &str| {
+        (format!("`{}` {why}", name(step)), format!("{} {short}", name(step)))
+    };
     match reason {
         ChainReason::MaySkip { step, skip } => {
-            let states: Vec<&str> = skip.states.iter().map(|it| it.as_str()).collect();
-            let states = if states.is_empty() { String::new() } else { format!(" in {}", states.join(", ")) };
-            let why = match &skip.cause {
-                SkipCause::NoWrite => "nothing writes it there".to_owned(),
-                SkipCause::Condition => "a condition is not known".to_owned(),
-                SkipCause::Answer(codel) => format!("`{}` may not return `true`", codel.qualified(db)),
-                SkipCause::OtherPort(port) => format!("`{port}` may have no new data"),
-                SkipCause::AlreadyRead => "an earlier read took the data".to_owned(),
-                SkipCause::TooLarge => "the search was given up".to_owned(),
-            };
-            format!("`{}` may never pass the data on{states}: {why}", of(*step))
+            let state = skip.states.first().map_or_else(String::new, |state| format!(" in {state}"));
+            both(step, &may_skip(db, skip), &format!("may skip{state}"))
         }
         ChainReason::Overwrites { step, by } => {
-            format!("`{}` may overwrite the data before it is read: {}", of(*step), overwrite(by))
+            let why = format!("may overwrite the data before it is read: {}", overwrite(by));
+            (format!("`{}` {why}", name(step)), format!("may be overwritten in {}", by.state))
         }
         ChainReason::NotAnalysed { step, refusals } => {
-            let why = refusals.first().map(|it| timing_reason(db, &it.reason)).unwrap_or_default();
-            format!("`{}` is not analysed: {why}", of(*step))
+            let first = refusals.first();
+            let why = first.map(|it| timing_reason(db, &it.reason)).unwrap_or_default();
+            let short = first.map(|it| short_reason(db, &it.reason)).unwrap_or_default();
+            (format!("`{}` is not analysed: {why}", name(step)), short)
         }
-        ChainReason::NoBound { step } => without(*step, "has no bound on its response time"),
-        ChainReason::Background { step } => without(*step, "is in the background"),
-        ChainReason::NoActivity { step } => without(*step, "has no activity"),
-        ChainReason::Unknown { step } => without(*step, "has a component that is not analysed"),
+        ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),
+        ChainReason::Background { step } => both(step, "is in the background", "is not real-time"),
+        ChainReason::NoActivity { step } => both(step, "has no activity", "has no activity"),
+        ChainReason::Unknown { step } => {
+            both(step, "has a component that is not analysed", "is not analysed")
+        }
         ChainReason::Lost { step } => {
-            format!("the buffer before `{}` may be full, and data be lost in it", of(*step))
+            let why = format!("the buffer before `{}` may be full, and data be lost in it", name(step));
+            (why, "data may be lost".to_owned())
         }
-        ChainReason::NotRead { step, .. } => without(*step, "may never read the port"),
-        ChainReason::TooLong => "the time exceeds 584 years".to_owned(),
-        ChainReason::Declaration { problem, .. } => chain_problem(problem),
+        ChainReason::NotRead { step, .. } => both(step, "may never read the port", "may never read it"),
+        ChainReason::TooLong => ("the time exceeds 584 years".to_owned(), "exceeds 584 years".to_owned()),
+        ChainReason::Declaration { problem, .. } => (chain_problem(problem), "see mauve.toml".to_owned()),
     }
 }
 
-fn overwrite(by: &Overwrite<'_>) -> String {
+fn may_skip<'db>(db: &'db dyn ModelDb, skip: &Skip<'db>) -> String {
+    let states: Vec<&str> = skip.states.iter().map(|it| it.as_str()).collect();
+    let states = if states.is_empty() { String::new() } else { format!(" in {}", states.join(", ")) };
+    let why = match &skip.cause {
+        SkipCause::NoWrite => "nothing writes it there".to_owned(),
+        SkipCause::Condition => "a condition is not known".to_owned(),
+        SkipCause::Answer(codel) => format!("`{}` may not return `true`", codel.qualified(db)),
+        SkipCause::OtherPort(port) => format!("`{port}` may have no new data"),
+        SkipCause::AlreadyRead => "an earlier read took the data".to_owned(),
+        SkipCause::TooLarge => "the search was given up".to_owned(),
+    };
+    format!("may never pass the data on{states}: {why}")
+}
+
+/// Returns what a write overwrites data with: `Waiting.run writes older data`.
+pub fn overwrite(by: &Overwrite<'_>) -> String {
     let what = if by.is_older { "older data" } else { "a value that does not come from it" };
     format!("{} writes {what}", by.program)
 }
@@ -59,23 +88,36 @@ fn chain_problem(problem: &ChainProblem) -> String {
         ChainProblem::NoArchitecture => {
             "the architecture of the deployment has errors, or is unknown".to_owned()
         }
-        ChainProblem::Missing(key) => format!("`{key}` is missing"),
-        ChainProblem::Unresolved(name) => format!("no instance, port or codel `{name}`"),
+        ChainProblem::Missing(key) => {
+            format!("`{key}` is missing: write a codel, a port or an instance, such as \"hokuyo.scan\"")
+        }
+        ChainProblem::Unresolved(name) => {
+            format!("`{name}` is no instance or port, and no codel that an instance calls")
+        }
         ChainProblem::Ambiguous { codel, instances } => {
-            let names: Vec<String> = instances.iter().map(|it| format!("`{it}`")).collect();
-            format!("`{codel}` is called by {}", enumerated(&names))
+            format!("`{codel}` is called by {}: write which, as `instance.codel`", list(instances))
         }
         ChainProblem::NotConnected { from, to } => format!("no connections lead from `{from}` to `{to}`"),
-        ChainProblem::NotPassed { instance } => format!("`{instance}` does not pass the data on"),
+        ChainProblem::NotPassed { instance } => {
+            format!(
+                "`{instance}` does not pass the data on: nothing that leads there depends on what it reads"
+            )
+        }
         ChainProblem::SeveralWays { through } => {
-            let names: Vec<String> = through.iter().map(|it| format!("`{it}`")).collect();
-            format!("several ways lead there, such as through {}: write one in `through`", enumerated(&names))
+            format!("several ways lead there, such as through {}: write one in `through`", list(through))
         }
         ChainProblem::Twice(instance) => format!("it goes twice through `{instance}`"),
         ChainProblem::NoWay => "it ends where it begins".to_owned(),
         ChainProblem::NoState { instance, state } => {
             format!("`{instance}` has no state `{state}`, or is not in the chain")
         }
-        ChainProblem::NoAnswer(name) => format!("`{name}` is not called in the chain"),
+        ChainProblem::NoAnswer(name) => {
+            format!("`{name}` is no codel or input port of the instances in the chain")
+        }
     }
+}
+
+fn list(names: &[Name]) -> String {
+    let names: Vec<String> = names.iter().map(|it| format!("`{it}`")).collect();
+    enumerated(&names)
 }

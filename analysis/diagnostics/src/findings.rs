@@ -356,9 +356,6 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
             found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
         }
     }
-    for mauve_hir::Chain { name, span, .. } in &config.chains {
-        found.push(not_analysed::chain(at(span), name));
-    }
     let named = mauve_hir::check_configuration(db, workspace);
     found.extend(named.iter().map(|(project, fact)| render(db, *project, fact)));
     // The right key may exist beside the misspelt one: a second one is no TOML.

@@ -66,9 +66,9 @@ impl Code {
         Code { mechanical: true, ..self }
     }
 
-    /// Returns whether it is an error in a text, instead of a missed deadline.
+    /// Returns whether it is an error in a text, instead of a missed deadline or a chain that is too slow.
     pub fn is_of_text(&self) -> bool {
-        self.severity == Severity::Error && *self != DEADLINE_MISSED
+        self.severity == Severity::Error && ![&DEADLINE_MISSED, &CHAIN_LATE].contains(&self)
     }
 }
 
@@ -310,6 +310,8 @@ codes! {
     unused_jitter: UNUSED_JITTER = Warning "unused-jitter";
     unused_offset: UNUSED_OFFSET = Warning "unused-offset";
     deadline_missed: DEADLINE_MISSED = Error "deadline-missed";
+    chain_late: CHAIN_LATE = Error "chain-late";
+    chain_broken: CHAIN_BROKEN = Warning "chain-broken";
     overloading_times: OVERLOADING_TIMES = Warning "overloading-times";
     missing_time: MISSING_TIME = Warning "missing-time";
     not_analysed: NOT_ANALYSED = Warning "not-analysed";
@@ -351,6 +353,9 @@ codes! {
     equal_priorities: EQUAL_PRIORITIES = Warning "equal-priorities";
     not_deadline_monotonic: NOT_DEADLINE_MONOTONIC = Warning "not-deadline-monotonic";
     stale_data: STALE_DATA = Hint "stale-data";
+    may_be_overwritten: MAY_BE_OVERWRITTEN = Hint "may-be-overwritten";
+    buffer_stays_full: BUFFER_STAYS_FULL = Warning "buffer-stays-full";
+    never_read: NEVER_READ = Hint "never-read";
     unused_codel: UNUSED_CODEL = Hint "unused-codel" unused;
     unused_variable: UNUSED_VARIABLE = Hint "unused-variable" unused;
     unused_property: UNUSED_PROPERTY = Hint "unused-property" unused;
@@ -375,6 +380,7 @@ mod findings;
 mod follow_up;
 mod lists;
 mod mechanical;
+mod of_chains;
 mod other_kind;
 mod proof;
 mod statement;
@@ -385,7 +391,7 @@ mod timing_facts;
 mod types;
 
 use cause::Cause;
-pub use chain_reasons::chain_reason;
+pub use chain_reasons::{chain_reason, connection_reason, overwrite};
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
@@ -572,6 +578,7 @@ pub fn declaration_diagnostics<'db>(
             let in_table = overloading_times::in_table(db, decl, fact, &diagnostic);
             std::iter::once(diagnostic).chain(in_table).map(Arc::new)
         }));
+        found.extend(of_chains::chain_diagnostics(db, project, decl));
     }
     found.into_boxed_slice()
 }

@@ -40,7 +40,3 @@ pub(super) fn report<'db>(
     let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
     Diagnostic::new(&NOT_ANALYSED, at, format!("`{instance}` is not analysed: {}", reasons.join("; ")))
 }
-
-pub(super) fn chain<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&NOT_ANALYSED, at, format!("chain `{name}` is not analysed: the analysis does not cover chains yet"))
-}

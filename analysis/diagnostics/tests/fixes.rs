@@ -71,6 +71,75 @@ fn after_fixes(code: &str, model: &str) -> Vec<(String, String)> {
         .collect()
 }
 
+#[test]
+fn a_chain_gets_the_states_and_answers_that_it_needs() {
+    const MODEL: &str = "
+codel look(out n: int): bool
+codel steer(in n: int): int
+codel use(in n: int): void
+shell Eye { output port seen: int }
+shell Guide { input port goal: int  output port speed: int }
+shell Leg { input port speed: int }
+core EyeCore(Eye) { var n: int = 0  update = { if (look(n)) then { write(seen, n); } else { } } }
+core GuideCore(Guide) { var n: int = 0
+  statemachine {
+    initial state Waiting { run = { write(speed, 0); }  transition go to Going }
+    state Going {
+      run = { if (read(goal, n) == new_data) then { write(speed, steer(n)); } else { write(speed, steer(n)); } }
+      transition stop to Resting
+    }
+    state Resting { run = { read(goal, n); }  transition on to Waiting }
+  }
+}
+core LegCore(Leg) { var n: int = 0  update = { read(speed, n); use(n); } }
+component Camera(Eye, EyeCore)
+component Pilot(Guide, GuideCore)
+component Base(Leg, LegCore)
+architecture Robot { instance camera: Camera  instance pilot: Pilot  instance base: Base
+  connection camera.seen -> pilot.goal
+  connection pilot.speed -> base.speed
+}
+deployment Bench {
+  architecture Robot
+  activity camera { priority = 3  period = 10 }
+  activity pilot { priority = 2  period = 10 }
+  activity base { priority = 1  period = 10 }
+}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+";
+    for (chain, fixed) in [
+        (
+            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nlatency = '1 s'\n",
+            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
+        ),
+        (
+            "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Resting', 'pilot.Going']\nto = 'use'\n",
+            "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
+        ),
+    ] {
+        let files = mauve_tests::fixture(&format!("{MODEL}{chain}"));
+        let texts: Texts = files.into_iter().map(|(path, text)| (path.into(), text)).collect();
+        let db = Database::default();
+        let findings = found(&db, &texts);
+        let broken = findings.iter().filter(|it| it.diagnostic.code.name == "chain-broken");
+        let fixes: Vec<&Fix<'_>> = broken.flat_map(|it| &it.diagnostic.fixes).collect();
+        let [fix] = fixes.as_slice() else { panic!("one fix: {findings:#?}") };
+        let after = applied(&db, &texts, fix);
+        let text = &after[&PathBuf::from("/mauve.toml")];
+        assert_eq!(text.split_once("ms\"\n").unwrap().1, fixed);
+        let db = Database::default();
+        let left = found(&db, &after);
+        assert!(left.iter().all(|it| it.diagnostic.code.name != "chain-broken"), "{left:#?}");
+    }
+    // A list of ports has no keys, and neither a name that is wrong nor a missing activity is mended by an assumption.
+    for chain in ["[chains]\na = ['camera.seen', 'base.speed']\n", "[chains.a]\nfrom = 'use'\nto = 'look'\n"]
+    {
+        let fixes = after_fixes("chain-broken", &format!("{MODEL}{chain}"));
+        assert_eq!(fixes, [], "{chain}");
+    }
+}
+
 #[track_caller]
 fn check_after(code: &str, model: &str, expected: &[(&str, &str)]) {
     let after = after_fixes(code, model);

@@ -618,6 +618,7 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         "connection-type",
         "constant-expression",
         "deadline-exceeds-period",
+        "chain-late",
         "deadline-missed",
         "deployment-target",
         "duplicate-activity",

@@ -152,7 +152,14 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
     let counts = executed(&robot(), "/model.mal", "period = 10", "period = 15");
     check(
         &counts,
-        &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1), ("missing_time_facts", 1)],
+        &[
+            ("system_of", 1),
+            ("response_times", 1),
+            ("chains_of", 1),
+            ("connections_of", 1),
+            ("declaration_diagnostics", 1),
+            ("missing_time_facts", 1),
+        ],
     );
 }
 
@@ -175,6 +182,11 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
         &and(&[
             ("psm_of", 1),
             ("response_times", 2),
+            ("chains_of", 2),
+            ("connections_of", 2),
+            ("flows_of", 1),
+            ("is_readable", 1),
+            ("passages_of", 1),
             ("missing_time_facts", 1),
             ("declaration_diagnostics", 2),
             ("large_ports", 1),
@@ -183,7 +195,8 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     // The same time: nothing behind the machine.
     let counts =
         executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
-    check(&counts, &and(&[("psm_of", 1), ("large_ports", 1)]));
+    let passages = [("flows_of", 1), ("is_readable", 1), ("passages_of", 1)];
+    check(&counts, &[and(&[("psm_of", 1), ("large_ports", 1)]), passages.to_vec()].concat());
     // A core that no component has; what the project uses is another codel.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
     let of_core: Vec<_> = of_core.into_iter().filter(|(query, _)| *query != "errors_in").collect();
@@ -206,6 +219,8 @@ fn a_saved_table_runs_no_names_and_no_behaviours() {
         ("times_of", 1),
         ("psm_of", 1),
         ("response_times", 2),
+        ("chains_of", 2),
+        ("connections_of", 2),
         ("declaration_diagnostics", 2),
         ("missing_time_facts", 1),
     ];
@@ -258,6 +273,8 @@ fn a_changed_time_runs_only_the_deployments_that_use_its_table() {
             ("times_of", 1),
             ("psm_of", 1),
             ("response_times", 1),
+            ("chains_of", 1),
+            ("connections_of", 1),
             ("declaration_diagnostics", 1),
             ("missing_time_facts", 1),
         ];
@@ -329,10 +346,10 @@ fn verified(files: usize) -> usize {
 
 #[test]
 fn an_edit_verifies_other_files_as_a_whole() {
-    // What the project and the deployment ask about each file and its component; with the queries of each declaration, it would be
+    // What the project, the deployment and its chains ask about each file and its component; with the queries of each declaration, it would be
     // about 40.
     let more = verified(60) - verified(30);
-    assert!((30..30 * 6).contains(&more), "{more} for 30 files");
+    assert!((30..30 * 12).contains(&more), "{more} for 30 files");
 }
 
 #[test]
@@ -363,6 +380,13 @@ fn an_edit_of_the_sample_robot_runs_few_queries() {
     let counts = executed(&texts, deployment, "period = 1000", "period = 900");
     check(
         &counts,
-        &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1), ("missing_time_facts", 1)],
+        &[
+            ("system_of", 1),
+            ("response_times", 1),
+            ("chains_of", 1),
+            ("connections_of", 1),
+            ("declaration_diagnostics", 1),
+            ("missing_time_facts", 1),
+        ],
     );
 }

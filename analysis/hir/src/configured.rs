@@ -8,6 +8,7 @@ use crate::config::{Acceptance, Chain, Config, DeploymentConfig};
 use crate::fact::{EndKind, Fact, FactKind};
 use crate::features::{Features, core_of};
 use crate::flat::{Flat, flat_of, target_of};
+use crate::infer::uses_of;
 use crate::item_tree::{Core, Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, roots_exist};
@@ -205,9 +206,15 @@ impl<'db> NameChecker<'_, 'db> {
         if names.any(|names| !names.by_key(Kind::Codel, value).is_empty()) {
             return None;
         }
-        let first = value.split('.').next().unwrap_or_default();
+        let (first, rest) = value.split_once('.').unwrap_or((value, ""));
         if self.having(first).next().is_some() {
-            return self.port(written);
+            // `instance.codel`
+            let is_called = |(project, _, flat): &DeployedArchitecture<'db>| {
+                let core = flat.instance(first)?.component.and_then(|it| core_of(db, *project, it))?;
+                Some(uses_of(db, *project, core).codels.iter().any(|it| it.is_called(db, rest)))
+            };
+            let is_codel = self.having(first).any(|it| is_called(it) == Some(true));
+            return if is_codel { None } else { self.port(written) };
         }
         let codels =
             self.deployed.iter().flat_map(|(project, ..)| names_of(db, *project).of_kind(db, Kind::Codel));

@@ -1,10 +1,11 @@
 //! Code lenses above declarations: what can be done with them. The level, the Orocos packages, the architecture and the drawings of a
-//! deployment; the instances and the state machine of a component; the implementation of a codel. Figures are in hints.
+//! deployment; the chains of an architecture; the instances and the state machine of a component; the implementation of a codel.
+//! Other figures are in hints.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, architecture, declarations, is_model, names_of, resolve_type,
     target_of,
@@ -12,7 +13,9 @@ use mauve_hir::{
 use mauve_syntax::TextRange;
 use mauve_timing::Level;
 use mauve_wcrt::Query;
+use mauve_wcrt::chains::chains_of;
 
+use crate::connections::deployments;
 use crate::implementation::codel_file;
 use crate::occurrences::each_once;
 
@@ -51,6 +54,8 @@ pub enum LensDrawing {
     Schedule,
     /// Of a component.
     StateMachine,
+    /// Of an architecture: how long data takes in its deployments.
+    Chains,
 }
 
 /// Returns the lenses of a file, in text order; without a project, those that need none.
@@ -98,10 +103,42 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
                     add(name.display().to_string(), LensAction::Open(file.clone()));
                 }
             }
-            Kind::Use | Kind::Shell | Kind::Core | Kind::Architecture => {}
+            Kind::Architecture => {
+                let titles = project.map_or_else(Vec::new, |project| chains(db, project, decl));
+                titles.into_iter().for_each(|title| add(title, LensAction::Draw(LensDrawing::Chains)));
+            }
+            Kind::Use | Kind::Shell | Kind::Core => {}
         }
     }
     found
+}
+
+/// Returns titles such as `5 chains: 3 have a latency, 1 late`, one for each deployment of an architecture where they differ.
+fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<String> {
+    let own =
+        deployments(db, project).into_iter().filter(|(_, flat)| flat.architectures.first() == Some(&of));
+    let title = |(deployment, _): (Decl<'db>, _)| {
+        let chains = chains_of(db, project, deployment, Query::shown(db, project));
+        let known = chains.all.iter().filter(|it| it.latency.is_some()).count();
+        let late =
+            chains.all.iter().filter(|it| it.latency.zip(it.limit).is_some_and(|(it, limit)| it > limit));
+        let late = match late.count() {
+            0 => String::new(),
+            late => format!(", {late} late"),
+        };
+        let title = match chains.all.len() + chains.left_out {
+            0 => return None,
+            1 if known == 1 => format!("1 chain with a latency{late}"),
+            1 => "1 chain without a latency".to_owned(),
+            all => format!("{all} chains: {known} have a latency{late}"),
+        };
+        Some((title, deployment.name(db)))
+    };
+    let titles: Vec<(String, &Name)> = own.filter_map(title).collect();
+    match titles.first() {
+        Some((first, _)) if titles.iter().all(|(title, _)| title == first) => vec![first.clone()],
+        _ => titles.into_iter().map(|(title, name)| format!("{name}: {title}")).collect(),
+    }
 }
 
 /// Returns a title such as `used in 2 instances`, and the instances; each location counts once.
@@ -210,6 +247,31 @@ architecture B { import A  instance c: P }
                 D: Schedule -> draw Schedule
             "#]],
         );
+    }
+
+    #[test]
+    fn an_architecture_has_its_chains() {
+        let robot = "
+codel look(out n: int): void  codel use(in n: int): void
+shell S { output port seen: int }  shell T { input port goal: int }
+core C(S) { var n: int = 0  update = { look(n); write(seen, n); } }
+core E(T) { var n: int = 0  update = { read(goal, n); use(n); } }
+component P(S, C)  component Q(T, E)
+architecture A { instance a: P  instance b: Q  connection a.seen -> b.goal }
+deployment D { architecture A  activity a { priority = 2 period = 10 }  activity b { priority = 1 period = 40 } }
+deployment E { architecture A  activity a { priority = 2 period = 10 }  activity b { priority = background } }
+//- /mauve.toml
+assume.codel = \"1 ms\"
+[chains.c]
+from = \"a\"
+to = \"b\"
+latency = \"20 ms\"
+";
+        let Fixture { db, workspace, file, .. } = Fixture::new(robot);
+        let lenses = code_lenses(&db, project_with(&db, workspace, file), file);
+        let titles = lenses.iter().filter(|it| it.action == LensAction::Draw(LensDrawing::Chains));
+        let titles: Vec<&str> = titles.map(|it| it.title.as_str()).collect();
+        assert_eq!(titles, ["D: 2 chains: 2 have a latency, 1 late", "E: 2 chains: 0 have a latency"]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! Hovers: on an activity, how its response time is composed; on a name, its declaration; on the type of a value, the fields of
+//! Hovers: on an activity, how its response time is composed; on a connection, how long data takes there; on a name, its declaration; on the type of a value, the fields of
 //! the message. Further details of a name are in `hover/details.rs`, the words of the language in `hover/words.rs`.
 
 mod activity_field;
+mod connection;
 mod details;
 mod format;
 mod summary;
@@ -40,10 +41,12 @@ pub fn hover(
     let Some(project) = project else { return words::of_word(db, file, offset) };
     let explained = of_activity(db, project, file, offset, format);
     let deployment = explained.as_ref().map(|(_, deployment, _)| *deployment);
+    let of_connection = || connection::of_connection(db, project, file, offset);
+    let explained = explained.map(|(range, _, text)| (range, text)).or_else(of_connection);
     let of_name = of_name(db, project, file, offset, deployment, format)
         .or_else(|| of_message(db, project, file, offset))
         .or_else(|| of_word(db, project, file, offset));
-    let Some((range, _, markdown)) = explained else { return of_name };
+    let Some((range, markdown)) = explained else { return of_name };
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
         None => Some(Hover { range, markdown }),
@@ -632,16 +635,21 @@ shoot = [1, 2]
         check(
             &details("$6"),
             expect![[r#"
-            scan
-            ---
-            ```mauve
-            input port scan: int
-            ```
+                scan
+                ---
+                ```text
+                left.scan -> map.scan: no latency: `map` may never read the port
+                map reads before left writes, in each period
+                ```
 
-            ```text
-            left.scan -> map.scan
-            ```
-        "#]],
+                ```mauve
+                input port scan: int
+                ```
+
+                ```text
+                left.scan -> map.scan
+                ```
+            "#]],
         );
     }
 

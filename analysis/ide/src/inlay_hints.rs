@@ -1,7 +1,8 @@
-//! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), execution times of
-//! programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
+//! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), how long data takes
+//! on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
 //! of the last complete one are shown, marked as older (`inlay_hints/earlier.rs`).
 
+mod connections;
 mod declaration;
 mod deployment;
 mod earlier;
@@ -52,7 +53,7 @@ impl InlayHint {
 /// The requested hints; by default all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct HintOptions {
-    /// Response times of activities, and how many deadlines are met beside deployments.
+    /// Response times of activities, how many deadlines are met beside deployments, and how long data takes on connections.
     pub response_times: bool,
     /// The utilisation of the CPUs beside deployments.
     pub loads: bool,
@@ -99,6 +100,8 @@ enum Subject {
     Activity(Name),
     /// A program, a state or a transition of a core.
     Program(Place),
+    /// The connection to this port.
+    Connection(Name),
 }
 
 impl Subject {
@@ -106,7 +109,7 @@ impl Subject {
     fn name(&self) -> Option<&str> {
         match self {
             Subject::Deadlines | Subject::Cpus(_) => None,
-            Subject::Activity(name) => Some(name),
+            Subject::Activity(name) | Subject::Connection(name) => Some(name),
             Subject::Program(place) => Some(place.name()),
         }
     }

@@ -21,6 +21,7 @@
 //! | `formatting.rs` | formatting of files, ranges and lines |
 //! | `code_actions.rs`, `code_actions/` | fixes and refactorings |
 //! | `completion.rs`, `completion/` | completion |
+//! | `connections.rs` | the connections of an architecture in its deployments |
 //! | `signature_help.rs` | signatures while arguments are typed |
 //! | `position.rs` | the position of the cursor in incomplete text |
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
@@ -51,6 +52,7 @@ mod change;
 mod code_actions;
 mod code_lens;
 mod completion;
+mod connections;
 mod declaration;
 mod definition;
 mod document_links;

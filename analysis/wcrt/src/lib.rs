@@ -26,6 +26,7 @@
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `chains.rs` | how long data takes from sensors to actuators |
+//! | `unblocked.rs` | what has to be assumed so that it gets there |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
 //! | `exported.rs` | task sets and state machines for files, made of models |
@@ -62,6 +63,7 @@ mod table_set;
 mod task_set;
 mod timetable;
 mod timing_facts;
+pub mod unblocked;
 mod what_if;
 
 pub use basis::{Basis, basis_of};

@@ -8,6 +8,7 @@ const lensCommands = [
   "mauve.showArchitecture",
   "mauve.showSchedule",
   "mauve.showStateMachine",
+  "mauve.showChains",
 ];
 
 /** What the server is told of this extension, beside what the client can do. */

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use self::fix::Fixed;
 use self::standard_input::load_or_read;
-use self::verdict::{Suppressed, deadlines, is_proof_missing};
+use self::verdict::{Suppressed, deadlines, is_proof_missing, limits};
 use super::wcrt;
 use crate::analysis_document::analysis_document;
 use crate::cli::lines::{Lines, clamp};
@@ -163,7 +163,8 @@ impl Check {
                 found += &lowered(db, &workspaces, &findings, &suppressed);
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
-                parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed, &suppressed)));
+                let verdict = deadlines(&deployed, &suppressed) + &limits(&deployed);
+                parts.push(format!("{found}; {verdict}\n{pages}"));
                 parts.join("\n")
             }
         };

@@ -3,6 +3,8 @@
 use serde_json::{Value, json};
 use tower_lsp::lsp_types::*;
 
+use mauve_ide::LensDrawing;
+
 use super::commands::{CHOOSE_SIGNIFICANCE, GENERATE, LENS_DRAWINGS, SHOW_REFERENCES, drawing_command};
 use super::position::Encoding;
 
@@ -90,6 +92,8 @@ capabilities! {
         code_actions: bool,
         /// Whether it implements the commands that show drawings, as listed in `experimental.commands`.
         draws: bool,
+        /// Whether it implements the one that shows chains.
+        draws_chains: bool,
         encoding: Encoding,
         /// Whether it keeps an empty line after text that is inserted into an empty file.
         keeps_last_line: bool,
@@ -139,6 +143,7 @@ impl Capabilities {
             change_annotations: at("/workspace/workspaceEdit/changeAnnotationSupport").is_some(),
             code_actions: at("/textDocument/codeAction/codeActionLiteralSupport").is_some(),
             draws: LENS_DRAWINGS.into_iter().all(draws),
+            draws_chains: draws(LensDrawing::Chains),
             encoding: Encoding::negotiated(knows),
             keeps_last_line: name == "Neovim",
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops

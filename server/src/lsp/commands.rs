@@ -20,7 +20,7 @@ pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
 /// The client's command that lets the user choose a level.
 pub(crate) const CHOOSE_SIGNIFICANCE: &str = "mauve.chooseSignificance";
 
-/// The drawings that lenses show.
+/// The drawings that lenses show to every client that draws.
 pub(crate) const LENS_DRAWINGS: [LensDrawing; 3] =
     [LensDrawing::Architecture, LensDrawing::Schedule, LensDrawing::StateMachine];
 
@@ -30,5 +30,6 @@ pub(crate) fn drawing_command(drawing: LensDrawing) -> &'static str {
         LensDrawing::Architecture => "mauve.showArchitecture",
         LensDrawing::Schedule => "mauve.showSchedule",
         LensDrawing::StateMachine => "mauve.showStateMachine",
+        LensDrawing::Chains => "mauve.showChains",
     }
 }

@@ -122,7 +122,7 @@ fn resolved_type(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: Sourc
 
 /// Returns the deployments, or without any the architectures, each with its instances and connections.
 fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
-    let found = summary::deployments(db, project);
+    let found = crate::connections::deployments(db, project);
     if !found.is_empty() {
         return found;
     }

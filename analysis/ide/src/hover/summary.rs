@@ -4,13 +4,14 @@
 use mauve_diagnostics::{cpu_names, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
-    resolve_type, shell_of, target_of,
+    Decl, FlatInstance, Link, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
+    resolve_type, shell_of,
 };
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, psm_of, response_times, table_sets};
 
 use super::format::{HoverFormat, and_more};
+use crate::connections::deployments;
 use crate::markdown::code;
 use crate::occurrences::each_once;
 
@@ -112,15 +113,6 @@ fn verdict(it: &ActivityReport<'_>, is_assumed: bool) -> String {
         (Some(slack), _) => format!("{response} ≤ {deadline}, {slack} slack{assumed}"),
         (None, by) => format!("{response} > {deadline}, missed by {by}{assumed}"),
     }
-}
-
-/// Returns the deployments of a project with their architectures, flattened.
-pub(super) fn deployments<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
-    let all = names_of(db, project).of_kind(db, Kind::Deployment);
-    all.filter_map(|of| Some((of, flat_of(db, project, target_of(db, project, of)?)))).collect()
 }
 
 /// The number of instances and connections, and the deployments.

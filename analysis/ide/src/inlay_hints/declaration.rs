@@ -3,7 +3,7 @@
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ModelDb, Project};
 
-use super::{HintOf, HintOptions, deployment, hash_of, programs, values};
+use super::{HintOf, HintOptions, connections, deployment, hash_of, programs, values};
 
 /// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
 /// not build them again.
@@ -17,6 +17,9 @@ pub(super) fn of_declaration<'db>(
     let mut found = Vec::new();
     if decl.kind(db) == Kind::Deployment {
         deployment::of_deployment(db, project, decl, options, &mut found);
+    }
+    if decl.kind(db) == Kind::Architecture && options.response_times {
+        connections::of_connections(db, project, decl, &mut found);
     }
     if options.values {
         values::of_values(db, project, decl, &mut found);

@@ -1,7 +1,8 @@
 //! Whether `mauve check` fails, and what it says about the deadlines.
 
-use mauve_diagnostics::{Finding, Suppression, is_lowered, is_missing_proof, missing_proof};
+use mauve_diagnostics::{Finding, Suppression, code_named, is_lowered, is_missing_proof, missing_proof};
 use mauve_hir::{Config, config_of};
+use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Basis, Report};
 
 use crate::analysis_document::{Deployed, Origin, Proved};
@@ -10,7 +11,7 @@ use crate::cli::text::counted;
 /// The findings that are not shown, each with the reason.
 pub(super) type Suppressed<'db> = [(Finding<'db>, Suppression)];
 
-/// Returns whether a deadline of these deployments has to be proved, and is not.
+/// Returns whether a deadline of these deployments, or the limit of a chain, has to be proved, and is not.
 ///
 /// A missing proof does not count if `mauve.toml` accepts it with a reason, or if `[lints]` lowers its code. A comment hides
 /// the message only. While the project has errors, nothing is proved, and nothing of this applies.
@@ -26,8 +27,38 @@ pub(super) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
         };
         let is_empty = |it: &Report<'_>| it.activities.is_empty() && !it.not_analysed.is_empty();
         let mut all = it.reports.iter().map(|(_, report)| report);
-        it.errors > 0 || all.any(|report| is_empty(report) || report.activities.iter().any(fails))
+        it.errors > 0
+            || all.any(|report| is_empty(report) || report.activities.iter().any(fails))
+            || code_named("chain-broken").is_some_and(|code| !is_lowered(config, code))
+                && limited(it).iter().any(|chain| chain.latency.is_none())
     })
+}
+
+/// Returns the chains with a limit, over all levels.
+fn limited<'db>(deployed: &Deployed<'db>) -> Vec<&'db ChainReport<'db>> {
+    let (db, declared) = (deployed.db, deployed.declared);
+    let Origin::Model(tables) = deployed.origin else { return Vec::new() };
+    let project = tables.project(db);
+    if config_of(db, project.workspace(db)).chains.iter().all(|it| it.latency.is_none()) {
+        return Vec::new();
+    }
+    let of = |of| deployed.reports.iter().map(move |(query, _)| chains_of(db, project, of, *query));
+    let all = declared.into_iter().flat_map(of).flat_map(|chains| &chains.all);
+    all.filter(|chain| chain.limit.is_some()).collect()
+}
+
+/// Says how many limits of chains hold; nothing without any.
+pub(super) fn limits(deployed: &[Deployed<'_>]) -> String {
+    let all: Vec<_> = deployed.iter().flat_map(limited).collect();
+    let is_open = |it: &&&ChainReport<'_>| it.latency.is_none_or(|latency| Some(latency) > it.limit);
+    match (all.len(), all.iter().filter(is_open).count()) {
+        (0, _) => String::new(),
+        (1, 0) => "; the limit of the chain holds".to_owned(),
+        (1, _) => "; the limit of the chain is not proved".to_owned(),
+        (all, 0) => format!("; all {all} limits of chains hold"),
+        (all, 1) => format!("; 1 of {all} limits of chains is not proved"),
+        (all, open) => format!("; {open} of {all} limits of chains are not proved"),
+    }
 }
 
 /// Says what a proof depends on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.

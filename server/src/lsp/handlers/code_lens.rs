@@ -6,10 +6,10 @@
 //! - `mauve.chooseSignificance` lets the user choose a level. A client without it gets a lens for each other level.
 //! - `mauve.showReferences` shows locations. Its arguments are an address, a position in it, and locations: what
 //!   `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the lens does nothing.
-//! - `mauve.showArchitecture`, `mauve.showSchedule` and `mauve.showStateMachine` show drawings of the declaration at a position. Their
-//!   arguments are an address and an object with the `position`. A client without them gets no such lenses.
+//! - `mauve.showArchitecture`, `mauve.showSchedule`, `mauve.showStateMachine` and `mauve.showChains` show drawings of the declaration
+//!   at a position. Their arguments are an address and an object with the `position`. A client without them gets no such lenses.
 
-use mauve_ide::LensAction;
+use mauve_ide::{LensAction, LensDrawing};
 use mauve_timing::Level;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
@@ -69,7 +69,12 @@ fn commands(snapshot: &Snapshot, uri: &Url, range: Range, title: String, action:
         LensAction::Generate(deployment) => {
             vec![command(title, GENERATE, vec![json!(uri), json!(deployment)])]
         }
-        LensAction::Draw(drawing) if snapshot.capabilities.draws => {
+        LensAction::Draw(drawing)
+            if match drawing {
+                LensDrawing::Chains => snapshot.capabilities.draws_chains,
+                _ => snapshot.capabilities.draws,
+            } =>
+        {
             let place = json!({ "position": range.start });
             vec![command(title, drawing_command(drawing), vec![json!(uri), place])]
         }
