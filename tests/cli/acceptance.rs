@@ -26,6 +26,46 @@ fn json_of(run: &Run) -> Value {
 }
 
 #[test]
+fn a_limit_of_a_chain_that_is_not_proved_fails() {
+    let robot = |otherwise: &str| {
+        format!(
+            "codel look(out n: int): bool\ncodel use(in n: int): void\nshell S {{ output port seen: int }}\n\
+             shell T {{ input port goal: int }}\n\
+             core C(S) {{ var n: int = 0  update = {{ if look(n) then {{ write(seen, n); }} else {{ {otherwise} }} }} }}\n\
+             core E(T) {{ var n: int = 0  update = {{ read(goal, n); use(n); }} }}\ncomponent P(S, C)\ncomponent Q(T, E)\n\
+             architecture A {{ instance a: P  instance b: Q  connection a.seen -> b.goal }}\ndeployment Sea {{\n\
+             architecture A\n  activity a {{ priority = 2 period = 10 }}\n  activity b {{ priority = 1 period = 40 }}\n}}\n"
+        )
+    };
+    let chain = |limit: &str| {
+        format!("{}[chains.see]\nfrom = \"look\"\nto = \"use\"\n{limit}", TIMES.replace("5 ms", "1 ms"))
+    };
+    let (blocking, passing) = (robot(""), robot("write(seen, n);"));
+    for (name, robot, config, code, part) in [
+        ("no limit", &blocking, chain(""), 0, "all 2 deadlines are proved"),
+        ("blocking", &blocking, chain("latency = \"1 s\"\n"), 1, "; the limit of the chain is not proved\n"),
+        (
+            "lowered",
+            &blocking,
+            chain("latency = \"1 s\"\n[lints]\nchain-broken = \"warn\"\n"),
+            0,
+            "; the limit of the chain is not proved\n",
+        ),
+        ("passing", &passing, chain("latency = \"1 s\"\n"), 0, "; the limit of the chain holds\n"),
+        ("late", &passing, chain("latency = \"20 ms\"\n"), 1, "; the limit of the chain is not proved\n"),
+    ] {
+        let found = run(name, robot, &config, &["check"]);
+        assert!(
+            found.code == code && found.out.contains(part),
+            "{name}: {} {}{}",
+            found.code,
+            found.out,
+            found.err
+        );
+    }
+}
+
+#[test]
 fn an_accepted_deadline_is_shown_as_accepted_and_never_as_met() {
     let config = format!("{TIMES}{ACCEPTED}");
     assert_eq!(run("plain", ROBOT, TIMES, &["check"]).code, 1);

@@ -17,7 +17,9 @@ pub(super) fn chain_diagnostics<'db>(
     let mut found = Vec::new();
     for (link, hop) in flat.links.iter().zip(&chains.hops) {
         let ConnectionReport { overwritten, stays_full, never_read, .. } = hop;
-        found.extend(overwritten.as_ref().map(|by| may_be_overwritten::report(link, by)));
+        // A buffer keeps what was written before.
+        let by = overwritten.as_ref().filter(|_| link.buffer.is_none());
+        found.extend(by.map(|by| may_be_overwritten::report(link, by)));
         found.extend(stays_full.map(|age| buffer_stays_full::report(link, age)));
         found.extend(never_read.and_then(|values| never_read::report(link, values)));
     }

@@ -346,13 +346,13 @@ fn declared_chains() {
         from = 'f.i' to = 'f.o'                                 c: 12 ms, age 2 ms
         from = 'f' to = 'a'                                     c: 37 ms, age 27 ms
         from = 'b.i' to = 'b'                                   c: 13 ms, age 3 ms
-        from = 's'                                              c: c: `to` is missing
-        from = 's' to = 'nobody'                                c: 'nobody': no instance, port or codel `nobody`
-        from = 's.x' to = 'b'                                   c: 's.x': no instance, port or codel `s.x`
+        from = 's'                                              c: c: `to` is missing: write a codel, a port or an instance, such as "hokuyo.scan"
+        from = 's' to = 'nobody'                                c: 'nobody': `nobody` is no instance or port, and no codel that an instance calls
+        from = 's.x' to = 'b'                                   c: 's.x': `s.x` is no instance or port, and no codel that an instance calls
         from = 's' to = 's'                                     c: 's': it ends where it begins
         from = 's' to = 'a'                                     c: 's': several ways lead there, such as through `f.i` and `g.i`: write one in `through`
         from = 's' to = 'act'                                   c: 's': several ways lead there, such as through `m.i` and `b.i`: write one in `through`
-        from = 'check' to = 'a'                                 c: 'check': `check` is called by `f` and `g`
+        from = 'check' to = 'a'                                 c: 'check': `check` is called by `f` and `g`: write which, as `instance.codel`
         from = 'a' to = 's'                                     c: 's': no connections lead from `a` to `s`
         from = 'f' to = 'g'                                     c: 'g': no connections lead from `f` to `g`
         from = 's' through = ['f', 'g', 'f'] to = 'a'           c: 'f': it goes twice through `f`
@@ -360,9 +360,9 @@ fn declared_chains() {
         from = 's' to = 'b' while = ['f.Steering']              c: 'f.Steering': `f` has no state `Steering`, or is not in the chain
         from = 's' to = 'b' while = ['g.update']                c: 'g.update': `g` has no state `update`, or is not in the chain
         from = 's' to = 'b' while = ['f.update']                c: 36 ms, age 26 ms
-        from = 's' to = 'b' answers = ['sens']                  c: 'sens': `sens` is not called in the chain
+        from = 's' to = 'b' answers = ['sens']                  c: 'sens': `sens` is no codel or input port of the instances in the chain
         from = 's' to = 'b' answers = ['sense', 'f.i']          c: 36 ms, age 26 ms
-        from = 's' to = 'b' answers = ['g.i']                   c: 'g.i': `g.i` is not called in the chain
+        from = 's' to = 'b' answers = ['g.i']                   c: 'g.i': `g.i` is no codel or input port of the instances in the chain
                                                                 c: 's': several ways lead there, such as through `m.i` and `m.j`: write one in `through`
         through = 'm.j'                                         c: 36 ms, age 26 ms
     "#]].assert_eq(&out);
@@ -408,11 +408,11 @@ e.to = 'b.act'
     check(
         parts,
         expect![[r#"
-        c: 'act': it goes twice through `b`
-        d: 'd.o': `d` does not pass the data on
-        e: 'b.act': it goes twice through `b`
-        b.o -> d.i: 31.000002 ms, age 21.000002 ms
-    "#]],
+            c: 'act': it goes twice through `b`
+            d: 'd.o': `d` does not pass the data on: nothing that leads there depends on what it reads
+            e: 'b.act': it goes twice through `b`
+            b.o -> d.i: 31.000002 ms, age 21.000002 ms
+        "#]],
     );
 }
 
@@ -426,15 +426,15 @@ deployment E { architecture B  activity t { priority = 1 period = 10 affinity = 
     check(
         &format!("{PARTS}{LINE}{two}{TIMES}{chains}"),
         expect![[r#"
-        D:
-        both: 'nowhere.o': no instance, port or codel `nowhere.o`
-        one: 66 ms, age 36 ms
-        s.o -> a.act: 66 ms, age 36 ms
-        E:
-        both: 'nowhere.o': no instance, port or codel `nowhere.o`
-        two: 34 ms, age 14 ms
-        t.o -> a.act: 34 ms, age 14 ms
-    "#]],
+            D:
+            both: 'nowhere.o': `nowhere.o` is no instance or port, and no codel that an instance calls
+            one: 66 ms, age 36 ms
+            s.o -> a.act: 66 ms, age 36 ms
+            E:
+            both: 'nowhere.o': `nowhere.o` is no instance or port, and no codel that an instance calls
+            two: 34 ms, age 14 ms
+            t.o -> a.act: 34 ms, age 14 ms
+        "#]],
     );
 }
 

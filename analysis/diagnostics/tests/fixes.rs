@@ -88,7 +88,7 @@ core GuideCore(Guide) { var n: int = 0
       run = { if (read(goal, n) == new_data) then { write(speed, steer(n)); } else { write(speed, steer(n)); } }
       transition stop to Resting
     }
-    state Resting { run = { read(goal, n); }  transition on to Waiting }
+    state Resting { run = { read(goal, n); }  transition on to Going }
   }
 }
 core LegCore(Leg) { var n: int = 0  update = { read(speed, n); use(n); } }
@@ -111,10 +111,10 @@ assume.codel = \"1 ms\"
     for (chain, fixed) in [
         (
             "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nlatency = '1 s'\n",
-            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
+            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\", \"pilot.Resting\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
         ),
         (
-            "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Resting', 'pilot.Going']\nto = 'use'\n",
+            "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Waiting', 'pilot.Going']\nto = 'use'\n",
             "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
         ),
     ] {
@@ -138,6 +138,37 @@ assume.codel = \"1 ms\"
         let fixes = after_fixes("chain-broken", &format!("{MODEL}{chain}"));
         assert_eq!(fixes, [], "{chain}");
     }
+}
+
+#[test]
+fn the_chain_of_the_sample_robot_gets_its_assumptions() {
+    let folder = mauve_tests::models().join("p3dx");
+    let mut texts: Texts = BTreeMap::new();
+    for (path, text) in mauve_tests::all_texts_in(&folder) {
+        texts.insert(PathBuf::from("/").join(path.strip_prefix(&folder).unwrap()), text);
+    }
+    let config = texts.get_mut(&PathBuf::from("/mauve.toml")).unwrap();
+    *config += "\n[chains.avoid]\nfrom = 'drivers.hokuyo_sweep'\nthrough = 'guidance.scan'\nto = 'drivers.aria_drive'\n\
+                latency = '500 ms'\n";
+    let db = Database::default();
+    let findings = found(&db, &texts);
+    let broken: Vec<_> = findings.iter().filter(|it| it.diagnostic.code.name == "chain-broken").collect();
+    let [broken] = broken.as_slice() else { panic!("{findings:#?}") };
+    let why = &broken.diagnostic.message;
+    for blocks in ["`hokuyo` may never pass", "`guidance` may never pass", "`switch` may never pass"] {
+        assert!(why.contains(blocks), "{blocks}: {why}");
+    }
+    let [fix] = broken.diagnostic.fixes.as_slice() else { panic!("{why}") };
+    let written = "Write `while = [\"guidance.Steering\", \"switch.Automatic\"]` and `answers = [\"drivers.hokuyo_sweep\"]`";
+    assert_eq!(fix.title, written);
+    let after = applied(&db, &texts, fix);
+    let db = Database::default();
+    let left = found(&db, &after);
+    let of_chains = left.iter().filter(|it| it.diagnostic.code.name.starts_with("chain-"));
+    let messages: Vec<&str> = of_chains.map(|it| it.diagnostic.message.as_str()).collect();
+    let late = "chain `avoid` is too slow: latency 526 ms > 500 ms; largest part: `guidance`, 160 ms of hokuyo 100 ms + \
+                guidance 160 ms + switch 156 ms + p3dx_driver 110 ms: shorten its period";
+    assert_eq!(messages, [late]);
 }
 
 #[track_caller]

@@ -8,7 +8,6 @@ use mauve_wcrt::chains::{ConnectionReport, connections_of};
 /// A connection between ports in a deployment.
 pub(crate) struct Connected<'db> {
     pub(crate) deployment: Decl<'db>,
-    pub(crate) flat: &'db Flat<'db>,
     /// Its index in [`Flat::links`].
     pub(crate) index: usize,
     pub(crate) link: &'db Link<'db>,
@@ -29,7 +28,7 @@ pub(crate) fn connections_in<'db>(
         let reports = connections_of(db, project, deployment, Query::shown(db, project));
         let links = flat.links.iter().zip(reports).enumerate();
         let here = links.filter(|(_, (link, _))| !link.operation && link.is_in(architecture));
-        found.extend(here.map(|(index, (link, report))| Connected { deployment, flat, index, link, report }));
+        found.extend(here.map(|(index, (link, report))| Connected { deployment, index, link, report }));
     }
     found
 }

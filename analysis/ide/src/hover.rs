@@ -1,5 +1,6 @@
-//! Hovers: on an activity, how its response time is composed; on a connection, how long data takes there; on a name, its declaration; on the type of a value, the fields of
-//! the message. Further details of a name are in `hover/details.rs`, the words of the language in `hover/words.rs`.
+//! Hovers: on an activity, how its response time is composed; on a connection, how long data takes there; on a name, its
+//! declaration; on the type of a value, the fields of the message. Further details of a name are in `hover/details.rs`, the words
+//! of the language in `hover/words.rs`.
 
 mod activity_field;
 mod connection;

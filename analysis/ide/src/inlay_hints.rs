@@ -1,6 +1,7 @@
-//! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), how long data takes
-//! on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
-//! of the last complete one are shown, marked as older (`inlay_hints/earlier.rs`).
+//! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), how long data
+//! takes on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), and values in
+//! effect (`inlay_hints/values.rs`). While a text is incomplete, the figures of the last complete one are shown, marked as older
+//! (`inlay_hints/earlier.rs`).
 
 mod connections;
 mod declaration;

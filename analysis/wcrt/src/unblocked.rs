@@ -1,10 +1,10 @@
 //! What has to be assumed of the components on the way of a chain, so that they pass data on: the states that they do not leave, and
 //! the codels and ports that answer.
 
-use mauve_hir::item_tree::Name;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Assumption, Chain, Decl, ModelDb, Passage, Project, Skip, SkipCause, behaviour_of, core_of, deployed,
-    passages_of,
+    names_of, passages_of,
 };
 
 use crate::chains::{ChainReason, ChainReport, ChainStepReport};
@@ -44,76 +44,83 @@ pub fn unblocked<'db>(
         let step = chain.steps.get(index)?;
         let core = core_of(db, project, flat.instance(&step.instance)?.component?)?;
         let keeps = index + 1 < chain.steps.len();
-        let Assumed { states, answers } = assumed(db, project, core, step, keeps, &found)?;
         let prefix = format!("{}.", step.instance);
-        let states: Vec<String> = states.iter().map(|it| format!("{prefix}{it}")).collect();
-        if states.len() < behaviour_of(db, project, core).states.len() {
+        let own = |all: &[String]| -> Vec<Name> {
+            all.iter().filter_map(|it| it.strip_prefix(&prefix)).map(Name::from).collect()
+        };
+        let named = |name: &String| names_of(db, project).by_key(Kind::Codel, name);
+        let all = &behaviour_of(db, project, core).states;
+        let written = own(&found.states);
+        let states = if written.is_empty() { all.clone() } else { written };
+        let codels = found.answers.iter().flat_map(named).copied().collect();
+        let ports = own(&found.answers);
+        let attempt = Attempt { core, step, keeps, ports_answer: false, states, codels, ports };
+        let with_ports = || Attempt { ports_answer: true, ..attempt.clone() }.with_states(db, project);
+        let solved = attempt.clone().with_states(db, project).or_else(with_ports)?;
+        if solved.states.len() < all.len() {
             found.states.retain(|it| !it.starts_with(&prefix));
-            found.states.extend(states);
+            found.states.extend(solved.states.iter().map(|it| format!("{prefix}{it}")));
         }
-        for answer in answers {
-            if !found.answers.contains(&answer) {
-                found.answers.push(answer);
-            }
-        }
+        // Those before may be written without their libraries.
+        let is_new = |it: &&Decl<'db>| found.answers.iter().all(|name| !named(name).contains(it));
+        let codels: Vec<String> = solved.codels.iter().filter(is_new).map(|it| it.qualified(db)).collect();
+        let ports = solved.ports.iter().map(|it| format!("{prefix}{it}"));
+        let ports: Vec<String> = ports.filter(|it| !found.answers.contains(it)).collect();
+        found.answers.extend(codels.into_iter().chain(ports));
     }
     Some(found)
 }
 
-struct Assumed {
+/// A component on the way of a chain, and what is assumed of it.
+#[derive(Clone)]
+struct Attempt<'a, 'db> {
+    core: Decl<'db>,
+    step: &'a ChainStepReport<'db>,
+    /// Whether what it wrote must not be overwritten.
+    keeps: bool,
+    /// Whether other ports may be assumed to have new data: only where nothing else helps.
+    ports_answer: bool,
     states: Vec<Name>,
-    answers: Vec<String>,
+    codels: Vec<Decl<'db>>,
+    ports: Vec<Name>,
 }
 
-/// Returns what a component needs to pass data on, and not to overwrite it if it `keeps` it.
-fn assumed<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    core: Decl<'db>,
-    step: &ChainStepReport<'db>,
-    keeps: bool,
-    before: &Unblocked,
-) -> Option<Assumed> {
-    let prefix = format!("{}.", step.instance);
-    let own = |all: &[String]| -> Vec<Name> {
-        all.iter().filter_map(|it| it.strip_prefix(&prefix)).map(Name::from).collect()
-    };
-    let mut states = own(&before.states);
-    if states.is_empty() {
-        states.clone_from(&behaviour_of(db, project, core).states);
-    }
-    let mut codels: Vec<Decl<'db>> = Vec::new();
-    let mut ports = own(&before.answers);
-    let named =
-        |name: &String| mauve_hir::names_of(db, project).by_key(mauve_hir::item_tree::Kind::Codel, name);
-    codels.extend(before.answers.iter().flat_map(|it| named(it).to_vec()));
-    for _ in 0..MOST_STEPS {
-        let assumption =
-            |handles| Assumption::new(db, states.clone(), codels.clone(), ports.clone(), handles);
-        let passes = |handles: bool| {
-            let all = &passages_of(db, project, core, assumption(handles)).all;
-            all.iter().find(|it| [&it.from, &it.to] == [&step.passage[0], &step.passage[1]])
-        };
-        let found = passes(false).or_else(|| passes(true))?;
-        match block(found, keeps) {
-            None => {
-                let codels = codels.iter().map(|it| it.qualified(db));
-                let ports = ports.iter().map(|it| format!("{prefix}{it}"));
-                return Some(Assumed { answers: codels.chain(ports).collect(), states });
-            }
-            Some(Block::States(blocking)) => {
-                let count = states.len();
-                states.retain(|it| !blocking.contains(it));
-                if states.is_empty() || states.len() == count {
-                    return None;
+impl<'db> Attempt<'_, 'db> {
+    /// Adds what the component needs to pass data on; `None` if that does not help.
+    fn solved(mut self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Self> {
+        for _ in 0..MOST_STEPS {
+            let passes = |handles: bool| {
+                let (states, codels, ports) = (self.states.clone(), self.codels.clone(), self.ports.clone());
+                let assumption = Assumption::new(db, states, codels, ports, handles);
+                let all = &passages_of(db, project, self.core, assumption).all;
+                all.iter().find(|it| [&it.from, &it.to] == [&self.step.passage[0], &self.step.passage[1]])
+            };
+            let found = passes(false).or_else(|| passes(true))?;
+            match block(found, self.keeps) {
+                None => return Some(self),
+                Some(Block::States(blocking)) => {
+                    let count = self.states.len();
+                    self.states.retain(|it| !blocking.contains(it));
+                    if self.states.is_empty() || self.states.len() == count {
+                        return None;
+                    }
                 }
+                Some(Block::Codel(codel)) if !self.codels.contains(&codel) => self.codels.push(codel),
+                Some(Block::Port(port)) if self.ports_answer && !self.ports.contains(&port) => {
+                    self.ports.push(port);
+                }
+                Some(Block::Codel(_) | Block::Port(_)) => return None,
             }
-            Some(Block::Codel(codel)) if !codels.contains(&codel) => codels.push(codel),
-            Some(Block::Port(port)) if !ports.contains(&port) => ports.push(port),
-            Some(Block::Codel(_) | Block::Port(_)) => return None,
         }
+        None
     }
-    None
+
+    /// [`Attempt::solved`] with as many states as possible, otherwise with one.
+    fn with_states(self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Self> {
+        let one = |state: &Name| Attempt { states: vec![state.clone()], ..self.clone() }.solved(db, project);
+        let singly = || self.states.iter().take(MOST_STEPS).find_map(one);
+        self.clone().solved(db, project).or_else(singly)
+    }
 }
 
 /// What keeps data from being passed on.

@@ -5,7 +5,7 @@
 //! | `mauve.timing.significance` | a level such as `1e-4`, or `null` | shows everything at this level; with `null`, at that of `mauve.toml` |
 //! | `mauve.codeLens.enable` | `true` or `false` | shows lenses |
 //! | `mauve.timing.tightSlack` | percent, 0 to 100 | slack below this share of the deadline is shown as tight; 10 by default |
-//! | `mauve.inlayHints.responseTimes` | `true` or `false` | shows slack and response times beside activities |
+//! | `mauve.inlayHints.responseTimes` | `true` or `false` | shows response times beside activities, and how long data takes beside connections |
 //! | `mauve.inlayHints.loads` | `true` or `false` | shows the load of CPUs beside deployments |
 //! | `mauve.inlayHints.programTimes` | `true` or `false` | shows what programs, states and transitions take |
 //! | `mauve.inlayHints.values` | `true` or `false` | shows the values that instances and settings override |

@@ -37,6 +37,8 @@ const SHARED_CELLS: u8 = 28;
 const CELLS: u8 = 42;
 const MAX_NODES: usize = 100_000;
 const MAX_CALLS: usize = 64;
+/// The most executions of operations in all programs: each may call the next one twice.
+const MAX_OPERATIONS: usize = 10_000;
 
 pub(super) const FALSE: Values = 1;
 pub(super) const TRUE: Values = 2;
@@ -193,6 +195,8 @@ pub(super) struct Builder<'a, 'db> {
     slots: u32,
     cells: u8,
     frames: Vec<Frame>,
+    /// The operations that were executed.
+    operations: usize,
     /// The call of an operation that the current program executes.
     call: Option<SourceId>,
 }
@@ -237,6 +241,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             slots: SHARED_SLOTS,
             cells: SHARED_CELLS,
             frames: Vec::new(),
+            operations: 0,
             call: None,
         })
     }
@@ -697,8 +702,9 @@ impl<'a, 'db> Builder<'a, 'db> {
 
     /// Executes an operation of the core. Parameters that it changes are the variables of the caller.
     fn operation(&mut self, index: usize, arguments: &'db [Expr], at: SourceId) -> Computed {
-        let Some(operation) = self.core.operations.get(index).filter(|_| self.frames.len() < MAX_CALLS)
-        else {
+        self.operations += 1;
+        let fits = self.frames.len() < MAX_CALLS && self.operations <= MAX_OPERATIONS;
+        let Some(operation) = self.core.operations.get(index).filter(|_| fits) else {
             self.graph.too_large = true;
             return Computed { from: 0, operand: Operand::Known(ANY) };
         };

@@ -2,7 +2,6 @@
 
 use mauve_diagnostics::connection_reason;
 use mauve_hir::{Decl, Location, ModelDb, Project};
-use mauve_wcrt::chains::ConnectionReport;
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, InlayHint, Subject, column, end_of_line};
@@ -41,8 +40,9 @@ pub(super) fn of_connections<'db>(
 
 /// Returns what is shown of a connection, in fewer and fewer words: what is wrong in some deployment, or the greatest latency.
 fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<(Vec<String>, HintStatus)> {
-    let first = |of: &dyn Fn(&ConnectionReport<'db>) -> bool| all.iter().find(|it| of(it.report));
-    if let Some(by) = first(&|it| it.overwritten.is_some()).and_then(|it| it.report.overwritten.as_ref()) {
+    // A buffer keeps what was written before.
+    let mut overwritten = all.iter().filter(|it| it.link.buffer.is_none());
+    if let Some(by) = overwritten.find_map(|it| it.report.overwritten.as_ref()) {
         let short = "may be overwritten";
         return Some((vec![format!("{short} in {}", by.state), short.to_owned()], HintStatus::Unknown));
     }
@@ -50,7 +50,7 @@ fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<(Vec<Strin
         let texts = [format!("stays full, ≥ {} old", short(age)), "stays full".to_owned()];
         return Some((texts.to_vec(), HintStatus::Tight));
     }
-    if let Some(it) = first(&|it| it.latency.is_none()) {
+    if let Some(it) = all.iter().find(|it| it.report.latency.is_none()) {
         let reason = it.report.reason.as_ref()?;
         let (_, words) = connection_reason(db, it.link, reason);
         return Some((
@@ -91,8 +91,8 @@ assume.codel = \"1 ms\"
 ";
 
     /// Returns the hints at the connection, each with its status.
-    fn hints(otherwise: &str, buffer: &str, config: &str) -> Vec<String> {
-        let text = MODEL.replace("OTHERWISE", otherwise).replace("BUFFER", buffer) + config;
+    fn hints(otherwise: &str, buffer: &str) -> Vec<String> {
+        let text = MODEL.replace("OTHERWISE", otherwise).replace("BUFFER", buffer);
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let all = TextRange::up_to(TextSize::of(&**file.text(&db)));
         let project = project_of(&db, workspace, file);
@@ -107,8 +107,9 @@ assume.codel = \"1 ms\"
     #[test]
     fn a_connection_has_its_latency_or_what_is_wrong() {
         // 32 ms until the next release of the base, and 2 ms until it has used the data: it starts after the camera.
-        assert_eq!(hints("write(seen, 0);", "", ""), ["≤ 34 ms (time)"]);
-        assert_eq!(hints("n = n;", "[100] ", ""), ["stays full, ≥ 3168 ms old (tight)"]);
+        assert_eq!(hints("write(seen, n);", ""), ["≤ 34 ms (time)"]);
+        assert_eq!(hints("write(seen, n);", "[100] "), ["stays full, ≥ 3168 ms old (tight)"]);
+        assert_eq!(hints("write(seen, 0);", ""), ["may be overwritten in update (unknown)"]);
     }
 
     #[test]
@@ -116,8 +117,10 @@ assume.codel = \"1 ms\"
         let other =
             MODEL.replace("deployment Bench", "deployment Slow").replace("period = 32", "period = 64");
         let other = &other[other.find("deployment").unwrap()..other.find("//-").unwrap()];
-        let text =
-            MODEL.replace("//-", &format!("{other}//-")).replace("OTHERWISE", "n = n;").replace("BUFFER", "");
+        let text = MODEL
+            .replace("//-", &format!("{other}//-"))
+            .replace("OTHERWISE", "write(seen, n);")
+            .replace("BUFFER", "");
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let all = TextRange::up_to(TextSize::of(&**file.text(&db)));
         let project = project_of(&db, workspace, file);
