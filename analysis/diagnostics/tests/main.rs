@@ -6,6 +6,7 @@
 //! | [`conflicts`] | git's conflicts: one error each, and no figure of what they touch |
 //! | [`damaged`] | damage for several of the tests: what is damaged, how, and the report of a failure |
 //! | [`damage`] | one damaged token never makes a response time shorter |
+//! | [`data_ages`] | how data passes through random cores, compared with an interpreter |
 //! | [`each_fix`] | each fix removes its diagnostic and adds no error |
 //! | [`exported`] | a task set that is written and read again gives the same report |
 //! | [`fixes`] | what fixes write, and which are not offered |
@@ -37,6 +38,7 @@ mod common;
 mod conflicts;
 mod damage;
 mod damaged;
+mod data_ages;
 mod each_fix;
 mod exported;
 mod fixes;

@@ -123,8 +123,15 @@ fn check(core: &str, expected: Expect) {
 
 fn check_assumed(core: &str, assumed: Assumed<'_>, expected: Expect) {
     let db = Database::default();
-    let workspace = workspace(&db, &format!("{SHELL}{core}"));
-    expected.assert_eq(&passages(&db, workspace, "C", assumed));
+    let workspace = workspace(
+        &db,
+        &format!(
+            "{SHELL}{}",
+            if core.contains("component D") { core.to_owned() } else { format!("component C(S, K) {core}") }
+        ),
+    );
+    let component = if core.contains("component D") { "D" } else { "C" };
+    expected.assert_eq(&passages(&db, workspace, component, assumed));
 }
 
 const NOTHING: Assumed<'_> = Assumed { states: &[], answers: &[], new_data: &[], through_handles: false };
@@ -134,7 +141,6 @@ codel plan(in from: int): int
 codel ready(): bool
 codel act(in order: int): void
 shell S { input port a: int  input port b: int  output port q: int }
-component C(S, K)
 ";
 
 #[test]
@@ -188,12 +194,12 @@ fn a_switch_passes_the_new_order_of_the_assumed_state() {
         &[NOTHING, automatic],
         expect![[r#"
             manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
-            scan -> command: ∞ [Stopped, Automatic] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
-            automatic -> command: ∞ [Manual, Automatic] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
+            scan -> command: ∞ [Stopped] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            automatic -> command: ∞ [Manual] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             writes command: ∞ [Automatic] OtherPort("manual")
             reads manual: 1
             reads scan: 1
-            reads automatic: ∞ [Manual, Automatic] OtherPort("manual")
+            reads automatic: ∞ [Manual] Condition
 
             manual -> command: ∞ [Automatic] NoWrite, age ∞, written 
             scan -> command: ∞ [Automatic] OtherPort("automatic"), age ∞, written Automatic to Automatic Automatic.handle automatic + slow_down + command
@@ -237,9 +243,9 @@ fn data_passes_through_handles_if_that_is_assumed() {
             scan -> slam_predict(): ∞ [Waiting] OtherPort("odometry"), age ∞, written Mapping to Waiting Mapping.run odometry + slam_predict | Mapping to Resting Mapping.run odometry + slam_predict | Mapping to Mapping Mapping.run odometry + slam_predict | Resting to Mapping Resting.run odometry + slam_predict | Resting to Resting Resting.run odometry + slam_predict, to a handle
             scan -> slam_match(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match, to a handle
             scan -> slam_resample(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample, to a handle
-            scan -> slam_correction(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction
+            scan -> slam_correction(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction, to a handle
             scan -> correction: ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction
-            scan -> slam_map(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map
+            scan -> slam_map(): ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map, to a handle
             scan -> map: ∞ [Waiting] OtherPort("odometry"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
             odometry -> map: ∞ [Mapping, Waiting] OtherPort("scan"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
             slam_map() -> map: ∞ [Waiting] OtherPort("scan"), age 0, written Mapping to Waiting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Resting Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map | Mapping to Mapping Mapping.run odometry + slam_predict + scan + slam_match + slam_resample + slam_correction + correction + slam_map + map
@@ -256,28 +262,28 @@ fn a_port_may_wait_for_another_port() {
         &[""],
         &[NOTHING, Assumed { new_data: &["odometry"], ..NOTHING }],
         expect![[r#"
-        odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
-        odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
-        odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
-        correction -> pose: ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose + pose
-        correction -> corrected_pose(): ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose
-        odometry_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
-        corrected_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
-        writes pose: ∞ [update] OtherPort("odometry")
-        reads odometry: 1
-        reads correction: ∞ [update] OtherPort("odometry")
+            odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
+            odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
+            odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
+            correction -> pose: ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose + pose
+            correction -> corrected_pose(): ∞ [update] OtherPort("odometry"), age 0, written update to update update odometry + correction + corrected_pose
+            odometry_pose() -> pose: ∞ [update] OtherPort("odometry"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
+            corrected_pose() -> pose: ∞ [update] OtherPort("odometry"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
+            writes pose: ∞ [update] OtherPort("odometry")
+            reads odometry: 1
+            reads correction: ∞ [update] OtherPort("odometry")
 
-        odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
-        odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
-        odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
-        correction -> pose: 1, age 0, written update to update update odometry + correction + corrected_pose + pose
-        correction -> corrected_pose(): 1, age 0, written update to update update odometry + correction + corrected_pose
-        odometry_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
-        corrected_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
-        writes pose: 1
-        reads odometry: 1
-        reads correction: 1
-    "#]],
+            odometry -> odometry_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + odometry_pose
+            odometry -> pose: 1, age 0, written update to update update odometry + correction + max(odometry_pose + pose, corrected_pose + pose)
+            odometry -> corrected_pose(): ∞ [update] OtherPort("correction"), age 0, written update to update update odometry + correction + corrected_pose
+            correction -> pose: 1, age 0, written update to update update odometry + correction + corrected_pose + pose
+            correction -> corrected_pose(): 1, age 0, written update to update update odometry + correction + corrected_pose
+            odometry_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + odometry_pose + pose
+            corrected_pose() -> pose: ∞ [update] OtherPort("correction"), age 0, less in update of update, written update to update update odometry + correction + corrected_pose + pose
+            writes pose: 1
+            reads odometry: 1
+            reads correction: 1
+        "#]],
     );
 }
 
@@ -313,9 +319,9 @@ fn an_operator_drives_in_one_state() {
         &["joystick_poll() -> command", "standstill", "writes"],
         &[NOTHING, driving],
         expect![[r#"
-            joystick_poll() -> command: ∞ [Released, Driving] Answer(pressed), age 0, less in Driving.exit of Driving, written Driving to Driving Driving.handle stick_order + command
-            standstill() -> command: ∞ [Driving] Answer(joystick_open), age 0, less in Driving.handle of Driving, written Driving to Unplugged Driving.exit standstill + command | Driving to Released Driving.exit standstill + command
-            writes command: ∞ [Released] Answer(joystick_open)
+            joystick_poll() -> command: ∞ [Released] Answer(joystick_poll), age 0, less in Driving.exit of Driving, written Driving to Driving Driving.handle stick_order + command
+            standstill() -> command: ∞ [Driving] Answer(joystick_poll), age 0, less in Driving.handle of Driving, written Driving to Unplugged Driving.exit standstill + command | Driving to Released Driving.exit standstill + command
+            writes command: ∞ [Released] Answer(joystick_poll)
 
             joystick_poll() -> command: 1, age 0, written Driving to Driving Driving.handle stick_order + command
             standstill() -> command: ∞ [Driving] NoWrite, age ∞, written 
@@ -417,6 +423,55 @@ fn clients_call_operations_between_periods() {
            update = { if (read(a, x) == new_data) then { write(q, x); } else { } } }",
         expect![[r#"
             a -> q: ∞ [update] Condition, age 1, written between periods
+            writes q: ∞ [update] Condition
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn an_operation_that_others_may_call_takes_what_a_later_period_would_write() {
+    check(
+        "core K(T) { var x: int = 0  provide hold(in to: int) = { x = to; }
+           update = { write(q, x); read(a, x); } }
+         shell T extends S { provide hold(in to: int): void }
+         component D(T, K)",
+        expect![[r#"
+            a -> q: ∞ [update] Condition, age 1, older in update of update, written update to update update q
+            writes q: 1
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn an_operation_of_the_core_writes_for_its_caller() {
+    check(
+        "core K(T) { var x: int = 0  provide hold(in to: int): int = { write(q, to); return to + 1; }
+           update = { read(a, x); act(hold(x)); } }
+         shell T extends S { provide hold(in to: int): int }
+         component D(T, K)",
+        expect![[r#"
+            a -> q: 1, age 0, less in hold of update, written update to update update a + operation 0
+            a -> act(): 1, age 0, written update to update update a + operation 0 + act
+            writes q: 1
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn calls_and_results_of_operations_are_ends() {
+    check(
+        "core K(T) { var x: int = 0  handler h: plan_for
+           update = { if (read(a, x) == new_data) then { h = send(plan_for, x); } else { }
+             if (collect(h, x) == success) then { write(q, x); } else { } } }
+         shell T extends S { require plan_for(in from: int): int }
+         component D(T, K)",
+        expect![[r#"
+            a -> operation plan_for: 1, age 0, written update to update update a + plan_for
+            a -> q: ∞ [update] NoWrite, age ∞, written update to update update a + max(plan_for) + q
+            operation plan_for -> q: 1, age 0, written update to update update a + max(plan_for) + q
             writes q: ∞ [update] Condition
             reads a: 1
         "#]],

@@ -8,6 +8,7 @@ mod types;
 
 pub use self::types::{Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written};
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -17,7 +18,7 @@ use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
 use crate::body::core_scope;
 use crate::cost::{Cost, cost_until};
 use crate::infer::inference_of;
-use crate::item_tree::{Machine, SourceId};
+use crate::item_tree::{Core, Machine, Name, SourceId};
 use crate::project::Project;
 use crate::source::{Decl, core};
 
@@ -55,7 +56,7 @@ fn flows_of<'db>(
     let states = vec![true; flows.graph.starts.len()];
     for forgets in [false, true] {
         let search = Search { forgets, ..Search::new(&flows.graph, &states) };
-        if let Some(found) = search.explore(search.starts(), |_, _| false, false) {
+        if let Some(found) = search.explore(search.first(behaviour.initial), |_, _| false, false) {
             flows.reached = found.moments.iter().map(|it| (it.node, it.values)).collect();
             flows.forgets = forgets;
             return Some(Arc::new(flows));
@@ -90,17 +91,27 @@ pub fn passages_of<'db>(
         forgets: flows.forgets,
         ..Search::new(graph, &states)
     };
-    Context { db, project, of, flows, behaviour, search }.all()
+    let core = core(db, of);
+    let machine = core.and_then(|core| core.machines.first());
+    let indices = machine.map_or_else(FxHashMap::default, Machine::state_indices);
+    let context =
+        Context { db, project, of, core, indices, flows, behaviour, search, parts: RefCell::default() };
+    if flows.too_large || graph.too_large { context.unknown() } else { context.all() }
 }
 
 struct Context<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
+    core: Option<&'db Core>,
+    /// The index of the state of each name in the text of the core.
+    indices: FxHashMap<&'db Name, usize>,
     flows: &'a Flows<'db>,
     behaviour: &'db Behaviour<'db>,
     /// Follows nothing.
     search: Search<'a, 'db>,
+    /// The costs up to calls.
+    parts: RefCell<FxHashMap<Vec<SourceId>, Arc<Cost<'db>>>>,
 }
 
 impl<'db> Context<'_, 'db> {
@@ -134,6 +145,34 @@ impl<'db> Context<'_, 'db> {
         self.behaviour.programs.get(place.program).or(operation)
     }
 
+    /// Returns the passages of a core that is too large: all that there may be between a port and another end.
+    fn unknown(&self) -> Passages<'db> {
+        let Graph { sources, sinks, .. } = &self.flows.graph;
+        let skip = || self.skip(Vec::new(), None, SkipCause::TooLarge);
+        let mut found = Passages::default();
+        for from in sources {
+            for to in sinks.iter().filter(|to| [from, to].into_iter().any(is_port)) {
+                found.all.push(Passage {
+                    from: from.clone(),
+                    to: to.clone(),
+                    releases: Err(skip()),
+                    periods: None,
+                    overwritten: None,
+                    written: Vec::new(),
+                    to_handle: true,
+                });
+            }
+        }
+        let ports = |ends: &[PassageEnd<'db>]| {
+            let name = |end: &PassageEnd<'db>| {
+                if let PassageEnd::Port(port) = end { Some((port.clone(), Err(skip()))) } else { None }
+            };
+            ends.iter().filter_map(name).collect()
+        };
+        (found.writes, found.reads) = (ports(sinks), ports(sources));
+        found
+    }
+
     fn state_of(&self, node: u32) -> Option<usize> {
         let graph = &self.flows.graph;
         Some(graph.places.get(graph.nodes.get(node as usize)?.place as usize)?.state)
@@ -159,25 +198,24 @@ impl<'db> Context<'_, 'db> {
         self.releases(search, found.as_ref())
     }
 
+    fn skip(&self, states: Vec<usize>, at: Option<SourceId>, cause: SkipCause<'db>) -> Skip<'db> {
+        let states = states.into_iter().filter_map(|it| self.behaviour.states.get(it).cloned());
+        Skip { core: self.of, states: states.collect(), at, cause }
+    }
+
     fn releases(&self, search: Search<'_, 'db>, found: Option<&Found>) -> Result<u32, Skip<'db>> {
-        let skip = |states: Vec<usize>, at, cause| {
-            let states = states.into_iter().filter_map(|it| self.behaviour.states.get(it).cloned());
-            Skip { core: self.of, states: states.collect(), at, cause }
-        };
-        let Some(found) = found.filter(|_| !self.flows.too_large && !self.flows.graph.too_large) else {
-            return Err(skip(Vec::new(), None, SkipCause::TooLarge));
-        };
+        let Some(found) = found else { return Err(self.skip(Vec::new(), None, SkipCause::TooLarge)) };
         match search.longest(found) {
             Ok(Some(releases)) => Ok(releases.max(1)),
             Ok(None) => {
                 let states = (0..search.states.len()).filter(|it| search.states.get(*it) == Some(&true));
-                Err(skip(states.collect(), None, SkipCause::NoWrite))
+                Err(self.skip(states.collect(), None, SkipCause::NoWrite))
             }
             Err(cycle) => {
                 let states = search.states_of(found, &cycle);
                 Err(match search.skipped(found, &cycle) {
-                    Some((node, cause)) => skip(states, Some(node.at), cause),
-                    None => skip(states, None, SkipCause::NoWrite),
+                    Some((node, cause)) => self.skip(states, Some(node.at), cause),
+                    None => self.skip(states, None, SkipCause::NoWrite),
                 })
             }
         }
@@ -185,10 +223,8 @@ impl<'db> Context<'_, 'db> {
 
     fn passage(&self, from: u16, to: u16, carried: &[Slots], wanted: &[Slots]) -> Option<Passage<'db>> {
         let graph = &self.flows.graph;
-        let ends = [graph.sources.get(usize::from(from))?, graph.sinks.get(usize::from(to))?];
-        if let [PassageEnd::Codel(from), PassageEnd::Codel(to)] = ends
-            && from == to
-        {
+        let (source, sink) = (graph.sources.get(usize::from(from))?, graph.sinks.get(usize::from(to))?);
+        if source == sink {
             return None;
         }
         let skips = graph.skips(Some(from), Some(to), wanted);
@@ -199,12 +235,14 @@ impl<'db> Context<'_, 'db> {
             search.forgets = true;
             found = search.explore(self.arrivals(search), carries, true);
         }
-        let releases = self.releases(search, found.as_ref());
-        let overwritten = found.and_then(|found| self.overwritten(search, &found, to, carried));
+        // What follows may be too much too: then nothing is known.
+        let after = found.as_ref().and_then(|found| search.explore_after(found, to));
+        let releases = self.releases(search, found.as_ref().filter(|_| after.is_some()));
+        let overwritten = after.and_then(|after| self.overwritten(&after, carried));
         let handles = graph.to_handle.get(usize::from(to)).copied().unwrap_or_default();
         Some(Passage {
-            from: ends[0].clone(),
-            to: ends[1].clone(),
+            from: source.clone(),
+            to: sink.clone(),
             releases,
             periods: self.periods(search, to),
             overwritten,
@@ -213,17 +251,9 @@ impl<'db> Context<'_, 'db> {
         })
     }
 
-    /// Returns the first write of less after a write of the data.
-    fn overwritten(
-        &self,
-        search: Search<'_, 'db>,
-        found: &Found,
-        to: u16,
-        carried: &[Slots],
-    ) -> Option<Overwrite<'db>> {
+    /// Returns the first write of less of those that follow a write of the data.
+    fn overwritten(&self, after: &Found, carried: &[Slots]) -> Option<Overwrite<'db>> {
         let graph = &self.flows.graph;
-        let is_less = |moment: &Moment, node: &Node| node.sink == Some(to) && node.from & moment.carry == 0;
-        let after = search.explore(search.after_goals(found), is_less, true)?;
         let first = after.goals.iter().position(|is_goal| *is_goal)?;
         let index = after.moments.get(first)?.node as usize;
         let node = graph.nodes.get(index)?;
@@ -273,7 +303,6 @@ impl<'db> Context<'_, 'db> {
             }
         }
         let mut found = Vec::new();
-        let mut parts = FxHashMap::default();
         let is_assumed = |state: usize| self.search.states.get(state) == Some(&true);
         let edges = self.behaviour.edges.all.iter().enumerate();
         for (index, edge) in edges.filter(|(_, edge)| is_assumed(edge.source) && is_assumed(edge.target)) {
@@ -284,22 +313,30 @@ impl<'db> Context<'_, 'db> {
             let of_state = by_state.get(&edge.source).into_iter().flatten();
             let last = of_state.filter(|(place, _)| executes(place)).max_by_key(|(place, _)| place.before);
             if let Some((place, calls)) = last {
-                let part = parts.entry(calls.first()).or_insert_with(|| Arc::new(self.part(place, calls)));
-                found.push(Written { edge: index, programs: place.before, part: part.clone() });
+                found.push(Written { edge: index, programs: place.before, part: self.part(place, calls) });
             }
         }
         found
     }
 
-    fn part(&self, place: &Place, calls: &[SourceId]) -> Cost<'db> {
-        let (core, scope) = (core(self.db, self.of), core_scope(self.db, self.of).as_ref());
-        let program = self.program(place);
-        let Some((core, scope, program)) = core.zip(scope).zip(program).map(|((a, b), c)| (a, b, c)) else {
-            return Cost::default();
-        };
-        let states = core.machines.first().map_or_else(FxHashMap::default, Machine::state_indices);
-        let Some((body, code)) = code_of(core, &states, &program.id) else { return Cost::default() };
-        let inference = inference_of(self.db, self.project, self.of, scope.group(body).unwrap_or_default());
-        cost_until(self.of, code, inference, calls)
+    /// Returns the cost of a program up to the end of the last of these calls.
+    fn part(&self, place: &Place, calls: &[SourceId]) -> Arc<Cost<'db>> {
+        if let Some(found) = self.parts.borrow().get(calls) {
+            return found.clone();
+        }
+        let program = self.program(place).zip(self.core);
+        let code = program.and_then(|(program, core)| code_of(core, &self.indices, &program.id));
+        let scope = core_scope(self.db, self.of).as_ref();
+        let cost = code.zip(scope).map(|((body, code), scope)| {
+            let group = scope.group(body).unwrap_or_default();
+            cost_until(self.of, code, inference_of(self.db, self.project, self.of, group), calls)
+        });
+        let found = Arc::new(cost.unwrap_or_default());
+        self.parts.borrow_mut().insert(calls.to_vec(), found.clone());
+        found
     }
+}
+
+fn is_port(end: &PassageEnd<'_>) -> bool {
+    matches!(end, PassageEnd::Port(_))
 }

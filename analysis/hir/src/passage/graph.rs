@@ -23,7 +23,7 @@ use crate::resolve::{Binding, Callee, VariableId};
 use crate::source::{Decl, codel, core};
 use crate::types::{Type, type_of};
 
-use super::types::{PassageEnd, SkipCause};
+use super::types::PassageEnd;
 
 /// A set of slots.
 pub(super) type Slots = u128;
@@ -36,6 +36,8 @@ pub(super) const SHARED_SLOTS: u32 = 96;
 const SHARED_CELLS: u8 = 28;
 const CELLS: u8 = 42;
 const MAX_NODES: usize = 100_000;
+/// The most nodes, each for each sink.
+const MAX_FLOWS: usize = 4_000_000;
 const MAX_CALLS: usize = 64;
 /// The most executions of operations in all programs: each may call the next one twice.
 const MAX_OPERATIONS: usize = 10_000;
@@ -130,10 +132,8 @@ pub(super) struct Graph<'db> {
     pub(super) to_handle: Vec<bool>,
     /// The codel that a node calls.
     pub(super) calls: FxHashMap<u32, Decl<'db>>,
-    /// Why the value of a shared cell may be any.
-    pub(super) causes: FxHashMap<u8, SkipCause<'db>>,
-    /// Likewise at a branch on another cell, by node.
-    pub(super) local_causes: FxHashMap<u32, SkipCause<'db>>,
+    /// The ports whose statuses are in cells.
+    pub(super) statuses: FxHashMap<u8, Name>,
     /// The values that each shared cell may have.
     pub(super) domains: Vec<Values>,
     /// The bits of the cells whose values matter before each node.
@@ -175,7 +175,8 @@ pub(super) struct Builder<'a, 'db> {
     scope: &'db CoreScope,
     behaviour: &'a Behaviour<'db>,
     shared: &'db [VariableOf],
-    /// The external types whose values carry no data.
+    through_handles: bool,
+    /// The external types of handles.
     is_handle: Box<dyn Fn(&Type) -> bool + 'db>,
     graph: Graph<'db>,
     open: Exits,
@@ -184,8 +185,6 @@ pub(super) struct Builder<'a, 'db> {
     inference: &'db Inference<'db>,
     variables: FxHashMap<VariableId, Storage>,
     statuses: FxHashMap<Name, Option<u8>>,
-    /// Why each cell is not known.
-    causes: FxHashMap<u8, SkipCause<'db>>,
     /// The index of the state of each name in the core's text.
     states: FxHashMap<&'db Name, usize>,
     sources: FxHashMap<PassageEnd<'db>, u16>,
@@ -216,8 +215,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         // What a port has is data, even of an external type.
         let ports = features.by_name.values().flatten().filter(|it| it.kind.is_port());
         let of_ports: Vec<Type> = ports.map(|it| it.ty(db, project)).collect();
-        let is_handle =
-            move |ty: &Type| !through_handles && matches!(ty, Type::External(_)) && !of_ports.contains(ty);
+        let is_handle = move |ty: &Type| matches!(ty, Type::External(_)) && !of_ports.contains(ty);
         Some(Builder {
             db,
             project,
@@ -226,6 +224,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             scope,
             behaviour,
             shared: shared_variables(db, project, of),
+            through_handles,
             is_handle: Box::new(is_handle),
             graph: Graph::default(),
             open: Vec::new(),
@@ -233,7 +232,6 @@ impl<'a, 'db> Builder<'a, 'db> {
             inference: inference_of(db, project, of, 0),
             variables: FxHashMap::default(),
             statuses: FxHashMap::default(),
-            causes: FxHashMap::default(),
             states: core.machines.first().map_or_else(FxHashMap::default, |it| it.state_indices()),
             sources: FxHashMap::default(),
             sinks: FxHashMap::default(),
@@ -258,7 +256,10 @@ impl<'a, 'db> Builder<'a, 'db> {
             for operation in 0..self.core.operations.len() {
                 self.called(operation, state, start);
             }
-            let mut own = edges.all.iter().enumerate().filter(|(_, edge)| edge.source == state).peekable();
+            // The edges are in the order of the states.
+            let begin = edges.all.partition_point(|edge| edge.source < state);
+            let own = edges.all.iter().enumerate().skip(begin);
+            let mut own = own.take_while(|(_, edge)| edge.source == state).peekable();
             for (before, &program) in first.iter().enumerate() {
                 self.place(Place { state, edge: None, target: None, before, program });
                 let guarded = match self.behaviour.programs.get(program).map(|it| &it.id) {
@@ -278,10 +279,9 @@ impl<'a, 'db> Builder<'a, 'db> {
             }
             self.open.clear();
         }
-        let Builder { mut graph, causes, .. } = self;
-        graph.causes = causes;
-        graph.find_live();
-        graph
+        self.graph.too_large |= self.graph.nodes.len() * self.graph.sinks.len() > MAX_FLOWS;
+        self.graph.find_live();
+        self.graph
     }
 
     /// Lets clients call an operation before a job, which begins at `start`, any number of times.
@@ -386,13 +386,6 @@ impl<'a, 'db> Builder<'a, 'db> {
         if self.emit(Step::Branch(left, right), at).is_none() {
             return (Vec::new(), Vec::new());
         }
-        for operand in [left, right] {
-            if let Operand::Cell(cell) = operand
-                && let Some(cause) = self.causes.get(&cell).filter(|_| cell >= SHARED_CELLS)
-            {
-                self.graph.local_causes.insert(self.graph.nodes.len() as u32 - 1, cause.clone());
-            }
-        }
         let exits = std::mem::take(&mut self.open);
         let other = exits.iter().map(|(node, _)| (*node, 1)).collect();
         (exits, other)
@@ -407,11 +400,6 @@ impl<'a, 'db> Builder<'a, 'db> {
             let cell = to.cell.map(|cell| (cell, operand));
             if let Some(node) = self.emit(Step::Plain, at) {
                 (node.from, node.to, node.value) = (value.from, to.slot, cell);
-            }
-            if let Some((cell, Operand::Cell(other))) = cell
-                && let Some(cause) = self.causes.get(&other).cloned()
-            {
-                self.causes.entry(cell).or_insert(cause);
             }
         }
     }
@@ -503,7 +491,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     fn carries(&self, ty: &Type) -> bool {
-        !matches!(ty, Type::Handle(_) | Type::Void) && !(self.is_handle)(ty)
+        !matches!(ty, Type::Handle(_) | Type::Void) && (self.through_handles || !(self.is_handle)(ty))
     }
 
     fn shared_cell(&mut self, values: Values) -> Option<u8> {
@@ -525,7 +513,6 @@ impl<'a, 'db> Builder<'a, 'db> {
         }
         if let Some(values) = values_of(ty).filter(|_| self.cells < CELLS) {
             (storage.cell, storage.values) = (Some(self.cells), values);
-            self.causes.remove(&self.cells);
             self.cells += 1;
         }
         storage
@@ -537,9 +524,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             return *found;
         }
         let cell = self.shared_cell(ANY);
-        if let Some(cell) = cell {
-            self.causes.insert(cell, SkipCause::OtherPort(port.clone()));
-        }
+        self.graph.statuses.extend(cell.map(|cell| (cell, port.clone())));
         self.statuses.insert(port.clone(), cell);
         cell
     }
@@ -552,19 +537,17 @@ impl<'a, 'db> Builder<'a, 'db> {
                 let (holds, fails) = self.condition(inner);
                 (fails, holds)
             }
-            Expr::Binary(operator @ (BinaryOperator::And | BinaryOperator::Or), left, right, _) => {
-                let (holds, fails) = self.condition(left);
-                let is_and = *operator == BinaryOperator::And;
-                let (open, mut decided) = if is_and { (holds, fails) } else { (fails, holds) };
-                self.open = open;
-                let (holds, fails) = self.condition(right);
-                if is_and {
-                    decided.extend(fails);
-                    (holds, decided)
-                } else {
-                    decided.extend(holds);
-                    (decided, fails)
-                }
+            Expr::Binary(BinaryOperator::And | BinaryOperator::Or, ..) => {
+                let (first, operands) = spine(expr, is_logic);
+                let exits = self.condition(first);
+                operands.into_iter().rev().fold(exits, |(holds, fails), (operator, right, _)| {
+                    let is_and = operator == BinaryOperator::And;
+                    let (open, mut decided) = if is_and { (holds, fails) } else { (fails, holds) };
+                    self.open = open;
+                    let (holds, fails) = self.condition(right);
+                    decided.extend(if is_and { &fails } else { &holds });
+                    if is_and { (holds, decided) } else { (decided, fails) }
+                })
             }
             Expr::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right, id) => {
                 let (left, right) = (self.value(left), self.value(right));
@@ -596,22 +579,34 @@ impl<'a, 'db> Builder<'a, 'db> {
                 let inner = self.value(inner);
                 self.truth(inner.operand, Operand::Known(FALSE), inner.from, *id)
             }
-            Expr::Binary(operator, left, right, id) => match operator {
-                BinaryOperator::And | BinaryOperator::Or => self.logic(*operator, left, right, *id),
-                BinaryOperator::Equal | BinaryOperator::NotEqual => {
-                    let (left, right) = (self.value(left), self.value(right));
-                    let from = left.from | right.from;
-                    let equal = self.truth(left.operand, right.operand, from, *id);
-                    match operator {
-                        BinaryOperator::Equal => equal,
-                        _ => self.truth(equal.operand, Operand::Known(FALSE), from, *id),
-                    }
-                }
-                _ => {
-                    let left = self.value(left).from;
-                    unknown(left | self.value(right).from)
-                }
-            },
+            Expr::Binary(..) => {
+                let (first, operands) = spine(expr, |_| true);
+                let first = self.value(first);
+                let operands = operands.into_iter().rev();
+                operands.fold(first, |left, (operator, right, id)| self.operator(operator, left, right, id))
+            }
+        }
+    }
+
+    fn operator(
+        &mut self,
+        operator: BinaryOperator,
+        left: Computed,
+        right: &'db Expr,
+        at: SourceId,
+    ) -> Computed {
+        if is_logic(operator) {
+            return self.logic(operator, left, right, at);
+        }
+        let right = self.value(right);
+        let from = left.from | right.from;
+        match operator {
+            BinaryOperator::Equal => self.truth(left.operand, right.operand, from, at),
+            BinaryOperator::NotEqual => {
+                let equal = self.truth(left.operand, right.operand, from, at);
+                self.truth(equal.operand, Operand::Known(FALSE), from, at)
+            }
+            _ => Computed { from, operand: Operand::Known(ANY) },
         }
     }
 
@@ -631,12 +626,11 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn logic(
         &mut self,
         operator: BinaryOperator,
-        left: &'db Expr,
+        left: Computed,
         right: &'db Expr,
         at: SourceId,
     ) -> Computed {
         let result = self.stack(&Type::Bool);
-        let left = self.value(left);
         self.set(result, left, at);
         let operand = computed(result).operand;
         let (holds, fails) = self.branch(operand, Operand::Known(TRUE), at);
@@ -664,11 +658,8 @@ impl<'a, 'db> Builder<'a, 'db> {
         let (db, project) = (self.db, self.project);
         let ty = |ty: Option<&_>| type_of(db, project, of, ty);
         let result = data.map_or(Type::Unknown, |data| ty(data.result.as_ref()));
-        let gives_handle = data.is_some_and(|data| {
-            let outputs = data.parameters.iter().filter(|it| it.direction != Direction::In);
-            let mut types = outputs.map(|it| ty(it.ty.as_ref())).chain([result.clone()]);
-            types.any(|ty| matches!(ty, Type::External(_)))
-        });
+        let mut types = data.iter().flat_map(|data| &data.parameters).map(|it| ty(it.ty.as_ref()));
+        let has_handle = (self.is_handle)(&result) || types.any(|ty| (self.is_handle)(&ty));
         let result = self.stack(&result);
         let (mut from, mut to) = (0, result.slot);
         let (mut changed, mut takes) = (Vec::new(), false);
@@ -686,7 +677,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             takes |= direction != Direction::Out;
         }
         let source = (to != 0).then(|| self.source(PassageEnd::Codel(of)));
-        let sink = takes.then(|| self.sink(PassageEnd::Codel(of), gives_handle));
+        let sink = takes.then(|| self.sink(PassageEnd::Codel(of), has_handle));
         let value = result.cell.map(|cell| (cell, Operand::Known(result.values)));
         if let Some(node) = self.emit(Step::Plain, at) {
             (node.from, node.to, node.value, node.source, node.sink) = (from, to, value, source, sink);
@@ -694,16 +685,14 @@ impl<'a, 'db> Builder<'a, 'db> {
             self.graph.calls.insert(id, of);
         }
         self.forget(changed, at);
-        if let Some(cell) = result.cell {
-            self.causes.insert(cell, SkipCause::Answer(of));
-        }
         computed(result)
     }
 
     /// Executes an operation of the core. Parameters that it changes are the variables of the caller.
     fn operation(&mut self, index: usize, arguments: &'db [Expr], at: SourceId) -> Computed {
         self.operations += 1;
-        let fits = self.frames.len() < MAX_CALLS && self.operations <= MAX_OPERATIONS;
+        let fits =
+            self.frames.len() < MAX_CALLS && self.operations <= MAX_OPERATIONS && !self.graph.too_large;
         let Some(operation) = self.core.operations.get(index).filter(|_| fits) else {
             self.graph.too_large = true;
             return Computed { from: 0, operand: Operand::Known(ANY) };
@@ -787,7 +776,6 @@ impl<'a, 'db> Builder<'a, 'db> {
     /// Any value may be in these variables from here on.
     fn forget(&mut self, changed: Vec<Storage>, at: SourceId) {
         for storage in changed {
-            self.causes.extend(storage.cell.map(|cell| (cell, SkipCause::Condition)));
             let value = Computed { from: 0, operand: Operand::Known(ANY) };
             self.set(Storage { slot: 0, ..storage }, value, at);
         }
@@ -809,6 +797,25 @@ impl<'a, 'db> Builder<'a, 'db> {
             next
         })
     }
+}
+
+fn is_logic(operator: BinaryOperator) -> bool {
+    matches!(operator, BinaryOperator::And | BinaryOperator::Or)
+}
+
+/// An operator of a left-deep expression, its right operand and its source.
+type Operator<'a> = (BinaryOperator, &'a Expr, SourceId);
+
+/// Returns the first operand of an expression, and its operators, the last one first: a long sum is no deep recursion.
+fn spine(expr: &Expr, is_part: impl Fn(BinaryOperator) -> bool) -> (&Expr, Vec<Operator<'_>>) {
+    let (mut first, mut operators) = (expr, Vec::new());
+    while let Expr::Binary(operator, left, right, id) = first
+        && is_part(*operator)
+    {
+        operators.push((*operator, right.as_ref(), *id));
+        first = left;
+    }
+    (first, operators)
 }
 
 fn computed(storage: Storage) -> Computed {

@@ -1,8 +1,9 @@
 //! Follows data through the jobs of a core, for all its paths: how long it may take, and what may happen on the way.
 
+use std::collections::VecDeque;
 use std::collections::hash_map::Entry;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::graph::{closure, components, topological_order};
 use crate::source::Decl;
@@ -108,10 +109,9 @@ impl<'a, 'db> Search<'a, 'db> {
         moment.values
     }
 
-    /// Returns the moments at the first node of each state, when nothing is known.
-    pub(super) fn starts(&self) -> impl Iterator<Item = Moment> {
-        let values = self.unknown();
-        self.graph.starts.iter().map(move |&node| self.start(node, values))
+    /// Returns the moment before the first job in a state, when nothing is known.
+    pub(super) fn first(&self, state: usize) -> Option<Moment> {
+        self.graph.starts.get(state).map(|&node| self.start(node, self.unknown()))
     }
 
     /// Returns whether nodes between two others are left out for a node.
@@ -162,7 +162,8 @@ impl<'a, 'db> Search<'a, 'db> {
             return;
         }
         moment.node = start;
-        moment.carry &= (1 << SHARED_SLOTS) - 1;
+        let shared = (1 << SHARED_SLOTS) - 1;
+        moment.carry &= shared;
         moment.newer &= moment.carry;
         if self.forgets {
             moment.values = self.unknown();
@@ -274,12 +275,13 @@ impl<'a, 'db> Search<'a, 'db> {
         Some(found)
     }
 
-    /// Returns what may follow the goals.
-    pub(super) fn after_goals(&self, found: &Found) -> Vec<Moment> {
+    /// Returns what may follow the goals, up to writes to `sink` that carry less.
+    pub(super) fn explore_after(&self, found: &Found, sink: u16) -> Option<Found> {
         let goals = found.moments.iter().zip(&found.goals).filter(|(_, is_goal)| **is_goal);
         let mut after = Vec::new();
         goals.for_each(|(moment, _)| self.after(*moment, &mut after));
-        after
+        let is_less = |moment: &Moment, node: &Node| node.sink == Some(sink) && node.from & moment.carry == 0;
+        self.explore(after, is_less, true)
     }
 
     /// Returns the most ends of jobs on a path to a goal; none if no path comes to one. A path that may miss all goals for ever is
@@ -339,7 +341,8 @@ impl<'a, 'db> Search<'a, 'db> {
             let Some(node) = self.node(moment) else { continue };
             let Step::Branch(left, right) = node.step else { continue };
             let Some(&other) = successors.iter().find(|it| Some(*it) != taken) else { continue };
-            let cause = || (node, self.cause(moment.node, left, right));
+            let of = |operand| self.cause(found, cycle, position, operand);
+            let cause = || (node, of(left).or_else(|| of(right)).unwrap_or(SkipCause::Condition));
             if self.in_job(found, other) {
                 return Some(cause());
             }
@@ -350,20 +353,29 @@ impl<'a, 'db> Search<'a, 'db> {
         far
     }
 
-    fn cause(&self, node: u32, left: Operand, right: Operand) -> SkipCause<'db> {
-        let of_cell = |operand| match operand {
-            Operand::Cell(cell) => self.graph.causes.get(&cell),
-            Operand::Known(_) => None,
-        };
-        let local = self.graph.local_causes.get(&node);
-        let own = self.source.and_then(|source| self.graph.sources.get(usize::from(source)));
-        match local.or_else(|| of_cell(left)).or_else(|| of_cell(right)) {
-            Some(SkipCause::OtherPort(port)) if own == Some(&PassageEnd::Port(port.clone())) => {
-                SkipCause::AlreadyRead
+    /// Returns why a cell has no known value at a position of a cycle: by what sets it last.
+    fn cause(
+        &self,
+        found: &Found,
+        cycle: &Cycle,
+        position: usize,
+        operand: Operand,
+    ) -> Option<SkipCause<'db>> {
+        let Operand::Cell(mut cell) = operand else { return None };
+        let before = cycle.iter().take(position).rev().chain(cycle.iter().skip(position).rev());
+        for moment in before.filter_map(|index| found.moments.get(*index)) {
+            match self.node(moment).and_then(|node| node.value).filter(|(set, _)| *set == cell) {
+                Some((_, Operand::Cell(other))) => cell = other,
+                Some((_, Operand::Known(_))) => {
+                    return self.graph.calls.get(&moment.node).map(|codel| SkipCause::Answer(*codel));
+                }
+                None => {}
             }
-            Some(cause) => cause.clone(),
-            None => SkipCause::Condition,
         }
+        let port = self.graph.statuses.get(&cell)?.clone();
+        let own = self.source.and_then(|source| self.graph.sources.get(usize::from(source)));
+        let is_own = own == Some(&PassageEnd::Port(port.clone()));
+        Some(if is_own { SkipCause::AlreadyRead } else { SkipCause::OtherPort(port) })
     }
 
     /// Returns whether a goal follows in the same job.
@@ -430,17 +442,35 @@ fn cycle(found: &Found, order: &[usize]) -> Cycle {
         is_open.get_mut(index).into_iter().for_each(|it| *it = false);
     }
     let is_open = |index: &usize| is_open.get(*index) == Some(&true);
-    let mut path: Vec<usize> = Vec::new();
-    let mut position = FxHashMap::default();
+    // Each of them has a successor among them.
+    let mut seen = FxHashSet::default();
     let mut current = (0..found.moments.len()).find(is_open);
     while let Some(index) = current {
-        if let Some(&first) = position.get(&index) {
-            return path.split_off(first);
+        if !seen.insert(index) {
+            return shortest(found, index, is_open);
         }
-        position.insert(index, path.len());
-        path.push(index);
         current = found.successors.get(index).and_then(|it| it.iter().copied().find(is_open));
     }
+    Cycle::new()
+}
+
+/// Returns the shortest cycle through a moment.
+fn shortest(found: &Found, first: usize, is_open: impl Fn(&usize) -> bool) -> Cycle {
+    let mut before: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut open = VecDeque::from([first]);
+    while let Some(index) = open.pop_front().filter(|_| !before.contains_key(&first)) {
+        for &next in found.successors.get(index).into_iter().flatten().filter(|it| is_open(it)) {
+            before.entry(next).or_insert_with(|| {
+                open.push_back(next);
+                index
+            });
+        }
+    }
+    let up = |index: &usize| before.get(index).copied().filter(|it| *it != first);
+    let mut path: Cycle = std::iter::successors(before.get(&first).copied(), up).collect();
+    path.retain(|it| *it != first);
+    path.push(first);
+    path.reverse();
     path
 }
 
