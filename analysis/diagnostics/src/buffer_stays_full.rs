@@ -1,7 +1,7 @@
 //! # buffer-stays-full
 //!
-//! The reader of a buffer reads less often than its writer writes. The buffer fills, and stays full: a value that is written then is
-//! lost, and each value that is read has waited for all that were before it.
+//! The reader of a buffer reads less often than its writer writes. The buffer fills, and stays full: it drops a value that is written
+//! then, and each value that is read has waited for all that were before it.
 //!
 //! ```mauve
 //! codel grab(out n: int): void
@@ -34,7 +34,7 @@ pub(super) fn report<'db>(link: &Link<'db>, age: Time) -> Diagnostic<'db> {
     let (writer, reader) = (&link.source.0, &link.target.0);
     let size = link.buffer.unwrap_or_default();
     let message = format!(
-        "the buffer of {size} stays full: `{reader}` reads less often than `{writer}` writes, so that values are lost, and the \
+        "the buffer of {size} stays full: `{reader}` reads less often than `{writer}` writes, so that values are dropped, and the \
          data that it reads is at least {age} old; remove `[{size}]`, or read more often"
     );
     Diagnostic::new(&BUFFER_STAYS_FULL, link.at.clone(), message)

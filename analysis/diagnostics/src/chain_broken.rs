@@ -28,8 +28,8 @@
 //! to = "camera"   # warning
 //! ```
 //!
-//! A component that may do nothing for ever has no bound: `look` may return `false` in each period. If the chain is meant for the time
-//! in which it returns `true`, write `answers = ["look"]`; if it is meant for some states of a component only, write them in
+//! A component that may do nothing for ever has no bound: `look` may return `false` in each period. If the chain is intended for the time
+//! in which it returns `true`, write `answers = ["look"]`; if it is intended for some states of a component only, write them in
 //! `while`. The fix does so for all components that may block.
 
 use super::*;
@@ -52,7 +52,7 @@ pub(super) fn report<'db>(
     let keys = unblocked.map_or_else(Vec::new, |it| keys(config, it));
     let written: Vec<String> = keys.iter().map(|(_, written)| format!("`{written}`")).collect();
     if !keys.is_empty() {
-        message += &format!("; write {} if it is meant for that only", written.join(" and "));
+        message += &format!("; write {} if the chain is intended for that only", written.join(" and "));
     }
     let mut found = Diagnostic::new(&CHAIN_BROKEN, wrong.unwrap_or_else(|| at.clone()), message);
     for reason in &chain.reasons {

@@ -92,7 +92,7 @@ fn chain_problem(problem: &ChainProblem) -> String {
             format!("`{key}` is missing: write a codel, a port or an instance, such as \"hokuyo.scan\"")
         }
         ChainProblem::Unresolved(name) => {
-            format!("`{name}` is no instance or port, and no codel that an instance calls")
+            format!("no instance or port `{name}`, and no instance calls such a codel")
         }
         ChainProblem::Ambiguous { codel, instances } => {
             format!("`{codel}` is called by {}: write which, as `instance.codel`", list(instances))
@@ -112,7 +112,7 @@ fn chain_problem(problem: &ChainProblem) -> String {
             format!("`{instance}` has no state `{state}`, or is not in the chain")
         }
         ChainProblem::NoAnswer(name) => {
-            format!("`{name}` is no codel or input port of the instances in the chain")
+            format!("the instances in the chain call no codel `{name}`, and have no such input port")
         }
     }
 }

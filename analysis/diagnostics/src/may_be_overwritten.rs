@@ -23,7 +23,7 @@
 //! }
 //! ```
 //!
-//! That is often intended: a robot without a goal stands still. A chain through such a component has a latency only while it does not
+//! That is often intended: a robot without a goal does not move. A chain through such a component has a latency only while it does not
 //! overwrite: see `while` in `[chains.NAME]`.
 
 use super::*;

@@ -347,8 +347,8 @@ fn declared_chains() {
         from = 'f' to = 'a'                                     c: 37 ms, age 27 ms
         from = 'b.i' to = 'b'                                   c: 13 ms, age 3 ms
         from = 's'                                              c: c: `to` is missing: write a codel, a port or an instance, such as "hokuyo.scan"
-        from = 's' to = 'nobody'                                c: 'nobody': `nobody` is no instance or port, and no codel that an instance calls
-        from = 's.x' to = 'b'                                   c: 's.x': `s.x` is no instance or port, and no codel that an instance calls
+        from = 's' to = 'nobody'                                c: 'nobody': no instance or port `nobody`, and no instance calls such a codel
+        from = 's.x' to = 'b'                                   c: 's.x': no instance or port `s.x`, and no instance calls such a codel
         from = 's' to = 's'                                     c: 's': it ends where it begins
         from = 's' to = 'a'                                     c: 's': several ways lead there, such as through `f.i` and `g.i`: write one in `through`
         from = 's' to = 'act'                                   c: 's': several ways lead there, such as through `m.i` and `b.i`: write one in `through`
@@ -360,9 +360,9 @@ fn declared_chains() {
         from = 's' to = 'b' while = ['f.Steering']              c: 'f.Steering': `f` has no state `Steering`, or is not in the chain
         from = 's' to = 'b' while = ['g.update']                c: 'g.update': `g` has no state `update`, or is not in the chain
         from = 's' to = 'b' while = ['f.update']                c: 36 ms, age 26 ms
-        from = 's' to = 'b' answers = ['sens']                  c: 'sens': `sens` is no codel or input port of the instances in the chain
+        from = 's' to = 'b' answers = ['sens']                  c: 'sens': the instances in the chain call no codel `sens`, and have no such input port
         from = 's' to = 'b' answers = ['sense', 'f.i']          c: 36 ms, age 26 ms
-        from = 's' to = 'b' answers = ['g.i']                   c: 'g.i': `g.i` is no codel or input port of the instances in the chain
+        from = 's' to = 'b' answers = ['g.i']                   c: 'g.i': the instances in the chain call no codel `g.i`, and have no such input port
                                                                 c: 's': several ways lead there, such as through `m.i` and `m.j`: write one in `through`
         through = 'm.j'                                         c: 36 ms, age 26 ms
     "#]].assert_eq(&out);
@@ -427,11 +427,11 @@ deployment E { architecture B  activity t { priority = 1 period = 10 affinity = 
         &format!("{PARTS}{LINE}{two}{TIMES}{chains}"),
         expect![[r#"
             D:
-            both: 'nowhere.o': `nowhere.o` is no instance or port, and no codel that an instance calls
+            both: 'nowhere.o': no instance or port `nowhere.o`, and no instance calls such a codel
             one: 66 ms, age 36 ms
             s.o -> a.act: 66 ms, age 36 ms
             E:
-            both: 'nowhere.o': `nowhere.o` is no instance or port, and no codel that an instance calls
+            both: 'nowhere.o': no instance or port `nowhere.o`, and no instance calls such a codel
             two: 34 ms, age 14 ms
             t.o -> a.act: 34 ms, age 14 ms
         "#]],

@@ -88,7 +88,7 @@ core GuideCore(Guide) { var n: int = 0
       run = { if (read(goal, n) == new_data) then { write(speed, steer(n)); } else { write(speed, steer(n)); } }
       transition stop to Resting
     }
-    state Resting { run = { read(goal, n); }  transition on to Going }
+    state Resting { run = { read(goal, n); }  transition on to Waiting }
   }
 }
 core LegCore(Leg) { var n: int = 0  update = { read(speed, n); use(n); } }
@@ -114,8 +114,8 @@ assume.codel = \"1 ms\"
             "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\", \"pilot.Resting\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
         ),
         (
-            "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Waiting', 'pilot.Going']\nto = 'use'\n",
-            "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
+            "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Waiting', 'pilot.Resting', 'pilot.Going']\nto = 'use'\n",
+            "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Resting\", \"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
         ),
     ] {
         let files = mauve_tests::fixture(&format!("{MODEL}{chain}"));

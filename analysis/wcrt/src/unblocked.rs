@@ -134,7 +134,9 @@ fn block<'db>(passage: &Passage<'db>, keeps: bool) -> Option<Block<'db>> {
     match &passage.releases {
         Err(Skip { cause: SkipCause::Answer(codel), .. }) => Some(Block::Codel(*codel)),
         Err(Skip { cause: SkipCause::OtherPort(port), .. }) => Some(Block::Port(port.clone())),
-        Err(skip) => Some(Block::States(skip.states.clone())),
+        Err(skip) if skip.cause == SkipCause::NoWrite => Some(Block::States(skip.states.clone())),
+        // In other states, a condition may hold: each is tried alone.
+        Err(_) => Some(Block::States(Vec::new())),
         Ok(_) => {
             let by = passage.overwritten.as_ref().filter(|_| keeps)?;
             Some(Block::States(vec![by.state.clone()]))
