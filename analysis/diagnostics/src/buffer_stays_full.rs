@@ -1,7 +1,7 @@
 //! # buffer-stays-full
 //!
-//! The reader of a buffer reads less often than its writer writes. The buffer fills, and stays full: it drops a value that is written
-//! then, and each value that is read has waited for all that were before it.
+//! The reader of a buffer reads less often than its writer writes. The buffer fills, and stays full: each write drops the oldest value,
+//! and each value that is read is as old as all that were written after it.
 //!
 //! ```mauve
 //! codel grab(out n: int): void
@@ -34,8 +34,8 @@ pub(super) fn report<'db>(link: &Link<'db>, age: Time) -> Diagnostic<'db> {
     let (writer, reader) = (&link.source.0, &link.target.0);
     let size = link.buffer.unwrap_or_default();
     let message = format!(
-        "the buffer of {size} stays full: `{reader}` reads less often than `{writer}` writes, so that values are dropped, and the \
-         data that it reads is at least {age} old; remove `[{size}]`, or read more often"
+        "the buffer of {size} stays full while `{writer}` writes in each period: `{reader}` reads less often, so that values are \
+         dropped, and what it reads is at least {age} old; remove `[{size}]`, or read more often"
     );
     Diagnostic::new(&BUFFER_STAYS_FULL, link.at.clone(), message)
 }

@@ -52,10 +52,6 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
         ChainReason::Unknown { step } => {
             both(step, "has a component that is not analysed", "is not analysed")
         }
-        ChainReason::Lost { step } => {
-            let why = format!("the buffer before `{}` may be full, and data be lost in it", name(step));
-            (why, "data may be lost".to_owned())
-        }
         ChainReason::NotRead { step, .. } => both(step, "may never read the port", "may never read it"),
         ChainReason::TooLong => ("the time exceeds 584 years".to_owned(), "exceeds 584 years".to_owned()),
         ChainReason::Declaration { problem, .. } => (chain_problem(problem), "see mauve.toml".to_owned()),

@@ -67,14 +67,14 @@ pub struct ChainStep {
     pub buffer: Option<ChainBuffer>,
 }
 
-/// The buffer of a connection. A write into a full one is lost.
+/// The buffer of a connection. A write into a full one drops its oldest value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ChainBuffer {
     /// The number of values that it holds.
     pub size: u32,
     /// A: the most releases until the next read of the port; none without a bound.
     pub reads: Option<u32>,
-    /// The most writes of the port in one job of the writer; none if that is not known: then any write may be lost.
+    /// The most writes of the port in one job of the writer; none if that is not known: then the buffer may be full.
     pub writes: Option<u32>,
 }
 
@@ -95,7 +95,7 @@ pub struct ChainLatency {
 pub struct ChainPart {
     /// From the write before it, or the change, to its next release.
     pub wait: Time,
-    /// What reads of older values in a buffer take.
+    /// Until older values in a buffer are read, or dropped.
     pub buffer: Time,
     /// The periods until the one that writes.
     pub periods: Time,
@@ -123,8 +123,6 @@ pub enum ChainRule {
 pub enum NoLatency {
     /// The task has no period, or is not real-time.
     NoPeriod(usize),
-    /// The buffer may be full, and the time until the next write is not bounded.
-    Lost(usize),
     /// The reads of the buffer have no bound.
     NotRead(usize),
     /// The time is too long.
@@ -144,14 +142,22 @@ struct Step {
     offset: Option<u64>,
     /// N.
     releases: u64,
-    /// The releases in which older values in the buffer are read.
-    ahead: u64,
-    stays_full: bool,
+    ahead: Ahead,
     /// A release of the next step that is so long after the one that writes sees the write.
     run: u64,
     rule: ChainRule,
     /// Whether that also holds for a release at exactly this instant, of the next step.
     is_seen_at_once: bool,
+}
+
+/// How long older values in a buffer keep a reader from data.
+#[derive(Clone, Copy, Default)]
+struct Ahead {
+    /// The releases that read them.
+    releases: u64,
+    /// The time until writes have dropped them.
+    delay: u64,
+    stays_full: bool,
 }
 
 impl Tasks {
@@ -166,9 +172,9 @@ impl Tasks {
         let mut steps: Vec<Step> = Vec::with_capacity(chain.len());
         for (index, step) in chain.iter().enumerate() {
             let (task, period) = self.periodic(step).ok_or(NoLatency::NoPeriod(index))?;
-            let (ahead, stays_full) = match (before, step.buffer) {
+            let ahead = match (before, step.buffer) {
                 (Some(writer), Some(buffer)) => self.ahead(index, writer, step, buffer)?,
-                _ => (0, false),
+                _ => Ahead::default(),
             };
             if let (Some(writer), Some(last)) = (before, steps.last_mut()) {
                 self.relate(last, writer, step, uses_priorities);
@@ -178,7 +184,6 @@ impl Tasks {
                 offset: task.offset.map(Time::as_nanos),
                 releases: u64::from(step.releases.max(1)),
                 ahead,
-                stays_full,
                 run: step.write.as_nanos(),
                 rule: ChainRule::AfterWrite,
                 is_seen_at_once: false,
@@ -222,8 +227,7 @@ impl Tasks {
         }
     }
 
-    /// Returns the most releases of the `reader` in which it reads what was in the buffer before data, and whether the buffer stays
-    /// full.
+    /// Returns how long older values in the buffer keep the `reader` from data, at most.
     ///
     /// Each A releases have a read, which takes the oldest value. **Never full**: let w be the most writes of a job of the writer,
     /// w·A·T_reader ≤ T_writer, and x the instant of the last write into an empty buffer, up to that of the data. If x is in a job
@@ -231,36 +235,43 @@ impl Tasks {
     /// after x. A reader that saw x in its next release would so read it (w·(k + 1) − 1)·A releases later, which is (w − 1)·A
     /// after the release that k·T_writer later sees the data without a buffer, or before.
     ///
-    /// **Full**: n·A releases after the write, all that was in the buffer is read. If the data was lost, so that the buffer
-    /// was full, the next read is A releases after it, ends with R, and one of the next writes of the port, after a gap, finds
-    /// room. What it writes is read next when both have passed, as all that was before it has been read by then.
+    /// **Otherwise** at most n − 1 older values are in it. They are gone after as many reads, of A releases each; and, since each
+    /// write into a full buffer drops the oldest one, after n − 1 more writes, each a gap after the one before: from then on, the
+    /// reader finds the data, or newer data, as in a connection without a buffer.
     fn ahead(
         &self,
         index: usize,
         writer: &ChainStep,
         reader: &ChainStep,
         buffer: ChainBuffer,
-    ) -> Result<(u64, bool), NoLatency> {
+    ) -> Result<Ahead, NoLatency> {
         let reads = u64::from(buffer.reads.ok_or(NoLatency::NotRead(index))?.max(1));
         let (Some((_, from)), Some((_, to))) = (self.periodic(writer), self.periodic(reader)) else {
             return Err(NoLatency::NoPeriod(index));
         };
         let writes = buffer.writes.map(|writes| u64::from(writes.max(1)));
+        let cycle = reads.checked_mul(to).ok_or(NoLatency::TooLong)?;
         if let Some(writes) = writes {
-            let cycle = u128::from(reads) * u128::from(to);
-            let most = backlog(writes, from, cycle, writer.response.as_nanos(), reader.response.as_nanos());
+            let of_writer = writer.response.as_nanos();
+            let most = backlog(writes, from, u128::from(cycle), of_writer, reader.response.as_nanos());
             if most.is_some_and(|most| most <= u128::from(buffer.size)) {
-                return (writes - 1).checked_mul(reads).map(|it| (it, false)).ok_or(NoLatency::TooLong);
+                let releases = (writes - 1).checked_mul(reads).ok_or(NoLatency::TooLong)?;
+                return Ok(Ahead { releases, ..Ahead::default() });
             }
         }
-        let gap = u64::from(writer.gap.ok_or(NoLatency::Lost(index))?.max(1));
-        let found = || {
-            let refilled = from.checked_mul(gap)?.checked_add(writer.response.as_nanos())?;
-            let refilled = refilled.checked_add(reader.response.as_nanos())? / to;
-            Some(u64::from(buffer.size).checked_mul(reads)?.max(reads.checked_add(refilled)?))
-        };
-        let stays_full = from.checked_mul(gap).is_some_and(|between| between < to);
-        found().map(|it| (it, stays_full)).ok_or(NoLatency::TooLong)
+        let older = u64::from(buffer.size.saturating_sub(1));
+        let between = writer.gap.and_then(|gap| from.checked_mul(u64::from(gap.max(1))));
+        // A writer that may skip writes at most so often.
+        let stays_full = between.unwrap_or(from) < to;
+        let dropped = between.and_then(|between| between.checked_mul(older));
+        let read = older.checked_mul(cycle);
+        match (dropped, older.checked_mul(reads)) {
+            (Some(delay), _) if read.is_none_or(|read| delay < read) => {
+                Ok(Ahead { delay, stays_full, releases: 0 })
+            }
+            (_, Some(releases)) => Ok(Ahead { releases, stays_full, delay: 0 }),
+            _ => Err(NoLatency::TooLong),
+        }
     }
 }
 
@@ -332,9 +343,11 @@ fn from_change(steps: &[Step], change: u64) -> Option<(u64, Vec<ChainPart>)> {
     let mut before: Option<&Step> = None;
     let mut parts = Vec::with_capacity(steps.len());
     for step in steps {
+        let Ahead { releases, delay, stays_full } = step.ahead;
         let wait = match before {
             Some(before) => {
                 let release = step.offset? % step.period;
+                let now = now.checked_add(delay)?;
                 let since = (now % step.period).checked_sub(release);
                 let since = since.unwrap_or(now % step.period + (step.period - release));
                 if since == 0 && before.is_seen_at_once { 0 } else { step.period - since }
@@ -343,11 +356,11 @@ fn from_change(steps: &[Step], change: u64) -> Option<(u64, Vec<ChainPart>)> {
         };
         let part = ChainPart {
             wait: Time::from_nanos(wait),
-            buffer: Time::from_nanos(step.ahead.checked_mul(step.period)?),
+            buffer: Time::from_nanos(releases.checked_mul(step.period)?.checked_add(delay)?),
             periods: Time::from_nanos((step.releases - 1).checked_mul(step.period)?),
             run: Time::from_nanos(step.run),
             rule: step.rule,
-            stays_full: step.stays_full,
+            stays_full,
         };
         now = now.checked_add(part.total()?)?;
         parts.push(part);
@@ -480,10 +493,10 @@ mod tests {
         // As without a buffer, where the reader is as fast and the buffer is never full.
         assert_eq!(buffered(2, [10, 10], [3, 4]), (10 + 3 + 10 + 4, 0, false));
         assert_eq!(buffered(1, [100, 10], [10, 5]), (100 + 10 + 10 + 5, 0, false));
-        // One value may be written late, the next one early, and both before the reader takes one.
-        assert_eq!(buffered(1, [10, 10], [3, 4]), (10 + 3 + 20 + 10 + 4, 20, false));
-        // A camera of 16 ms, and a tracker of 32 ms.
-        assert_eq!(buffered(100, [16, 32], [1, 5]), (16 + 1 + 3200 + 32 + 5, 3200, true));
+        // Of one value, it is a connection without a buffer.
+        assert_eq!(buffered(1, [10, 10], [3, 4]), (10 + 3 + 10 + 4, 0, false));
+        // A camera of 16 ms, and a tracker of 32 ms: the oldest of 100 images.
+        assert_eq!(buffered(100, [16, 32], [1, 5]), (16 + 1 + 99 * 16 + 32 + 5, 99 * 16, true));
     }
 
     #[test]
@@ -494,9 +507,13 @@ mod tests {
             [ChainStep { gap, ..step(0, 5) }, ChainStep { buffer, ..step(1, 5) }]
         };
         assert_eq!(pair.latency(&with(2, None, Some(1)), true), Err(NoLatency::NotRead(1)));
-        assert_eq!(pair.latency(&with(2, Some(1), None), true), Err(NoLatency::Lost(1)));
+        // The writer may never write again: what is in the buffer is read all the same.
+        assert_eq!(
+            pair.latency(&with(2, Some(1), None), true).map(|it| it.latency),
+            Ok(ms(10 + 20 + 20 + 5))
+        );
         let most = u32::MAX;
-        assert_eq!(pair.latency(&with(most, Some(most), Some(1)), true), Err(NoLatency::TooLong));
+        assert_eq!(pair.latency(&with(most, Some(most), Some(most)), true), Err(NoLatency::TooLong));
         assert_eq!(pair.latency(&[step(7, 1)], true), Err(NoLatency::NoPeriod(0)));
         pair.all[1].priority = Priority::Background;
         assert_eq!(pair.latency(&[step(0, 1), step(1, 1)], true), Err(NoLatency::NoPeriod(1)));

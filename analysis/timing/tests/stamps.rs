@@ -248,12 +248,10 @@ fn observed(system: &System, schedule: &Schedule) -> Option<(u64, u64)> {
         let writes = effects;
         effects = written(jobs, &system.programs[task], |now| {
             while let Some(&(_, stamp)) = writes.get(next).filter(|(write, _)| is_seen(*write, now)) {
-                if size.is_none() {
-                    queue.clear();
+                if queue.len() == size.unwrap_or(1) as usize {
+                    queue.pop_front();
                 }
-                if queue.len() < size.unwrap_or(1) as usize {
-                    queue.push_back(stamp);
-                }
+                queue.push_back(stamp);
                 next += 1;
             }
             queue.pop_front()

@@ -123,7 +123,7 @@ pub struct ConnectionReport<'db> {
     pub reason: Option<ChainReason<'db>>,
     /// The write that may overwrite what was written, without having been read.
     pub overwritten: Option<Overwrite<'db>>,
-    /// Writes into the full buffer are lost: data is at least as old as this.
+    /// The buffer is always full, and drops the oldest values: data is at least as old as this.
     pub stays_full: Option<Time>,
     /// Of so many values that are written, at most one is read: at least 2.
     pub never_read: Option<u64>,
@@ -150,8 +150,6 @@ pub enum ChainReason<'db> {
     NoActivity { step: usize },
     /// Its component has errors, or is unknown.
     Unknown { step: usize },
-    /// Data may be lost in the full buffer before it, and the writer may never write again.
-    Lost { step: usize },
     /// It may never read the buffer before it.
     NotRead { step: usize, skip: Option<Skip<'db>> },
     /// The time is too long.

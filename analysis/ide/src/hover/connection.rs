@@ -90,7 +90,7 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connect
             &[
                 (report.write, starts),
                 (part.wait, format!("until the next release of {reader}: its period")),
-                (part.buffer, "until values before it in the buffer are read".to_owned()),
+                (part.buffer, "until values before it in the buffer are read or dropped".to_owned()),
                 (part.periods, format!("periods of {reader} until it writes")),
                 (part.run, format!("{reader} executes up to its write")),
             ],

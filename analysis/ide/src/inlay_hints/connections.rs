@@ -108,7 +108,7 @@ assume.codel = \"1 ms\"
     fn a_connection_has_its_latency_or_what_is_wrong() {
         // 32 ms until the next release of the base, and 2 ms until it has used the data: it starts after the camera.
         assert_eq!(hints("write(seen, n);", ""), ["≤ 34 ms (time)"]);
-        assert_eq!(hints("write(seen, n);", "[100] "), ["stays full, ≥ 3168 ms old (tight)"]);
+        assert_eq!(hints("write(seen, n);", "[100] "), ["stays full, ≥ 1584 ms old (tight)"]);
         assert_eq!(hints("write(seen, 0);", ""), ["may be overwritten in update (unknown)"]);
     }
 

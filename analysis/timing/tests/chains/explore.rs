@@ -447,10 +447,13 @@ fn read(port: &mut Port, is_buffer: bool) -> (Value, bool) {
     (port.last, true)
 }
 
-/// Writes to a port: to a register, or to a buffer of this size, unless it is full.
+/// Writes to a port: to a register, or to a buffer of this size, from which it drops the oldest value if it is full.
 fn write(port: &mut Port, buffer: Option<u8>, value: Value) {
     match buffer {
-        Some(size) if port.length >= size => {}
+        Some(size) if port.length >= size => {
+            port.values[..usize::from(size)].rotate_left(1);
+            port.values[usize::from(size) - 1] = value;
+        }
         Some(_) => {
             port.values[usize::from(port.length)] = value;
             port.length += 1;

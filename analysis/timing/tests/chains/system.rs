@@ -125,7 +125,7 @@ impl System {
         }
         let found = match analysis.tasks.latency(&chain, uses_priorities) {
             Ok(found) => found,
-            Err(NoLatency::Lost(_) | NoLatency::NotRead(_)) => return None,
+            Err(NoLatency::NotRead(_)) => return None,
             Err(other) => panic!("{other:?} of {self:?}"),
         };
         Some(Bounds {

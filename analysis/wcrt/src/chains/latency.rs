@@ -285,7 +285,6 @@ impl<'db> Sums<'db> {
         let why = match self.report.tasks.latency(&steps?, true) {
             Ok(found) => return Some(found),
             Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
-            Err(NoLatency::Lost(step)) => ChainReason::Lost { step },
             Err(NoLatency::NotRead(step)) => ChainReason::NotRead { step, skip: None },
             Err(NoLatency::TooLong) => ChainReason::TooLong,
         };
@@ -409,7 +408,7 @@ impl<'db> Sums<'db> {
         if found.latency.is_some() {
             found.reason = None;
         }
-        let period = reader.and_then(|it| it.period).unwrap_or_default();
+        let period = writer.and_then(|it| it.period).unwrap_or_default();
         let ahead = link.buffer.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
         found.stays_full = ahead.filter(|_| found.part.stays_full);
         found

@@ -285,7 +285,7 @@ pub struct ObservedConnection {
     pub written: u64,
     /// The number of values that were read.
     pub read: u64,
-    /// The number of values that were overwritten unread, or lost in a full buffer, between the first read and the last one.
+    /// The number of values that were overwritten unread, or dropped from a full buffer, between the first read and the last one.
     pub unread: u64,
 }
 

@@ -39,7 +39,7 @@
 //! - A figure that the recording or the model does not have is null. Times with `_ns` are those of the recording, in nanoseconds.
 //! - `edges`: how often each edge of the state machine was executed; `possible` also counts periods in which another edge with the
 //!   same programs may have been executed. `transition` is null where the machine stays in its state.
-//! - `latency`: the greatest one observed, at least. `unread`: values that were overwritten, or lost in a full buffer, before they were read.
+//! - `latency`: the greatest one observed, at least. `unread`: values that were overwritten, or dropped from a full buffer, before they were read.
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
