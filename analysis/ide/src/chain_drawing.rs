@@ -134,7 +134,7 @@ impl DrawnStep<'_> {
     pub fn description(&self) -> String {
         let parts = parts_of(&self.part).map(|((_, _, what), time)| format!("{what} ≤ {time}"));
         let parts: Vec<String> = parts.collect();
-        let lost = if self.part.stays_full { "; the buffer may stay full" } else { "" };
+        let lost = if self.part.stays_full { "; the buffer stays full" } else { "" };
         format!("{}: {}{lost}", self.instance, parts.join(", "))
     }
 }
