@@ -67,6 +67,7 @@ fn may_skip<'db>(db: &'db dyn ModelDb, skip: &Skip<'db>) -> String {
         SkipCause::Answer(codel) => format!("`{}` may not return `true`", codel.qualified(db)),
         SkipCause::OtherPort(port) => format!("`{port}` may have no new data"),
         SkipCause::AlreadyRead => "an earlier read took the data".to_owned(),
+        SkipCause::Leaves => "each period leaves these states".to_owned(),
         SkipCause::TooLarge => "the search was given up".to_owned(),
     };
     format!("may never pass the data on{states}: {why}")

@@ -86,9 +86,9 @@ core GuideCore(Guide) { var n: int = 0
     initial state Waiting { run = { write(speed, 0); }  transition go to Going }
     state Going {
       run = { if (read(goal, n) == new_data) then { write(speed, steer(n)); } else { write(speed, steer(n)); } }
-      transition stop to Resting
+      transition stop if (n < 0) to Resting
     }
-    state Resting { run = { read(goal, n); }  transition on to Waiting }
+    state Resting { run = { read(goal, n); }  transition on if (n > 0) to Waiting }
   }
 }
 core LegCore(Leg) { var n: int = 0  update = { read(speed, n); use(n); } }
@@ -111,11 +111,11 @@ assume.codel = \"1 ms\"
     for (chain, fixed) in [
         (
             "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nlatency = '1 s'\n",
-            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\", \"pilot.Resting\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
+            "[chains.a] # all\nfrom = 'look'\nto = 'use' # wheels\nwhile = [\"pilot.Going\"]\nanswers = [\"look\"]\nlatency = '1 s'\n",
         ),
         (
             "[chains.a]\nfrom = 'look'\nwhile = ['pilot.Waiting', 'pilot.Resting', 'pilot.Going']\nto = 'use'\n",
-            "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Resting\", \"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
+            "[chains.a]\nfrom = 'look'\nwhile = [\"pilot.Going\"]\nto = 'use'\nanswers = [\"look\"]\n",
         ),
     ] {
         let files = mauve_tests::fixture(&format!("{MODEL}{chain}"));

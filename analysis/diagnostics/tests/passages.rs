@@ -477,3 +477,18 @@ fn calls_and_results_of_operations_are_ends() {
         "#]],
     );
 }
+
+#[test]
+fn a_state_that_each_period_leaves_bounds_nothing() {
+    check_assumed(
+        "core K(S) { var x: int = 0  statemachine {
+           initial state Read { run = { read(a, x); write(q, x); } transition go to Rest }
+           state Rest { transition go to Read } } }",
+        Assumed { states: &["Read"], ..NOTHING },
+        expect![[r#"
+            a -> q: ∞ [Read] Leaves, age 0, written 
+            writes q: ∞ [Read] Leaves
+            reads a: ∞ [Read] Leaves
+        "#]],
+    );
+}

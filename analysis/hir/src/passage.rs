@@ -17,6 +17,7 @@ use crate::ModelDb;
 use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
 use crate::body::core_scope;
 use crate::cost::{Cost, cost_until};
+use crate::graph::topological_order;
 use crate::infer::inference_of;
 use crate::item_tree::{Core, Machine, Name, SourceId};
 use crate::project::Project;
@@ -205,12 +206,14 @@ impl<'db> Context<'_, 'db> {
 
     fn releases(&self, search: Search<'_, 'db>, found: Option<&Found>) -> Result<u32, Skip<'db>> {
         let Some(found) = found else { return Err(self.skip(Vec::new(), None, SkipCause::TooLarge)) };
+        let assumed =
+            || (0..search.states.len()).filter(|it| search.states.get(*it) == Some(&true)).collect();
+        if !self.may_stay() {
+            return Err(self.skip(assumed(), None, SkipCause::Leaves));
+        }
         match search.longest(found) {
             Ok(Some(releases)) => Ok(releases.max(1)),
-            Ok(None) => {
-                let states = (0..search.states.len()).filter(|it| search.states.get(*it) == Some(&true));
-                Err(self.skip(states.collect(), None, SkipCause::NoWrite))
-            }
+            Ok(None) => Err(self.skip(assumed(), None, SkipCause::NoWrite)),
             Err(cycle) => {
                 let states = search.states_of(found, &cycle);
                 Err(match search.skipped(found, &cycle) {
@@ -219,6 +222,18 @@ impl<'db> Context<'_, 'db> {
                 })
             }
         }
+    }
+
+    /// Returns whether the core may stay in the assumed states for ever; otherwise a bound for them would be one of nothing.
+    fn may_stay(&self) -> bool {
+        let is_assumed = |state: usize| self.search.states.get(state) == Some(&true);
+        let mut successors = vec![Vec::new(); self.search.states.len()];
+        for edge in
+            self.behaviour.edges.all.iter().filter(|it| is_assumed(it.source) && is_assumed(it.target))
+        {
+            successors.get_mut(edge.source).into_iter().for_each(|it| it.push(edge.target));
+        }
+        topological_order(&successors).0.len() < successors.len()
     }
 
     fn passage(&self, from: u16, to: u16, carried: &[Slots], wanted: &[Slots]) -> Option<Passage<'db>> {

@@ -105,6 +105,8 @@ pub enum SkipCause<'db> {
     OtherPort(Name),
     /// An earlier read of the same port took the data.
     AlreadyRead,
+    /// Every path leaves the assumed states: the core cannot stay in them.
+    Leaves,
     /// The search was too large.
     TooLarge,
 }
