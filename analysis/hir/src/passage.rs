@@ -55,7 +55,7 @@ fn flows_of<'db>(
         ..Flows::default()
     };
     let states = vec![true; flows.graph.starts.len()];
-    for forgets in [false, true] {
+    for forgets in [false, true].into_iter().filter(|_| !flows.graph.too_large) {
         let search = Search { forgets, ..Search::new(&flows.graph, &states) };
         if let Some(found) = search.explore(search.first(behaviour.initial), |_, _| false, false) {
             flows.reached = found.moments.iter().map(|it| (it.node, it.values)).collect();

@@ -247,13 +247,18 @@ impl<'a, 'db> Builder<'a, 'db> {
     /// Returns the flow graph of all jobs.
     pub(super) fn build(mut self) -> Graph<'db> {
         let edges = self.behaviour.edges.clone();
+        let operations = self.core.operations.len();
+        self.graph.too_large = operations.saturating_mul(edges.first.len()) > MAX_OPERATIONS;
         for (state, first) in edges.first.iter().enumerate() {
             let start = self.graph.nodes.len() as u32;
             self.graph.starts.push(start);
             self.place(Place { state, edge: None, target: None, before: 0, program: usize::MAX });
             self.push(Step::Plain, SourceId::default());
             self.open = vec![(start, 0)];
-            for operation in 0..self.core.operations.len() {
+            // Of a core that is too large, the ends are known all the same.
+            for operation in
+                (0..operations).filter(|_| state == 0 || !self.graph.too_large).collect::<Vec<_>>()
+            {
                 self.called(operation, state, start);
             }
             // The edges are in the order of the states.
@@ -280,7 +285,9 @@ impl<'a, 'db> Builder<'a, 'db> {
             self.open.clear();
         }
         self.graph.too_large |= self.graph.nodes.len() * self.graph.sinks.len() > MAX_FLOWS;
-        self.graph.find_live();
+        if !self.graph.too_large {
+            self.graph.find_live();
+        }
         self.graph
     }
 

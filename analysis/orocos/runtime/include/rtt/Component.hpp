@@ -58,10 +58,10 @@ class ComponentFactoryLoader {
   extern "C" __attribute__((visibility("default"))) std::string getComponentType();                       \
   std::string getComponentType() { return MAUVE_RTT_TEXT(CNAME); }
 
-// One of the components of a library, at the end of its own file.
+// One of the components of a library, at the end of its own file. Files that are compiled as one may have it on the same line.
 #define ORO_LIST_COMPONENT_TYPE(CNAME)                                                                \
   namespace {                                                                                         \
-  namespace MAUVE_RTT_JOIN(LOADER_, __LINE__) {                                                        \
+  namespace MAUVE_RTT_JOIN(LOADER_, __COUNTER__) {                                                     \
     RTT::ComponentFactoryLoader<CNAME> m_cloader(MAUVE_RTT_TEXT(CNAME));                               \
   }                                                                                                   \
   }
