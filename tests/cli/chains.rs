@@ -62,6 +62,7 @@ fn a_row_for_each_chain() {
           see                             33     30            13  ✗ late
           steer                           66     70            36  ✓ met
           camera.scan -> base.drive       66                   36
+          no data takes longer, if the 3 execution times hold and no codel waits
     "#]]
     .assert_eq(&found.out);
     let found = run(&folder, &["--chain", "steer"]);
@@ -76,6 +77,7 @@ fn a_row_for_each_chain() {
           camera.scan -> planner.scan    20       0        0    2   22
           planner.order -> base.order    30       0        0    3   33
           steer                                                     66
+          no data takes longer, if the 3 execution times hold and no codel waits
     "#]]
     .assert_eq(&found.out);
     let found = run(&folder, &["--format", "csv", "--significance", "1e-3"]);

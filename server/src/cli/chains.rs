@@ -5,14 +5,15 @@ use std::fmt::Write as _;
 use clap::ValueEnum;
 use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, times_of};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Flat, Project, deployed};
+use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed};
 use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
 use mauve_timing::{ChainRule, Level, Time};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
-use mauve_wcrt::{Query, response_times};
+use mauve_wcrt::{Query, basis_of, response_times};
 use serde::Serialize;
 
 use crate::analysis_document::{deployments, milliseconds};
+use crate::cli::check::verdict::conditions_of;
 use crate::cli::errors::{nothing_to, say_errors, several_of};
 use crate::cli::options::{Outside, Paths, level};
 use crate::cli::text::{columns, counted, csv, number, shown};
@@ -168,6 +169,11 @@ impl ChainsCommand {
             }
             it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
+        if it.shown.iter().any(|chain| chain.latency.is_some()) {
+            let rests_on = conditions_of(&basis_of(it.db, it.project, it.deployment, it.level));
+            out += &format!("  no data takes longer{rests_on}\n");
+        }
+        it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
         out
     }
 }
@@ -200,6 +206,22 @@ impl<'db> Shown<'db> {
             }
         }
         all
+    }
+
+    /// Says in which states a chain is intended to work, and what has to answer.
+    fn assumed(&self, chain: &ChainReport<'db>) -> String {
+        let config = config_of(self.db, self.project.workspace(self.db));
+        let Some(declared) = chain.declared.and_then(|it| config.chains.get(it)) else {
+            return String::new();
+        };
+        let all =
+            [("while the states are", &declared.states), ("if there is an answer of", &declared.answers)];
+        let all = all.into_iter().filter(|(_, names)| !names.is_empty());
+        let names = |names: &[(String, _)]| {
+            names.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let parts: Vec<String> = all.map(|(what, of)| format!("{what} {}", names(of))).collect();
+        if parts.is_empty() { String::new() } else { format!("  {}: {}\n", chain.name, parts.join(", and ")) }
     }
 
     /// Returns where a chain begins and ends.

@@ -3,7 +3,7 @@
 mod fix;
 mod sarif;
 mod standard_input;
-mod verdict;
+pub(crate) mod verdict;
 
 use std::io::IsTerminal as _;
 use std::mem::ManuallyDrop;

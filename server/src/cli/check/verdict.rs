@@ -71,6 +71,11 @@ fn conditions(deployed: &[Deployed<'_>]) -> String {
         all.waits += basis.waits;
         all.ports.extend(basis.ports);
     }
+    conditions_of(&all)
+}
+
+/// The same for what figures rest on.
+pub(crate) fn conditions_of(all: &Basis) -> String {
     if all.times == 0 {
         return String::new();
     }
