@@ -170,8 +170,8 @@ impl ChainsCommand {
             it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
-            let rests_on = conditions_of(&basis_of(it.db, it.project, it.deployment, it.level));
-            out += &format!("  no data takes longer{rests_on}\n");
+            let conditions = conditions_of(&basis_of(it.db, it.project, it.deployment, it.level));
+            out += &format!("  no data takes longer{conditions}\n");
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
         out

@@ -74,7 +74,7 @@ fn conditions(deployed: &[Deployed<'_>]) -> String {
     conditions_of(&all)
 }
 
-/// The same for what figures rest on.
+/// The same for what figures depend on.
 pub(crate) fn conditions_of(all: &Basis) -> String {
     if all.times == 0 {
         return String::new();
