@@ -65,6 +65,9 @@ fn a_row_for_each_chain() {
           no data takes longer, if the 3 execution times hold and no codel waits
     "#]]
     .assert_eq(&found.out);
+    // As for a missed deadline, the code is generated: it may run all the same.
+    let generated = mauve(MAUVE, &folder, &["generate", "--out", "out"]);
+    assert_eq!(generated.code, 0, "{}", generated.out);
     let found = run(&folder, &["--chain", "steer"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"

@@ -171,7 +171,8 @@ fn errors<'db>(
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let kind = ProblemKind::Diagnostic(diagnostic.message.clone());
         let problem = Problem { kind, at: diagnostic.at.clone() };
-        if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {
+        let is_late = matches!(diagnostic.code.name, "deadline-missed" | "chain-late");
+        if is_error && !is_late && seen.insert(problem.clone()) {
             found.push(problem);
         }
     }
