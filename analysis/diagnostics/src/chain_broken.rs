@@ -123,7 +123,7 @@ fn edits<'db>(
         line_of(config.to.as_ref()?.1.start).filter(|it| begins(it, "to"))
     };
     let Some(to) = place() else { return Vec::new() };
-    let location = |range: std::ops::Range<usize>| Location::Range(file, range.start as u32, range.end as u32);
+    let location = |range: std::ops::Range<usize>| Location::of_span(file, &range);
     let mut found = Vec::new();
     let mut new = String::new();
     for (key, line) in keys {

@@ -336,7 +336,7 @@ fn diagnostics_at<'db>(
 fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let config = config_of(db, workspace);
-    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+    let at = |span: &std::ops::Range<usize>| Location::of_span(file, span);
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
     for mauve_hir::Mistake { kind, span, near } in &config.errors {
         let report = invalid_configuration::report(at(span), configuration::mistake(kind));

@@ -27,7 +27,7 @@ use crate::allow::Allow;
 
 pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
     let Allow { code, reason, .. } = allow;
-    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+    let at = |span: &std::ops::Range<usize>| Location::of_span(file, span);
     let found = if code.contains(',') {
         let message = format!("a comment suppresses one code: write a comment for each of `{code}`");
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.code_span), message)

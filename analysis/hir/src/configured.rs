@@ -145,7 +145,7 @@ impl<'db> NameChecker<'_, 'db> {
     fn at(&self, (value, span): Written<'_>, offset: usize, name: &str) -> (Location<'db>, bool) {
         let Range { start, end } = match start_of(self.file.text(self.db), span, value) {
             Some(start) => start + offset..start + offset + name.len(),
-            None => return (location_of_key(self.file, span), false),
+            None => return (Location::of_span(self.file, span), false),
         };
         (Location::Range(self.file, start as u32, end as u32), true)
     }
@@ -266,7 +266,7 @@ fn check_tables<'db>(
     projects.dedup();
     let mut found = Vec::new();
     for (name, section) in &config.deployment_tables {
-        let at = location_of_key(file, &section.span);
+        let at = Location::of_span(file, &section.span);
         for &project in &projects {
             let kind = match owner_of_tables(db, project, name) {
                 OwnerOfTables::Own | OwnerOfTables::Elsewhere => continue,
@@ -305,7 +305,7 @@ fn check_acceptances<'db>(
         if flats.is_empty() {
             let near = similar(deployment, deployed.iter().map(|(_, of, _)| of.name(db)));
             let kind = FactKind::UnresolvedDeployment { name: deployment.as_str().into(), near };
-            found.push(Fact::new(location_of_key(file, &section.span), kind));
+            found.push(Fact::new(Location::of_span(file, &section.span), kind));
             continue;
         }
         for Acceptance { instance, span, .. } in &section.accepted {
@@ -313,15 +313,11 @@ fn check_acceptances<'db>(
                 let near = similar(instance, flats.iter().flat_map(|it| &it.instances).map(|it| &it.name));
                 let (deployment, instance) = (deployment.as_str().into(), instance.as_str().into());
                 let kind = FactKind::NotInDeployment { deployment, instance, near };
-                found.push(Fact::new(location_of_key(file, span), kind));
+                found.push(Fact::new(Location::of_span(file, span), kind));
             }
         }
     }
     found
-}
-
-fn location_of_key<'db>(file: File, span: &Range<usize>) -> Location<'db> {
-    Location::Range(file, span.start as u32, span.end as u32)
 }
 
 /// A deployment of a project, with its flattened architecture.

@@ -2,6 +2,7 @@
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode as _};
@@ -182,6 +183,11 @@ pub enum Location<'db> {
 }
 
 impl<'db> Location<'db> {
+    /// Returns the location of a range of bytes of a file without a syntax tree.
+    pub fn of_span(file: File, span: &Range<usize>) -> Location<'db> {
+        Location::Range(file, span.start as u32, span.end as u32)
+    }
+
     /// Returns the location of the name of a declaration.
     pub fn name_of(decl: Decl<'db>) -> Location<'db> {
         Location::Source(decl, SourceId(0))
@@ -220,7 +226,7 @@ impl<'db> Location<'db> {
             }),
             Location::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
             Location::End(decl) => map(decl).and_then(|map| {
-                let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
+                let text = decl.file(db).text(db).get(Range::<usize>::from(map.range))?;
                 // Without a closing brace, the end of the text.
                 let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
                 Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
@@ -408,7 +414,7 @@ mod tests {
         let shared: Vec<bool> = before.iter().zip(&after).map(|(a, b)| Arc::ptr_eq(&a.0, &b.0)).collect();
         assert_eq!(shared, [false, true, true]);
         let names: Vec<&str> =
-            after.iter().map(|(_, range)| &file.text(&db)[std::ops::Range::<usize>::from(*range)]).collect();
+            after.iter().map(|(_, range)| &file.text(&db)[Range::<usize>::from(*range)]).collect();
         assert_eq!(names, ["a", "b", "c"]);
     }
 

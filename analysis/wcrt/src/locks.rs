@@ -72,7 +72,7 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
             let known: Vec<Name> = known.map(|decl| decl.qualified(db).into()).collect();
             let near = similar(key, &known);
             if let Some(file) = config_file(db, workspace) {
-                let at = Location::Range(file, span.start as u32, span.end as u32);
+                let at = Location::of_span(file, span);
                 let (lock, codel) = (lock.name.as_str().into(), key.clone());
                 found
                     .facts
@@ -102,7 +102,7 @@ fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: 
                 None => None,
             };
             found.undeclared.push((codel, lock.as_str().into()));
-            let at = Location::Range(file, times.span.start as u32, times.span.end as u32);
+            let at = Location::of_span(file, &times.span);
             let (lock, codel) = (lock.clone(), codel.qualified(db));
             let kind = TimingFactKind::Recorded(Recorded::UndeclaredLock { lock, codel, held, declared });
             found.facts.push(TimingFact::new(at, kind));

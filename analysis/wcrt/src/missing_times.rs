@@ -189,10 +189,7 @@ fn missing_level<'db>(
     let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
     // A level that was selected elsewhere is not changed in `mauve.toml`.
     let span = span.filter(|_| workspace.significance(db).is_none());
-    let at = span.map_or_else(
-        || Location::name_of(first),
-        |(file, span)| Location::Range(file, span.start as u32, span.end as u32),
-    );
+    let at = span.map_or_else(|| Location::name_of(first), |(file, span)| Location::of_span(file, &span));
     Some(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(query.level, table.clone())))
 }
 

@@ -694,7 +694,7 @@ pub(crate) fn entry_of_greatest_time<'db>(
             key.strip_suffix(it.key.as_str()).is_some_and(|it| it.is_empty() || it.ends_with('.'))
         };
         let span = table(db, file).entries().find(is_it).map_or(0..0, |entry| entry.key_span.clone());
-        Some(Location::Range(file, span.start as u32, span.end as u32))
+        Some(Location::of_span(file, &span))
     };
     let longest = psm.programs.iter().max_by_key(|(_, time)| *time)?.0.in_table();
     let key = format!("{}/{longest}", component.qualified(db));

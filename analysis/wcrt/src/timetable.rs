@@ -401,7 +401,7 @@ impl<'db> UnknownKey<'db> {
     }
 
     fn at(&self) -> Location<'db> {
-        Location::Range(self.file, self.entry.key_span.start as u32, self.entry.key_span.end as u32)
+        Location::of_span(self.file, &self.entry.key_span)
     }
 
     fn library(&self) -> Option<Name> {
@@ -444,7 +444,7 @@ impl<'db> TimetableBuilder<'db> {
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
-        let at = |span: &Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+        let at = |span: &Range<usize>| Location::of_span(file, span);
         if table.depends_on_level() {
             self.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
         }
@@ -536,7 +536,7 @@ impl<'db> TimetableBuilder<'db> {
         of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
         let (db, file) = (self.db, slot.file);
-        let at = Location::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
+        let at = Location::of_span(file, &entry.key_span);
         let unknown = UnknownKey { entry, key: key.to_owned(), section, file, is_reported: false };
         let kind = unknown.kind();
         let found = names_of(db, self.project).by_key(kind, key);

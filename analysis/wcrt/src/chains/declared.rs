@@ -75,10 +75,7 @@ pub(super) fn declared_chains<'db>(
         if is_unresolved && is_of_another(db, project, architecture, chain) {
             continue;
         }
-        let location = |span: &Range<usize>| {
-            let of = |offset: usize| u32::try_from(offset).unwrap_or(u32::MAX);
-            Some(Location::Range(file?, of(span.start), of(span.end)))
-        };
+        let location = |span| Some(Location::of_span(file?, span));
         let way = way.map_err(|(span, problem)| (location(span.unwrap_or(&chain.span)), problem));
         found.push(DeclaredChain { name: chain.name.as_str().into(), index, limit: chain.latency, way });
     }

@@ -27,7 +27,7 @@ impl<'db> TimetableBuilder<'db> {
         for &file in files {
             let (observed, errors) = observed_in(db, file);
             for error in errors {
-                let at = Location::Range(file, error.span.start as u32, error.span.end as u32);
+                let at = Location::of_span(file, &error.span);
                 self.fault(at, TableFault::Observed(error.kind.clone()));
             }
             for (key, codel) in &observed.codels {
@@ -52,7 +52,7 @@ impl<'db> TimetableBuilder<'db> {
                 if is_declared.map(|other| &*other.name).any(|name| name == thread) {
                     continue;
                 }
-                let at = Location::Range(file, work.span.start as u32, work.span.end as u32);
+                let at = Location::of_span(file, &work.span);
                 let per_second = Time::from_nanos(work.per_second);
                 self.report(
                     at,
@@ -121,6 +121,6 @@ impl<'db> TimetableBuilder<'db> {
     /// Returns where a table has this, or what was observed of it.
     fn location_of(&self, of: &Timed<'db>, file: File, span: &std::ops::Range<usize>) -> Location<'db> {
         let written = self.locations.get(of).and_then(|all| all.first());
-        written.map_or(Location::Range(file, span.start as u32, span.end as u32), |(at, _)| at.clone())
+        written.map_or(Location::of_span(file, span), |(at, _)| at.clone())
     }
 }

@@ -217,7 +217,7 @@ impl<'db> TimetableBuilder<'db> {
                     let near = similar(&library, libraries).filter(has_all);
                     let written = keys.iter().filter_map(|it| {
                         let span = it.entry.written(0..library.len())?;
-                        Some(Location::Range(it.file, span.start as u32, span.end as u32))
+                        Some(Location::of_span(it.file, &span))
                     });
                     let written: Vec<Location<'db>> = written.collect();
                     let keys = keys.len();
