@@ -97,7 +97,7 @@ pub struct ChainPart {
     pub wait: Time,
     /// Until older values in a buffer are read, or dropped.
     pub buffer: Time,
-    /// The periods until the one that writes.
+    /// The further periods, if the first one does not write the data.
     pub periods: Time,
     /// From the release of that period to its write; 0 where the next step waits for that in any case.
     pub run: Time,
@@ -143,7 +143,7 @@ struct Step {
     /// N.
     releases: u64,
     ahead: Ahead,
-    /// A release of the next step that is so long after the one that writes sees the write.
+    /// The time from the release of the job that writes to the first release of the next step that sees the write.
     run: u64,
     rule: ChainRule,
     /// Whether that also holds for a release at exactly this instant, of the next step.

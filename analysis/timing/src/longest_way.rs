@@ -1,7 +1,7 @@
 //! A schedule in which data takes long along a chain: the longest one that a search finds.
 //!
 //! The search follows data from job to job: it arrives just after a job of the first task has started, so that this job does not read
-//! it; the job that writes it is the N-th after the one that is in progress at its arrival, and its end is the arrival at the next task.
+//! it. The N-th job after that one writes the data, and the end of this job is the arrival at the next task.
 //! Reads of older values in a buffer are not followed. What the search finds is never above [`Tasks::latency`], and may be below
 //! what is possible.
 

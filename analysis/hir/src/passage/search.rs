@@ -128,7 +128,7 @@ impl<'a, 'db> Search<'a, 'db> {
         target.is_none_or(|it| self.states.get(it) == Some(&true)).then_some(moment)
     }
 
-    /// Returns the moment after a source, of which one value is followed.
+    /// Returns the moments after a read of the source, to follow the value that it read.
     pub(super) fn taken(&self, mut moment: Moment) -> Vec<Moment> {
         let mut found = Vec::new();
         (moment.carry, moment.newer) = (0, 0);

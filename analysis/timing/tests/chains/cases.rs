@@ -12,7 +12,7 @@ use super::core::{
 use super::explore::{Greatest, explore};
 use super::system::{Bounds, System, task};
 
-/// Returns the bounds of a system, and its greatest times, none of which is above its bound.
+/// Returns the bounds of a system and its greatest times. Checks that no time is above its bound.
 fn bounds_and_greatest(system: &System) -> (Bounds, Greatest) {
     let bounds = system.bounds(true).unwrap();
     let found = explore(system, 100).unwrap();

@@ -162,7 +162,7 @@ impl ChainObserver {
         self.connections.iter_mut().for_each(|it| it.last_read = None);
     }
 
-    /// Ends a recording; another one, with other numbers, may follow.
+    /// Ends a recording. The next recording numbers its values anew.
     pub(super) fn end_recording(&mut self) {
         for chain in &mut self.chains {
             let steps =
@@ -275,7 +275,7 @@ impl Followed {
         }
     }
 
-    /// Without its number, a new value is the one that was written last, unless that was read before.
+    /// Takes the value of a read: without its number, that of the last write, unless an earlier read took it.
     fn read(&mut self, step: usize, number: Option<u64>) {
         let before = step.checked_sub(1).and_then(|before| self.steps.get(before));
         let (Some(before), Some(last_read)) = (before, self.steps.get(step).map(|it| it.last_read)) else {
@@ -328,7 +328,7 @@ impl Step {
 }
 
 impl Connection {
-    /// Without numbers, a register's new value is the one that was written last; that of a buffer is unknown.
+    /// If a recording has no numbers, new data of a register is the last write; the write of new data from a buffer is unknown.
     fn access(&mut self, span: &Span, has_buffer: bool) {
         match span.outcome {
             Some(Outcome::Written | Outcome::Lost) => self.observed.written += 1,
