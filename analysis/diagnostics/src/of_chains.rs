@@ -17,9 +17,7 @@ pub(super) fn chain_diagnostics<'db>(
     let mut found = Vec::new();
     for (link, hop) in flat.links.iter().zip(&chains.hops) {
         let ConnectionReport { overwritten, stays_full, never_read, .. } = hop;
-        // A buffer keeps what was written before.
-        let by = overwritten.as_ref().filter(|_| link.buffer.is_none());
-        found.extend(by.map(|by| may_be_overwritten::report(link, by)));
+        found.extend(overwritten.as_ref().map(|by| may_be_overwritten::report(link, by)));
         found.extend(stays_full.map(|age| buffer_stays_full::report(link, age)));
         found.extend(never_read.and_then(|values| never_read::report(link, values)));
     }
@@ -27,7 +25,7 @@ pub(super) fn chain_diagnostics<'db>(
     let of_config = chains.all.iter().filter_map(|chain| {
         let (file, config) = declared?;
         let config = config.chains.get(chain.declared?)?;
-        let at = Location::Range(file, config.span.start as u32, config.span.end as u32);
+        let at = Location::of_span(file, &config.span);
         let Some(latency) = chain.latency else {
             let unblocked = || unblocked(db, project, deployment, config, chain);
             return (!chain_broken::is_reported(db, project, chain))

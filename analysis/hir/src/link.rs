@@ -1,5 +1,7 @@
 //! Connections between instances.
 
+use std::fmt;
+
 use crate::item_tree::Name;
 use crate::source::{Decl, Location};
 
@@ -16,6 +18,14 @@ pub struct Link<'db> {
     pub buffer: Option<u32>,
     /// The location of the feature in its target.
     pub at: Location<'db>,
+}
+
+/// As users write it, without its buffer: `laser.scan -> map.scan`.
+impl fmt::Display for Link<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [(from, out), (to, into)] = [&self.source, &self.target];
+        write!(f, "{from}.{out} -> {to}.{into}")
+    }
 }
 
 impl<'db> Link<'db> {

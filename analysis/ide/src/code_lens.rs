@@ -120,8 +120,7 @@ fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     let title = |(deployment, _): (Decl<'db>, _)| {
         let chains = chains_of(db, project, deployment, Query::shown(db, project));
         let known = chains.all.iter().filter(|it| it.latency.is_some()).count();
-        let late =
-            chains.all.iter().filter(|it| it.latency.zip(it.limit).is_some_and(|(it, limit)| it > limit));
+        let late = chains.all.iter().filter(|it| it.latency.is_some() && !it.is_within_limit());
         let late = match late.count() {
             0 => String::new(),
             late => format!(", {late} late"),

@@ -133,4 +133,4 @@ pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};
-pub use worst_schedule::{WayOf, WorstOf, no_worst_case};
+pub use worst_schedule::{WayOf, WorstOf, no_chain, no_worst_case};

@@ -92,6 +92,11 @@ pub struct WayOf {
     pub way: Way,
 }
 
+/// Says that a deployment has no chain of this name.
+pub fn no_chain(name: &str, deployment: &str) -> String {
+    format!("no chain `{name}` in {deployment}: `mauve chains` lists them")
+}
+
 impl WayOf {
     /// Searches for the longest way along the chain `name`, with these random choices. To cancel, `interrupt` unwinds.
     ///
@@ -107,7 +112,7 @@ impl WayOf {
     ) -> Result<WayOf, String> {
         let chains = chains_of(db, project, of, query);
         let Some(chain) = chains.all.iter().find(|chain| chain.name == name) else {
-            return Err(format!("no chain `{name}` in {}: `mauve chains` lists them", of.name(db)));
+            return Err(no_chain(name, of.name(db)));
         };
         let timed: Option<Vec<ChainStep>> = chain.steps.iter().map(|step| step.timed.clone()).collect();
         let (Some(bound), Some(timed)) = (chain.latency, timed) else {

@@ -1,5 +1,4 @@
 //! The chains of a deployment: how long data takes from a sensor to an actuator.
-
 //!
 //! ```text
 //! passages of cores, connections ─→ ways from sources to effects ─┐
@@ -64,6 +63,13 @@ pub struct ChainReport<'db> {
     pub overwritten: Option<Overwrite<'db>>,
 }
 
+impl ChainReport<'_> {
+    /// Returns whether it is proved to be within its limit, if `mauve.toml` has one.
+    pub fn is_within_limit(&self) -> bool {
+        self.limit.is_none_or(|limit| self.latency.is_some_and(|latency| latency <= limit))
+    }
+}
+
 /// An end of a chain.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct ChainEnd<'db> {
@@ -121,7 +127,7 @@ pub struct ConnectionReport<'db> {
     /// What the reader adds: all of the latency but `write`.
     pub part: ChainPart,
     pub reason: Option<ChainReason<'db>>,
-    /// The write that may overwrite what was written, without having been read.
+    /// The write that may overwrite what was written, without having been read; none with a buffer, which keeps it.
     pub overwritten: Option<Overwrite<'db>>,
     /// The buffer is always full, and drops the oldest values: data is at least as old as this.
     pub stays_full: Option<Time>,

@@ -33,6 +33,12 @@ impl Query {
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
         Query { level: level_shown(db, project.workspace(db)), method: Method::Best, horizon: None }
     }
+
+    /// The same at another level, if there is one.
+    pub fn at_level<'db>(db: &'db dyn ModelDb, project: Project<'db>, level: Option<Level>) -> Query {
+        let shown = Query::shown(db, project);
+        Query { level: level.unwrap_or(shown.level), ..shown }
+    }
 }
 
 /// Returns the significance level of the report: the user's choice, otherwise that of `mauve.toml`.

@@ -62,7 +62,7 @@ struct Shown<'db> {
     db: &'db Database,
     project: Project<'db>,
     deployment: Decl<'db>,
-    level: Level,
+    query: Query,
     flat: Option<&'db Flat<'db>>,
     chains: &'db Chains<'db>,
     shown: Vec<&'db ChainReport<'db>>,
@@ -103,20 +103,19 @@ impl ChainsCommand {
         projects.dedup();
         let errors = projects.into_iter().map(|project| errors_of(&db, project)).sum();
         say_errors(errors);
-        let is_late = all.iter().flat_map(|it| &it.shown).any(|chain| !is_proved(chain));
+        let is_late = all.iter().flat_map(|it| &it.shown).any(|chain| !chain.is_within_limit());
         Ok(Output::verbatim(text, u8::from(is_late || errors > 0)))
     }
 
     fn shown<'db>(&self, db: &'db Database, project: Project<'db>, deployment: Decl<'db>) -> Shown<'db> {
-        let shown = Query::shown(db, project);
-        let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
+        let query = Query::at_level(db, project, self.significance);
         let chains = chains_of(db, project, deployment, query);
         let is_shown = |it: &&ChainReport<'db>| self.chain.as_deref().is_none_or(|name| it.name == *name);
         Shown {
             db,
             project,
             deployment,
-            level: query.level,
+            query,
             flat: deployed(db, project, deployment).map(|(flat, _)| flat),
             chains,
             shown: chains.all.iter().filter(is_shown).collect(),
@@ -124,17 +123,16 @@ impl ChainsCommand {
     }
 
     fn drawing(&self, it: &Shown<'_>, drawing: Drawing) -> String {
-        let of = (it.project, it.deployment, it.query());
+        let of = (it.project, it.deployment, it.query);
         draw_chains(&drawn_chains(it.db, of, self.chain.as_deref(), TIGHT_SLACK), drawing)
     }
 
     fn table(&self, it: &Shown<'_>) -> String {
-        let query = it.query();
-        let times = response_times(it.db, it.project, it.deployment, query).times.as_deref();
+        let times = response_times(it.db, it.project, it.deployment, it.query).times.as_deref();
         let mut out = format!(
             "{}: latency of chains in ms at {}{}\n",
             it.deployment.name(it.db),
-            it.level,
+            it.query.level,
             times_of(times)
         );
         if it.shown.is_empty() {
@@ -147,7 +145,7 @@ impl ChainsCommand {
             let reasons = it.reasons(chain);
             let verdict = match (reasons.as_slice(), chain.limit) {
                 ([], None) => String::new(),
-                ([], Some(_)) if is_proved(chain) => "✓ met".to_owned(),
+                ([], Some(_)) if chain.is_within_limit() => "✓ met".to_owned(),
                 ([], Some(_)) => "✗ late".to_owned(),
                 ([why], _) => format!("✗ no bound: {why}"),
                 ([why, rest @ ..], _) => {
@@ -170,7 +168,7 @@ impl ChainsCommand {
             it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
-            let conditions = conditions_of(&basis_of(it.db, it.project, it.deployment, it.level));
+            let conditions = conditions_of(&basis_of(it.db, it.project, it.deployment, it.query.level));
             out += &format!("  no data takes longer{conditions}\n");
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
@@ -178,25 +176,16 @@ impl ChainsCommand {
     }
 }
 
-/// Whether a chain is not too late, as far as `mauve.toml` has a limit.
-fn is_proved(chain: &ChainReport<'_>) -> bool {
-    chain.limit.is_none_or(|limit| chain.latency.is_some_and(|latency| latency <= limit))
-}
-
 fn status(chain: &ChainReport<'_>) -> &'static str {
     match (chain.latency, chain.limit) {
         (None, _) => "no-bound",
         (Some(_), None) => "bounded",
-        (Some(_), Some(_)) if is_proved(chain) => "met",
+        (Some(_), Some(_)) if chain.is_within_limit() => "met",
         (Some(_), Some(_)) => "late",
     }
 }
 
 impl<'db> Shown<'db> {
-    fn query(&self) -> Query {
-        Query { level: self.level, ..Query::shown(self.db, self.project) }
-    }
-
     /// Returns why a chain has no latency, each reason once.
     fn reasons(&self, chain: &ChainReport<'db>) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
@@ -232,9 +221,7 @@ impl<'db> Shown<'db> {
 
     /// Returns the connection that leads to a step, as users write it.
     fn connection(&self, step: &ChainStepReport<'db>) -> Option<String> {
-        let link = self.flat?.links.get(step.connection?)?;
-        let [(from, output), (to, input)] = [&link.source, &link.target];
-        Some(format!("{from}.{output} -> {to}.{input}"))
+        Some(self.flat?.links.get(step.connection?)?.to_string())
     }
 
     /// The parts of a latency: a row for each component, and their sum.
@@ -293,7 +280,7 @@ impl<'db> Shown<'db> {
             deployment: self.deployment.name(self.db).to_string(),
             root: self.project.root(self.db).path(self.db).clone(),
             unit: "ms",
-            significance: self.level.as_f64(),
+            significance: self.query.level.as_f64(),
             chains: chains.collect::<Vec<_>>(),
             // Longer chains between two ends that are left out, as there are too many, at least.
             [left_out]: Some(self.chains.left_out).filter(|left_out| *left_out > 0),
@@ -312,7 +299,7 @@ fn figures_csv(all: &[Shown<'_>]) -> String {
             let [from, to] = it.ends(chain).map(Option::unwrap_or_default);
             rows.push(vec![
                 it.deployment.name(it.db).to_string(),
-                it.level.to_string(),
+                it.query.level.to_string(),
                 chain.name.to_string(),
                 from,
                 to,

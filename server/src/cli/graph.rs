@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use mauve_diagnostics::{errors_of, errors_of_text};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, target_of};
-use mauve_ide::{TIGHT_SLACK, draw_graph, graph};
+use mauve_ide::{TIGHT_SLACK, draw_graph, graph, no_chain};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 
@@ -45,14 +45,13 @@ impl Graph {
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let (project, of) = self.selected(&db, &workspaces)?;
-        let shown = Query::shown(&db, project);
-        let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
+        let query = Query::at_level(&db, project, self.significance);
         let found = graph(&db, project, of, query, TIGHT_SLACK);
         let mut graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
         if let Some(chain) = &self.chain
             && !graph.light(&db, (project, of, query), chain)
         {
-            return Err(format!("no chain `{chain}` in {}: `mauve chains` lists them", of.name(&db)));
+            return Err(no_chain(chain, of.name(&db)));
         }
         for missing in &graph.missing {
             say(&format!("incomplete: {missing}"));

@@ -18,7 +18,6 @@ use mauve_timing::{ChainRule, Time};
 use mauve_wcrt::Query;
 use mauve_wcrt::chains::{ChainReport, chains_of};
 
-use super::summary;
 use crate::connections::{Connected, connections_in};
 use crate::figure::{TIGHT_SLACK, chain_figure, short};
 use crate::markdown;
@@ -66,7 +65,7 @@ pub(super) fn of_connection(
 fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connected<'db>) -> String {
     let Connected { deployment, index, link, report } = connected;
     let (writer, reader) = (&link.source.0, &link.target.0);
-    let mut out = format!("{}: ", summary::connection(link));
+    let mut out = format!("{}: ", link);
     match (&report.latency, &report.reason) {
         (Some(latency), _) => {
             let latency = short(*latency);
@@ -96,7 +95,7 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connect
             ],
         );
     }
-    if let Some(by) = report.overwritten.as_ref().filter(|_| link.buffer.is_none()) {
+    if let Some(by) = &report.overwritten {
         let _ = writeln!(out, "{writer} may overwrite it before it is read: {}", overwrite(by));
     }
     if let Some(age) = report.stays_full {

@@ -164,7 +164,7 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
             lines.push(format!("{instance}.{name} is not connected"));
         }
         for link in links {
-            let line = summary::connection(link);
+            let line = link.to_string();
             if !lines.contains(&line) {
                 lines.push(line);
             }

@@ -4,8 +4,8 @@
 use mauve_diagnostics::{cpu_names, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, FlatInstance, Link, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
-    resolve_type, shell_of,
+    Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, names_of, resolve_type,
+    shell_of,
 };
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, psm_of, response_times, table_sets};
@@ -207,7 +207,7 @@ pub(super) fn of_instance<'db>(
     let roots = if deployed.is_empty() { vec![(of, flat_of(db, project, of))] } else { deployed.clone() };
     let connections = roots.iter().map(|(root, flat)| {
         let links = flat.links.iter().filter(|link| link.source.0 == *name || link.target.0 == *name);
-        (*root, links.map(connection).collect::<Vec<String>>())
+        (*root, links.map(ToString::to_string).collect::<Vec<String>>())
     });
     let connections = where_they_differ(db, connections.collect());
     let query = Query::shown(db, project);
@@ -229,12 +229,6 @@ pub(super) fn of_instance<'db>(
         lines.push(format!("{}: {said}", format.link(db, deployment.name(db), &at)));
     }
     (connections, list(&lines))
-}
-
-/// `laser.scan -> map.scan`
-pub(super) fn connection(link: &Link<'_>) -> String {
-    let [(from, out), (to, into)] = [&link.source, &link.target];
-    format!("{from}.{out} -> {to}.{into}")
 }
 
 /// Returns the lines of several deployments or architectures once, with the names of those that have a line where not all have it.

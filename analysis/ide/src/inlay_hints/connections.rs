@@ -40,9 +40,7 @@ pub(super) fn of_connections<'db>(
 
 /// Returns what is shown of a connection, in fewer and fewer words: what is wrong in some deployment, or the greatest latency.
 fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<(Vec<String>, HintStatus)> {
-    // A buffer keeps what was written before.
-    let mut overwritten = all.iter().filter(|it| it.link.buffer.is_none());
-    if let Some(by) = overwritten.find_map(|it| it.report.overwritten.as_ref()) {
+    if let Some(by) = all.iter().find_map(|it| it.report.overwritten.as_ref()) {
         let short = "may be overwritten";
         return Some((vec![format!("{short} in {}", by.state), short.to_owned()], HintStatus::Unknown));
     }

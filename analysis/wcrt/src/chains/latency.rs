@@ -385,8 +385,11 @@ impl<'db> Sums<'db> {
             found.is_stale = is_stale(writer, reader);
             found.never_read = self.never_read(&hop.before, writer, reader).filter(|_| link.buffer.is_none());
         }
-        let mut overwritten = self.passages(&hop.before).into_iter().map(|it| it.overwritten.clone());
-        found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
+        // A buffer keeps what was written before.
+        if link.buffer.is_none() {
+            let mut overwritten = self.passages(&hop.before).into_iter().map(|it| it.overwritten.clone());
+            found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
+        }
         let mut reasons = Vec::new();
         let before = self.written(0, &hop.before, &mut reasons);
         for step in &hop.after {

@@ -96,8 +96,11 @@ pub(super) fn expected_connections<'db>(
     let connection = |link: &Link<'db>| {
         let end =
             |(instance, port): &(Name, Name)| Some((instance.to_string(), model.port(instance, port)?.key));
-        let name = format!("{}.{} -> {}.{}", link.source.0, link.source.1, link.target.0, link.target.1);
-        Some(ExpectedConnection { name, ends: [end(&link.source)?, end(&link.target)?], buffer: link.buffer })
+        Some(ExpectedConnection {
+            name: link.to_string(),
+            ends: [end(&link.source)?, end(&link.target)?],
+            buffer: link.buffer,
+        })
     };
     links.filter_map(connection).collect()
 }

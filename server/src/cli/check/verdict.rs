@@ -50,7 +50,7 @@ fn limited<'db>(deployed: &Deployed<'db>) -> Vec<&'db ChainReport<'db>> {
 /// Says how many limits of chains hold; nothing without any.
 pub(super) fn limits(deployed: &[Deployed<'_>]) -> String {
     let all: Vec<_> = deployed.iter().flat_map(limited).collect();
-    let is_open = |it: &&&ChainReport<'_>| it.latency.is_none_or(|latency| Some(latency) > it.limit);
+    let is_open = |it: &&&ChainReport<'_>| !it.is_within_limit();
     match (all.len(), all.iter().filter(is_open).count()) {
         (0, _) => String::new(),
         (1, 0) => "; the limit of the chain holds".to_owned(),

@@ -52,8 +52,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     let db = &snapshot.db;
     let (project, of) =
         deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
-    let shown = Query::shown(db, project);
-    let query = Query { level: params.significance.unwrap_or(shown.level), ..shown };
+    let query = Query::at_level(db, project, params.significance);
     let report = response_times(db, project, of, query);
     let activity = match &params.instance {
         Some(name) => {
