@@ -39,9 +39,18 @@ pub struct Task {
     pub deadline: Option<Time>,
     /// J, the greatest delay of a release after its nominal instant; a response time counts from the nominal instant.
     pub jitter: Time,
-    /// The nominal instant of a release modulo T, on the clock that all tasks with an offset share; `None` if its phase is
-    /// unknown.
+    /// The greatest number of releases in any half-open window of length T; 0 counts as 1. With more than one, the task is
+    /// sporadic, and its nominal instants are its releases without jitter.
+    pub burst: u64,
+    /// Whether T is the least distance of releases, not the exact one: data or an interrupt releases the task.
+    pub is_sporadic: bool,
+    /// The thread that executes its jobs, if it executes those of other tasks too: each period, a job of each task of the same
+    /// number, one after another in the order of the tasks. They have one priority, period, jitter, offset and set of CPUs.
+    pub thread: Option<u32>,
+    /// The nominal instant of a release modulo T, on the clock of number [`clock`](Self::clock); `None` if its phase is unknown.
     pub offset: Option<Time>,
+    /// The number of the clock that the offset counts on: only tasks of one number share a clock.
+    pub clock: u32,
     /// The CPUs on which the task may run: bit n for CPU n; `None` if unknown.
     pub cpus: Option<u64>,
     /// The demand of its jobs. [`Demand::Unknown`] if any other property of the task is unusable.

@@ -68,6 +68,10 @@ pub struct ResolvedActivity<'db> {
     pub has_late_deadline: bool,
     /// The written offset of its releases in the period, less than the period.
     pub written_offset: Option<Time>,
+    /// The input port whose data releases it; `None` where its clock does. Its task is sporadic then.
+    pub trigger: Option<Name>,
+    /// The name of the activity; that of the instance, unless the activity executes several instances in one thread.
+    pub activity: Name,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
@@ -335,6 +339,8 @@ impl<'db> SystemReader<'db> {
             at,
             has_late_deadline: false,
             written_offset: None,
+            trigger: None,
+            activity: name.clone(),
             refusals: Vec::new(),
             unknown_priority: None,
         }
