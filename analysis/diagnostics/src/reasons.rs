@@ -242,6 +242,12 @@ fn calls(why: &CallsReason) -> Words {
             "and one of the two has no bound on its response time: the number of calls has none",
             "calls unbounded",
         ),
+        CallsReason::ReleasedByData { operation, client } => (
+            (operation, client),
+            "and data releases it: any number of calls may wait for its next release; give it a period, or let another \
+             instance provide the operation",
+            "calls unbounded",
+        ),
         CallsReason::Ring(operation) => {
             let why = "is executed again by a call that it sends: the number of calls has no bound";
             return words(format!("its operation `{operation}` {why}"), "calls unbounded");

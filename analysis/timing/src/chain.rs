@@ -123,6 +123,8 @@ pub enum ChainRule {
 pub enum NoLatency {
     /// The task has no period, or is not real-time.
     NoPeriod(usize),
+    /// The task is not released by a clock: nothing bounds the time until its next release.
+    NotPeriodic(usize),
     /// The reads of the buffer have no bound.
     NotRead(usize),
     /// The time is too long.
@@ -172,6 +174,9 @@ impl Tasks {
         let mut steps: Vec<Step> = Vec::with_capacity(chain.len());
         for (index, step) in chain.iter().enumerate() {
             let (task, period) = self.periodic(step).ok_or(NoLatency::NoPeriod(index))?;
+            if !task.is_periodic() {
+                return Err(NoLatency::NotPeriodic(index));
+            }
             let ahead = match (before, step.buffer) {
                 (Some(writer), Some(buffer)) => self.ahead(index, writer, step, buffer)?,
                 _ => Ahead::default(),
@@ -519,6 +524,11 @@ mod tests {
         assert_eq!(pair.latency(&[step(0, 1), step(1, 1)], true), Err(NoLatency::NoPeriod(1)));
         pair.all[0].period = Some(Time::from_nanos(u64::MAX));
         assert_eq!(pair.latency(&[step(0, 1)], true), Err(NoLatency::TooLong));
+        for (is_sporadic, burst) in [(true, 0), (false, 2)] {
+            let sporadic = Task { is_sporadic, burst, ..tasks(&[(1, 20)]).all.swap_remove(0) };
+            let pair = Tasks::new(vec![tasks(&[(2, 10)]).all.swap_remove(0), sporadic]);
+            assert_eq!(pair.latency(&[step(0, 1), step(1, 1)], true), Err(NoLatency::NotPeriodic(1)));
+        }
         pair.all[0].period = None;
         assert_eq!(pair.latency(&[step(0, 1)], true), Err(NoLatency::NoPeriod(0)));
     }

@@ -65,10 +65,14 @@ fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>> {
     for operation in &set.operations {
         let response = |task: usize| responses.get(task).copied().flatten();
         let period = |task: usize| set.all.get(task)?.period.filter(|period| *period > Time::ZERO);
+        // Calls wait for its next job: without a clock, for ever, and any number of them.
+        let is_periodic = |task: usize| set.all.get(task).is_some_and(Task::is_periodic);
         let count = || {
             let of_jobs = response(operation.client)?.checked_add(response(operation.provider)?)?;
-            let window = of_jobs.checked_add(period(operation.provider)?)?;
-            let jobs = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());
+            let longest = period(operation.provider).filter(|_| is_periodic(operation.provider))?;
+            let window = of_jobs.checked_add(longest)?;
+            let burst = set.all.get(operation.client)?.burst.max(1);
+            let jobs = window.as_nanos().div_ceil(period(operation.client)?.as_nanos()).checked_mul(burst)?;
             let sends = match operation.during {
                 Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
                 None => operation.sends,
@@ -172,6 +176,19 @@ mod tests {
         // The calls take longer than the periods: the provider counts as unknown.
         let operations = [operation(0, 1, 1, 9, None)];
         assert_eq!(analyse(&activities, &operations), (vec![None, None], vec![None]));
+    }
+
+    /// A client that data releases calls no more often than a periodic one; its bursts do. A provider may not be released again.
+    #[test]
+    fn calls_of_tasks_that_data_releases() {
+        let sporadic = |of: Task, burst| Task { is_sporadic: true, burst, ..of };
+        let operations = [operation(0, 1, 1, 2, None)];
+        let [provider, client] = [activity(2, 10, None, 1), activity(1, 100, None, 1)];
+        let found = |provider: Task, client: Task| analyse(&[provider, client], &operations).1[0];
+        assert_eq!(found(provider.clone(), client.clone()), Some(1));
+        assert_eq!(found(provider.clone(), sporadic(client.clone(), 1)), Some(1));
+        assert_eq!(found(provider.clone(), sporadic(client.clone(), 2)), Some(2));
+        assert_eq!(found(sporadic(provider, 1), client), None);
     }
 
     #[test]

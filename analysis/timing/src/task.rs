@@ -196,6 +196,12 @@ impl Task {
         self.waits.as_ref().map(|waits| &waits.executed).or(self.demand.machine())
     }
 
+    /// Whether a clock releases it, each T after the one before. Otherwise T is the least distance only: it may never be released
+    /// again.
+    pub fn is_periodic(&self) -> bool {
+        !self.is_sporadic && self.burst <= 1
+    }
+
     /// Returns the CPUs on which it competes with real-time tasks: all if they are unknown, none in the background.
     pub(crate) fn mask(&self) -> u64 {
         if self.priority == Priority::Background { 0 } else { self.cpus.unwrap_or(u64::MAX) }

@@ -150,6 +150,8 @@ pub enum ChainReason<'db> {
     NotAnalysed { step: usize, refusals: Vec<Refusal<'db>> },
     /// Its response time has no bound.
     NoBound { step: usize },
+    /// Data releases its activity, and nothing bounds the time until its next release.
+    ReleasedByData { step: usize },
     /// Its activity is in the background.
     Background { step: usize },
     /// It has no activity.

@@ -154,6 +154,7 @@ pub(crate) fn is_stale(writer: &Task, reader: &Task) -> bool {
     priorities.is_some_and(|(low, high)| high > low)
         && share_cpu(writer, reader)
         && reader.period.is_some()
+        && [writer, reader].into_iter().all(Task::is_periodic)
         && reader.period == writer.period
 }
 

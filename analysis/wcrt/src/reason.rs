@@ -140,6 +140,8 @@ pub enum CallsReason {
     ClientWithoutPeriod { operation: Name, client: Name },
     /// Their number depends on response times without a bound: that of the client, or its own.
     NoResponse { operation: Name, client: Name },
+    /// Data releases the provider: any number of calls may wait for that.
+    ReleasedByData { operation: Name, client: Name },
     /// An operation sends calls, over others or directly, that execute it again.
     Ring(Name),
     /// Operations that send calls to others: too many chains of calls.

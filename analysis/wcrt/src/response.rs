@@ -1,7 +1,7 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
-use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, Status, Time};
+use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, Status, Task, Time};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
@@ -162,8 +162,12 @@ impl<'db> DeployedTasks<'db> {
         let at = self.reports.get(index).and_then(|it| it.at.clone());
         let served = self.served_by(index, analysis);
         let unknown = served.filter(|(of, _, _, calls)| of.time > Time::ZERO && calls.is_none());
+        let is_periodic = self.tasks.all().get(index).is_some_and(Task::is_periodic);
         let refusal = |(_, operation, client, _)| {
-            let reason = Reason::Calls(CallsReason::NoResponse { operation, client });
+            let reason = Reason::Calls(match is_periodic {
+                true => CallsReason::NoResponse { operation, client },
+                false => CallsReason::ReleasedByData { operation, client },
+            });
             Refusal { reason, at: at.clone() }
         };
         unknown.map(refusal).collect()

@@ -285,6 +285,7 @@ impl<'db> Sums<'db> {
         let why = match self.report.tasks.latency(&steps?, true) {
             Ok(found) => return Some(found),
             Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
+            Err(NoLatency::NotPeriodic(step)) => ChainReason::ReleasedByData { step },
             Err(NoLatency::NotRead(step)) => ChainReason::NotRead { step, skip: None },
             Err(NoLatency::TooLong) => ChainReason::TooLong,
         };
@@ -419,7 +420,7 @@ impl<'db> Sums<'db> {
 
     /// Returns of how many values that are written at most one is read by a job that reads once.
     fn never_read(&mut self, step: &WayStep<'db>, writer: &Task, reader: &Task) -> Option<u64> {
-        let gap = self.releases(step, false).ok()?;
+        let gap = self.releases(step, false).ok().filter(|_| writer.is_periodic())?;
         let between = writer.period?.checked_mul(u64::from(gap))?.as_nanos();
         reader.period?.as_nanos().checked_div(between).filter(|values| *values >= 2)
     }

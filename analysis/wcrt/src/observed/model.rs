@@ -66,6 +66,8 @@ pub struct ExpectedInstance {
     pub cpus: Option<u64>,
     /// T.
     pub period: Option<u64>,
+    /// Whether a clock releases it each T; otherwise T is the least distance of its releases.
+    pub is_periodic: bool,
     /// D.
     pub deadline: Option<u64>,
     /// R, the bound of its response time.
@@ -139,6 +141,7 @@ pub fn expected<'db>(
             priority: activity.priority,
             cpus: activity.cpus,
             period: nanos(activity.period).filter(|period| *period > 0),
+            is_periodic: activity.is_periodic(),
             deadline: nanos(activity.deadline),
             response: nanos(activity.response),
             own: nanos(activity.own),

@@ -74,6 +74,9 @@ struct Segment<C> {
 #[derive(Debug)]
 pub(super) struct Releases<C> {
     period: i64,
+    /// Whether a clock releases the activity. Otherwise a job is released when it begins, unless its release is recorded, and none
+    /// is missing.
+    is_periodic: bool,
     /// The response time that no job exceeds, if it is known.
     limit: Option<i64>,
     segment: Option<Segment<C>>,
@@ -84,11 +87,12 @@ pub(super) struct Releases<C> {
 }
 
 impl<C: Clone + Default> Releases<C> {
-    pub(super) fn new(period: u64, limit: Option<u64>) -> Releases<C> {
+    pub(super) fn new(period: u64, is_periodic: bool, limit: Option<u64>) -> Releases<C> {
         let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
         let limit = limit.map(signed);
         Releases {
             period: signed(period).max(1),
+            is_periodic,
             limit,
             segment: None,
             pending: None,
@@ -131,6 +135,11 @@ impl<C: Clone + Default> Releases<C> {
     fn next(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
         let Some(segment) = &self.segment else { return self.accept(job, cause) };
         let last = segment.last;
+        if !self.is_periodic {
+            self.note_interval(job.begin - last.begin);
+            self.close();
+            return self.accept(job, cause);
+        }
         if let (Some(release), Some(before)) = (job.release, last.release) {
             let interval = release - before;
             let tolerance = (self.period / TOLERANCE).clamp(LEAST_TOLERANCE.min(self.period / 4), i64::MAX);
@@ -246,7 +255,7 @@ impl<C: Clone + Default> Releases<C> {
             self.found.early += 1;
             return;
         }
-        self.found.jitter = self.found.jitter.max(Some(range));
+        self.found.jitter = self.found.jitter.max(Some(range).filter(|_| self.is_periodic));
         let (end, job, cause) = segment.longest;
         let response = end.saturating_sub(segment.least);
         // What may be drift is no response time.
@@ -286,7 +295,7 @@ mod tests {
     }
 
     fn found(jobs: &[Job], limit: Option<u64>) -> FoundReleases<()> {
-        let mut releases = Releases::new(100, limit);
+        let mut releases = Releases::new(100, true, limit);
         jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
         releases.finish(&mut |_, _| ())
     }
@@ -337,7 +346,7 @@ mod tests {
 
     #[test]
     fn recorded_releases_may_be_a_little_late() {
-        let mut releases = Releases::new(100_000_000, Some(60_000_000));
+        let mut releases = Releases::new(100_000_000, true, Some(60_000_000));
         for k in 0..200_i64 {
             let release = k * 100_000_000 + k % 2;
             releases.job(released(release, release + 5, release + 20 + k), &mut |_, _| ());
@@ -346,10 +355,21 @@ mod tests {
         assert_eq!((found.other_period(100_000_000), found.skipped, response(&found)), (None, 0, Some(219)));
     }
 
+    /// Data releases the jobs: none is missing, and none is early.
+    #[test]
+    fn jobs_without_a_clock_are_released_when_they_begin() {
+        let mut releases = Releases::new(100, false, Some(60));
+        let jobs = [job(5, 20), job(105, 170), released(900, 950, 990), job(3000, 3010)];
+        jobs.into_iter().for_each(|job| releases.job(job, &mut |_, _| ()));
+        let found = releases.finish(&mut |_, _| ());
+        assert_eq!((found.skipped, found.pauses, found.late, found.jitter), (0, 0, 2, None));
+        assert_eq!((response(&found), found.other_period(100)), (Some(90), None));
+    }
+
     /// Where releases are recorded, nothing else explains that periods are missing.
     #[test]
     fn many_missing_periods_are_missing() {
-        let mut releases = Releases::new(100, Some(60));
+        let mut releases = Releases::new(100, true, Some(60));
         for k in (0..30).chain(60..90) {
             releases.job(released(k * 100, k * 100 + 5, k * 100 + 20), &mut |_, _| ());
         }
