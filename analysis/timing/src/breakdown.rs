@@ -1,7 +1,7 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::lane::{BusyJob, Lane};
+use crate::lane::{BusyJob, Contribution, Lane, Member};
 use crate::paths::{self, Path};
 use crate::response_time::Lanes;
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
@@ -56,27 +56,25 @@ impl<'a> Breakdown<'a> {
             return Vec::new();
         }
         let found = self.in_window(of, rule, window, |lane, place| {
-            if method == Method::Exact {
-                return by_paths(place, lane);
-            }
-            let priority = lane.priority(place);
-            let others =
-                (0..lane.members.len()).filter(|&other| other != place && lane.priority(other) >= priority);
-            let others: Vec<usize> = others.collect();
-            let late = window.map_or(&[] as &[_], |window| &window.late);
-            let of_other = |other: usize| {
-                let member = lane.members.at(other);
-                let late = late.iter().find(|(task, _)| *task == member.index);
-                member.late = late.map(|(_, time)| time.as_nanos());
-                // The analysis computed it before.
-                let it = member.contribution(length.as_nanos(), method, horizon);
-                member.late = None;
-                let it = it.ok()?;
-                Some(Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) })
+            let mut found = match method {
+                Method::Exact => by_paths(place, lane),
+                _ => by_windows(place, lane, |member| {
+                    let late = window.map_or(&[] as &[_], |window| &window.late);
+                    let late = late.iter().find(|(task, _)| *task == member.index);
+                    member.late = late.map(|(_, time)| time.as_nanos());
+                    // The analysis computed it before.
+                    let found = member.contribution(length.as_nanos(), method, horizon);
+                    member.late = None;
+                    found.ok()
+                }),
             };
-            others.into_iter().filter_map(of_other).filter(|it| it.jobs > 0).collect()
+            found.extend(of_thread(place, lane, window.map_or(1, |window| window.job)));
+            found
         });
-        found.unwrap_or_default()
+        let mut found = found.unwrap_or_default();
+        found.retain(|it| it.jobs > 0);
+        found.sort_unstable_by_key(|it| it.task);
+        found
     }
 
     /// Returns the late job of a task, the length of its window, and the paths of the tasks of hp(`of`) in it: those that the
@@ -96,14 +94,13 @@ impl<'a> Breakdown<'a> {
             let late =
                 late.map_or(BusyJob { job: window.job, length: window.length.as_nanos() }, |busy| busy.worst);
             let mut combined = combined.map_or_else(Vec::new, |found| found.totals);
-            let priority = lane.priority(place);
+            let interfering = lane.interfering(place).into_iter().map(|other| {
+                (other, lane.members.get(other).jobs_released(late.length, None).unwrap_or_default())
+            });
+            let others: Vec<(usize, u64)> = interfering.chain(lane.mates(place, late.job)).collect();
             let mut paths = Vec::new();
-            for other in 0..lane.members.len() {
-                if other == place || lane.priority(other) < priority {
-                    continue;
-                }
+            for (other, jobs) in others {
                 let member = lane.members.at(other);
-                let jobs = member.jobs_released(late.length, None).unwrap_or_default();
                 let totals = match combined.iter_mut().find(|(place, _)| *place == other) {
                     Some((_, totals)) => std::mem::take(totals),
                     None => (1..=jobs.min(paths::LONGEST as u64))
@@ -149,9 +146,33 @@ fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
         jobs,
         time: Time::from_nanos(time),
     });
-    let mut interference: Vec<Interference> = interference.collect();
-    interference.sort_unstable_by_key(|it| it.task);
-    interference
+    interference.collect()
+}
+
+/// Returns what each task of hp(i) contributes to a window.
+fn by_windows(
+    place: usize,
+    lane: &mut Lane<'_, '_>,
+    contribution: impl Fn(&mut Member<'_>) -> Option<Contribution>,
+) -> Vec<Interference> {
+    let others = lane.interfering(place);
+    let of_other = |other: usize| {
+        let member = lane.members.at(other);
+        let it = contribution(member)?;
+        Some(Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) })
+    };
+    others.into_iter().filter_map(of_other).collect()
+}
+
+/// Returns what the other tasks of the thread execute before the end of this job of the member at `place`.
+fn of_thread(place: usize, lane: &mut Lane<'_, '_>, job: u64) -> Vec<Interference> {
+    let mates = lane.mates(place, job);
+    let of_mate = |(mate, jobs): (usize, u64)| {
+        let member = lane.members.at(mate);
+        let time = Time::from_nanos(member.demand(jobs).ok()?);
+        Some(Interference { task: member.index, jobs, time })
+    };
+    mates.into_iter().filter_map(of_mate).collect()
 }
 
 #[cfg(test)]

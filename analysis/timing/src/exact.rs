@@ -42,17 +42,13 @@ pub(crate) fn busy_window(
     bound: Busy,
     budget: u64,
 ) -> Result<Exact, NoBoundReason> {
-    let priority = lane.priority(place);
     let base = Counts::new(lane.members.len());
     let mut search = PathSearch { place, bound, lane, method: Method::Psm, base, varied: Vec::new(), budget };
     let mut fixed = Vec::new();
     let mut is_bounded_only = false;
     let members = search.lane.members.len() as u64;
     search.budget = search.budget.checked_sub(members).ok_or(NoBoundReason::Budget)?;
-    for other in 0..search.lane.members.len() {
-        if other == place || search.lane.priority(other) < priority {
-            continue;
-        }
+    for other in search.lane.interfering(place) {
         let member = search.lane.members.at(other);
         let jobs = member.jobs_released(bound.last.length, None)?;
         let has_one_function = member.machine.greatest_repeats() || jobs <= 1;
@@ -222,16 +218,17 @@ impl PathSearch<'_, '_, '_> {
 
     fn evaluate(&mut self, nodes: Vec<usize>) -> Result<Combination, NoBoundReason> {
         let member = self.lane.members.get(self.place);
-        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
+        let (jitter, has_mates) = (member.jitter, !member.thread.is_empty());
         let longest = self.bound.last.length;
         let mut counts = self.base.clone();
         let none = BusyJob { job: 1, length: 0 };
         let mut found =
             Combination { response: 0, nodes, worst: none, last: none, first_job: 0, is_capped: false };
-        // Nominal, counted from J before the window.
-        let mut release = delay;
         for job in 1..=self.bound.last.job {
-            let own = self.lane.members.at(self.place).demand(job)?.max(1);
+            // Nominal, counted from J before the window.
+            let member = self.lane.members.get(self.place);
+            let (release, next_release) = (member.release(job)?, member.release(job + 1)?);
+            let own = self.lane.demand(self.place, job, false)?;
             let mut window = found.last.length.max(own);
             let length = loop {
                 (self.lane.interrupt)();
@@ -263,8 +260,9 @@ impl PathSearch<'_, '_, '_> {
             if response > found.response {
                 (found.response, found.worst) = (response, found.last);
             }
-            release = release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
-            if length.saturating_add(jitter) <= release || length >= longest {
+            // A thread may go on after the end of this job. In a window that has ended, no later job of the bound is worse.
+            let ends = !has_mates && length.saturating_add(jitter) <= next_release;
+            if ends || length >= longest {
                 break;
             }
         }

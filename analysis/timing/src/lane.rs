@@ -17,6 +17,8 @@ pub(crate) struct Member<'a> {
     pub(crate) index: usize,
     pub(crate) task: &'a Task,
     pub(crate) period: u64,
+    /// b, the greatest number of releases in a window of length T.
+    burst: u64,
     pub(crate) jitter: u64,
     /// B, how long a lower priority that holds a lock delays a job.
     pub(crate) blocking: u64,
@@ -37,6 +39,8 @@ pub(crate) struct Member<'a> {
     execution: Option<Box<ExecutionBound<'a>>>,
     /// For [`Method::Exact`], from their first use on.
     paths: Option<Box<Paths>>,
+    /// All tasks of its thread in their order, by their indices in all members; empty if the thread has no others.
+    pub(crate) thread: Rc<[usize]>,
     interrupt: &'a dyn Fn(),
 }
 
@@ -99,11 +103,14 @@ impl<'a> Member<'a> {
             }
             Curve::Trace(_) => Curve::Trace(Box::new(TraceBound::interruptible(&waits.executed, interrupt))),
         });
-        let share = |curve: &Curve<'_>| Some(Share::new(curve.greatest_cycle_mean(), task.period?));
+        let share = |curve: &Curve<'_>| {
+            Some(Share::new(task.mean_of_burst(curve.greatest_cycle_mean()), task.period?))
+        };
         Some(Member {
             index,
             task,
             period: task.period?.as_nanos(),
+            burst: task.burst(),
             jitter: task.jitter.as_nanos(),
             blocking: task.blocking.as_nanos(),
             waits: task.waits.as_ref().and_then(|waits| waits.times).unwrap_or(0),
@@ -115,6 +122,7 @@ impl<'a> Member<'a> {
             curve,
             execution: None,
             paths: None,
+            thread: Rc::new([]),
             interrupt,
         })
     }
@@ -150,11 +158,18 @@ impl<'a> Member<'a> {
         self.executed.as_ref().map_or(self.share, |(_, share)| *share)
     }
 
-    /// Returns the number of jobs that are released in a window, ⌈(t + J − delay)/T⌉; with a horizon, in its first part.
+    /// Returns the earliest nominal release of a job of a window, from 1, counted from J before its start.
+    pub(crate) fn release(&self, job: u64) -> Result<u64, NoBoundReason> {
+        let release = (job.saturating_sub(1) / self.burst).checked_mul(self.period);
+        release.and_then(|release| release.checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
+    }
+
+    /// Returns the number of jobs that are released in a window, b·⌈(t + J − delay)/T⌉; with a horizon, in its first part.
     pub(crate) fn jobs_released(&self, window: u64, horizon: Option<Time>) -> Result<u64, NoBoundReason> {
         let window = horizon.map_or(window, |horizon| window.min(horizon.as_nanos()));
         let since_first = window.checked_add(self.lateness()).ok_or(NoBoundReason::Overflow)?;
-        Ok(since_first.saturating_sub(self.delay).div_ceil(self.period))
+        let bursts = since_first.saturating_sub(self.delay).div_ceil(self.period);
+        bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
     }
 
     /// See [`Paths::requests`].
@@ -163,8 +178,8 @@ impl<'a> Member<'a> {
         self.paths.get_or_insert_with(|| Box::new(Paths::new(machine))).requests(jobs, self.interrupt)
     }
 
-    /// Returns what the task contributes to a `window` > 0: M(n) for n = ⌈(t + J − delay)/T⌉; with [`Method::Ibf`], what n jobs
-    /// execute if the last one begins (n − 1)·T + delay − J after the start of the window.
+    /// Returns what the task contributes to a `window` > 0: M(n) for n = b·⌈(t + J − delay)/T⌉; with [`Method::Ibf`], what n jobs
+    /// execute if the last one begins (n − 1)·T + delay − J after the start of the window. (In a burst, M(n).)
     pub(crate) fn contribution(
         &mut self,
         window: u64,
@@ -175,11 +190,12 @@ impl<'a> Member<'a> {
         let lateness = self.lateness();
         // Instants are counted from J before the window, which is longer than J.
         let window_at = |instant: u64| instant - lateness;
-        let next_release = window_at(jobs.saturating_mul(self.period).saturating_add(self.delay));
+        let bursts = jobs / self.burst;
+        let next_release = window_at(bursts.saturating_mul(self.period).saturating_add(self.delay));
         if jobs == 0 {
             return Ok(Contribution { jobs, time: 0, holds_until: next_release, rises_until: 0 });
         }
-        if method != Method::Ibf {
+        if method != Method::Ibf || self.burst > 1 {
             let time = match &mut self.executed {
                 Some((executed, _)) if self.late.is_some() => executed.demand(jobs)?,
                 _ => self.curve.demand(jobs)?,
@@ -415,7 +431,8 @@ impl Lane<'_, '_> {
             return None;
         }
         let blocking = others().map(|it| {
-            let cost = Time::from_nanos(times(it).saturating_mul(member.blocking));
+            let times = times(it).saturating_mul(it.burst);
+            let cost = Time::from_nanos(times.saturating_mul(member.blocking));
             Share::new(CycleMean { cost, length: 1 }, Time::from_nanos(it.period))
         });
         let demand = others().map(|it| if is_own(it) { it.share } else { it.interfering_share() });
@@ -433,10 +450,45 @@ impl Lane<'_, '_> {
 
     /// Returns the tasks of hp(i) of the member at `place` whose waits count as jitter, with their response times.
     pub(crate) fn late_members(&self, place: usize) -> Vec<(usize, Time)> {
-        let priority = self.priority(place);
-        let others = (0..self.members.len()).filter(|&it| it != place && self.priority(it) >= priority);
-        let others = others.map(|it| self.members.get(it));
+        let others = self.interfering(place).into_iter().map(|it| self.members.get(it));
         others.filter_map(|it| Some((it.index, Time::from_nanos(it.late?)))).collect()
+    }
+
+    /// Returns the places of hp(i) of the member at `place`, without the tasks of its own thread.
+    pub(crate) fn interfering(&self, place: usize) -> Vec<usize> {
+        let (own, thread) = (self.priority(place), &self.members.get(place).thread);
+        let is_own = |other: usize| {
+            other == place
+                || self.members.places.get(other).is_some_and(|it| thread.binary_search(it).is_ok())
+        };
+        (0..self.members.len()).filter(|&other| self.priority(other) >= own && !is_own(other)).collect()
+    }
+
+    /// Returns the places of the other tasks in the thread of the member at `place`, each with the number of jobs that the thread
+    /// executes before the end of this job of the member. Calls may be executed between two jobs.
+    pub(crate) fn mates(&self, place: usize, job: u64) -> Vec<(usize, u64)> {
+        let mut found = Vec::new();
+        for member in self.members.get(place).thread.iter() {
+            if let Ok(mate) = self.members.places.binary_search(member)
+                && mate != place
+            {
+                let is_before = mate < place || self.members.get(mate).task.has_calls;
+                found.push((mate, if is_before { job } else { job.saturating_sub(1) }));
+            }
+        }
+        found
+    }
+
+    /// Returns what the thread of the member at `place` executes before the end of this job of the member; with `is_whole`, before
+    /// the end of the period of this job. A job takes 1 ns at least, since jobs of higher priority delay it too.
+    pub(crate) fn demand(&mut self, place: usize, job: u64, is_whole: bool) -> Result<u64, NoBoundReason> {
+        let mut demand = self.members.at(place).demand(job)?.max(1);
+        for (mate, jobs) in self.mates(place, job) {
+            let jobs = if is_whole { job } else { jobs };
+            let of_mate = self.members.at(mate).demand(jobs)?;
+            demand = demand.checked_add(of_mate).ok_or(NoBoundReason::Overflow)?;
+        }
+        Ok(demand)
     }
 }
 

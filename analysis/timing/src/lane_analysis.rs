@@ -166,6 +166,7 @@ impl<'a> Lane<'_, 'a> {
             for &place in group.iter().filter(|&&place| wanted[place]) {
                 of_one.clone_from(&counts);
                 of_one.exclude(place);
+                self.mates(place, 1).into_iter().for_each(|(mate, _)| of_one.exclude(mate));
                 let length = solve(self, place, &mut of_one).unwrap_or(0);
                 if windows_grow {
                     longest = longest.max(length);
@@ -240,7 +241,8 @@ impl<'a> Lane<'_, 'a> {
         };
         let mut budget = self.budget();
         let member = self.members.at(place);
-        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
+        let (jitter, second_release) = (member.jitter, member.release(2).unwrap_or(u64::MAX));
+        let has_mates = !member.thread.is_empty();
         let response = Response {
             own: member.demand(1).ok().map(Time::from_nanos),
             first_job: None,
@@ -281,7 +283,7 @@ impl<'a> Lane<'_, 'a> {
         // them all. (The utilisation U of hp(i) and i is at most 1 then, so that this cannot hide an overload. With t the
         // length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
         let has_one_job =
-            first_job.checked_add(jitter).is_some_and(|end| end <= period.saturating_add(delay));
+            !has_mates && first_job.checked_add(jitter).is_some_and(|end| end <= second_release);
         let overload = self.overload_by_blocking(place, true);
         let busy = match load.all {
             _ if has_one_job => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
@@ -357,11 +359,11 @@ impl<'a> Lane<'_, 'a> {
         method: Method,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
-        let own = self.members.at(place).demand(jobs)?;
+        let own = self.demand(place, jobs, false)?;
         self.window(place, jobs, own, counts, method, budget)
     }
 
-    /// The same for jobs that demand `own` together.
+    /// The same for jobs that demand `own` together, 1 ns at least.
     pub(crate) fn window(
         &mut self,
         place: usize,
@@ -371,8 +373,6 @@ impl<'a> Lane<'_, 'a> {
         method: Method,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
-        // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
-        let own = own.max(1);
         let demand = |lane: &Self, counts: &Counts, window: u64| {
             let blocking = lane.blocking(place, jobs, window)?;
             let demand = u128::from(own) + counts.total() + u128::from(blocking);
@@ -397,7 +397,8 @@ impl<'a> Lane<'_, 'a> {
     /// Let Mⱼ(n + cⱼ) = Mⱼ(n) + cⱼ·λⱼ for n ≥ nⱼ, and so for i, and let H be a common multiple of all cⱼ·Tⱼ and cᵢ·Tᵢ,
     /// and L = H/Tᵢ. While the window lasts, f(q) + Jᵢ > (q − 1)·Tᵢ. So for (q − 1)·Tᵢ − Jᵢ ≥ nⱼ·Tⱼ and q ≥ nᵢ, both sides of
     /// t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉) grow by H, since Σ λ/T = 1, when t grows by H and q by L: f(q + L) = f(q) + H. Job q + L
-    /// responds as q does, and ends the window if and only if q does.
+    /// responds as q does, and ends the window if and only if q does. In bursts, L = b·H/Tᵢ, and what depends on (q − 1)·Tᵢ is so for
+    /// ⌊(q − 1)/b⌋·Tᵢ. The tasks of the thread of i count by q, as i does.
     ///
     /// With waits, blocking grows with the window: no job repeats then. Those that count as jitter have another demand.
     fn last_job(&mut self, place: usize) -> Option<u64> {
@@ -405,24 +406,26 @@ impl<'a> Lane<'_, 'a> {
         if self.blocking(place, 2, 1) != Ok(member.blocking) || !self.late_members(place).is_empty() {
             return None;
         }
-        let (own_period, own_jitter, priority) = (member.period, member.jitter, member.task.priority);
+        let (own_period, own_jitter, burst) = (member.period, member.jitter, member.task.burst());
         let mut first_regular = 1u64;
         let mut lap = 1u64;
-        for other in 0..self.members.len() {
-            if self.priority(other) < priority {
-                continue;
-            }
+        let thread = self.mates(place, 1).into_iter().map(|(mate, _)| (mate, true)).chain([(place, true)]);
+        let others = self.interfering(place).into_iter().map(|other| (other, false));
+        for (other, is_of_thread) in thread.chain(others) {
             (self.interrupt)();
             let member = self.members.at(other);
             let (start, length) = member.regularity()?;
-            let start = match other == place {
+            let start = match is_of_thread {
                 true => start,
-                false => start.checked_mul(member.period)?.checked_add(own_jitter)?.div_ceil(own_period),
+                false => {
+                    let since = start.checked_mul(member.period)?.checked_add(own_jitter)?;
+                    since.div_ceil(own_period).checked_mul(burst)?
+                }
             };
             first_regular = first_regular.max(start.checked_add(1)?);
             lap = least_common_multiple(lap, length.checked_mul(member.period)?)?;
         }
-        first_regular.checked_add(lap / own_period)
+        first_regular.checked_add((lap / own_period).checked_mul(burst)?)
     }
 
     /// Returns the busy window whose first job ends at `first_job`. Jobs after `last` are not analysed.
@@ -436,16 +439,24 @@ impl<'a> Lane<'_, 'a> {
         budget: &mut u64,
     ) -> Result<Busy, NoBoundReason> {
         let member = self.members.get(place);
-        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
+        let (jitter, has_mates) = (member.jitter, !member.thread.is_empty());
         let mut job = BusyJob { job: 1, length: first_job };
         let mut worst = job;
         // From the nominal release of the job, which is counted from J before the window. A window may end
         // before a later job is released. The response of that job counts as 0, so it never replaces that of job 1.
         let response = |length: u64, release: u64| length.saturating_add(jitter).saturating_sub(release);
-        let mut worst_response = response(first_job, delay);
-        let mut next_release = delay.saturating_add(period);
+        let mut worst_response = response(first_job, member.release(1)?);
         loop {
-            let ends = job.length.checked_add(jitter).ok_or(NoBoundReason::Overflow)? <= next_release;
+            let next_release = self.members.get(place).release(job.job + 1)?;
+            // Of a thread, all jobs of the period have ended.
+            let end = match has_mates {
+                true => {
+                    let whole = self.demand(place, job.job, true)?;
+                    self.window(place, job.job, whole, counts, method, budget)?
+                }
+                false => job.length,
+            };
+            let ends = end.checked_add(jitter).ok_or(NoBoundReason::Overflow)? <= next_release;
             if ends || last.is_some_and(|last| job.job >= last) {
                 return Ok(Busy { first_job, worst, last: job, ends });
             }
@@ -455,7 +466,6 @@ impl<'a> Lane<'_, 'a> {
             if response > worst_response {
                 (worst, worst_response) = (job, response);
             }
-            next_release = next_release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
         }
     }
 
@@ -463,7 +473,7 @@ impl<'a> Lane<'_, 'a> {
     fn conclude(&mut self, found: &mut LaneResponse, place: usize, busy: Busy, method: Method) {
         let BusyJob { job, length } = busy.worst;
         let member = self.members.at(place);
-        let released = member.period.checked_mul(job - 1).and_then(|it| it.checked_add(member.delay));
+        let released = member.release(job).ok();
         let response = released.and_then(|it| Some(length.checked_add(member.jitter)?.saturating_sub(it)));
         let delay = Time::from_nanos(member.delay);
         let (Ok(own), Some(time)) = (member.demand(job), response) else {
@@ -481,7 +491,7 @@ impl<'a> Lane<'_, 'a> {
             return;
         }
         let has_iterations = Some(time) > deadline && method != Method::Exact;
-        let iterations = if has_iterations { self.iterations(place, job, own, method, None) } else { None };
+        let iterations = if has_iterations { self.iterations(place, job, method, None) } else { None };
         found.response.bound = Bound::Response(time);
         found.response.window = Some(Window {
             method,
@@ -496,18 +506,17 @@ impl<'a> Lane<'_, 'a> {
         });
     }
 
-    /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from `own` on. `None` if it exceeds the
-    /// budget or 64 bits.
+    /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from the demand of its own jobs on. `None` if it
+    /// exceeds the budget or 64 bits.
     fn iterations(
         &mut self,
         place: usize,
         job: u64,
-        own: u64,
         method: Method,
         horizon: Option<Time>,
     ) -> Option<Vec<Time>> {
-        let own = own.max(1);
-        let priority = self.priority(place);
+        let own = self.demand(place, job, false).ok()?;
+        let interfering = self.interfering(place);
         let mut budget = self.budget();
         let mut window = own;
         let mut values = std::collections::VecDeque::with_capacity(KEPT_ITERATIONS);
@@ -519,14 +528,11 @@ impl<'a> Lane<'_, 'a> {
             values.push_back(Time::from_nanos(window));
             let mut demand = u128::from(own) + u128::from(self.blocking(place, job, window).ok()?);
             let mut rises_until = 0;
-            for other in (0..self.members.len()).filter(|&other| other != place) {
-                let member = self.members.at(other);
-                if member.task.priority >= priority {
-                    budget = budget.checked_sub(1)?;
-                    let found = member.contribution(window, method, horizon).ok()?;
-                    demand += u128::from(found.time);
-                    rises_until = rises_until.max(found.rises_until);
-                }
+            for &other in &interfering {
+                budget = budget.checked_sub(1)?;
+                let found = self.members.at(other).contribution(window, method, horizon).ok()?;
+                demand += u128::from(found.time);
+                rises_until = rises_until.max(found.rises_until);
             }
             let demand = u64::try_from(demand).ok()?;
             if demand == window {
@@ -539,9 +545,7 @@ impl<'a> Lane<'_, 'a> {
     /// Replaces the first job's end by that under the horizon of the paper.
     fn truncate(&mut self, response: &mut Response, place: usize) {
         if let Some(horizon) = self.options.horizon {
-            let own = response.own.unwrap_or_default().as_nanos();
-            let iterations =
-                self.iterations(place, 1, own, response.method, Some(horizon)).unwrap_or_default();
+            let iterations = self.iterations(place, 1, response.method, Some(horizon)).unwrap_or_default();
             response.first_job = iterations.last().copied();
         }
     }

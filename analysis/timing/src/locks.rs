@@ -53,8 +53,13 @@ impl Tasks {
             }
             let priority = |user: &LockUser| Some(self.all.get(user.task)?.priority);
             let highest = users.iter().filter_map(priority).max().unwrap_or_default();
-            for user in users {
-                if let Some(task) = raised.get_mut(user.task) {
+            for (index, task) in raised.iter_mut().enumerate() {
+                // With the tasks of their threads.
+                let is_it = |user: &LockUser| {
+                    user.task == index
+                        || self.all.get(user.task).is_some_and(|it| it.is_mate(&self.all[index]))
+                };
+                if users.iter().any(is_it) {
                     task.priority = highest.max(task.priority);
                 }
             }
@@ -178,6 +183,8 @@ impl Tasks {
             let is_below = it.priority < task.priority || it.priority == Priority::Unknown;
             // Throttling delays all, and so is no more between than any other task of higher priority.
             let is_other = index != of && index != holder && self.kind(index) != TaskKind::Throttling;
+            // The thread of the holder executes no other job before that of the holder.
+            let is_other = is_other && !held_by.is_mate(it);
             is_other && is_in && is_below && it.mask() & held_by.mask() != 0
         };
         let between: Vec<usize> =

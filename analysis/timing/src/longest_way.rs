@@ -146,15 +146,24 @@ impl<'a> Search<'a> {
     }
 
     fn jobs_of_schedule(&self) -> u64 {
-        let periods = self.tasks.all().iter().filter_map(|task| Some(task.period?.as_nanos().max(1)));
-        periods.fold(0, |jobs, period| jobs.saturating_add(self.length / period + 1))
+        let jobs = |task: &Task| {
+            Some((self.length / task.period?.as_nanos().max(1) + 1).saturating_mul(task.burst()))
+        };
+        self.tasks.all().iter().filter_map(jobs).fold(0, u64::saturating_add)
+    }
+
+    /// Returns the first task of the thread of a task: all of them are released together.
+    fn first_of_thread(&self, index: usize) -> usize {
+        let of = self.tasks.all().get(index);
+        let is_mate = |it: &Task| of.is_some_and(|of| it.is_mate(of));
+        self.tasks.all().iter().position(is_mate).unwrap_or(index)
     }
 
     /// Returns the nominal release of the first job of a task: at its offset, otherwise at 0 or any instant of its period.
     fn phase(&mut self, task: &Task, is_any: bool) -> u64 {
         let period = task.period.map_or(1, Time::as_nanos).max(1);
         let any = if is_any { self.random.up_to(period - 1) } else { 0 };
-        task.offset.map_or(any, |offset| offset.as_nanos() % period)
+        task.instant().map_or(any, |offset| offset.as_nanos() % period)
     }
 
     /// Returns the phases with that of a reader moved, which then waits longest: it starts just before the end of the write, or is
@@ -163,16 +172,16 @@ impl<'a> Search<'a> {
         let (writer, reader) = (passes.get(index.checked_sub(1)?)?, passes.get(index)?);
         let release = |task: usize, job: u64| {
             let period = self.tasks.all().get(task)?.period?.as_nanos();
-            phases.get(task)?.checked_add(job.checked_sub(1)?.checked_mul(period)?)
+            phases.get(self.first_of_thread(task))?.checked_add(job.checked_sub(1)?.checked_mul(period)?)
         };
         let late = match with_release {
             true => release(reader.task, reader.reads)?.checked_sub(release(writer.task, writer.writes)?)?,
             false => reader.start?.checked_sub(reader.arrival)?.as_nanos(),
         };
-        let task = self.tasks.all().get(reader.task).filter(|task| task.offset.is_none())?;
+        let task = self.tasks.all().get(reader.task).filter(|task| task.instant().is_none())?;
         let period = task.period?.as_nanos();
         let mut moved = phases.to_vec();
-        let phase = moved.get_mut(reader.task)?;
+        let phase = moved.get_mut(self.first_of_thread(reader.task))?;
         *phase = (*phase + period - (late + 1) % period) % period;
         Some(moved)
     }
@@ -180,8 +189,9 @@ impl<'a> Search<'a> {
     /// Simulates a schedule with these phases, and returns the longest way in it; empty without any.
     fn try_phases(&mut self, phases: &[u64], interrupt: &dyn Fn()) -> Vec<Pass> {
         let mut tasks = Vec::new();
-        for (index, phase) in phases.iter().enumerate() {
-            tasks.push(self.path(index).map(|edges| ScriptedTask { first: Time::from_nanos(*phase), edges }));
+        for index in 0..phases.len() {
+            let phase = phases.get(self.first_of_thread(index)).copied().unwrap_or_default();
+            tasks.push(self.path(index).map(|edges| ScriptedTask { first: Time::from_nanos(phase), edges }));
         }
         let options = SimulationOptions {
             least_time: 100,
@@ -210,7 +220,8 @@ impl<'a> Search<'a> {
             (0..machine.edges().len()).filter(|edge| may_take.is_none_or(|it| it.contains(edge))).collect();
         let mut path = Vec::new();
         let mut state = None;
-        while (path.len() as u64) <= self.length / period.as_nanos().max(1) {
+        let bursts = self.length / period.as_nanos().max(1) + 1;
+        while (path.len() as u64) < bursts.saturating_mul(of.burst()) {
             let next = taken.iter().filter_map(|&edge| Some((edge, machine.edges().get(edge)?)));
             let next: Vec<(usize, &Edge)> =
                 next.filter(|(_, it)| state.is_none_or(|state| it.source == state)).collect();

@@ -15,7 +15,8 @@ const MOST_ROUNDS: u32 = 32;
 /// sends. For the n = ⌈t/Tp⌉ jobs of a window of length t, that is not less than k · ⌈(n·Tp + Rp + Rc)/Tc⌉, the calls that jobs of
 /// the client send in n·Tp + Rp. This is enough: *at the next job*, the n jobs execute what was sent between the start of the job
 /// before the window and that of the last one, less than n·Tp + Rp apart; *at once*, nothing waits when the window begins, so
-/// they execute what is sent in t.
+/// they execute what is sent in t. With bursts of b jobs, the client sends b times as much in each Tc. Where the provider is one of
+/// several tasks of a thread, Rp is the greatest of theirs: all of them are delayed by what it executes.
 ///
 /// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
 /// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
@@ -65,14 +66,18 @@ fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>> {
     for operation in &set.operations {
         let response = |task: usize| responses.get(task).copied().flatten();
         let period = |task: usize| set.all.get(task)?.period.filter(|period| *period > Time::ZERO);
-        // Calls wait for its next job: without a clock, for ever, and any number of them.
-        let is_periodic = |task: usize| set.all.get(task).is_some_and(Task::is_periodic);
+        let of_thread = |provider: &Task| {
+            let all = set.all.iter().zip(responses).filter(|(it, _)| it.is_mate(provider));
+            all.map(|(_, response)| *response).reduce(|one, other| Some(one?.max(other?)))
+        };
         let count = || {
-            let of_jobs = response(operation.client)?.checked_add(response(operation.provider)?)?;
-            let longest = period(operation.provider).filter(|_| is_periodic(operation.provider))?;
-            let window = of_jobs.checked_add(longest)?;
-            let burst = set.all.get(operation.client)?.burst.max(1);
-            let jobs = window.as_nanos().div_ceil(period(operation.client)?.as_nanos()).checked_mul(burst)?;
+            // Calls wait for its next job: without a clock, for ever, and any number of them.
+            let provider = set.all.get(operation.provider).filter(|provider| provider.is_periodic())?;
+            let of_provider = of_thread(provider).unwrap_or(response(operation.provider))?;
+            let of_jobs = response(operation.client)?.checked_add(of_provider)?;
+            let window = of_jobs.checked_add(period(operation.provider)?)?;
+            let bursts = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());
+            let jobs = bursts.checked_mul(set.all.get(operation.client)?.burst())?;
             let sends = match operation.during {
                 Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
                 None => operation.sends,
@@ -95,7 +100,7 @@ fn executing(set: &Tasks, counts: &mut [Option<u64>]) -> Vec<Task> {
             continue;
         }
         // It may execute a call at any instant, not only from a release on.
-        task.offset = None;
+        task.has_calls = true;
         let time = count.and_then(|count| operation.time.checked_mul(count));
         let demand = time.and_then(|time| match &task.demand {
             Demand::Machine { machine, whole } => Some(Demand::Machine {
@@ -115,6 +120,11 @@ fn executing(set: &Tasks, counts: &mut [Option<u64>]) -> Vec<Task> {
             *count = None;
         }
         task.demand = demand.unwrap_or_default();
+    }
+    for index in (0..tasks.len()).filter(|&index| tasks[index].has_calls).collect::<Vec<_>>() {
+        let provider = tasks[index].clone();
+        let of_thread = tasks.iter_mut().enumerate().filter(|(at, it)| *at == index || it.is_mate(&provider));
+        of_thread.for_each(|(_, task)| task.offset = None);
     }
     tasks
 }

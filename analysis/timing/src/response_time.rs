@@ -1,6 +1,7 @@
 //! Worst-case response times under preemptive fixed priorities (paper, eq. 19–20, and beyond one period).
 
 use std::collections::HashSet;
+use std::rc::Rc;
 
 use crate::lane::{Lane, Member, Members};
 use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Priority, Response, Task, Time, Utilisation};
@@ -9,7 +10,8 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Priority, Response, Task
 /// is none.
 ///
 /// A task releases a job each `period`, at most its `jitter` later than nominally, and executes it under preemptive fixed
-/// priorities; its clock may have any phase, unless it has an `offset`. Late jobs of a task queue in order.
+/// priorities; its clock may have any phase, unless it has an `offset`. Late jobs of a task queue in order. A sporadic task
+/// releases at most `burst` jobs in any window of its period.
 ///
 /// **One CPU.** hp(i) are the tasks of higher or equal priority on the CPU of i. A half-open window of length t contains at most
 /// ⌈(t + J)/T⌉ releases, with a demand of at most M(⌈(t + J)/T⌉) ([`TraceBound`](crate::TraceBound); with
@@ -19,6 +21,13 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Priority, Response, Task
 /// is the least t with t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), R = Jᵢ + max f(q) − (q − 1)·T, up to the first q with f(q) + Jᵢ ≤ q·T.
 /// (Where the CPU is loaded to exactly 100 %, there may be no such q; then up to where f repeats.) The better methods replace
 /// Mⱼ: see [`Method`](crate::Method).
+///
+/// **Bursts.** With at most b releases in a window of T, n jobs are b·⌈(t + J)/T⌉, and the release of job q is ⌊(q − 1)/b⌋·T
+/// after the start of the window.
+///
+/// **Threads.** Where a thread executes a job of several tasks in each period, one after another, job q of i ends when the thread has
+/// executed q jobs of i and of those before it, and q − 1 of those after it: f(q) counts these in place of what the tasks of
+/// the thread would demand in the window. The window ends when the whole period has ended before the next one.
 ///
 /// **Synchronised clocks.** The windows of a task with an [`offset`](Task::offset), and of those that tasks with an offset delay,
 /// begin at the actual releases of these tasks, if two of them are on the CPU: the greatest of the responses that are found in
@@ -117,7 +126,10 @@ impl<'a> Lanes<'a> {
     pub(crate) fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Lanes<'a> {
         let member = |(index, task): (usize, &'a Task)| Member::new(index, task, options.method, interrupt);
         let known = tasks.iter().enumerate().filter(|(_, task)| task.is_known());
-        let members: Vec<Member<'a>> = known.filter_map(member).collect();
+        let mut members: Vec<Member<'a>> = known.filter_map(member).collect();
+        for thread in threads(&members) {
+            thread.iter().for_each(|&member| members[member].thread = Rc::clone(&thread));
+        }
         let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| tasks[task].is_unknown()).collect();
         let linked = linked_cpus(tasks);
         let plans = plans(tasks, &members, &unknown, &linked);
@@ -206,6 +218,21 @@ fn link(groups: &mut Vec<LinkedCpus>, cpus: u64) {
         is_separate
     });
     groups.push(linked);
+}
+
+/// Returns the threads that execute the jobs of several members, each with these in their order.
+fn threads(members: &[Member<'_>]) -> Vec<Rc<[usize]>> {
+    let mut threads: Vec<Vec<usize>> = Vec::new();
+    for (index, member) in members.iter().enumerate().filter(|(_, member)| member.task.thread.is_some()) {
+        let is_it = |thread: &&mut Vec<usize>| {
+            thread.first().is_some_and(|first| members[*first].task.is_mate(member.task))
+        };
+        match threads.iter_mut().find(is_it) {
+            Some(thread) => thread.push(index),
+            None => threads.push(vec![index]),
+        }
+    }
+    threads.into_iter().filter(|thread| thread.len() > 1).map(Rc::from).collect()
 }
 
 /// The tasks of one lane.

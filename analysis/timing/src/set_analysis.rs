@@ -73,7 +73,7 @@ fn share(task: &Task, method: Method) -> f64 {
         (Method::Classic, _) => CycleMean { cost: machine.greatest_cost(), length: 1 },
         _ => machine.greatest_cycle_mean(),
     };
-    Utilisation::new([(mean, period)]).as_f64()
+    Utilisation::new([(task.mean_of_burst(mean), period)]).as_f64()
 }
 #[cfg(test)]
 mod tests {

@@ -6,9 +6,10 @@
 //! What is simulated:
 //!
 //! - **Releases**: every period from the [offset](Task::offset), or where there is none from a random phase, or from 0
-//!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept.
+//!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept. A sporadic
+//!   task is released at random distances, often the least ones.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
-//!   after the end of the earlier one.
+//!   after the end of the earlier one. A thread of several tasks executes a job of each in a period, one after another.
 //! - **Scheduling**: as `SCHED_FIFO` does. A ready activity never waits while a CPU of its mask is idle or executes an activity
 //!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
 //! - **Operations**: a job of the client sends a random number of calls, up to [`Operation::sends`](crate::Operation::sends),
@@ -209,12 +210,15 @@ impl Tasks {
     /// but no more than `most_jobs` jobs. Zero where no activity can be simulated.
     pub fn length_to_show(&self, most_jobs: u64) -> Time {
         let simulated = self.activities().iter().filter(|activity| activity.is_simulated());
-        let periods: Vec<u64> = simulated.filter_map(|it| Some(it.period?.as_nanos())).collect();
-        let longest = periods.iter().copied().max().unwrap_or_default();
-        let hyperperiod = periods.iter().try_fold(1, |all, &period| least_common_multiple(all, period));
+        let periods: Vec<(u64, u64)> =
+            simulated.filter_map(|it| Some((it.period?.as_nanos(), it.burst()))).collect();
+        let longest = periods.iter().map(|(period, _)| *period).max().unwrap_or_default();
+        let hyperperiod = periods.iter().try_fold(1, |all, (period, _)| least_common_multiple(all, *period));
         let length = hyperperiod.unwrap_or(u64::MAX).min(longest.saturating_mul(10));
-        let jobs =
-            |length: u64| periods.iter().map(|period| u128::from(length.div_ceil(*period))).sum::<u128>();
+        let of_task = |length: u64, (period, burst): &(u64, u64)| {
+            u128::from(length.div_ceil(*period)) * u128::from(*burst)
+        };
+        let jobs = |length: u64| periods.iter().map(|it| of_task(length, it)).sum::<u128>();
         if jobs(length) <= u128::from(most_jobs) {
             return Time::from_nanos(length);
         }

@@ -43,7 +43,7 @@ pub(crate) enum Starts {
 fn starts(members: &Members<'_, '_>, least: Priority, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);
-    let with_offset: Vec<&Member<'_>> = counted().filter(|member| member.task.offset.is_some()).collect();
+    let with_offset: Vec<&Member<'_>> = counted().filter(|member| member.task.instant().is_some()).collect();
     if with_offset.len() < 2 {
         return Starts::Any;
     }
@@ -77,7 +77,7 @@ fn starts(members: &Members<'_, '_>, least: Priority, options: &Options) -> Star
 
 /// The last instant, modulo T, at which a job may be released.
 fn last_release(member: &Member<'_>) -> u64 {
-    let offset = member.task.offset.unwrap_or_default().as_nanos();
+    let offset = member.task.instant().unwrap_or_default().as_nanos();
     let sum = u128::from(offset) + u128::from(member.jitter);
     (sum % u128::from(member.period)) as u64
 }
@@ -94,7 +94,7 @@ impl Lane<'_, '_> {
         (self.start, self.starts) = (start, (starts as u64).max(1));
         for place in 0..self.members.len() {
             let member = self.members.at(place);
-            let at = start.filter(|_| member.task.offset.is_some());
+            let at = start.filter(|_| member.task.instant().is_some());
             member.delay = at.map_or(0, |start| delay(member, start));
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use crate::{Edge, MachineError, StateMachine, Time, Utilisation};
+use crate::{CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
 
 /// The priority of a task. A greater one is a higher priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -60,6 +60,9 @@ pub struct Task {
     /// B, the time for which jobs of lower priority that hold a lock delay its jobs, once in a window and once more for each wait
     /// in it. [`Tasks::response_times`](crate::Tasks::response_times) computes it.
     pub blocking: Time,
+    /// Whether the demand contains calls of operations, which it may execute between two of its jobs.
+    /// [`Tasks::response_times`](crate::Tasks::response_times) computes it.
+    pub has_calls: bool,
 }
 
 /// The waits of a task: the time that its jobs spend off the CPU by their own will, for a device, for other threads, or asleep.
@@ -189,6 +192,34 @@ impl Task {
         let wait =
             cost(machine).zip(cost(&waits.executed)).and_then(|(with, without)| with.checked_sub(without));
         wait.unwrap_or_default()
+    }
+
+    /// Returns b, the greatest number of releases in a window of length T.
+    pub fn burst(&self) -> u64 {
+        self.burst.max(1)
+    }
+
+    /// Returns the nominal instant of its releases modulo T, if it is known: not if data or an interrupt releases it.
+    pub(crate) fn instant(&self) -> Option<Time> {
+        self.offset.filter(|_| self.is_periodic())
+    }
+
+    /// Whether one thread executes the jobs of both. Of tasks that the thread would not release together, it is not known.
+    pub fn is_mate(&self, other: &Task) -> bool {
+        let is_periodic = self.is_periodic() && other.is_periodic();
+        let is_released_together = (self.period, self.jitter, self.offset, self.clock)
+            == (other.period, other.jitter, other.offset, other.clock);
+        let is_scheduled_alike = self.priority == other.priority && self.cpus == other.cpus;
+        let is_of_thread = self.thread.is_some() && self.thread == other.thread;
+        is_of_thread && is_periodic && is_released_together && is_scheduled_alike
+    }
+
+    /// Returns the long-run mean of a burst of jobs, from that of one job. What does not fit is at least the whole CPU.
+    pub(crate) fn mean_of_burst(&self, mean: CycleMean) -> CycleMean {
+        match mean.cost.checked_mul(self.burst()) {
+            Some(cost) => CycleMean { cost, ..mean },
+            None => CycleMean { cost: Time::from_nanos(u64::MAX), length: 1 },
+        }
     }
 
     /// Returns what its jobs execute: their demand without waits.

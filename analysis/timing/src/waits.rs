@@ -39,7 +39,9 @@ impl Lane<'_, '_> {
     /// Lets the waits of this task count as jitter, if its response time is known.
     fn make_late(&mut self, found: &LaneResponse) {
         let member = self.members.at(found.place);
-        if let (Bound::Response(time), true) = (&found.response.bound, member.task.waits.is_some()) {
+        // While one task of a thread waits, the next one has unfinished work, and does not execute.
+        let waits_alone = member.task.waits.is_some() && member.task.thread.is_none();
+        if let (Bound::Response(time), true) = (&found.response.bound, waits_alone) {
             member.late = Some(time.as_nanos());
         }
     }
@@ -56,7 +58,8 @@ impl Lane<'_, '_> {
         let (mut is_less, mut exact_left) = (false, MOST_EXACT);
         self.walk(&self.by_priority(&wanted), &wanted, method, &mut |lane, place, counts: &mut Counts| {
             let known = of_place[place].as_mut()?;
-            if lane.late_members(place).is_empty() {
+            let is_of_thread = lane.members.get(place).task.thread.is_some();
+            if is_of_thread || lane.late_members(place).is_empty() {
                 return None;
             }
             let load = lane.load_of(place, &mut exact_left);
@@ -77,8 +80,7 @@ impl Lane<'_, '_> {
 
     /// Compares the utilisation by hp(i) of the member at `place`, with and without it, with 1.
     fn load_of(&self, place: usize, exact_left: &mut u32) -> Load {
-        let priority = self.priority(place);
-        let others = (0..self.members.len()).filter(|&it| it != place && self.priority(it) >= priority);
+        let others = self.interfering(place).into_iter();
         let mut utilisation = Utilisation::sum(others.map(|it| self.members.get(it).interfering_share()));
         let others = compare(&utilisation, None, exact_left);
         utilisation.push(self.members.get(place).share);

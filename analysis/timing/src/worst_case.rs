@@ -87,7 +87,7 @@ impl Tasks {
         for (task, delay, edges) in scripted.chain([own]) {
             *tasks.get_mut(task)? = Some(ScriptedTask { first: first(all.get(task)?, delay)?, edges });
         }
-        let after = first(of, window.delay)?.checked_add(of.period?.checked_mul(late.job)?)?;
+        let after = first(of, window.delay)?.checked_add(of.period?.checked_mul(late.job / of.burst())?)?;
         let end = start.checked_add(Time::from_nanos(late.length))?;
         let script = Script { start, tasks, last: activity };
         Some(Ok(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) }))

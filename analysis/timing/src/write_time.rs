@@ -3,7 +3,8 @@
 //! If the first job of a busy window with all of hp(i) ends before the next own one may be released, f(1) + J ≤ T, then no window
 //! has a second job: at f(1) it has ended, and with it all demand in the window, since that is at most f(1). So the write has ended
 //! at the least t that is what the job executes up to the write, and B, and what hp(i) executes in a window of length t; and
-//! it is J + t after the nominal release at most. In other cases the response time bounds it.
+//! it is J + t after the nominal release at most. The jobs before it in its thread count as execution of the job. In other cases
+//! the response time bounds it.
 
 use crate::lane::{Counts, Lane};
 use crate::lane_analysis::MOST_TIGHTENED;
@@ -52,26 +53,27 @@ fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
     lanes.wanted(plan).binary_search(&write.task).ok()?;
     let mut lane = lanes.lane(plan);
     let member = lane.members.at(place);
-    let (period, jitter, own) = (member.period, member.jitter, member.demand(1).ok()?);
+    let (next_release, jitter, own) = (member.release(2).ok()?, member.jitter, member.demand(1).ok()?);
     let by_jobs = lane.options.method.min(Method::Psm);
-    let whole = lane.first_window(place, own, by_jobs)?.checked_add(jitter)?;
-    if whole > period {
+    let of_thread = lane.demand(place, 1, true).ok()?;
+    let whole = lane.first_window(place, of_thread, by_jobs)?.checked_add(jitter)?;
+    if whole > next_release {
         return None;
     }
+    let before = lane.demand(place, 1, false).ok()?.saturating_sub(own.max(1));
     let best =
         if lane.members_of_all <= MOST_TIGHTENED { lane.options.method.min(Method::Ibf) } else { by_jobs };
-    let time = lane.first_window(place, write.cost.as_nanos().min(own), best)?.checked_add(jitter)?;
+    let of_write = write.cost.as_nanos().min(own).max(1).checked_add(before)?;
+    let time = lane.first_window(place, of_write, best)?.checked_add(jitter)?;
     Some(Time::from_nanos(time).min(write.response))
 }
 
 impl Lane<'_, '_> {
     /// Returns the end of a demand of a first job in a window that begins with the release of all tasks.
     fn first_window(&mut self, place: usize, own: u64, method: Method) -> Option<u64> {
-        let (priority, mut counts) = (self.priority(place), Counts::new(self.members.len()));
-        for other in (0..self.members.len()).filter(|&it| it != place) {
-            if self.priority(other) >= priority {
-                counts.include(other, &mut self.members, method);
-            }
+        let mut counts = Counts::new(self.members.len());
+        for other in self.interfering(place) {
+            counts.include(other, &mut self.members, method);
         }
         let mut budget = BUDGET;
         self.window(place, 1, own, &mut counts, method, &mut budget).ok()

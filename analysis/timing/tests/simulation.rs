@@ -201,6 +201,115 @@ fn no_response_with_locks_and_waits_exceeds_its_bound() {
     });
 }
 
+/// Lets threads execute the jobs of two or three activities each.
+fn join(systems: &mut Systems, set: &mut Tasks) {
+    for (number, mates) in (0..).zip(set.activities_mut().chunks_mut(3)) {
+        let first = mates[0].clone();
+        let count = systems.from(2, 3) as usize;
+        for activity in mates.iter_mut().take(count) {
+            let Demand::Machine { machine, .. } = &activity.demand else { panic!("known") };
+            let edge = |edge: &Edge| {
+                let cost = u128::from(edge.cost.as_nanos()) * u128::from(first.period.unwrap().as_nanos());
+                let cost = cost / u128::from(activity.period.unwrap().as_nanos());
+                Edge { cost: Time::from_nanos(cost as u64), ..edge.clone() }
+            };
+            let edges = machine.edges().iter().map(edge).collect();
+            let machine = StateMachine::new(machine.states(), edges).unwrap();
+            *activity = Task {
+                demand: Demand::Machine { machine, whole: None },
+                thread: Some(number),
+                ..first.clone()
+            };
+        }
+    }
+}
+
+#[test]
+fn no_response_of_threads_exceeds_its_bound() {
+    compare("threads", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(20, 80));
+        let mut set = systems.set(cpus, percent);
+        for activity in set.activities_mut() {
+            let jitter = systems.from(0, activity.period.unwrap().as_nanos());
+            activity.jitter = Time::from_nanos([0, 0, jitter][systems.from(0, 2) as usize]);
+        }
+        join(systems, &mut set);
+        let last = set.activities().len() as u64 - 1;
+        match systems.from(0, 3) {
+            0 => systems.wait(&mut set),
+            1 => {
+                let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
+                let time = Time::from_nanos(systems.from(1, 3));
+                set.operations.push(Operation { provider, client, sends: 1, time, during: None });
+            }
+            _ => {}
+        }
+        set
+    });
+}
+
+/// Deadlines are up to three periods.
+#[test]
+fn no_response_to_data_exceeds_its_bound() {
+    compare("sporadic", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(20, 80));
+        let mut set = systems.set(cpus, percent);
+        for activity in set.activities_mut() {
+            let period = activity.period.unwrap().as_nanos();
+            activity.is_sporadic = systems.from(0, 2) > 0;
+            activity.deadline = Some(Time::from_nanos(systems.from(period / 2, 3 * period)));
+            let jitter = systems.from(0, period);
+            activity.jitter = Time::from_nanos([0, 0, jitter][systems.from(0, 2) as usize]);
+            if activity.is_sporadic && systems.from(0, 1) == 0 {
+                activity.burst = systems.from(2, 4);
+                activity.period = Some(Time::from_nanos(period * activity.burst));
+            }
+        }
+        set
+    });
+}
+
+/// Of each period, the thread executes the jobs in its order, and none of the next period before.
+#[test]
+fn a_thread_executes_its_jobs_one_after_another() {
+    let mut systems = Systems::new(5);
+    let mut executed = 0;
+    for _ in 0..40 {
+        let mut set = systems.set(2, 60);
+        join(&mut systems, &mut set);
+        let schedule = set.simulate(&systems.options(2_000), &|| ());
+        let threads: Vec<Option<u32>> = set.activities().iter().map(|it| it.thread).collect();
+        for thread in threads.iter().flatten() {
+            let is_of_thread = |activity: usize| threads[activity] == Some(*thread);
+            let slices = schedule.slices.iter().filter(|slice| is_of_thread(slice.activity));
+            let order: Vec<(u64, usize)> = slices.map(|slice| (slice.job, slice.activity)).collect();
+            assert!(order.is_sorted(), "{order:?}");
+            executed += order.len();
+            let releases = schedule.jobs.iter().filter(|job| is_of_thread(job.activity));
+            let releases: Vec<_> = releases.map(|job| (job.number, job.nominal, job.release)).collect();
+            assert!(releases.iter().all(|one| releases.iter().all(|it| it.0 != one.0 || it == one)));
+        }
+    }
+    assert!(executed > 1000, "{executed}");
+}
+
+/// No window of a period has more releases than a burst, and some windows have as many.
+#[test]
+fn releases_of_a_burst() {
+    let ns = Time::from_nanos;
+    let burst = Task { burst: 3, ..Task::new(1, ns(100), StateMachine::single(ns(10))) };
+    let alone = Task { is_sporadic: true, ..Task::new(2, ns(50), StateMachine::single(ns(1))) };
+    let set = Tasks::new(vec![burst, alone]);
+    let schedule = set.simulate(&SimulationOptions::new(1, ns(100_000)), &|| ());
+    for (activity, burst, period) in [(0, 3, 100), (1, 1, 50)] {
+        let jobs = schedule.jobs.iter().filter(|job| job.activity == activity);
+        let releases: Vec<u64> = jobs.map(|job| job.release.as_nanos()).collect();
+        let distances: Vec<u64> = releases.windows(burst + 1).map(|it| it[burst] - it[0]).collect();
+        assert_eq!(distances.iter().min(), Some(&period));
+        assert!(distances.iter().any(|distance| *distance > 2 * period) && distances.len() > 500);
+    }
+}
+
 /// Compares the responses of random systems with their bounds.
 fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
     let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];

@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::binary_heap::PeekMut;
 use std::collections::{BinaryHeap, VecDeque};
+use std::rc::Rc;
 
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
@@ -15,6 +16,9 @@ const LONGEST: u64 = 1 << 63;
 
 /// The most calls of one operation that one job sends.
 const MOST_CALLS: u64 = 1000;
+
+/// The most jobs of a burst.
+const MOST_OF_BURST: u64 = 1000;
 
 /// How often a job waits at most, where that is unknown.
 const MOST_WAITS: u64 = 3;
@@ -40,7 +44,7 @@ impl Tasks {
     }
 }
 
-/// The thread of a task.
+/// The thread of a task. Where several tasks have one thread, only one of them has a part at a time.
 struct Thread {
     /// The index of the task.
     task: usize,
@@ -52,6 +56,16 @@ struct Thread {
     period: u64,
     deadline: u64,
     jitter: u64,
+    /// The greatest number of releases in a period; none for a periodic task.
+    burst: Option<usize>,
+    /// The nominal instants of its last releases, as many as in a burst at most; of a sporadic task only.
+    recent: VecDeque<u64>,
+    /// Those of its unfinished jobs; of a sporadic task only.
+    nominals: VecDeque<u64>,
+    /// Whether it is released as often as possible.
+    is_scripted: bool,
+    /// All tasks of its thread, in their order; empty if the thread has no others.
+    mates: Rc<[usize]>,
     /// The CPUs on which it may run, a bit for each index of [`Engine::cpus`].
     cpus: u64,
     /// The index of its group.
@@ -74,7 +88,7 @@ struct Thread {
     state: usize,
     /// The nominal instant of the next release.
     next_release: u64,
-    /// The nominal instant of the release of the first unfinished job; of the next release if there is none.
+    /// The nominal instant of the release of the first unfinished job of a periodic task; of the next release if there is none.
     nominal: u64,
     released: u64,
     finished: u64,
@@ -262,13 +276,37 @@ impl<'a> Engine<'a> {
                 let most = it.sends.min(MOST_CALLS);
                 Sends { operation, most, during: it.during }
             });
-            engine.add((index, kind(index)), task, cpus, sends.collect());
+            // The first task of its thread has the choices of its releases.
+            let first = set.all().iter().position(|it| it.is_mate(task)).unwrap_or(index);
+            engine.add((index, first, kind(index)), task, cpus, sends.collect());
         }
+        engine.add_mates(set);
         let provider = |index: usize| thread_of.get(index).copied().flatten();
         let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
         engine.operations = operations.collect();
         engine.add_locks(set, &thread_of);
         engine
+    }
+
+    /// Enters the tasks of each thread that has several.
+    fn add_mates(&mut self, set: &Tasks) {
+        let task = |thread: &Thread| set.all().get(thread.task).filter(|task| task.thread.is_some());
+        for index in 0..self.threads.len() {
+            let Some(of) = task(&self.threads[index]) else { continue };
+            let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(|it| it.is_mate(of));
+            let mates: Vec<usize> = (0..self.threads.len()).filter(is_mate).collect();
+            if mates.len() > 1 && mates.first() == Some(&index) {
+                let mates: Rc<[usize]> = mates.into();
+                // If one of them waits for others of equal priority, all do.
+                let priority = mates.iter().map(|&mate| self.threads[mate].own_priority).min();
+                for &mate in mates.iter() {
+                    let thread = &mut self.threads[mate];
+                    thread.mates = Rc::clone(&mates);
+                    thread.own_priority = priority.unwrap_or(thread.own_priority);
+                    thread.priority = thread.own_priority;
+                }
+            }
+        }
     }
 
     fn add_locks(&mut self, set: &Tasks, thread_of: &[Option<usize>]) {
@@ -285,17 +323,26 @@ impl<'a> Engine<'a> {
     }
 
     /// Adds a task of known demand on these of the CPUs. Without a deadline, that is the period.
-    fn add(&mut self, (index, kind): (usize, TaskKind), task: &Task, cpus: u64, sends: Vec<Sends>) {
+    fn add(
+        &mut self,
+        (index, first_of_thread, kind): (usize, usize, TaskKind),
+        task: &Task,
+        cpus: u64,
+        sends: Vec<Sends>,
+    ) {
         let Some((machine, period)) = task.demand.machine().zip(task.period) else { return };
         let deadline = task.deadline.unwrap_or(period).as_nanos();
         let period = period.as_nanos();
-        let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(index as u64));
-        let mut release_choices = Random::new(seeds.bits());
-        let mut job_choices = Random::new(seeds.bits());
+        let seed = Random::new(self.options.seed).bits();
+        let seeds = |index: usize| Random::new(seed.wrapping_add(index as u64));
+        let mut release_choices = Random::new(seeds(first_of_thread).bits());
+        let mut of_jobs = seeds(index);
+        of_jobs.bits();
+        let mut job_choices = Random::new(of_jobs.bits());
         let any = if self.options.simultaneous { 0 } else { release_choices.up_to(period - 1) };
         let script = self.options.script.as_ref();
         let of_script = script.and_then(|script| script.tasks.get(index)?.as_ref());
-        let (phase, jitter) = match (of_script, task.offset) {
+        let (phase, jitter) = match (of_script, task.instant()) {
             (Some(scripted), _) => (scripted.first.as_nanos(), 0),
             (None, offset) => (offset.map_or(any, |it| it.as_nanos() % period), task.jitter.as_nanos()),
         };
@@ -325,6 +372,11 @@ impl<'a> Engine<'a> {
             period,
             deadline,
             jitter,
+            burst: (!task.is_periodic()).then(|| task.burst().min(MOST_OF_BURST) as usize),
+            recent: VecDeque::new(),
+            nominals: VecDeque::new(),
+            is_scripted: of_script.is_some(),
+            mates: Rc::new([]),
             cpus,
             group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
             steps: steps_of(machine, task),
@@ -388,7 +440,7 @@ impl<'a> Engine<'a> {
         let Reverse((now, index)) = *first;
         let task = &mut self.threads[index];
         let nominal = task.next_release;
-        task.next_release = nominal.saturating_add(task.period);
+        task.next_release = task.release_after(nominal);
         let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
         let next = task.next_release.saturating_add(late).max(now).max(self.options.not_before());
         if next < self.length {
@@ -415,10 +467,30 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Makes a task ready if it has work.
+    /// Makes a task ready if it has work, or another one of its thread, unless the thread is busy.
     fn wake(&mut self, index: usize) {
-        if self.begin(index) {
-            self.make_ready(index);
+        if self.threads[index].mates.iter().any(|&mate| self.threads[mate].part.is_some()) {
+            return;
+        }
+        let next = if self.begin(index) { Some(index) } else { self.begin_mate(index) };
+        next.into_iter().for_each(|next| self.make_ready(next));
+    }
+
+    /// Begins the next part of another task in the thread of a task. Returns the task.
+    fn begin_mate(&mut self, index: usize) -> Option<usize> {
+        let mates = Rc::clone(&self.threads[index].mates);
+        mates.iter().copied().find(|&mate| mate != index && self.begin(mate))
+    }
+
+    /// Whether the thread of a task executes its next job before those of the other tasks of the thread.
+    fn is_turn(&self, index: usize) -> bool {
+        let task = &self.threads[index];
+        let place = task.mates.iter().position(|&mate| mate == index);
+        let before = place.map(|place| place.checked_sub(1));
+        match before {
+            None => true,
+            Some(Some(before)) => self.threads[task.mates[before]].finished > task.finished,
+            Some(None) => task.mates.iter().all(|&mate| self.threads[mate].finished == task.finished),
         }
     }
 
@@ -435,8 +507,9 @@ impl<'a> Engine<'a> {
 
     /// Begins the next part of a task: a call, or the edge of a job. Returns whether there is one.
     fn begin(&mut self, index: usize) -> bool {
+        let is_turn = self.is_turn(index);
         let task = &mut self.threads[index];
-        let has_job = task.finished < task.released;
+        let has_job = task.finished < task.released && is_turn;
         let is_between = task.calls_of_job.is_none();
         let calls = match (task.calls_of_job, self.options.calls) {
             (Some(left), _) => left,
@@ -522,7 +595,21 @@ impl<'a> Engine<'a> {
             self.cpus[cpu].event = self.threads[index].event();
             return;
         }
-        self.make_unready(index, cpu);
+        match self.begin_mate(index) {
+            Some(next) => self.hand_over(index, next, cpu),
+            None => self.make_unready(index, cpu),
+        }
+    }
+
+    /// Lets the thread of a task that executes go on with another of its tasks.
+    fn hand_over(&mut self, index: usize, next: usize, cpu: usize) {
+        let task = &mut self.threads[index];
+        task.is_running = false;
+        let (group, since) = (task.group, task.ready_since);
+        self.threads[next].ready_since = since;
+        let ready = self.groups[group].ready.iter_mut().find(|ready| **ready == index);
+        ready.into_iter().for_each(|ready| *ready = next);
+        self.start(next, cpu);
     }
 
     /// Removes a task that executes from those that are ready.
@@ -615,9 +702,10 @@ impl<'a> Engine<'a> {
     /// Ends the first unfinished job of a task.
     fn end_job(&mut self, index: usize) {
         let task = &mut self.threads[index];
-        let response = self.now - task.nominal;
+        let nominal = task.nominals.pop_front().unwrap_or(task.nominal);
+        let response = self.now - nominal;
         let is_missed = response > task.deadline;
-        task.nominal = task.nominal.saturating_add(task.period);
+        task.nominal = nominal.saturating_add(task.period);
         task.finished += 1;
         task.calls_of_job = None;
         task.total += u128::from(response);
@@ -793,6 +881,23 @@ impl Thread {
         }
     }
 
+    /// Returns the nominal instant of the release after that at `nominal`. A sporadic task is often released as early as possible,
+    /// and sometimes after a long time.
+    fn release_after(&mut self, nominal: u64) -> u64 {
+        let Some(burst) = self.burst else { return nominal.saturating_add(self.period) };
+        self.nominals.push_back(nominal);
+        self.recent.push_back(nominal);
+        let first = if self.recent.len() >= burst { self.recent.pop_front() } else { None };
+        let earliest = first.map_or(nominal, |first| first.saturating_add(self.period).max(nominal));
+        let choice = if self.is_scripted { 0 } else { self.release_choices.up_to(7) };
+        let pause = match choice {
+            0..=4 => 0,
+            5 | 6 => self.release_choices.up_to(self.period / 4),
+            _ => self.release_choices.up_to(self.period.saturating_mul(3)),
+        };
+        earliest.saturating_add(pause)
+    }
+
     /// Returns the instant of its next stop, or of the end of its part, if it executes until then.
     fn event(&self) -> u64 {
         let until = self.stops.last().map_or(0, |(at, _)| *at);
@@ -804,7 +909,13 @@ impl Thread {
         let unfinished = self.released - self.finished;
         // Each further job has its deadline a period later.
         let first = self.nominal.saturating_add(self.deadline);
-        let late = if first < end { (end - first - 1) / self.period + 1 } else { 0 };
+        let late = match self.burst {
+            Some(_) => {
+                self.nominals.iter().filter(|it| it.saturating_add(self.deadline) < end).count() as u64
+            }
+            None if first < end => (end - first - 1) / self.period + 1,
+            None => 0,
+        };
         let average = self.total.checked_div(u128::from(self.finished));
         Statistics {
             jobs: self.finished,

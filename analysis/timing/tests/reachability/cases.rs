@@ -195,6 +195,31 @@ fn a_schedule_above_a_limit_is_shown() {
 }
 
 #[test]
+fn tasks_of_one_thread_take_turns() {
+    let thread = |tasks: [Task; 2]| tasks.map(|task| task.thread(1)).to_vec();
+    let system = System::new(thread([simple(1, 10, 2), simple(1, 10, 3)]));
+    check(&system, &[2, 5]);
+    assert_eq!(system.bounds(Method::Exact), [Some(2), Some(5)]);
+    // The second job of the thread is not over before the next release, at 6: the first one then ends at 9.
+    let mut late = thread([simple(1, 6, 2), simple(1, 6, 1)]);
+    late.push(simple(2, 12, 4));
+    let system = System::new(late);
+    check(&system, &[6, 7, 4]);
+    assert_eq!(system.bounds(Method::Exact), [Some(6), Some(7), Some(4)]);
+}
+
+#[test]
+fn a_burst_of_releases() {
+    let system = System::new(vec![simple(2, 10, 2).burst(3), simple(1, 20, 3)]);
+    check(&system, &[6, 9]);
+    assert_eq!(system.bounds(Method::Exact), [Some(6), Some(9)]);
+    // The second job ends at 11, after the next two are released at 10. The last of these ends at 22.
+    let system = System::new(vec![simple(2, 15, 3), simple(1, 10, 4).burst(2)]);
+    check(&system, &[3, 12]);
+    assert_eq!(system.bounds(Method::Exact), [Some(3), Some(12)]);
+}
+
+#[test]
 fn a_job_that_waits() {
     check(&System::new(vec![simple(1, 10, 2).waits(&[3], Some(1))]), &[5]);
     // The first task executes late, after a wait, and again soon after that: the second one responds in 7. With a period between

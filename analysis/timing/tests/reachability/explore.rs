@@ -2,7 +2,8 @@
 //!
 //! A state of the system holds, for each task, the time to its next nominal release, the state of its machine, how many
 //! jobs have not ended, and how much of the executing one remains; for each operation, how many calls wait and how many
-//! the client's job may still send. All initial states of the machines are starts, and all instants of each clock; tasks with an
+//! the client's job may still send. Of a task that is released at any distance, it holds the ages of its last jobs. A thread of several
+//! tasks executes one job of each in turn. All initial states of the machines are starts, and all instants of each clock; tasks with an
 //! offset share a clock.
 
 use std::collections::VecDeque;
@@ -21,6 +22,12 @@ pub(crate) const MOST_STATES: usize = 30_000;
 pub(crate) const MOST_UNENDED: u8 = 3;
 
 pub(crate) const TASKS: usize = 4;
+
+/// The most ages of jobs, of a task that is released at any distance.
+const AGES: usize = 4;
+
+/// No job, or one that no more matters.
+const NO_AGE: u8 = 63;
 pub(crate) const OPERATIONS: usize = 2;
 
 #[derive(Clone, Copy, PartialEq, Default)]
@@ -37,6 +44,8 @@ struct TaskState {
     remaining: u8,
     /// Whether it is a call, executed between two jobs.
     is_call: bool,
+    /// Of a task that is released at any distance: the time since its last nominal releases, the last one first. 6 bits each.
+    ages: [u8; AGES],
 }
 
 #[derive(Clone, Copy, PartialEq, Default)]
@@ -55,9 +64,9 @@ struct State {
 
 impl State {
     /// Returns the state as a number; `None` if a counter is too great for it.
-    fn pack(&self, tasks: usize, operations: usize) -> Option<u128> {
-        let mut packed = 0;
-        for task in &self.tasks[..tasks] {
+    fn pack(&self, tasks: &[ExploredTask], operations: usize) -> Option<u128> {
+        let mut packed: u128 = 0;
+        for (task, of) in self.tasks.iter().zip(tasks) {
             if task.to_release >= 32 || task.machine >= 4 || task.jobs >= 16 || task.remaining >= 64 {
                 return None;
             }
@@ -68,6 +77,9 @@ impl State {
                 | u32::from(task.is_released) << 1
                 | u32::from(task.is_call);
             packed = packed << 19 | u128::from(bits);
+            for age in task.ages.iter().filter(|_| of.burst.is_some()) {
+                packed = packed << 6 | u128::from(*age);
+            }
         }
         for operation in &self.operations[..operations] {
             if operation.waiting >= 16 || operation.unsent >= 4 {
@@ -78,13 +90,18 @@ impl State {
         Some(packed)
     }
 
-    fn unpack(mut packed: u128, tasks: usize, operations: usize) -> State {
+    fn unpack(mut packed: u128, tasks: &[ExploredTask], operations: usize) -> State {
         let mut state = State::default();
         for operation in state.operations[..operations].iter_mut().rev() {
             *operation = OperationState { waiting: packed as u8 >> 2 & 15, unsent: packed as u8 & 3 };
             packed >>= 6;
         }
-        for task in state.tasks[..tasks].iter_mut().rev() {
+        for (task, of) in state.tasks[..tasks.len()].iter_mut().zip(tasks).rev() {
+            let mut ages = [0; AGES];
+            for age in ages.iter_mut().rev().filter(|_| of.burst.is_some()) {
+                *age = packed as u8 & 63;
+                packed >>= 6;
+            }
             let bits = packed as u32;
             *task = TaskState {
                 to_release: (bits >> 14 & 31) as u8,
@@ -93,6 +110,7 @@ impl State {
                 remaining: (bits >> 2 & 63) as u8,
                 is_released: bits >> 1 & 1 == 1,
                 is_call: bits & 1 == 1,
+                ages,
             };
             packed >>= 19;
         }
@@ -151,7 +169,7 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
     }
     let mut text = format!("{outcome:?} in the nanosecond after the last of these states:\n");
     for (time, &packed) in states.iter().rev().enumerate() {
-        let state = State::unpack(packed, system.tasks.len(), system.operations.len());
+        let state = State::unpack(packed, &model.tasks, system.operations.len());
         let _ = write!(text, "{time:4}");
         for task in &state.tasks[..system.tasks.len()] {
             let executes = match (task.remaining, task.is_call) {
@@ -217,6 +235,8 @@ impl Seen {
 struct ExploredTask {
     period: u8,
     jitter: u64,
+    /// For a task that is released at any distance.
+    burst: Option<usize>,
     limit: Option<u64>,
     /// (target, execution time) by state.
     successors: Vec<Vec<(u8, u8)>>,
@@ -226,21 +246,59 @@ struct ExploredTask {
 struct Model<'a> {
     system: &'a System,
     tasks: Vec<ExploredTask>,
+    /// The tasks of each thread, in their order.
+    threads: Vec<Vec<usize>>,
     scheduler: Scheduler,
 }
 
 impl<'a> Model<'a> {
     fn new(system: &'a System, limits: &[Option<u64>]) -> Model<'a> {
         assert!(system.tasks.len() <= TASKS && system.operations.len() <= OPERATIONS);
-        let explored = system.tasks.iter().zip(limits).map(|(task, &limit)| {
+        let explored = system.tasks.iter().zip(limits).enumerate().map(|(place, (task, &limit))| {
             let mut successors = vec![Vec::new(); task.states() as usize];
             for &(source, target, cost) in &task.edges {
                 successors[source as usize].push((target as u8, u8::try_from(cost).unwrap()));
             }
             let period = u8::try_from(task.period).unwrap();
-            ExploredTask { period, jitter: task.jitter, limit, successors }
+            let jitter = if system.is_first_of_thread(place) { task.jitter } else { 0 };
+            let burst = task.burst.map(|burst| burst as usize);
+            ExploredTask { period, jitter, burst, limit, successors }
         });
-        Model { system, tasks: explored.collect(), scheduler: Scheduler::new(system) }
+        let tasks: Vec<_> = explored.collect();
+        let sporadic = tasks.iter().filter(|it| it.burst.is_some_and(|burst| burst <= AGES)).count();
+        assert!(tasks.len() * 19 + sporadic * 6 * AGES + system.operations.len() * 6 < 128);
+        Model { system, tasks, threads: system.threads(), scheduler: Scheduler::new(system) }
+    }
+
+    /// Whether `task` may begin its next job, in the order of its thread.
+    fn is_turn(&self, state: &State, task: usize) -> bool {
+        let is_it = |thread: &&Vec<usize>| thread.len() > 1 && thread.contains(&task);
+        let Some(thread) = self.threads.iter().find(is_it) else { return true };
+        let jobs = |place: usize| state.tasks[thread[place]].jobs;
+        match thread.iter().position(|&it| it == task).unwrap() {
+            0 => jobs(0) == jobs(thread.len() - 1),
+            place => jobs(place - 1) < jobs(place),
+        }
+    }
+
+    /// Returns the sets of tasks that are ready: of each thread one, which goes on or begins something.
+    fn ready(&self, state: &State) -> Vec<u8> {
+        let mut sets = vec![0];
+        for thread in &self.threads {
+            let goes_on = thread.iter().copied().find(|&task| state.tasks[task].remaining > 0);
+            let begins = |&task: &usize| match goes_on {
+                Some(other) => other == task,
+                None => {
+                    state.tasks[task].is_released && self.is_turn(state, task)
+                        || self.has_call_between_jobs(state, task)
+                }
+            };
+            let ready: Vec<u8> = thread.iter().copied().filter(begins).map(|task| 1 << task).collect();
+            if !ready.is_empty() {
+                sets = sets.iter().flat_map(|set| ready.iter().map(move |task| set | task)).collect();
+            }
+        }
+        sets
     }
 
     fn serves(&self, provider: usize, operation: usize) -> bool {
@@ -296,7 +354,12 @@ impl<'a> Exploration<'a> {
     }
 
     fn expand_all(&mut self) -> Step {
-        let starts = self.model.tasks.iter().map(|task| usize::from(task.period) * task.successors.len());
+        let phases = |place: usize| match self.model.tasks[place].burst {
+            None if self.model.system.is_first_of_thread(place) => self.model.tasks[place].period,
+            _ => 1,
+        };
+        let tasks = self.model.tasks.iter().enumerate();
+        let starts = tasks.map(|(place, task)| usize::from(phases(place)) * task.successors.len());
         if starts.product::<usize>() > MOST_STATES {
             return Err(Outcome::TooManyStates);
         }
@@ -305,7 +368,7 @@ impl<'a> Exploration<'a> {
         for now in 0..with_offset.map(|task| task.period).product() {
             self.start(State::default(), 0, now)?;
         }
-        let (tasks, operations) = (self.model.tasks.len(), self.model.system.operations.len());
+        let (tasks, operations) = (&self.model.tasks, self.model.system.operations.len());
         loop {
             let next = if self.before.is_some() { self.open.pop_front() } else { self.open.pop_back() };
             let Some(packed) = next else { return Ok(()) };
@@ -318,13 +381,18 @@ impl<'a> Exploration<'a> {
     fn start(&mut self, mut state: State, place: usize, now: u64) -> Step {
         let Some(task) = self.model.tasks.get(place) else { return self.reach(&state) };
         let offset = self.model.system.tasks[place].offset;
-        for to_release in 0..task.period {
+        let thread = self.model.threads.iter().find(|thread| thread.contains(&place)).unwrap();
+        for to_release in 0..if task.burst.is_some() { 1 } else { task.period } {
             let release = now + u64::from(to_release);
             if offset.is_some_and(|offset| release % u64::from(task.period) != offset) {
                 continue;
             }
+            if thread[0] != place && state.tasks[thread[0]].to_release != to_release {
+                continue;
+            }
             for machine in 0..task.successors.len() as u8 {
-                state.tasks[place] = TaskState { to_release, machine, ..TaskState::default() };
+                let ages = if task.burst.is_some() { [NO_AGE; AGES] } else { [0; AGES] };
+                state.tasks[place] = TaskState { to_release, machine, ages, ..TaskState::default() };
                 self.start(state, place + 1, now)?;
             }
         }
@@ -332,7 +400,7 @@ impl<'a> Exploration<'a> {
     }
 
     fn reach(&mut self, state: &State) -> Step {
-        let packed = state.pack(self.model.tasks.len(), self.model.system.operations.len());
+        let packed = state.pack(&self.model.tasks, self.model.system.operations.len());
         let packed = packed.ok_or(Outcome::TooLarge)?;
         if self.seen.insert(packed) {
             if self.seen.count > MOST_STATES {
@@ -368,16 +436,58 @@ impl<'a> Exploration<'a> {
     }
 
     fn nominal_releases(&mut self, mut state: State) -> Step {
-        for (task, now) in self.model.tasks.iter().zip(&mut state.tasks) {
-            if now.to_release == 0 {
-                if task.limit.is_some() || now.jobs < MOST_UNENDED {
-                    now.jobs += 1;
+        let model = self.model;
+        for thread in &model.threads {
+            let is_full = |&place: &usize| {
+                model.tasks[place].limit.is_none() && state.tasks[place].jobs >= MOST_UNENDED
+            };
+            let is_lost = thread.iter().any(is_full);
+            for &place in thread {
+                let (task, now) = (&model.tasks[place], &mut state.tasks[place]);
+                if let Some(burst) = task.burst {
+                    for (index, age) in now.ages.iter_mut().enumerate() {
+                        // At the end of this nanosecond. That of a job that has ended matters up to a period.
+                        let is_open = index < usize::from(now.jobs);
+                        *age = (*age + 1).min(NO_AGE);
+                        if is_open && *age == NO_AGE && task.limit.is_some() {
+                            return Err(Outcome::TooLarge);
+                        }
+                        if !is_open && (*age > task.period || index >= burst) {
+                            *age = NO_AGE;
+                        }
+                    }
+                    continue;
                 }
-                now.to_release = task.period;
+                if now.to_release == 0 {
+                    now.jobs += u8::from(!is_lost);
+                    now.to_release = task.period;
+                }
+                now.to_release -= 1;
             }
-            now.to_release -= 1;
         }
-        self.releases(state, 0)
+        self.sporadic_releases(state, 0)
+    }
+
+    /// Tasks that are released at any distance are released now, or not.
+    fn sporadic_releases(&mut self, mut state: State, place: usize) -> Step {
+        let is_any = |place: &usize| self.model.tasks[*place].burst.is_some();
+        let Some(place) = (place..self.model.tasks.len()).find(is_any) else {
+            return self.releases(state, 0);
+        };
+        self.sporadic_releases(state, place + 1)?;
+        let task = &self.model.tasks[place];
+        let now = &mut state.tasks[place];
+        let burst = task.burst.unwrap_or(1);
+        if now.ages[burst - 1] <= task.period || task.limit.is_none() && now.jobs >= MOST_UNENDED {
+            return Ok(());
+        }
+        if usize::from(now.jobs) == AGES {
+            return Err(Outcome::TooLarge);
+        }
+        now.ages.rotate_right(1);
+        now.ages[0] = 1;
+        now.jobs += 1;
+        self.sporadic_releases(state, place)
     }
 
     /// The first jobs that have not ended are released, now or later, and at the end of their jitter now.
@@ -399,14 +509,10 @@ impl<'a> Exploration<'a> {
     /// Executes any set of ready tasks that the scheduler allows.
     fn schedule(&mut self, state: &State) -> Step {
         let model = self.model;
-        let mut ready = 0u8;
-        for (place, now) in state.tasks[..model.tasks.len()].iter().enumerate() {
-            if now.is_released || now.remaining > 0 || model.has_call_between_jobs(state, place) {
-                ready |= 1 << place;
+        for ready in model.ready(state) {
+            for &executing in model.scheduler.choices(ready) {
+                self.begin(*state, executing, 0, 0)?;
             }
-        }
-        for &executing in model.scheduler.choices(ready) {
-            self.begin(*state, executing, 0, 0)?;
         }
         Ok(())
     }
@@ -420,7 +526,7 @@ impl<'a> Exploration<'a> {
             return self.send(state, executing, begun, 0, true);
         };
         let now = state.tasks[place];
-        if now.is_released {
+        if now.is_released && model.is_turn(&state, place) {
             for &(target, cost) in &model.tasks[place].successors[usize::from(now.machine)] {
                 let mut state = state;
                 state.tasks[place].machine = target;
@@ -536,6 +642,9 @@ impl<'a> Exploration<'a> {
 
 /// Returns the time from the nominal release of the first unended job to the end of this nanosecond.
 fn age(now: &TaskState, task: &ExploredTask) -> u64 {
+    if task.burst.is_some() {
+        return u64::from(now.ages[usize::from(now.jobs) - 1]);
+    }
     // The last one was released at the latest nominal release, and each before it a period earlier.
     u64::from(task.period) - u64::from(now.to_release) + u64::from(now.jobs - 1) * u64::from(task.period)
 }

@@ -10,8 +10,9 @@ use super::scheduler::keeps_priorities;
 use super::suspended::{self, LOCKS};
 use super::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
 
-/// The number of systems of each kind, unless the environment says otherwise.
+/// The number of systems of each kind, unless the environment says otherwise; and of kinds with larger systems.
 const SYSTEMS: u64 = 5000;
+const FEWER_SYSTEMS: u64 = 250;
 
 /// A kind of random systems.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -44,6 +45,14 @@ enum Kind {
     LocksAndWaits,
     /// Two or three CPUs, with locks that are mostly used on one of them, and sometimes waits.
     LocksOnSeveralCpus,
+    /// One CPU, with a thread of several tasks, sometimes with release jitter or offsets.
+    Threads,
+    /// One to three CPUs, with a thread of several tasks, and operations, waits or locks.
+    ThreadsWithMore,
+    /// One CPU, with tasks that are released at any distance, sometimes in bursts or with release jitter.
+    Sporadic,
+    /// One to three CPUs, with such tasks, and sometimes a thread or an operation.
+    SporadicWithMore,
 }
 
 /// SplitMix64.
@@ -252,6 +261,98 @@ impl Random {
                 }
                 system
             }
+            Kind::Threads => {
+                let tasks = self.within(2, 4);
+                let mut system = self.tasks(tasks, 1, if tasks == 4 { 1 } else { 2 });
+                match self.below(4) {
+                    0 => self.synchronise(&mut system),
+                    1 => self.delay_releases(&mut system),
+                    _ => {}
+                }
+                self.join(&mut system);
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::ThreadsWithMore => {
+                let tasks = self.within(2, 3);
+                let cpus = self.within(1, 3);
+                let mut system = self.tasks(tasks, cpus.min(2), 4 - tasks);
+                match self.below(3) {
+                    0 => {
+                        system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
+                        let calls = [Calls::AtNextPeriod, Calls::BetweenPeriods][self.below(2) as usize];
+                        system = system.serving(calls, &[self.served(tasks)]);
+                    }
+                    1 => self.wait(&mut system),
+                    _ => self.share(&mut system, tasks),
+                }
+                self.place(&mut system, cpus);
+                self.join(&mut system);
+                system
+            }
+            Kind::Sporadic => {
+                let tasks = self.within(1, 3);
+                let mut system = self.tasks(tasks, 1, 4 - tasks);
+                if self.one_in(3) {
+                    self.delay_releases(&mut system);
+                }
+                self.release_at_any_distance(&mut system);
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::SporadicWithMore => {
+                let tasks = 3;
+                let cpus = self.within(1, 3);
+                let mut system = self.tasks(tasks, cpus.min(2), 1);
+                self.place(&mut system, cpus);
+                if self.one_in(2) {
+                    let calls = [Calls::AtNextPeriod, Calls::BetweenPeriods][self.below(2) as usize];
+                    system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
+                    system = system.serving(calls, &[self.served(tasks)]);
+                } else {
+                    self.join(&mut system);
+                }
+                self.release_at_any_distance(&mut system);
+                system
+            }
+        }
+    }
+
+    /// Lets one thread execute the jobs of several tasks, in any order.
+    fn join(&mut self, system: &mut System) {
+        let mates = self.within(2, system.tasks.len() as u64) as usize;
+        let first = system.tasks[0].clone();
+        for task in &mut system.tasks[..mates] {
+            // What they ask for stays about the same, if the thread has a longer period.
+            let period = first.period.max(task.period);
+            task.edges.iter_mut().for_each(|edge| edge.2 = (edge.2 * first.period / period).max(1));
+            task.edges.iter_mut().for_each(|edge| edge.2 = edge.2.div_ceil(mates as u64));
+            (task.priority, task.period, task.deadline) = (first.priority, first.period, first.deadline);
+            (task.jitter, task.offset, task.cpus, task.thread) =
+                (first.jitter, first.offset, first.cpus, Some(1));
+        }
+        for lock in &mut system.locks {
+            for (user, held) in &mut lock.users {
+                *held = system.tasks[*user].greatest_cost().min(*held);
+            }
+        }
+        let turn = self.below(system.tasks.len() as u64) as usize;
+        if system.operations.is_empty() && system.locks.is_empty() {
+            system.tasks.rotate_left(turn);
+        }
+    }
+
+    /// Releases one task or two at any distance, sometimes in bursts.
+    fn release_at_any_distance(&mut self, system: &mut System) {
+        let mut left = 2;
+        for task in &mut system.tasks {
+            if left > 0 && task.thread.is_none() && !self.one_in(3) {
+                let burst = [1, 1, 2, 3][self.below(4) as usize];
+                task.edges.iter_mut().for_each(|edge| edge.2 = edge.2.div_ceil(burst));
+                (task.burst, task.offset) = (Some(burst), None);
+                left -= 1;
+            }
+            task.deadline = self.within(task.period, 3 * task.period);
         }
     }
 
@@ -349,7 +450,7 @@ struct Totals {
     /// Tasks on several CPUs that have a bound and wait for others; and those whose bound is attained as well.
     waiting_on_several_cpus: u64,
     attained_on_several_cpus: u64,
-    /// Tasks whose greatest response is later than a bound would be without jitter and operations.
+    /// Tasks whose greatest response is later than a bound would be without jitter, bursts, threads and operations.
     later_than_plain: u64,
     /// Bounds that are claimed to be the greatest response time.
     claimed_exact: u64,
@@ -382,7 +483,7 @@ impl fmt::Display for Totals {
         write!(
             f,
             " ({} claimed); {} less because of offsets; {} later than the period; {} with several CPUs that wait, {} of \
-             these attained; {} later because of jitter, operations, waits or locks; {} with waits as jitter, {} of these attained; {} delayed \
+             these attained; {} later because of jitter, bursts, threads, operations, waits or locks; {} with waits as jitter, {} of these attained; {} delayed \
              by locks, {} of these attained",
             self.claimed_exact,
             self.less_by_offsets,
@@ -483,7 +584,9 @@ pub(crate) fn systems_or(number: u64) -> u64 {
 }
 
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
-    let systems = systems_or(SYSTEMS);
+    let is_larger =
+        matches!(kind, Kind::Threads | Kind::ThreadsWithMore | Kind::Sporadic | Kind::SporadicWithMore);
+    let systems = systems_or(if is_larger { FEWER_SYSTEMS } else { SYSTEMS });
     let mut random = Random(seed);
     let mut totals = Totals::default();
     for tried in 0.. {
@@ -645,6 +748,32 @@ fn no_schedule_with_locks_on_several_cpus_is_above_a_bound() {
     let totals = explore_random_systems(Kind::LocksOnSeveralCpus, 18);
     check_locks(&totals);
     assert!(totals.attained[3] * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_of_threads_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Threads, 20);
+    assert!(totals.attained[3] * 4 > totals.bounds * 3 && totals.late * 20 > totals.bounds);
+    assert!(totals.claimed_exact * 2 > totals.bounds && totals.later_than_plain * 20 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_of_threads_with_operations_waits_or_locks_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::ThreadsWithMore, 21);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.later_than_plain * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_of_sporadic_tasks_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Sporadic, 22);
+    assert!(totals.attained[3] * 4 > totals.bounds * 3 && totals.late * 20 > totals.bounds);
+    assert!(totals.claimed_exact * 2 > totals.bounds && totals.later_than_plain * 10 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_of_sporadic_tasks_on_several_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::SporadicWithMore, 23);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.later_than_plain * 10 > totals.bounds);
 }
 
 /// Locks delay many tasks, for as long as the analysis says, and some have no bound because of them.

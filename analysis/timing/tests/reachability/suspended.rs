@@ -177,6 +177,8 @@ struct ExploredTask {
 struct Exploration<'a> {
     system: &'a System,
     tasks: Vec<ExploredTask>,
+    /// The tasks of each thread, in their order.
+    threads: Vec<Vec<usize>>,
     /// The protocol of each lock, with the highest priority of its users.
     locks: Vec<(Protocol, u32)>,
     /// By the priorities that the tasks have.
@@ -210,7 +212,9 @@ impl<'a> Exploration<'a> {
             let times = task.times.map_or(ANY_NUMBER, small);
             assert!(times < ANY_NUMBER || task.times.is_none());
             let (priority, period) = (task.priority, small(task.period));
-            ExploredTask { priority, period, jitter: task.jitter, limit, times, successors, held }
+            assert_eq!(task.burst, None);
+            let jitter = if system.is_first_of_thread(index) { task.jitter } else { 0 };
+            ExploredTask { priority, period, jitter, limit, times, successors, held }
         });
         let locks = system.locks.iter().map(|lock| {
             let priorities = lock.users.iter().map(|&(user, _)| system.tasks[user].priority);
@@ -219,6 +223,7 @@ impl<'a> Exploration<'a> {
         Exploration {
             system,
             tasks: explored.collect(),
+            threads: system.threads(),
             locks: locks.collect(),
             schedulers: FxHashMap::default(),
             seen: Seen::new(),
@@ -244,7 +249,15 @@ impl<'a> Exploration<'a> {
     }
 
     fn expand_all(&mut self) -> Result<(), Outcome> {
-        let starts = self.tasks.iter().map(|task| usize::from(task.period) * task.successors.len());
+        // Where releases are lost, the turns of its tasks are not known.
+        let is_lost = |thread: &Vec<usize>| thread.iter().any(|&task| self.tasks[task].limit.is_none());
+        if self.threads.iter().any(|thread| thread.len() > 1 && is_lost(thread)) {
+            return Err(Outcome::TooLarge);
+        }
+        let phases =
+            |place: usize| if self.system.is_first_of_thread(place) { self.tasks[place].period } else { 1 };
+        let tasks = self.tasks.iter().enumerate();
+        let starts = tasks.map(|(place, task)| usize::from(phases(place)) * task.successors.len());
         if starts.product::<usize>() > MOST_STATES {
             return Err(Outcome::TooManyStates);
         }
@@ -274,6 +287,10 @@ impl<'a> Exploration<'a> {
         for to_release in 0..period {
             let release = now + u64::from(to_release);
             if offset.is_some_and(|offset| release % u64::from(period) != offset) {
+                continue;
+            }
+            let thread = self.threads.iter().find(|thread| thread.contains(&place)).unwrap();
+            if thread[0] != place && state[thread[0]].to_release != to_release {
                 continue;
             }
             for machine in 0..states {
@@ -364,13 +381,27 @@ impl<'a> Exploration<'a> {
         }
     }
 
+    /// Whether a task may begin its next job, in the order of its thread.
+    fn is_turn(&self, state: &State, task: usize) -> bool {
+        let is_it = |thread: &&Vec<usize>| thread.len() > 1 && thread.contains(&task);
+        let Some(thread) = self.threads.iter().find(is_it) else { return true };
+        // With those that are due at this instant.
+        let jobs = |place: usize| state[thread[place]].jobs + u8::from(state[thread[place]].to_release == 0);
+        let is_free = thread.iter().all(|&mate| state[mate].status == Status::Idle);
+        let is_next = match thread.iter().position(|&it| it == task).unwrap() {
+            0 => jobs(0) == jobs(thread.len() - 1),
+            place => jobs(place - 1) < jobs(place),
+        };
+        is_free && is_next
+    }
+
     /// Returns the sets of tasks that may execute, by the priorities that the tasks have.
     fn choices(&mut self, state: &State) -> &[u8] {
         let mut ready = 0u8;
         let mut priorities = [0; TASKS];
         for (place, task) in self.tasks.iter().enumerate() {
             let is_ready = match state[place].status {
-                Status::Idle => state[place].is_released,
+                Status::Idle => state[place].is_released && self.is_turn(state, place),
                 Status::Ready | Status::Holds(_) => true,
                 Status::Wants(lock) => !state.iter().any(|other| other.status == Status::Holds(lock)),
                 Status::Waiting => false,

@@ -18,6 +18,10 @@ pub(crate) struct Task {
     pub(crate) period: u64,
     pub(crate) deadline: u64,
     pub(crate) jitter: u64,
+    /// For a task that is released at any distance: the greatest number of releases in a window of a period.
+    pub(crate) burst: Option<u64>,
+    /// The thread that executes its jobs, in each period one after another with those of the other tasks of this number.
+    pub(crate) thread: Option<u32>,
     /// The nominal instant of the first release, on the clock that all tasks with an offset share.
     pub(crate) offset: Option<u64>,
     pub(crate) cpus: u64,
@@ -59,6 +63,8 @@ pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Tas
         period,
         deadline: period,
         jitter: 0,
+        burst: None,
+        thread: None,
         offset: None,
         cpus: 1,
         edges,
@@ -81,6 +87,15 @@ impl Task {
 
     pub(crate) fn jitter(self, jitter: u64) -> Task {
         Task { jitter, ..self }
+    }
+
+    /// It is released at any distance, at most `burst` times in a window of a period.
+    pub(crate) fn burst(self, burst: u64) -> Task {
+        Task { burst: Some(burst), ..self }
+    }
+
+    pub(crate) fn thread(self, thread: u32) -> Task {
+        Task { thread: Some(thread), ..self }
     }
 
     pub(crate) fn offset(self, offset: u64) -> Task {
@@ -134,6 +149,9 @@ impl Task {
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
             jitter: Time::from_nanos(self.jitter),
+            burst: self.burst.unwrap_or_default(),
+            is_sporadic: self.burst.is_some(),
+            thread: self.thread,
             offset: self.offset.map(Time::from_nanos),
             cpus: Some(self.cpus),
             demand,
@@ -218,6 +236,26 @@ impl System {
         System { jobs_may_end_early: true, ..self }
     }
 
+    /// Returns the tasks of each thread, in their order.
+    pub(crate) fn threads(&self) -> Vec<Vec<usize>> {
+        let mut threads: Vec<Vec<usize>> = Vec::new();
+        for (place, task) in self.tasks.iter().enumerate() {
+            let is_it = |thread: &&mut Vec<usize>| {
+                task.thread.is_some() && self.tasks[thread[0]].thread == task.thread
+            };
+            match threads.iter_mut().find(is_it) {
+                Some(thread) => thread.push(place),
+                None => threads.push(vec![place]),
+            }
+        }
+        threads
+    }
+
+    /// Whether no task is before this one in its thread. The jitter of the first one is that of the thread.
+    pub(crate) fn is_first_of_thread(&self, place: usize) -> bool {
+        self.threads().iter().any(|thread| thread[0] == place)
+    }
+
     pub(crate) fn is_on_one_cpu(&self) -> bool {
         self.tasks.iter().all(|task| task.cpus == self.tasks[0].cpus && task.cpus.is_power_of_two())
     }
@@ -240,9 +278,16 @@ impl System {
         System { tasks, ..self.clone() }
     }
 
-    /// Returns the system without jitter, operations, waits and locks; `None` if it has none.
+    /// Returns the system without jitter, bursts, threads, operations, waits and locks; `None` if it has none.
     pub(crate) fn plain(&self) -> Option<System> {
-        let plain = |task: &Task| Task { jitter: 0, waits: Vec::new(), times: None, ..task.clone() };
+        let plain = |task: &Task| Task {
+            jitter: 0,
+            burst: None,
+            thread: None,
+            waits: Vec::new(),
+            times: None,
+            ..task.clone()
+        };
         let tasks = self.tasks.iter().map(plain).collect();
         let plain = System { tasks, operations: Vec::new(), locks: Vec::new(), ..self.clone() };
         (plain != *self).then_some(plain)
@@ -356,6 +401,12 @@ impl fmt::Display for System {
             }
             if task.jitter > 0 {
                 write!(f, ".jitter({})", task.jitter)?;
+            }
+            if let Some(burst) = task.burst {
+                write!(f, ".burst({burst})")?;
+            }
+            if let Some(thread) = task.thread {
+                write!(f, ".thread({thread})")?;
             }
             if let Some(offset) = task.offset {
                 write!(f, ".offset({offset})")?;
