@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use mauve_tests::orocos::{COMPILERS, build, run, runtime_sources};
 use mauve_tests::scratch;
 use mauve_timing::{
-    Bound, Edge, Method, Options, Random, Response, SimulationOptions, StateMachine, Tasks, Time,
+    Bound, CpuSet, Edge, Method, Options, Random, Response, SimulationOptions, StateMachine, Tasks, Time,
 };
 
 /// Components in a ring, and the periods of each: a million in total.
@@ -108,7 +108,7 @@ fn activities(tasks: &[Task]) -> Tasks {
         let period = Time::from_nanos(task.period);
         mauve_timing::Task {
             offset,
-            cpus: Some(task.cpus),
+            cpus: Some(CpuSet(task.cpus.into())),
             ..mauve_timing::Task::new(task.priority, period, machine)
         }
     };

@@ -214,7 +214,7 @@ fn other_document(other: &Task) -> impl Serialize + use<> {
 }
 
 pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
-    object! { mask: cpu.mask, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
+    object! { mask: cpu.cpus, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
 fn activity_document(
@@ -258,7 +258,7 @@ fn activity_document(
         // Whether the budget of a better method was exhausted.
         [exhausted]: activity.method.filter(|(_, is_exhausted)| *is_exhausted).map(|_| true),
         // The CPUs whose activities are counted, where these are not those of the affinity.
-        [counted_cpus]: activity.rule.map(CpuRule::mask).filter(|mask| Some(*mask) != activity.cpus),
+        [counted_cpus]: activity.rule.map(CpuRule::cpus).filter(|cpus| Some(*cpus) != activity.cpus),
         own: activity.own.map(milliseconds),
         // What of `own` its codels wait.
         [wait]: Some(activity.task.wait()).filter(|wait| *wait > Time::ZERO).map(milliseconds),

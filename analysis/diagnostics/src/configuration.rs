@@ -1,7 +1,7 @@
 //! The messages of errors in `mauve.toml`.
 
 use mauve_hir::MistakeKind;
-use mauve_timing::TimeError;
+use mauve_timing::{CpuSet, TimeError};
 
 use crate::lists::{alternatives, cpu_names};
 
@@ -35,10 +35,10 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
             format!("a second [[{section}]] with the name `{name}`: give it another name")
         }
         MistakeKind::NoSuchCpu { named, cpus } => {
-            let available = u64::MAX >> (64 - cpus.clamp(&1, &64));
+            let available = CpuSet::first_few(*cpus);
             format!(
                 "`cpus` names {}, and `[platform] cpus` has {}",
-                cpu_names(*named & !available),
+                cpu_names(*named - available),
                 cpu_names(available)
             )
         }

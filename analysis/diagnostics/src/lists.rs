@@ -1,18 +1,33 @@
 //! Lists and CPUs in messages.
 
-use mauve_timing::CpuLoad;
+use mauve_timing::{CpuLoad, CpuSet};
 
-/// Returns the CPUs in a mask for a user, numbered from 1 (bit 0).
+/// Above this number of CPUs, those in a row are shown as `3 to 9`.
+const MOST_CPUS: u32 = 8;
+
+/// Returns the CPUs of a set for a user, numbered from 1.
 ///
 /// ```
-/// assert_eq!(mauve_diagnostics::cpu_names(0b1), "CPU 1");
-/// assert_eq!(mauve_diagnostics::cpu_names(0b1011), "CPUs 1, 2 and 4");
+/// use mauve_diagnostics::cpu_names;
+/// use mauve_timing::CpuSet;
+///
+/// assert_eq!(cpu_names(CpuSet(0b1)), "CPU 1");
+/// assert_eq!(cpu_names(CpuSet(0b1011)), "CPUs 1, 2 and 4");
+/// assert_eq!(cpu_names(CpuSet::first_few(96) - CpuSet::of(1)), "CPUs 1 and 3 to 96");
 /// ```
-pub fn cpu_names(mask: u64) -> String {
-    let numbers: Vec<String> =
-        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
+pub fn cpu_names(cpus: CpuSet) -> String {
+    let numbers: Vec<u32> = cpus.iter().map(|cpu| cpu + 1).collect();
+    let is_short = cpus.len() <= MOST_CPUS;
+    let rows = numbers.chunk_by(|one, next| !is_short && one + 1 == *next);
+    let numbers: Vec<String> = rows
+        .map(|row| match row {
+            [first, .., last] => format!("{first} to {last}"),
+            row => row.iter().map(u32::to_string).collect(),
+        })
+        .collect();
     match numbers.as_slice() {
-        [one] => format!("CPU {one}"),
+        [one] if cpus.is_one() => format!("CPU {one}"),
+        [row] => format!("CPUs {row}"),
         [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
         [] => "no CPU".to_owned(),
     }
@@ -21,7 +36,7 @@ pub fn cpu_names(mask: u64) -> String {
 /// Returns the utilisation of a CPU: `62.0 %`. That of several CPUs together: `131.0 % of 200 %`.
 pub fn utilisation(load: &CpuLoad) -> String {
     let percent = format!("{:.1} %", load.utilisation.as_f64() * 100.0);
-    match load.mask.count_ones() {
+    match load.cpus.len() {
         0 | 1 => percent,
         cpus => format!("{percent} of {cpus}00 %"),
     }

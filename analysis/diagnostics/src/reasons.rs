@@ -6,7 +6,7 @@ use mauve_hir::fact::{self, CorePart, CoreReason, Incomplete, MayHide};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, ModelDb, Names, Project, declaration_map, features_of, names_of, parse};
 use mauve_syntax::{SyntaxError, SyntaxErrorKind, TextRange};
-use mauve_timing::{MachineError, NoBoundReason};
+use mauve_timing::{CpuSet, MachineError, NoBoundReason};
 use mauve_wcrt::{
     ActivityReport, CallsReason, IncompleteTable, LockReason, NoSuchCpu, Reason, Share, TooLong,
     UnknownPriority, UnusableTime, file_name,
@@ -348,13 +348,13 @@ fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> Words {
     words(format!("{}{unknown} may preempt it and {verb} not analysed", enumerated(&names)), short)
 }
 
-fn overload(cpu: u64, priority: u32, utilisation: Share) -> Words {
+fn overload(cpu: CpuSet, priority: u32, utilisation: Share) -> Words {
     let short = format!("{} overloaded ({})", cpu_names(cpu), percent(utilisation, "> 100 %"));
     words(overloaded(cpu, priority, utilisation), short)
 }
 
 /// Returns the message for a CPU that the activities of this priority or a higher one overload.
-pub(super) fn overloaded(cpu: u64, priority: u32, utilisation: Share) -> String {
+pub(super) fn overloaded(cpu: CpuSet, priority: u32, utilisation: Share) -> String {
     format!(
         "{} overloaded ({} at priority ≥ {priority})",
         cpu_names(cpu),

@@ -208,7 +208,7 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         }
         KeyKind::Time(_) | KeyKind::Period(_) => pattern(TIME),
         KeyKind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
-                          \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 64 }"
+                          \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 128 }"
             .to_owned(),
         KeyKind::Others(_, keys, _) => {
             let required = REQUIRED_OF_OTHER.map(|name| format!("\"{name}\"")).join(", ");
@@ -366,7 +366,7 @@ fn schema_and_reader_agree_on_configurations() {
         "platform.cpus = 0x40\n",
         "[platform]\n",
         "[[platform.other]]\nname = \"lan\"\npriority = 50\nperiod = \"1 ms\"\ntime = \"50 us\"\n",
-        "platform.other = [{ name = \"a b\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [1, 64], jitter = \"2 s\" }]\n",
+        "platform.other = [{ name = \"a b\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [1, 128], jitter = \"2 s\" }]\n",
         "platform.other = []\n",
         "clocks.synchronised = [\"a\", \"b\"]\n",
         "clocks.synchronised = \"a\"\n",
@@ -417,7 +417,7 @@ fn schema_and_reader_agree_on_configurations() {
         "assume.codel = \"5 ms or more\"\n",
         "platform.cpu = 1\n",
         "platform.cpus = 0\n",
-        "platform.cpus = 65\n",
+        "platform.cpus = 129\n",
         "platform.cpus = 1.5\n",
         "platform.cpus = \"2\"\n",
         "platform.rt_throttling = 1\n",
@@ -432,7 +432,7 @@ fn schema_and_reader_agree_on_configurations() {
         "platform.other = [{ name = \"a\", priority = 0, period = \"1 s\", time = \"0 s\" }]\n",
         "platform.other = [{ name = \"a\", priority = 1, period = 1, time = \"0 s\" }]\n",
         "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [] }]\n",
-        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [65] }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [129] }]\n",
         "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = 1 }]\n",
         "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpu = [1] }]\n",
         "clocks.synchronized = [\"a\"]\n",
@@ -646,7 +646,7 @@ fn schema_and_reader_agree_on_task_sets() {
         ("/operation/0/sends", json!(1.5)),
         ("front/name", json!("")),
         ("front/cpus", json!(-1)),
-        ("front/cpus", json!(65)),
+        ("front/cpus", json!(129)),
         ("front/cpus", json!([])),
         ("front/priority", json!(0)),
         ("front/priority", json!(100)),

@@ -6,6 +6,7 @@
 //! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test main spans:: -- --nocapture` tries more, and
 //! prints the kinds of damage that make a figure lower.
 
+use mauve_timing::CpuSet;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use mauve_diagnostics::{Finding, Severity};
@@ -333,7 +334,8 @@ fn resting_places<'db>(
         mauve_wcrt::Priority::Background => 0,
         mauve_wcrt::Priority::Unknown => u32::MAX,
     };
-    let meets = |a: Option<u64>, b: Option<u64>| a.unwrap_or(u64::MAX) & b.unwrap_or(u64::MAX) != 0;
+    let meets =
+        |a: Option<CpuSet>, b: Option<CpuSet>| a.unwrap_or(CpuSet::ALL).meets(b.unwrap_or(CpuSet::ALL));
     for other in system
         .activities
         .iter()

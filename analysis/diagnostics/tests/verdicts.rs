@@ -1086,9 +1086,9 @@ fn platform_clocks_and_assumptions() {
     "#]]
     .assert_eq(&lan(", cpus = [2]", "1 ms"));
     expect![[r#"
-        a not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
-        b not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
-        c not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
+        a not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 128, such as [1, 2]
+        b not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 128, such as [1, 2]
+        c not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 128, such as [1, 2]
     "#]]
     .assert_eq(&lan(", cpus = [0]", "1 ms"));
     let missing = TIMES.replace("two = 2\n", "");

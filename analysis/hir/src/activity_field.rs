@@ -4,7 +4,7 @@
 //! follow the table; `diagnostics/tests/tables.rs` writes the lists of the highlighters and the table of the reference from it.
 
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
-use mauve_timing::{Rounding, Time, TimeError, Unit};
+use mauve_timing::{CpuSet, Rounding, Time, TimeError, Unit};
 
 use crate::item_tree::{Expr, Literal, Name, UnaryOperator};
 use crate::values::whole_number;
@@ -47,7 +47,7 @@ pub enum FieldKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "see `FieldKind`")]
 pub enum FieldValue {
-    Cpus(u64),
+    Cpus(CpuSet),
     Priority(u32),
     Background,
     Time(Time),
@@ -148,7 +148,7 @@ impl FieldKind {
     /// A field of this kind cannot have the value.
     pub fn read(self, value: &Expr) -> Result<FieldValue, InvalidValue> {
         let found = match self {
-            FieldKind::Cpus => mask(value).map(FieldValue::Cpus),
+            FieldKind::Cpus => affinity(value).map(FieldValue::Cpus),
             FieldKind::Priority => match (value, integer(value)) {
                 (Expr::Name(it), _) if it.name == BACKGROUND => Some(FieldValue::Background),
                 (_, Some(priority @ 1..=99)) => Some(FieldValue::Priority(priority)),
@@ -163,14 +163,15 @@ impl FieldKind {
     }
 }
 
-/// Returns the CPUs that an affinity names, a bit each; `None` where `value` is not a literal of at most 64 bits, more than
-/// other integers have.
-pub fn mask(value: &Expr) -> Option<u64> {
+/// Returns the CPUs that an affinity names; `None` where `value` is not a literal of at most 128 bits, more than other integers
+/// have.
+pub fn affinity(value: &Expr) -> Option<CpuSet> {
     let Expr::Literal(Literal::Int(text), _) = value else { return None };
-    match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
-        Some(digits) => u64::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
-    }
+    let bits = match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
+        Some(digits) => u128::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    bits.ok().map(CpuSet)
 }
 
 /// Returns the text of a number without a sign.

@@ -9,7 +9,7 @@ pub(crate) use reader::read;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Protocol, Time, TimeError};
+use mauve_timing::{CpuSet, Level, Protocol, Time, TimeError};
 
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -124,7 +124,7 @@ pub struct OtherConfig {
     /// The greatest execution time of a release.
     pub time: Option<Time>,
     /// The CPUs that it may run on, a bit each, with their range; if absent, all.
-    pub cpus: Option<(u64, Range<usize>)>,
+    pub cpus: Option<(CpuSet, Range<usize>)>,
     /// The greatest delay of a release; if absent, 0.
     pub jitter: Option<Time>,
 }
@@ -191,7 +191,7 @@ pub enum MistakeKind {
     /// Two entries of this section have this name.
     RepeatedName { name: String, section: String },
     /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
-    NoSuchCpu { named: u64, cpus: u32 },
+    NoSuchCpu { named: CpuSet, cpus: u32 },
     /// The value of a key is invalid; with the valid values as a predicate, and the error of an invalid time.
     WrongValue { key: String, expected: String, error: Option<TimeError> },
 }
@@ -461,7 +461,7 @@ mod tests {
             "{found:?}"
         );
         let text = "[platform]\ncpus = 0\n";
-        let expected = "is a whole number from 1 to 64".to_owned();
+        let expected = "is a whole number from 1 to 128".to_owned();
         let kind = MistakeKind::WrongValue { key: "cpus".to_owned(), expected, error: None };
         assert_eq!(mistakes(text), (vec![kind], true));
         assert_eq!(&text[read(text).errors[0].span.clone()], "0");
@@ -490,7 +490,7 @@ mod tests {
         assert_eq!((config.errors, config.completeness), (Vec::new(), Completeness::Complete));
         let [other] = config.others.as_slice() else { panic!("one") };
         assert_eq!((other.name.as_deref(), other.priority), (Some("lan"), Some(50)));
-        assert_eq!(other.cpus.as_ref().map(|(cpus, _)| *cpus), Some(0b101));
+        assert_eq!(other.cpus.as_ref().map(|(cpus, _)| *cpus), Some(CpuSet(0b101)));
         let nanos = [other.period, other.time, other.jitter].map(|time| time.map(Time::as_nanos));
         assert_eq!(nanos, [Some(1_000_000), Some(50_000), Some(100_000)]);
         assert_eq!(read(LAN).others[0].cpus, None);
@@ -513,7 +513,7 @@ mod tests {
             ("[[platform.other]]", "[platform.other]"),
             ("priority", "cpus = []\npriority"),
             ("priority", "cpus = [0]\npriority"),
-            ("priority", "cpus = [65]\npriority"),
+            ("priority", "cpus = [129]\npriority"),
             ("priority", "cpus = 1\npriority"),
         ] {
             assert!(LAN.contains(old), "{old}");
@@ -523,7 +523,7 @@ mod tests {
         let (found, is_incomplete) = mistakes(&format!("{LAN}{LAN}"));
         assert!(is_incomplete && matches!(found.as_slice(), [MistakeKind::RepeatedName { .. }]), "{found:?}");
         let (found, is_incomplete) = mistakes(&format!("platform.cpus = 2\n{LAN}cpus = [3]\n"));
-        let kind = MistakeKind::NoSuchCpu { named: 4, cpus: 2 };
+        let kind = MistakeKind::NoSuchCpu { named: CpuSet(4), cpus: 2 };
         assert_eq!((found, is_incomplete), (vec![kind], true));
         assert!(mistakes("platform.other = [1]").1 && mistakes("platform.other = 1").1);
     }

@@ -86,7 +86,7 @@ mod values;
 mod wiring;
 
 pub use activity_field::{
-    ACTIVITY_FIELDS, FieldEntry, FieldKind, FieldValue, InvalidValue, NoTime, field_entry, mask, number,
+    ACTIVITY_FIELDS, FieldEntry, FieldKind, FieldValue, InvalidValue, NoTime, affinity, field_entry, number,
     similar_field,
 };
 pub use behaviour::{Behaviour, Edge, Edges, TimedProgram, behaviour_of};

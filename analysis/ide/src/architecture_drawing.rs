@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{cpu_names, utilisation};
 use mauve_hir::ModelDb;
 use mauve_hir::item_tree::{FeatureKind, Name};
-use mauve_timing::{Status, Time, Unit};
+use mauve_timing::{CpuSet, Status, Time, Unit};
 use rustc_hash::FxHashMap;
 
 use crate::drawing::{
@@ -74,7 +74,7 @@ impl Figures {
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
-        let cpus = activity.cpus.filter(|cpus| *cpus != 0).map(cpu_names);
+        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(cpu_names);
         let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
         let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
         let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
@@ -358,15 +358,15 @@ fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
 
 /// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 / 40 ms`.
 pub fn instance_tree(graph: &Graph<'_>) -> String {
-    let mut groups: BTreeMap<u64, Vec<&GraphNode<'_>>> = BTreeMap::new();
+    let mut groups: BTreeMap<CpuSet, Vec<&GraphNode<'_>>> = BTreeMap::new();
     for node in &graph.nodes {
         groups.entry(node.activity.and_then(|it| it.cpus).unwrap_or_default()).or_default().push(node);
     }
     let mut out = format!("{}\n", graph.title.split(": ").next().unwrap_or_default());
-    for (mask, mut nodes) in groups {
-        let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.mask == mask));
+    for (cpus, mut nodes) in groups {
+        let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.cpus == cpus));
         let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
-        let _ = writeln!(out, "  {}{load}", cpu_names(mask));
+        let _ = writeln!(out, "  {}{load}", cpu_names(cpus));
         let priority = |node: &GraphNode<'_>| node.activity.and_then(|it| it.priority.real_time());
         nodes.sort_by_key(|node| (Reverse(priority(node)), node.instance.as_str()));
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();

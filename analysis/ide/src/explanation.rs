@@ -14,7 +14,9 @@ use std::collections::HashMap;
 use mauve_diagnostics::{EXHAUSTED, cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
-use mauve_timing::{CpuRule, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace};
+use mauve_timing::{
+    CpuRule, CpuSet, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace,
+};
 use mauve_wcrt::{
     ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, psm_of, worst_path,
 };
@@ -96,7 +98,7 @@ struct Why {
 
 /// The utilisation of an overloaded CPU.
 struct Overload<'db> {
-    cpu: u64,
+    cpu: CpuSet,
     priority: u32,
     utilisation: Share,
     parts: Vec<Load<'db>>,
@@ -232,8 +234,8 @@ impl<'a, 'db> Explanation<'a, 'db> {
 fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
     let priorities = activity.priority.real_time().zip(other.priority.real_time());
     let is_not_higher = priorities.is_some_and(|(own, other)| own >= other);
-    let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
-    !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
+    let (own, others) = (activity.cpus.unwrap_or(CpuSet::ALL), other.cpus.unwrap_or(CpuSet::ALL));
+    !std::ptr::eq(other, activity) && is_not_higher && own.meets(others)
 }
 
 /// Returns how the waits in a response time are counted.
@@ -274,20 +276,20 @@ fn reasons<'db>(db: &'db dyn ModelDb, report: &Report<'db>, activity: &ActivityR
 
 /// Returns which activities are counted in the response time of one, unless these are just those of its only CPU.
 pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<String> {
-    let several = |it: &ActivityReport<'_>, mask: u64| {
-        let may_leave = it.cpus.is_some_and(|cpus| cpus & mask != 0 && cpus.count_ones() > 1);
+    let several = |it: &ActivityReport<'_>, counted: CpuSet| {
+        let may_leave = it.cpus.is_some_and(|cpus| cpus.meets(counted) && cpus.len() > 1);
         it.priority != Priority::Background && it.priority >= activity.priority && may_leave
     };
     match activity.rule? {
-        rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.mask())) => {
-            let of = if activity.cpus == Some(rule.mask()) { "" } else { ", the best one of its CPUs" };
-            let cpu = cpu_names(rule.mask());
+        rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.cpus())) => {
+            let of = if activity.cpus == Some(rule.cpus()) { "" } else { ", the best one of its CPUs" };
+            let cpu = cpu_names(rule.cpus());
             Some(format!("on {cpu}{of}, with all activities of higher or equal priority that may run there"))
         }
         CpuRule::Cpu(_) => None,
         rule @ CpuRule::Linked(_) => Some(format!(
             "on {} as if they were one CPU: activities have different affinities with several CPUs there",
-            cpu_names(rule.mask())
+            cpu_names(rule.cpus())
         )),
     }
 }
@@ -299,7 +301,7 @@ impl<'db> Overload<'db> {
             _ => None,
         })?;
         let is_counted = |it: &Task| {
-            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
+            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus.meets(cpu))
         };
         let of_activity = |it: &ActivityReport<'db>| {
             Some(Load { of: Row::activity(it), period: it.period, share: it.share? })

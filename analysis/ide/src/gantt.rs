@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{cpu_names, shortened};
-use mauve_timing::{Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
+use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
 
@@ -39,7 +39,7 @@ struct Lane<'a> {
     shown: String,
     /// None for throttling.
     priority: Option<u32>,
-    cpus: u64,
+    cpus: CpuSet,
     jobs: Vec<&'a Job>,
     slices: Vec<&'a Slice>,
 }
@@ -73,7 +73,7 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
         .collect();
     lanes.sort_by_key(|lane| {
         let priority = lane.priority.unwrap_or(u32::MAX);
-        (lane.cpus.trailing_zeros(), lane.cpus, Reverse(priority), lane.activity)
+        (lane.cpus.first(), lane.cpus, Reverse(priority), lane.activity)
     });
     lanes
 }
@@ -417,7 +417,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     /// `pilot, job 3 on CPU 1, 20 to 25 ms: Idle → Moving (go)`
     fn description(&self, lane: &Lane<'_>, slice: &Slice) -> String {
         let (name, job) = (&lane.name, slice.job);
-        let cpu = cpu_names(1 << slice.cpu);
+        let cpu = cpu_names(CpuSet::of(slice.cpu));
         let times = format!("{} to {}", slice.start.number(), slice.end);
         let Some((psm, edge)) = self.deployment.edge(slice) else {
             return match self.deployment.call(slice) {
@@ -447,11 +447,11 @@ impl<'a, 'db> Chart<'a, 'db> {
         };
         let used =
             self.schedule.slices.iter().filter(|slice| slice.activity < self.schedule.statistics.len());
-        let used = used.fold(0_u64, |all, slice| all | 1 << slice.cpu);
-        for cpu in (0..u64::BITS).filter(|cpu| used & (1 << cpu) != 0) {
-            entry(&bar(&colour(cpu), 0.0, 24.0), &cpu_names(1 << cpu));
+        let used: CpuSet = used.map(|slice| slice.cpu).collect();
+        for cpu in used.iter() {
+            entry(&bar(&colour(cpu), 0.0, 24.0), &cpu_names(CpuSet::of(cpu)));
         }
-        let first = used.trailing_zeros() % u64::BITS;
+        let first = used.first().unwrap_or_default();
         let line = "<path d=\"M8 -5 h8\" class=\"waits\"/>";
         entry(
             &format!("{}{line}{}", bar(&colour(first), 0.0, 8.0), bar(&colour(first), 16.0, 8.0)),

@@ -17,6 +17,7 @@ pub use earlier::EarlierFigures;
 pub use in_file::{hash_of_hints, inlay_hints};
 pub(crate) use programs::components_of;
 
+use mauve_timing::CpuSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};
 
 use mauve_hir::ProgramId;
@@ -96,7 +97,7 @@ enum Subject {
     /// The deadlines of a deployment.
     Deadlines,
     /// The CPUs of a deployment, a bit each.
-    Cpus(u64),
+    Cpus(CpuSet),
     /// The activity of an instance.
     Activity(Name),
     /// A program, a state or a transition of a core.

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect,
-    core as core_data, core_of, deployment, file_and_line, mask, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect, affinity,
+    core as core_data, core_of, deployment, file_and_line, values_in_effect,
 };
 use mauve_syntax::keywords::ActivityField;
-use mauve_timing::Time;
+use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -155,7 +155,7 @@ struct Activities<'db> {
     /// The first of each name.
     resolved: FxHashMap<&'db Name, &'db ResolvedActivity<'db>>,
     /// The first affinity that is written.
-    affinities: FxHashMap<&'db Name, Option<u64>>,
+    affinities: FxHashMap<&'db Name, Option<CpuSet>>,
     /// The properties and constants that are set, by the deployment or by an architecture.
     settings: FxHashMap<&'db Name, FxHashSet<&'db Name>>,
 }
@@ -169,7 +169,7 @@ impl<'db> Activities<'db> {
         let mut affinities = FxHashMap::default();
         for activity in data.into_iter().flat_map(|data| &data.activities) {
             if let Some(field) = activity.field(ActivityField::Affinity) {
-                affinities.entry(&activity.instance.name).or_insert_with(|| mask(&field.value));
+                affinities.entry(&activity.instance.name).or_insert_with(|| affinity(&field.value));
             }
         }
         let own = data.into_iter().flat_map(|data| &data.settings).filter_map(|it| it.endpoint.as_ref());
@@ -244,7 +244,7 @@ fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> mau
     // An activity without an affinity runs on the CPUs of the analysis.
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
-    let cpus = affinity.filter(|mask| *mask != 0 && *mask <= u64::from(u32::MAX));
+    let cpus = affinity.filter(|cpus| !cpus.is_empty() && u32::try_from(cpus.0).is_ok());
     mauve_timing::Task { cpus, ..resolved.task.clone() }
 }
 

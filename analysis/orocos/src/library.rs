@@ -1,14 +1,15 @@
 //! The packages of a project, one for each library with generated files, and their dependencies.
 
+use mauve_timing::CpuSet;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
+    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, affinity, catalogue, codel,
     component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
-    inference_of_core, mask, names_of, shell_of, type_of,
+    inference_of_core, names_of, shell_of, type_of,
 };
 use mauve_syntax::keywords::ActivityField;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -58,7 +59,7 @@ pub enum ProblemKind {
     /// The declaration of a component is incomplete.
     IncompleteComponent,
     /// An affinity names CPUs above 32, the last one that Orocos knows.
-    UnsupportedCpus(u64),
+    UnsupportedCpus(CpuSet),
     /// The table of a type in `mauve.toml` does not name its type in C++.
     UnmappedType(Name),
     /// The C++ type of this type, as written in the model, is unknown.
@@ -329,8 +330,8 @@ impl<'db> LibraryReader<'db> {
         for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
             for field in activity.fields.iter().filter(|it| it.name.name == ActivityField::Affinity.keyword())
             {
-                if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
-                    self.report(ProblemKind::UnsupportedCpus(mask), Location::Source(of, field.value_id));
+                if let Some(cpus) = affinity(&field.value).filter(|cpus| u32::try_from(cpus.0).is_err()) {
+                    self.report(ProblemKind::UnsupportedCpus(cpus), Location::Source(of, field.value_id));
                 }
             }
         }

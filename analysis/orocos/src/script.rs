@@ -11,6 +11,7 @@
 //! which the script ends: nothing after it is executed, and nothing runs. The deployer then tells by its exit code.
 
 use mauve_hir::Value;
+use mauve_timing::CpuSet;
 
 use crate::deployment::{BACKGROUND, Deployed, Streams, Task};
 use crate::escape::lua_string;
@@ -109,11 +110,11 @@ fn activity(task: &Task) -> Vec<String> {
         let call = format!("deployer:setWaitPeriodPolicy({quoted}, rtt.globals.ORO_WAIT_REL)");
         all.push(step(&call, &what));
     }
-    if let Some(mask) = activity.cpus {
+    if let Some(CpuSet(mask)) = activity.cpus {
         let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
         all.push(step(&format!("task({quoted}):setCpuAffinity({mask})"), &what));
     }
-    let mask = activity.cpus.unwrap_or_default();
+    let mask = activity.cpus.unwrap_or_default().0;
     all.push(step(&format!("task({quoted}):mauve_runs_as({priority}, {mask})"), &format!("start {name}")));
     all
 }

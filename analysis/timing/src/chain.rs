@@ -43,7 +43,7 @@
 //! ```
 
 use crate::lane::least_common_multiple;
-use crate::{Priority, Task, Tasks, Time};
+use crate::{CpuSet, Priority, Task, Tasks, Time};
 
 /// The maximum number of jobs that are followed along a chain of synchronised tasks.
 const MOST_JOBS: u64 = 1 << 16;
@@ -217,7 +217,7 @@ impl Tasks {
     /// Enters what a release of the `reader` relies on.
     fn relate(&self, step: &mut Step, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
         let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task)) else { return };
-        step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(u64::is_power_of_two);
+        step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(CpuSet::is_one);
         // What is in the buffer before data may be written by other statements, later in their jobs.
         if reader.buffer.is_some() {
             step.run = writer.response.as_nanos();
@@ -445,8 +445,8 @@ mod tests {
             users: vec![user(0), user(1)],
         };
         let others: [&dyn Fn(&mut Tasks); 6] = [
-            &|it| it.all[1].cpus = Some(2),
-            &|it| (it.all[0].cpus, it.all[1].cpus) = (Some(3), Some(3)),
+            &|it| it.all[1].cpus = Some(CpuSet(2)),
+            &|it| (it.all[0].cpus, it.all[1].cpus) = (Some(CpuSet(3)), Some(CpuSet(3))),
             &|it| it.all[1].priority = Priority::RealTime(2),
             &|it| it.all[0].priority = Priority::Unknown,
             &|it| {
@@ -468,7 +468,7 @@ mod tests {
         (pair.all[0].offset, pair.all[1].offset) = (Some(ms(230)), Some(ms(40)));
         let chain = [step(0, 10), step(1, 20)];
         assert_eq!(pair.latency(&chain, true).unwrap().latency, ms(130));
-        pair.all[1].cpus = Some(2);
+        pair.all[1].cpus = Some(CpuSet(2));
         assert_eq!(pair.latency(&chain, true).unwrap().latency, ms(230));
         // The common period is too long to follow.
         pair.all[1].period = Some(Time::from_nanos(99_999_999));

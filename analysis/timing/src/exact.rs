@@ -76,7 +76,7 @@ pub(crate) fn busy_window(
     search.varied.sort_by(|(one, of_one), (other, of_other)| {
         let key = |place: usize| {
             let member = members.get(place);
-            (Reverse(member.task.priority), member.period, member.jitter, member.task.mask())
+            (Reverse(member.task.priority), member.period, member.jitter, member.task.cpus())
         };
         let totals =
             |requests: &Requests| requests.nodes.iter().map(|node| node.totals.clone()).collect::<Vec<_>>();

@@ -404,7 +404,7 @@ impl Lane<'_, '_> {
         let mut has_several_cpus = false;
         for other in (0..self.members.len()).filter(|&other| self.priority(other) >= member.task.priority) {
             let of_other = self.members.get(other);
-            has_several_cpus |= !of_other.task.mask().is_power_of_two();
+            has_several_cpus |= !of_other.task.cpus().is_one();
             if of_other.waits > 0 {
                 let jobs = if other == place { jobs } else { of_other.jobs_released(window, None)? };
                 times += u128::from(jobs) * u128::from(of_other.waits);
@@ -425,7 +425,7 @@ impl Lane<'_, '_> {
             |&other: &usize| (has_own || other != place) && self.priority(other) >= member.task.priority;
         let others = || (0..self.members.len()).filter(counts).map(|other| self.members.get(other));
         let is_own = |other: &Member<'_>| other.index == member.index;
-        let has_several_cpus = has_own && others().any(|it| !it.task.mask().is_power_of_two());
+        let has_several_cpus = has_own && others().any(|it| !it.task.cpus().is_one());
         let times = |of: &Member<'_>| of.waits.saturating_add(u64::from(has_several_cpus && is_own(of)));
         if member.blocking == 0 || others().all(|it| times(it) == 0) {
             return None;

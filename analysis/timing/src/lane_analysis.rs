@@ -195,7 +195,7 @@ impl<'a> Lane<'_, 'a> {
         for group in places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)) {
             for &place in group {
                 utilisation.push(share(place));
-                several_cpus |= !self.members.get(place).task.mask().is_power_of_two();
+                several_cpus |= !self.members.get(place).task.cpus().is_one();
             }
             let all = compare(&utilisation, None, &mut exact_left);
             // The whole group or none: the order within the group must not matter.
@@ -576,7 +576,7 @@ mod tests {
     use super::*;
     use crate::response_time::Lanes;
     use crate::testing::{machine, simple, task};
-    use crate::{Options, Priority, StateMachine, Task, Waits, response_times};
+    use crate::{CpuSet, Options, Priority, StateMachine, Task, Waits, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
         response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses
@@ -667,7 +667,7 @@ mod tests {
     fn the_best_method_depends_on_the_number_of_tasks() {
         let hp = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
         let mut tasks = vec![task(2, 3, hp), simple(1, 5, 1)];
-        let elsewhere = || Task { cpus: Some(2), ..simple(1, 1000, 1) };
+        let elsewhere = || Task { cpus: Some(CpuSet(2)), ..simple(1, 1000, 1) };
         tasks.resize_with(256, elsewhere);
         let found = analyse(&tasks, Method::Best).swap_remove(1);
         assert_eq!((found.bound, found.method, found.is_exhausted), (response(8), Method::Exact, false));

@@ -21,6 +21,7 @@
 //! | `level.rs` | [`Level`]: how probable it is that a time is exceeded |
 //! | `table.rs` | [`Table`]: execution times by codel, program and component, in TOML |
 //! | `observed.rs` | [`Observed`]: what recordings of a robot showed, in TOML |
+//! | `cpu_set.rs` | [`CpuSet`]: up to 128 CPUs |
 //! | `machine.rs` | [`StateMachine`]: states and edges, one edge a period |
 //! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
 //! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
@@ -54,6 +55,7 @@
 
 mod breakdown;
 mod chain;
+mod cpu_set;
 mod cycle_mean;
 mod exact;
 mod execution_bound;
@@ -86,6 +88,7 @@ mod write_time;
 
 pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
+pub use cpu_set::CpuSet;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};

@@ -20,7 +20,7 @@
 //! may take a lock again: see `Lane::blocking`.
 
 use crate::response_time::linked_cpus;
-use crate::{Blocking, Demand, Lock, LockUser, Priority, Protocol, Task, TaskKind, Tasks, Time};
+use crate::{Blocking, CpuSet, Demand, Lock, LockUser, Priority, Protocol, Task, TaskKind, Tasks, Time};
 
 impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
@@ -67,7 +67,7 @@ impl Tasks {
         raised
     }
 
-    fn blocking_of(&self, of: usize, linked: Option<u64>, raised: &[Task]) -> Blocking {
+    fn blocking_of(&self, of: usize, linked: Option<CpuSet>, raised: &[Task]) -> Blocking {
         let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO) };
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
             if users.len() < 2 || !users.iter().any(|user| user.task == of) {
@@ -91,14 +91,14 @@ impl Tasks {
     }
 
     /// B of the task `of`.
-    fn time_of(&self, of: usize, task: &Task, linked: Option<u64>) -> Blocking {
+    fn time_of(&self, of: usize, task: &Task, linked: Option<CpuSet>) -> Blocking {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
         let (mut of_ceilings, mut of_locks, mut of_tasks) = (0, 0u64, vec![0; self.all.len()]);
         let mut first_lock = None;
         let unraised = self.least_unraised(task);
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
             // Locks that are used on other CPUs, or on several, where nothing is analysed.
-            let Some(cpus) = self.cpus_of(users).filter(|cpus| cpus & task.mask() != 0) else { continue };
+            let Some(cpus) = self.cpus_of(users).filter(|cpus| cpus.meets(task.cpus())) else { continue };
             let below = match self.has_user_above(users, task) {
                 true => task,
                 // A ceiling may be that of a lower priority that holds a lock without a protocol.
@@ -109,7 +109,7 @@ impl Tasks {
             };
             let mut of_lock = 0;
             for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, below)) {
-                if linked.is_some() || task.mask() & !cpus != 0 {
+                if linked.is_some() || !(task.cpus() - cpus).is_empty() {
                     return Blocking::Migrates { lock };
                 }
                 let Some(held) = held.map(Time::as_nanos) else {
@@ -128,7 +128,7 @@ impl Tasks {
         }
         let of_tasks = of_tasks.into_iter().fold(0u64, u64::saturating_add);
         let blocking = of_locks.min(of_tasks).saturating_add(of_ceilings);
-        let interferes = |other: &Task| other.priority >= task.priority && other.mask() & task.mask() != 0;
+        let interferes = |other: &Task| other.priority >= task.priority && other.cpus().meets(task.cpus());
         let waits_often = |other: &Task| {
             interferes(other) && other.waits.as_ref().is_some_and(|waits| waits.times.is_none())
         };
@@ -149,7 +149,7 @@ impl Tasks {
         let is_without = |lock: &&Lock| {
             let cpus = self.cpus_of(&lock.users).unwrap_or_default();
             lock.protocol == Protocol::None
-                && cpus & task.mask() != 0
+                && cpus.meets(task.cpus())
                 && self.has_user_above(&lock.users, task)
         };
         let users = self.locks.iter().filter(is_without).flat_map(|lock| &lock.users);
@@ -157,11 +157,11 @@ impl Tasks {
         below.filter_map(|user| self.all.get(user.task)).min_by_key(|holder| holder.priority)
     }
 
-    /// Returns the CPU that all users of a lock run on, as a mask; `None` if they are several, or unknown.
-    fn cpus_of(&self, users: &[LockUser]) -> Option<u64> {
+    /// Returns the CPU that all users of a lock run on; `None` if they are several, or unknown.
+    fn cpus_of(&self, users: &[LockUser]) -> Option<CpuSet> {
         let cpus = |user: &LockUser| self.all.get(user.task)?.cpus;
-        let all = users.iter().try_fold(0, |all, user| Some(all | cpus(user)?))?;
-        Some(all).filter(|cpus| cpus.is_power_of_two())
+        let all: CpuSet = users.iter().map(cpus).collect::<Option<_>>()?;
+        Some(all).filter(|cpus| cpus.is_one())
     }
 
     /// Whether the task `other` may have a lower priority than `task`.
@@ -185,7 +185,7 @@ impl Tasks {
             let is_other = index != of && index != holder && self.kind(index) != TaskKind::Throttling;
             // The thread of the holder executes no other job before that of the holder.
             let is_other = is_other && !held_by.is_mate(it);
-            is_other && is_in && is_below && it.mask() & held_by.mask() != 0
+            is_other && is_in && is_below && it.cpus().meets(held_by.cpus())
         };
         let between: Vec<usize> =
             raised.iter().enumerate().filter(is_between).map(|(index, _)| index).collect();
@@ -253,9 +253,9 @@ mod tests {
         assert_eq!(blocking(three(), &unknown), [is_unknown.clone(), is_unknown, time(0), time(0)]);
         let locks = [lock(Protocol::Ceiling, &[(0, Some(1)), (2, Some(5))])];
         let mut tasks = three();
-        tasks[1].cpus = Some(0b11);
+        tasks[1].cpus = Some(CpuSet(0b11));
         assert_eq!(blocking(tasks.clone(), &locks)[..2], [time(5), Blocking::Migrates { lock: 0 }]);
-        tasks[2].cpus = Some(0b10);
+        tasks[2].cpus = Some(CpuSet(0b10));
         let several = Blocking::SeveralCpus { lock: 0 };
         assert_eq!(blocking(tasks, &locks), [several.clone(), time(0), several, time(0)]);
         let mut tasks = three();
@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn a_holder_on_several_cpus_has_the_highest_priority_of_the_users() {
         let mut tasks = three();
-        tasks[0].cpus = Some(0b10);
+        tasks[0].cpus = Some(CpuSet(0b10));
         let locks = [
             lock(Protocol::None, &[(2, Some(1)), (3, Some(1))]),
             lock(Protocol::Inheritance, &[(0, Some(1)), (2, Some(5))]),

@@ -7,7 +7,8 @@
 
 use crate::simulation::Random;
 use crate::{
-    ChainStep, Edge, Executed, Schedule, Script, ScriptedTask, SimulationOptions, Slice, Task, Tasks, Time,
+    ChainStep, CpuSet, Edge, Executed, Schedule, Script, ScriptedTask, SimulationOptions, Slice, Task, Tasks,
+    Time,
 };
 
 /// A way of data along a chain, with the schedule in which it occurs.
@@ -252,7 +253,7 @@ impl<'a> Search<'a> {
             if let Some(before) = passes.last() {
                 let cpus =
                     [before.task, step.task].map(|task| self.tasks.all().get(task).and_then(|it| it.cpus));
-                let is_one_cpu = cpus[0] == cpus[1] && cpus[0].is_some_and(u64::is_power_of_two);
+                let is_one_cpu = cpus[0] == cpus[1] && cpus[0].is_some_and(CpuSet::is_one);
                 // On another CPU, a job that starts with the end of the write may have read before it.
                 started =
                     jobs.partition_point(|job| job.start < arrival || (job.start == arrival && !is_one_cpu));
@@ -325,7 +326,7 @@ mod tests {
         let tasks = Tasks::new(vec![simple(2, 10, 4), simple(1, 30, 11)]);
         assert_eq!(found(&tasks, &[step(0, 1, 4), step(1, 1, 19)], &[]).0, 10 + 30 + 19 - 1);
         // On two CPUs, the run of the writer counts.
-        let on = |cpus, task: Task| Task { cpus: Some(cpus), ..task };
+        let on = |cpus, task: Task| Task { cpus: Some(CpuSet(cpus)), ..task };
         let tasks = Tasks::new(vec![on(1, simple(2, 10, 4)), on(2, simple(1, 30, 11))]);
         assert_eq!(found(&tasks, &[step(0, 1, 4), step(1, 1, 11)], &[]).0, 10 + 4 + 30 + 11);
     }

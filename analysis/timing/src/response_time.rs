@@ -4,7 +4,9 @@ use std::collections::HashSet;
 use std::rc::Rc;
 
 use crate::lane::{Lane, Member, Members};
-use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Priority, Response, Task, Time, Utilisation};
+use crate::{
+    Analysis, Bound, CpuLoad, CpuRule, CpuSet, Options, Priority, Response, Task, Time, Utilisation,
+};
 
 /// Returns the worst-case response time of each of `tasks`: a bound that no schedule exceeds, or the reason why there
 /// is none.
@@ -76,9 +78,9 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
     let Lanes { members, unknown, linked, .. } = lanes;
     let not_analysed = |index: usize| {
         let task = &tasks[index];
-        let scope = linked[index].unwrap_or(task.mask());
+        let scope = linked[index].unwrap_or(task.cpus());
         let delays = |&other: &usize| {
-            other == index || tasks[other].priority >= task.priority && tasks[other].mask() & scope != 0
+            other == index || tasks[other].priority >= task.priority && tasks[other].cpus().meets(scope)
         };
         Response {
             own: task.demand.own(options.method),
@@ -90,7 +92,8 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
             window: None,
             method: options.method,
             is_exhausted: false,
-            rule: linked[index].map_or(CpuRule::Cpu(task.mask().trailing_zeros()), CpuRule::Linked),
+            rule: linked[index]
+                .map_or(CpuRule::Cpu(task.cpus().first().unwrap_or(CpuSet::MOST)), CpuRule::Linked),
         }
     };
     let responses = best.into_iter().enumerate();
@@ -100,7 +103,7 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
         let may_be_met = |best: &Response| {
             best.status(task.deadline) != crate::Status::Met
                 && unknown.iter().any(|&other| {
-                    tasks[other].priority >= task.priority && tasks[other].mask() & task.mask() != 0
+                    tasks[other].priority >= task.priority && tasks[other].cpus().meets(task.cpus())
                 })
         };
         best.filter(|best| !may_be_met(best)).unwrap_or_else(|| not_analysed(index))
@@ -118,7 +121,7 @@ pub(crate) struct Lanes<'a> {
     /// The other real-time tasks.
     unknown: Vec<usize>,
     /// See [`linked_cpus`].
-    linked: Vec<Option<u64>>,
+    linked: Vec<Option<CpuSet>>,
     plans: Vec<Plan>,
 }
 
@@ -169,18 +172,18 @@ impl<'a> Lanes<'a> {
 
 /// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
 /// where one of these may use several CPUs, and tasks of any priority have different sets of several CPUs there.
-pub(crate) fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
-    let mixed = linked(tasks.iter().map(Task::mask)).filter(|group| group.is_mixed);
-    let mixed = mixed.fold(0, |all, group| all | group.cpus);
+pub(crate) fn linked_cpus(tasks: &[Task]) -> Vec<Option<CpuSet>> {
+    let mixed = linked(tasks.iter().map(Task::cpus)).filter(|group| group.is_mixed);
+    let mixed: CpuSet = mixed.map(|group| group.cpus).collect();
     let mut by_priority: Vec<usize> =
-        (0..tasks.len()).filter(|&task| tasks[task].mask() & mixed != 0).collect();
+        (0..tasks.len()).filter(|&task| tasks[task].cpus().meets(mixed)).collect();
     by_priority.sort_by_key(|&task| std::cmp::Reverse(tasks[task].priority));
     let mut groups: Vec<LinkedCpus> = Vec::new();
     let mut found = vec![None; tasks.len()];
     for level in by_priority.chunk_by(|&a, &b| tasks[a].priority == tasks[b].priority) {
-        level.iter().for_each(|&task| link(&mut groups, tasks[task].mask()));
+        level.iter().for_each(|&task| link(&mut groups, tasks[task].cpus()));
         for &task in level {
-            let group = groups.iter().find(|group| group.cpus & tasks[task].mask() != 0);
+            let group = groups.iter().find(|group| group.cpus.meets(tasks[task].cpus()));
             found[task] = group.filter(|group| group.several.is_some()).map(|group| group.cpus);
         }
     }
@@ -189,26 +192,26 @@ pub(crate) fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
 
 /// CPUs that tasks link.
 pub(crate) struct LinkedCpus {
-    pub(crate) cpus: u64,
+    pub(crate) cpus: CpuSet,
     /// The set of several CPUs that a task has; that of any, if they differ.
-    several: Option<u64>,
+    several: Option<CpuSet>,
     /// Whether tasks have different sets of several CPUs.
     is_mixed: bool,
 }
 
-/// Returns the CPUs that these masks link.
-pub(crate) fn linked(masks: impl Iterator<Item = u64>) -> impl Iterator<Item = LinkedCpus> {
+/// Returns the CPUs that these sets link.
+pub(crate) fn linked(sets: impl Iterator<Item = CpuSet>) -> impl Iterator<Item = LinkedCpus> {
     let mut groups = Vec::new();
-    masks.for_each(|mask| link(&mut groups, mask));
+    sets.for_each(|cpus| link(&mut groups, cpus));
     groups.into_iter()
 }
 
 /// Links the CPUs of a task.
-fn link(groups: &mut Vec<LinkedCpus>, cpus: u64) {
-    let several = Some(cpus).filter(|cpus| cpus.count_ones() > 1);
+fn link(groups: &mut Vec<LinkedCpus>, cpus: CpuSet) {
+    let several = Some(cpus).filter(|cpus| cpus.len() > 1);
     let mut linked = LinkedCpus { cpus, several, is_mixed: false };
     groups.retain(|group| {
-        let is_separate = group.cpus & linked.cpus == 0;
+        let is_separate = !group.cpus.meets(linked.cpus);
         if !is_separate {
             let differs = group.several.zip(linked.several).is_some_and(|(one, other)| one != other);
             linked.is_mixed |= group.is_mixed || differs;
@@ -254,7 +257,7 @@ impl Plan {
         priority: Option<Priority>,
     ) -> Plan {
         let is_in = |task: &Task| {
-            task.mask() & rule.mask() != 0 && priority.is_none_or(|least| task.priority >= least)
+            task.cpus().meets(rule.cpus()) && priority.is_none_or(|least| task.priority >= least)
         };
         Plan {
             rule,
@@ -264,7 +267,7 @@ impl Plan {
         }
     }
 
-    fn wants(&self, tasks: &[Task], linked: &[Option<u64>], task: usize) -> bool {
+    fn wants(&self, tasks: &[Task], linked: &[Option<CpuSet>], task: usize) -> bool {
         let priority = tasks[task].priority;
         let has_rule = match self.rule {
             CpuRule::Cpu(_) => linked[task].is_none(),
@@ -275,18 +278,18 @@ impl Plan {
 }
 
 /// Returns the lanes: one for each CPU, and one for each priority of tasks on linked CPUs. CPUs with the same tasks have one lane.
-fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Option<u64>]) -> Vec<Plan> {
+fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Option<CpuSet>]) -> Vec<Plan> {
     let unknown = || unknown.iter().map(|&task| &tasks[task]);
-    let used = members.iter().fold(0, |all, member| all | member.task.mask());
+    let used: CpuSet = members.iter().map(|member| member.task.cpus()).collect();
     let mut plans: Vec<Plan> = Vec::new();
     let mut seen = HashSet::new();
-    for cpu in (0..64).filter(|cpu| used & (1 << cpu) != 0) {
+    for cpu in used.iter() {
         let plan = Plan::new(members, unknown(), CpuRule::Cpu(cpu), None);
         if seen.insert((plan.members.clone(), plan.unknown)) {
             plans.push(plan);
         }
     }
-    let mut of_linked: Vec<(u64, Priority)> =
+    let mut of_linked: Vec<(CpuSet, Priority)> =
         tasks.iter().zip(linked).filter_map(|(task, linked)| Some(((*linked)?, task.priority))).collect();
     of_linked.sort_unstable();
     of_linked.dedup();
@@ -319,15 +322,15 @@ fn better(one: Option<Response>, other: Response) -> Response {
 
 /// Returns the utilisation of each CPU, or of the CPUs together that tasks of known demand link.
 fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
-    let groups = linked(members.iter().map(|member| member.task.mask()));
-    let mut groups: Vec<u64> = groups.map(|group| group.cpus).collect();
-    groups.sort_unstable_by_key(|group| group.trailing_zeros());
-    let load = |mask: u64| CpuLoad {
-        mask,
+    let groups = linked(members.iter().map(|member| member.task.cpus()));
+    let mut groups: Vec<CpuSet> = groups.map(|group| group.cpus).collect();
+    groups.sort_unstable_by_key(|group| group.first());
+    let load = |cpus: CpuSet| CpuLoad {
+        cpus,
         utilisation: Utilisation::sum(
-            members.iter().filter(|member| member.task.mask() & mask != 0).map(Member::executed_share),
+            members.iter().filter(|member| member.task.cpus().meets(cpus)).map(Member::executed_share),
         ),
-        complete: !unknown.iter().any(|&task| tasks[task].mask() & mask != 0),
+        complete: !unknown.iter().any(|&task| tasks[task].cpus().meets(cpus)),
     };
     groups.into_iter().map(load).collect()
 }
@@ -352,8 +355,8 @@ mod tests {
         task(name, priority, period, StateMachine::single(Time::from_nanos(cost)))
     }
 
-    fn unknown(name: &str, priority: u32, cpus: u64) -> Task {
-        Task { demand: Demand::Unknown, cpus: Some(cpus), ..single(name, priority, 10, 0) }
+    fn unknown(name: &str, priority: u32, cpus: u128) -> Task {
+        Task { demand: Demand::Unknown, cpus: Some(CpuSet(cpus)), ..single(name, priority, 10, 0) }
     }
 
     fn analyse(tasks: &[Task], options: Options) -> Analysis {
@@ -434,8 +437,7 @@ mod tests {
         }
         for load in &analysis.cpus {
             let complete = if load.complete { "" } else { " at least" };
-            let cpus: Vec<String> =
-                (0..64).filter(|cpu| load.mask & (1 << cpu) != 0).map(|cpu: u32| cpu.to_string()).collect();
+            let cpus: Vec<String> = load.cpus.iter().map(|cpu| cpu.to_string()).collect();
             lines.push_str(&format!("cpu {}{complete} {:.3}\n", cpus.join("+"), load.utilisation.as_f64()));
         }
         lines
@@ -561,7 +563,7 @@ mod tests {
             single("half", 3, 10, 5),
             single("more", 2, 10, 6),
             single("below", 1, 100, 1),
-            Task { cpus: Some(2), ..single("elsewhere", 0, 100, 1) },
+            Task { cpus: Some(CpuSet(2)), ..single("elsewhere", 0, 100, 1) },
         ];
         check(
             &tasks,
@@ -618,7 +620,7 @@ mod tests {
             single("above", 5, 10, 1),
             unknown("lost", 4, 1),
             single("equal", 4, 10, 1),
-            Task { cpus: Some(2), ..single("elsewhere", 1, 10, 1) },
+            Task { cpus: Some(CpuSet(2)), ..single("elsewhere", 1, 10, 1) },
             unknown("lower", 3, 1),
             single("below", 2, 10, 1),
         ];
@@ -641,11 +643,11 @@ mod tests {
     #[test]
     fn what_counts_as_unknown() {
         let tasks = [
-            Task { cpus: Some(3), ..single("two", 3, 10, 1) },
-            Task { cpus: Some(0), ..single("none", 3, 10, 1) },
+            Task { cpus: Some(CpuSet(3)), ..single("two", 3, 10, 1) },
+            Task { cpus: Some(CpuSet(0)), ..single("none", 3, 10, 1) },
             single("never", 3, 0, 1),
-            Task { cpus: Some(2), ..single("one", 1, 10, 1) },
-            Task { cpus: Some(4), ..single("other", 1, 10, 1) },
+            Task { cpus: Some(CpuSet(2)), ..single("one", 1, 10, 1) },
+            Task { cpus: Some(CpuSet(4)), ..single("other", 1, 10, 1) },
         ];
         check(
             &tasks,
@@ -664,7 +666,7 @@ mod tests {
 
     #[test]
     fn the_first_of_equal_cpus_is_reported() {
-        let on = |cpus, task: Task| Task { cpus: Some(cpus), ..task };
+        let on = |cpus, task: Task| Task { cpus: Some(CpuSet(cpus)), ..task };
         let rule_and_bound = |tasks: &[Task]| {
             let found = analyse(tasks, PSM).responses.swap_remove(0);
             (found.rule, found.bound)
@@ -836,23 +838,22 @@ mod tests {
         }
 
         fn is_known(task: &Task) -> bool {
-            task.mask() != 0 && task.period > Some(Time::ZERO) && task.demand != Demand::Unknown
+            !task.cpus().is_empty() && task.period > Some(Time::ZERO) && task.demand != Demand::Unknown
         }
 
         /// The CPUs that tasks of at least the priority link to those of `task`, if these have sets of several CPUs, and all
         /// tasks that are linked have different ones.
-        pub(super) fn linked(tasks: &[Task], task: &Task) -> Option<u64> {
+        pub(super) fn linked(tasks: &[Task], task: &Task) -> Option<CpuSet> {
             let linked = |priority: Priority| {
                 let above = || tasks.iter().filter(move |other| other.priority >= priority);
-                let mut cpus = task.mask();
+                let mut cpus = task.cpus();
                 while let Some(more) =
-                    above().find(|other| other.mask() & cpus != 0 && other.mask() & !cpus != 0)
+                    above().find(|other| other.cpus().meets(cpus) && !(other.cpus() - cpus).is_empty())
                 {
-                    cpus |= more.mask();
+                    cpus |= more.cpus();
                 }
-                let several =
-                    above().map(|other| other.mask()).filter(|it| it & cpus != 0 && it.count_ones() > 1);
-                (cpus, several.collect::<std::collections::BTreeSet<u64>>().len())
+                let several = above().map(|other| other.cpus()).filter(|it| it.meets(cpus) && it.len() > 1);
+                (cpus, several.collect::<std::collections::BTreeSet<CpuSet>>().len())
             };
             let (cpus, several) = linked(task.priority);
             (several > 0 && linked(Priority::RealTime(0)).1 > 1).then_some(cpus)
@@ -862,25 +863,24 @@ mod tests {
         pub(super) fn response(tasks: &[Task], index: usize, method: Method) -> Option<Found> {
             let task = &tasks[index];
             let linked = linked(tasks, task);
-            let at_least_as_urgent = |scope: u64| {
+            let at_least_as_urgent = |scope: CpuSet| {
                 let is_in = move |other: &usize| {
                     *other != index
                         && tasks[*other].priority >= task.priority
-                        && tasks[*other].mask() & scope != 0
+                        && tasks[*other].cpus().meets(scope)
                 };
                 (0..tasks.len()).filter(is_in)
             };
-            let unknown = |scope: u64| -> Vec<usize> {
+            let unknown = |scope: CpuSet| -> Vec<usize> {
                 let others =
                     at_least_as_urgent(scope).chain([index]).filter(|&other| !is_known(&tasks[other]));
                 let mut unknown: Vec<usize> = others.collect();
                 unknown.sort_unstable();
                 unknown
             };
-            let cpus = (0..64).map(|cpu| 1 << cpu).filter(|cpu| task.mask() & cpu != 0);
-            let scopes: Vec<u64> = linked.map_or_else(|| cpus.collect(), |cpus| vec![cpus]);
-            let clean: Vec<u64> = scopes.into_iter().filter(|&scope| unknown(scope).is_empty()).collect();
-            let because = unknown(linked.unwrap_or(task.mask()));
+            let scopes: Vec<CpuSet> = linked.map_or_else(|| task.cpus().each().collect(), |cpus| vec![cpus]);
+            let clean: Vec<CpuSet> = scopes.into_iter().filter(|&scope| unknown(scope).is_empty()).collect();
+            let because = unknown(linked.unwrap_or(task.cpus()));
             let not_analysed = Found {
                 first_job: None,
                 bound: Bound::NotAnalysed { because: because.clone() },
@@ -912,7 +912,7 @@ mod tests {
             worst.map(|it| Found { first_job, ..it })
         }
 
-        fn on_one_cpu(task: &Task, hp: &[&Task], method: Method, scope: u64) -> Option<Found> {
+        fn on_one_cpu(task: &Task, hp: &[&Task], method: Method, scope: CpuSet) -> Option<Found> {
             let all: Vec<&Task> = hp.iter().copied().chain([task]).collect();
             let (load_hp, load_all) = (load(hp, method), load(&all, method));
             let own = demands(task, method);
@@ -927,10 +927,10 @@ mod tests {
                     own[job as usize].max(1) + interference.sum::<u64>() == length
                 })
             };
-            let several_cpus = all.iter().any(|task| task.mask().count_ones() > 1);
+            let several_cpus = all.iter().any(|task| task.cpus().len() > 1);
             let overloaded = match several_cpus {
                 true => Bound::NoBound(NoBoundReason::SeveralCpus),
-                false => Bound::Unbounded { cpu: scope.trailing_zeros() },
+                false => Bound::Unbounded { cpu: scope.first().unwrap() },
             };
             let fully_loaded = Bound::NoBound(NoBoundReason::FullyLoaded);
             if load_hp != Ordering::Less {
@@ -1058,7 +1058,7 @@ mod tests {
             period in 1..16u64,
             deadline in 1..20u64,
             jitter in prop_oneof![3 => Just(0u64), 1 => 1..20u64],
-            cpus in prop_oneof![20 => Just(1u64), 4 => Just(2u64), 4 => Just(3u64), 1 => Just(0u64), 2 => 1..8u64],
+            cpus in prop_oneof![20 => Just(1u128), 4 => Just(2u128), 4 => Just(3u128), 1 => Just(0u128), 2 => 1..8u128],
             demand in demands(),
         ) -> Task {
             Task {
@@ -1066,7 +1066,7 @@ mod tests {
                 period: Some(Time::from_nanos(period)),
                 deadline: Some(Time::from_nanos(deadline)),
                 jitter: Time::from_nanos(jitter),
-                cpus: Some(cpus),
+                cpus: Some(CpuSet(cpus)),
                 demand,
                 ..Task::default()
             }

@@ -61,7 +61,7 @@ impl SetAnalysis {
     pub fn utilisation_above(&self, task: usize) -> Option<f64> {
         let of = self.tasks.all.get(task)?;
         let tasks = self.tasks.all.iter().zip(&self.shares);
-        let above = tasks.filter(|(it, _)| it.priority >= of.priority && it.mask() & of.mask() != 0);
+        let above = tasks.filter(|(it, _)| it.priority >= of.priority && it.cpus().meets(of.cpus()));
         Some(above.map(|(_, share)| share).sum())
     }
 }
@@ -79,7 +79,7 @@ fn share(task: &Task, method: Method) -> f64 {
 mod tests {
     use super::*;
     use crate::testing::machine;
-    use crate::{Breakdown, Demand, Priority, StateMachine, THROTTLING, TaskKind, Time};
+    use crate::{Breakdown, CpuSet, Demand, Priority, StateMachine, THROTTLING, TaskKind, Time};
 
     const MS: u64 = 1_000_000;
 
@@ -87,9 +87,9 @@ mod tests {
         Time::from_nanos(time * MS)
     }
 
-    fn activity(name: &str, priority: Priority, cpus: u64, cost: u64) -> Task {
+    fn activity(name: &str, priority: Priority, cpus: u128, cost: u64) -> Task {
         let task = Task::new(1, ms(100), StateMachine::single(ms(cost)));
-        Task { name: name.into(), priority, cpus: Some(cpus), ..task }
+        Task { name: name.into(), priority, cpus: Some(CpuSet(cpus)), ..task }
     }
 
     /// Two activities on CPU 0, an activity and other work on CPU 1, and one of unknown demand on CPU 2.
@@ -106,7 +106,7 @@ mod tests {
 
     fn with_network(activities: Vec<Task>, is_throttled: bool) -> Tasks {
         let network = Task::new(5, ms(30), StateMachine::single(ms(5)));
-        let network = Task { name: "network".into(), cpus: Some(2), ..network };
+        let network = Task { name: "network".into(), cpus: Some(CpuSet(2)), ..network };
         Tasks::new(activities).with_platform(vec![network], is_throttled)
     }
 
@@ -130,8 +130,8 @@ mod tests {
         assert_eq!(found.responses[0].bound, Bound::Background);
         assert_eq!(found.responses[3].bound, Bound::NotAnalysed { because: vec![3] });
         assert!((0..5).all(|task| found.share(task).is_none()));
-        let masks: Vec<u64> = found.cpus.iter().map(|load| load.mask).collect();
-        assert_eq!(masks, [1, 2]);
+        let cpus: Vec<CpuSet> = found.cpus.iter().map(|load| load.cpus).collect();
+        assert_eq!(cpus, [CpuSet(1), CpuSet(2)]);
 
         let lift = &found.responses[4];
         let options = options(Method::Psm);

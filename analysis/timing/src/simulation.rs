@@ -257,14 +257,14 @@ mod tests {
     use super::*;
     use crate::tasks::THROTTLED;
     use crate::testing::{self, machine};
-    use crate::{Demand, Lock, LockUser, Operation, Protocol, StateMachine, Waits};
+    use crate::{CpuSet, Demand, Lock, LockUser, Operation, Protocol, StateMachine, Waits};
     use expect_test::{Expect, expect};
 
-    fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Task {
-        Task { cpus: Some(cpus), ..testing::task(priority, period, machine) }
+    fn activity(priority: u32, period: u64, cpus: u128, machine: StateMachine) -> Task {
+        Task { cpus: Some(CpuSet(cpus)), ..testing::task(priority, period, machine) }
     }
 
-    fn simple(priority: u32, period: u64, cpus: u64, cost: u64) -> Task {
+    fn simple(priority: u32, period: u64, cpus: u128, cost: u64) -> Task {
         activity(priority, period, cpus, StateMachine::single(Time::from_nanos(cost)))
     }
 
@@ -554,7 +554,7 @@ mod tests {
         let unscripted = schedule.left_out.iter().filter(|(_, why)| *why == LeftOut::Unscripted);
         assert_eq!((unscripted.count(), schedule.jobs.len()), (1, 0));
         let stopped = Task { period: Some(Time::ZERO), ..simple(1, 5, 1, 1) };
-        let nowhere = Task { cpus: Some(0), ..simple(1, 5, 1, 1) };
+        let nowhere = Task { cpus: Some(CpuSet::NONE), ..simple(1, 5, 1, 1) };
         let never = Tasks::new(vec![stopped, nowhere]);
         let left_out = [0, 1].map(|index| (index, LeftOut::Unknown));
         assert_eq!(never.simulate(&worst(10), &|| ()).left_out, left_out);
@@ -568,7 +568,7 @@ mod tests {
         let set = set(vec![simple(1, 10, 1, 4)]);
         let schedule = set.simulate(&SimulationOptions { most_events: 3, ..worst(1000) }, &|| ());
         assert_eq!((schedule.end.as_nanos(), schedule.jobs.len()), (10, 2));
-        let long = simple(1, u64::MAX, u64::MAX, u64::MAX);
+        let long = simple(1, u64::MAX, u128::MAX, u64::MAX);
         let all = Tasks::new(vec![long.clone(), long]);
         for simultaneous in [false, true] {
             let schedule = all.simulate(&SimulationOptions { simultaneous, ..worst(u64::MAX) }, &|| ());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use crate::{CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
+use crate::{CpuSet, CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
 
 /// The priority of a task. A greater one is a higher priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -51,8 +51,8 @@ pub struct Task {
     pub offset: Option<Time>,
     /// The number of the clock that the offset counts on: only tasks of one number share a clock.
     pub clock: u32,
-    /// The CPUs on which the task may run: bit n for CPU n; `None` if unknown.
-    pub cpus: Option<u64>,
+    /// The CPUs on which the task may run; `None` if unknown.
+    pub cpus: Option<CpuSet>,
     /// The demand of its jobs. [`Demand::Unknown`] if any other property of the task is unusable.
     pub demand: Demand,
     /// What of the demand its jobs wait for, off the CPU; `None` if they do not wait.
@@ -166,14 +166,14 @@ impl Task {
     ///
     /// let machine = StateMachine::single(Time::from_nanos(4));
     /// let laser = Task { name: "laser".into(), ..Task::new(2, Time::from_nanos(10), machine) };
-    /// assert_eq!((laser.cpus, laser.deadline), (Some(1), laser.period));
+    /// assert_eq!((laser.cpus, laser.deadline), (Some(CpuSet::of(0)), laser.period));
     /// ```
     pub fn new(priority: u32, period: Time, machine: StateMachine) -> Task {
         Task {
             priority: Priority::RealTime(priority),
             period: Some(period),
             deadline: Some(period),
-            cpus: Some(1),
+            cpus: Some(CpuSet::of(0)),
             demand: Demand::Machine { machine, whole: None },
             ..Task::default()
         }
@@ -234,13 +234,13 @@ impl Task {
     }
 
     /// Returns the CPUs on which it competes with real-time tasks: all if they are unknown, none in the background.
-    pub(crate) fn mask(&self) -> u64 {
-        if self.priority == Priority::Background { 0 } else { self.cpus.unwrap_or(u64::MAX) }
+    pub(crate) fn cpus(&self) -> CpuSet {
+        if self.priority == Priority::Background { CpuSet::NONE } else { self.cpus.unwrap_or(CpuSet::ALL) }
     }
 
     /// Whether the task can be analysed.
     pub(crate) fn is_known(&self) -> bool {
-        self.demand != Demand::Unknown && self.mask() != 0 && self.period > Some(Time::ZERO)
+        self.demand != Demand::Unknown && !self.cpus().is_empty() && self.period > Some(Time::ZERO)
     }
 
     /// Whether it is a real-time task that cannot be analysed.
@@ -299,17 +299,16 @@ pub enum CpuRule {
     /// Those of higher or equal priority that may run on this CPU, of those on which the task may run the one with the least
     /// response time. For tasks on one CPU each, this is the usual rule.
     Cpu(u32),
-    /// Those of higher or equal priority that share these CPUs, a bit each, as if they were one: where tasks have different
+    /// Those of higher or equal priority that share these CPUs, as if they were one: where tasks have different
     /// sets of several CPUs, Linux may let one wait while a CPU of its set runs a task of lower priority.
-    Linked(u64),
+    Linked(CpuSet),
 }
 
 impl CpuRule {
-    /// Returns the CPUs, a bit each, as in [`Task::cpus`].
-    pub fn mask(self) -> u64 {
+    /// Returns the CPUs; none for a task without a CPU.
+    pub fn cpus(self) -> CpuSet {
         match self {
-            // A task without a CPU counts none.
-            CpuRule::Cpu(cpu) => 1_u64.checked_shl(cpu).unwrap_or_default(),
+            CpuRule::Cpu(cpu) => CpuSet::of(cpu),
             CpuRule::Linked(cpus) => cpus,
         }
     }
@@ -327,8 +326,8 @@ pub struct Analysis {
 /// The utilisation of a CPU, or of several CPUs together that tasks may use alternatively.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct CpuLoad {
-    /// The CPUs, a bit each, as in [`Task::cpus`].
-    pub mask: u64,
+    /// The CPUs.
+    pub cpus: CpuSet,
     /// Σ λ/T over their tasks of known demand, without waits; it may be up to the number of CPUs.
     pub utilisation: Utilisation,
     /// Whether all tasks are included; otherwise a task of unknown demand may run there, and `utilisation` is a lower

@@ -1,6 +1,6 @@
 //! What a deployment runs at one level: its activities, and what else delays them.
 
-use crate::{Demand, Lock, Priority, StateMachine, Task, Time};
+use crate::{CpuSet, Demand, Lock, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
@@ -62,8 +62,8 @@ impl Tasks {
         self.all.extend(others);
         if is_throttled {
             let known = self.all.iter().filter(|task| task.demand != Demand::Unknown);
-            let cpus = known.fold(0, |cpus, task| cpus | task.mask());
-            self.all.extend((0..64).map(|bit| 1 << bit).filter(|cpu| cpus & cpu != 0).map(throttling));
+            let cpus: CpuSet = known.map(Task::cpus).collect();
+            self.all.extend(cpus.each().map(throttling));
         }
         self
     }
@@ -110,7 +110,7 @@ pub fn name_of_other(name: &str) -> String {
 }
 
 /// The task with the highest priority on a CPU: what throttling takes.
-fn throttling(cpu: u64) -> Task {
+fn throttling(cpu: CpuSet) -> Task {
     let task = Task::new(0, THROTTLING_PERIOD, StateMachine::single(THROTTLED));
     Task { name: THROTTLING.into(), priority: Priority::Unknown, cpus: Some(cpu), ..task }
 }

@@ -22,7 +22,7 @@ impl Lane<'_, '_> {
     pub(crate) fn count_waits_as_jitter(&mut self, found: &mut [LaneResponse]) {
         let places = 0..self.members.len();
         let is_one_cpu = matches!(self.rule, CpuRule::Cpu(_))
-            && places.clone().all(|place| self.members.get(place).task.mask().is_power_of_two());
+            && places.clone().all(|place| self.members.get(place).task.cpus().is_one());
         let has_waits = places.clone().any(|place| self.members.get(place).task.waits.is_some());
         if !is_one_cpu || !has_waits || self.options.horizon.is_some() {
             return;

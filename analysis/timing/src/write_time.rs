@@ -48,8 +48,8 @@ impl Tasks {
 
 /// Returns the response time to a write; none where that of the whole job bounds it.
 fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
-    let cpu = lanes.tasks.get(write.task)?.cpus.filter(|cpus| cpus.is_power_of_two())?;
-    let (plan, place) = lanes.find(write.task, CpuRule::Cpu(cpu.trailing_zeros()))?;
+    let cpu = lanes.tasks.get(write.task)?.cpus.filter(|cpus| cpus.is_one())?;
+    let (plan, place) = lanes.find(write.task, CpuRule::Cpu(cpu.first()?))?;
     lanes.wanted(plan).binary_search(&write.task).ok()?;
     let mut lane = lanes.lane(plan);
     let member = lane.members.at(place);
@@ -84,7 +84,7 @@ impl Lane<'_, '_> {
 mod tests {
     use super::*;
     use crate::testing::simple;
-    use crate::{Task, Waits};
+    use crate::{CpuSet, Task, Waits};
 
     fn ns(time: u64) -> Time {
         Time::from_nanos(time)
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(times(vec![simple(2, 70, 26), simple(1, 100, 62)], &writes, Method::Psm), [118]);
         // A response time that is known to be less, and one of several CPUs.
         assert_eq!(times(vec![simple(2, 10, 4), simple(1, 30, 11)], &[(1, 7, 12)], Method::Psm), [12]);
-        let two = Task { cpus: Some(3), ..simple(1, 30, 11) };
+        let two = Task { cpus: Some(CpuSet(3)), ..simple(1, 30, 11) };
         assert_eq!(times(vec![simple(2, 10, 4), two], &[(1, 1, 19), (7, 1, 3)], Method::Psm), [19, 3]);
     }
 

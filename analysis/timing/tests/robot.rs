@@ -1,7 +1,7 @@
 //! The robot of the paper (Table 2): every figure of its Tables 3 and 4, and what stands where a figure is no bound.
 
 use mauve_timing::{
-    Analysis, Bound, Breakdown, Demand, Edge, Method, Options, StateMachine, Status, Task, Time,
+    Analysis, Bound, Breakdown, CpuSet, Demand, Edge, Method, Options, StateMachine, Status, Task, Time,
     response_times,
 };
 
@@ -56,7 +56,7 @@ fn robot(level: usize, astar: Astar) -> Vec<Task> {
         let whole = WHOLE.iter().find(|(whole, _)| *whole == name).map(|(_, times)| ms(times[level]));
         Task {
             name: name.into(),
-            cpus: Some(1 << cpu),
+            cpus: Some(CpuSet::of(cpu)),
             demand: Demand::Machine { machine: machine.clone(), whole },
             ..Task::new(priority, ms(period), machine)
         }
@@ -240,6 +240,6 @@ fn navigation_at_1e_4_is_explained() {
         ]
     );
     let cpu = &analysis.cpus[0];
-    assert_eq!((cpu.mask, cpu.utilisation.exceeds_one(), cpu.complete), (2, false, true));
+    assert_eq!((cpu.cpus, cpu.utilisation.exceeds_one(), cpu.complete), (CpuSet(2), false, true));
     assert!((cpu.utilisation.as_f64() - 0.997).abs() < 1e-12);
 }

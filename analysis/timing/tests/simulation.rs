@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use mauve_timing::{
-    Bound, Calls, Demand, Edge, Executed, Lock, LockUser, Method, Operation, Options, Protocol, Random,
-    Schedule, SimulationOptions, StateMachine, Task, Tasks, Time, Waits,
+    Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Operation, Options, Protocol,
+    Random, Schedule, SimulationOptions, StateMachine, Task, Tasks, Time, Waits,
 };
 
 /// The jobs that are compared with bounds, where the environment does not say otherwise.
@@ -56,7 +56,11 @@ impl Systems {
             let priority = self.from(1, 1 + count) as u32;
             let deadline = Some(Time::from_nanos(self.from(period / 2, period)));
             let machine = self.machine(period * share / 100);
-            Task { deadline, cpus: Some(mask), ..Task::new(priority, Time::from_nanos(period), machine) }
+            Task {
+                deadline,
+                cpus: Some(CpuSet(mask.into())),
+                ..Task::new(priority, Time::from_nanos(period), machine)
+            }
         });
         Tasks::new(activities.collect())
     }
@@ -77,7 +81,7 @@ impl Systems {
 
     /// Adds one to three locks of the activities on a CPU.
     fn share(&mut self, set: &mut Tasks, cpu: u64) {
-        let on_cpu = |task: &Task| task.cpus == Some(1 << cpu);
+        let on_cpu = |task: &Task| task.cpus == Some(CpuSet::of(cpu as u32));
         let on_cpu: Vec<usize> =
             (0..set.activities().len()).filter(|&it| on_cpu(&set.activities()[it])).collect();
         for _ in 0..self.from(1, 3) {
@@ -403,12 +407,12 @@ fn executed_of(schedule: &Schedule, activity: usize, job: u64) -> Vec<(u64, u64)
 /// Checks a schedule without operations against the rules, one nanosecond after the other.
 fn check(set: &Tasks, schedule: &Schedule) {
     let end = schedule.end.as_nanos();
-    let mask = |activity: usize| set.activities()[activity].cpus.unwrap();
+    let cpus_of = |activity: usize| set.activities()[activity].cpus.unwrap();
     let priority = |activity: usize| set.activities()[activity].priority;
     // What each CPU executes in each nanosecond.
     let mut cpus = vec![[None; 4]; end as usize];
     for slice in &schedule.slices {
-        assert!(mask(slice.activity) & 1 << slice.cpu != 0, "{slice:?}");
+        assert!(cpus_of(slice.activity).contains(slice.cpu), "{slice:?}");
         for now in slice.start.as_nanos()..slice.end.as_nanos() {
             let executes = &mut cpus[now as usize][slice.cpu as usize];
             assert_eq!(*executes, None, "two on one CPU: {slice:?}");
@@ -446,9 +450,8 @@ fn check(set: &Tasks, schedule: &Schedule) {
             assert!(on <= 1, "{activity} is on two CPUs at {now}");
             assert!(on == 0 || is_ready[now], "{activity} executes without a job at {now}");
             if on == 0 && is_ready[now] {
-                let own = (0..4).filter(|cpu| mask(activity) & 1 << cpu != 0);
-                for cpu in own {
-                    let other = cpus[now][cpu].map(priority);
+                for cpu in cpus_of(activity).iter() {
+                    let other = cpus[now][cpu as usize].map(priority);
                     assert!(
                         other >= Some(priority(activity)),
                         "{activity} waits at {now}, CPU {cpu} executes {other:?}"

@@ -9,8 +9,8 @@
 use std::collections::VecDeque;
 
 use mauve_timing::{
-    Bound, ChainBuffer, ChainStep, Edge, Executed, Method, Options, Random, Schedule, SimulationOptions,
-    StateMachine, Task, Tasks, Time,
+    Bound, ChainBuffer, ChainStep, CpuSet, Edge, Executed, Method, Options, Random, Schedule,
+    SimulationOptions, StateMachine, Task, Tasks, Time,
 };
 
 /// The jobs of each kind of system, where the environment does not say otherwise.
@@ -140,7 +140,7 @@ fn system(random: &mut Random, kind: Kind) -> System {
         tasks.push((
             period,
             from(1, count as u64 + 1) as u32,
-            1 << from(0, kind.cpus - 1),
+            from(0, kind.cpus - 1) as u32,
             from(0, period - 1),
             from(0, 2 * period),
         ));
@@ -153,8 +153,8 @@ fn system(random: &mut Random, kind: Kind) -> System {
     let programs: Vec<Program> =
         periods.iter().map(|period| Program::random(random, period * percent / 100)).collect();
     let tasks = tasks.into_iter().zip(&programs).enumerate().map(
-        |(index, ((period, priority, cpus, offset, jitter), program))| Task {
-            cpus: Some(cpus),
+        |(index, ((period, priority, cpu, offset, jitter), program))| Task {
+            cpus: Some(CpuSet::of(cpu)),
             deadline: None,
             offset: at[index].then_some(Time::from_nanos(offset / 10 * 10)),
             jitter: if is_late[index] { Time::from_nanos(jitter) } else { Time::ZERO },

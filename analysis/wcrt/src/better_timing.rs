@@ -17,7 +17,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_timing::{Priority, Status, Time};
+use mauve_timing::{CpuSet, Priority, Status, Time};
 
 use crate::bisection::Boundary;
 use crate::priorities::inverted;
@@ -66,7 +66,7 @@ pub enum TimingChange {
     /// The period becomes the deadline.
     DeadlineAsPeriod(Time),
     /// The activity moves to the CPU of this mask.
-    Cpu(u64),
+    Cpu(CpuSet),
     /// The period becomes shorter or longer.
     Period {
         /// Whether it becomes longer.
@@ -226,11 +226,11 @@ impl<'db> TimingSearch<'db> {
 
     fn moves(&mut self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
         let mut found = Vec::new();
-        for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| self.system.cpus & cpu != 0) {
+        for cpu in self.system.cpus.each() {
             if activity.cpus == Some(cpu) {
                 continue;
             }
-            let fields = vec![field(activity, ActivityField::Affinity, cpu.to_string())];
+            let fields = vec![field(activity, ActivityField::Affinity, cpu.0.to_string())];
             let Some(report) = self.ask(&fields) else { break };
             let is_it = |it: &&ActivityReport<'_>| it.instance == activity.instance;
             if report.activities.iter().filter(is_it).any(is_analysed) && is_no_worse(self.now, &report) {
@@ -331,7 +331,7 @@ fn deadline(activity: &ResolvedActivity<'_>) -> Option<BetterTiming> {
 
 /// Activities that may delay each other, and the priorities that they have among them.
 struct Group<'a, 'db> {
-    cpus: u64,
+    cpus: CpuSet,
     activities: Vec<&'a ResolvedActivity<'db>>,
     /// One for each activity, descending, no two alike.
     numbers: Vec<u32>,
@@ -345,7 +345,7 @@ fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
         let is_known = activity.priority != Priority::Unknown && activity.deadline.is_some();
         let cpus = activity.cpus.filter(|_| is_known)?;
         let mut joined = Group { cpus, activities: Vec::new(), numbers: Vec::new() };
-        for group in groups.extract_if(.., |group| group.cpus & cpus != 0) {
+        for group in groups.extract_if(.., |group| group.cpus.meets(cpus)) {
             joined.cpus |= group.cpus;
             joined.activities.extend(group.activities);
         }

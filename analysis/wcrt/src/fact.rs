@@ -3,7 +3,7 @@
 
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
-use mauve_timing::{Level, Time};
+use mauve_timing::{CpuSet, Level, Time};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, Timed, WrongProgram};
 use crate::table_set::TableSet;
@@ -176,7 +176,7 @@ impl TableSection {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Overload<'db> {
     /// The CPU, as its bit.
-    pub cpu: u64,
+    pub cpu: CpuSet,
     /// The highest priority of an activity without a bound, and the utilisation by all of this priority or a higher one.
     pub priority: u32,
     pub utilisation: Share,

@@ -3,7 +3,7 @@
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, deployed, deployment};
-use mauve_timing::{Priority, Time};
+use mauve_timing::{CpuSet, Priority, Time};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{ActivityField, Reason};
@@ -20,7 +20,7 @@ pub struct NewActivity {
     /// The instance.
     pub instance: Name,
     /// The CPU, as a mask; none where the project has one CPU and no activity names it.
-    pub affinity: Option<u64>,
+    pub affinity: Option<CpuSet>,
     /// The lowest priority that no activity on this CPU has.
     pub priority: u32,
     /// The most frequent period of the connected instances, otherwise of all.
@@ -30,7 +30,7 @@ pub struct NewActivity {
 impl NewActivity {
     /// Returns the fields with their values, in the usual order.
     pub fn fields(&self) -> Vec<(ActivityField, String)> {
-        let affinity = self.affinity.map(|mask| (ActivityField::Affinity, mask.to_string()));
+        let affinity = self.affinity.map(|cpus| (ActivityField::Affinity, cpus.0.to_string()));
         let others = [
             (ActivityField::Priority, self.priority.to_string()),
             (ActivityField::Period, self.period.number()),
@@ -64,7 +64,7 @@ pub fn new_activities<'db>(
     let has_affinity =
         data.is_some_and(|it| it.activities.iter().any(|it| it.field(ActivityField::Affinity).is_some()));
     // Without an affinity, an activity may run on all CPUs, which is not analysed.
-    let is_written = has_affinity || system.cpus.count_ones() > 1;
+    let is_written = has_affinity || system.cpus.len() > 1;
     let mut cpus = cpus_of(db, project, of, system);
     let periods: FxHashMap<&Name, Time> =
         system.activities.iter().filter_map(|it| Some((&it.instance, it.period?))).collect();
@@ -91,7 +91,7 @@ pub fn new_activities<'db>(
 
 /// A CPU of a deployment.
 struct Cpu {
-    mask: u64,
+    cpu: CpuSet,
     /// In billionths, rounded.
     utilisation: u64,
     /// The number of real-time activities that may run there.
@@ -107,29 +107,28 @@ fn cpus_of<'db>(
     system: &System<'db>,
 ) -> Vec<Cpu> {
     let known = &response_times(db, project, of, Query::shown(db, project)).cpus;
-    let masks = (0..64).map(|bit| 1_u64 << bit).filter(|mask| system.cpus & mask != 0);
-    let cpu = |mask: u64| {
-        let utilisation = known.iter().find(|it| it.mask & mask != 0);
+    let of_cpu = |cpu: CpuSet| {
+        let utilisation = known.iter().find(|it| it.cpus.meets(cpu));
         // Of CPUs that activities use alternatively, each has its part.
-        let utilisation = utilisation.map(|it| it.utilisation.as_f64() / f64::from(it.mask.count_ones()));
-        let mut cpu =
-            Cpu { mask, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
-        for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus & mask != 0)) {
-            cpu.count += usize::from(activity.priority != Priority::Background);
-            cpu.priorities |= activity.priority.real_time().map_or(0, |priority| 1_u128 << priority);
+        let utilisation = utilisation.map(|it| it.utilisation.as_f64() / f64::from(it.cpus.len()));
+        let mut of_cpu =
+            Cpu { cpu, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
+        for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus.meets(cpu))) {
+            of_cpu.count += usize::from(activity.priority != Priority::Background);
+            of_cpu.priorities |= activity.priority.real_time().map_or(0, |priority| 1_u128 << priority);
         }
-        cpu
+        of_cpu
     };
-    masks.map(cpu).collect()
+    system.cpus.each().map(of_cpu).collect()
 }
 
 /// Takes the lowest free priority on the CPU with the lowest utilisation, otherwise with the fewest activities.
-fn next_place(cpus: &mut [Cpu]) -> (Option<u64>, u32) {
+fn next_place(cpus: &mut [Cpu]) -> (Option<CpuSet>, u32) {
     let Some(cpu) = cpus.iter_mut().min_by_key(|cpu| (cpu.utilisation, cpu.count)) else { return (None, 1) };
     let priority = (1..=99).find(|priority| cpu.priorities & (1 << priority) == 0).unwrap_or(1);
     cpu.priorities |= 1 << priority;
     cpu.count += 1;
-    (Some(cpu.mask), priority)
+    (Some(cpu.cpu), priority)
 }
 
 /// Returns the most frequent of some periods, the first of several.

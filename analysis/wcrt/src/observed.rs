@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use mauve_pwcet::trace::{NameId, Names, Observation, Span, SpanKind, Visitor};
-use mauve_timing::Priority;
+use mauve_timing::{CpuSet, Priority};
 use rustc_hash::FxHashMap;
 
 pub use chain_model::{ExpectedChain, ExpectedConnection, ExpectedEnd, ExpectedStep, expected_chains};
@@ -262,8 +262,8 @@ impl Observer {
             observed.execution = Some(Greatest { time: span.execution, at: span.end });
         }
         count(&mut observed.priorities, span.scheduling.map(|it| it.priority), span);
-        let mask = span.scheduling.map(|it| it.cpus).filter(|cpus| *cpus != 0);
-        count(&mut observed.masks, mask, span);
+        let cpus = span.scheduling.map(|it| CpuSet(it.cpus.into())).filter(|cpus| !cpus.is_empty());
+        count(&mut observed.masks, cpus, span);
         count(&mut observed.cpus, span.cpu, span);
         self.has_releases |= span.release.is_some();
 

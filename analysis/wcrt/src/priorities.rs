@@ -9,7 +9,7 @@ use crate::system::{ResolvedActivity, activities_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
-use mauve_timing::Task;
+use mauve_timing::{CpuSet, Task};
 
 /// Returns what may be wrong with the priorities of `activities`, those of the deployment or of a what-if question.
 pub fn priority_facts<'db>(
@@ -61,11 +61,11 @@ fn out_of_order<'db>(
     ranked: &[Ranked<'_, 'db>],
     priority_at: &dyn Fn(&Name) -> Option<Location<'db>>,
 ) -> Vec<TimingFact<'db>> {
-    let cpus = ranked.iter().filter_map(|(_, it)| it.cpus).fold(0, |all, cpus| all | cpus);
+    let cpus: CpuSet = ranked.iter().filter_map(|(_, it)| it.cpus).collect();
     let mut reported = vec![false; ranked.len()];
     let mut seen = FxHashSet::default();
-    for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| cpu & cpus != 0) {
-        let is_here = |index: &usize| ranked[*index].1.cpus.is_some_and(|cpus| cpus & cpu != 0);
+    for cpu in cpus.iter() {
+        let is_here = |index: &usize| ranked[*index].1.cpus.is_some_and(|cpus| cpus.contains(cpu));
         let here: Vec<usize> = (0..ranked.len()).filter(|index| !reported[*index]).filter(is_here).collect();
         // Several CPUs have the same activities where no affinity is written.
         if seen.insert(here.clone()) {
@@ -159,7 +159,7 @@ pub(crate) fn is_stale(writer: &Task, reader: &Task) -> bool {
 }
 
 fn share_cpu(one: &Task, other: &Task) -> bool {
-    one.cpus.zip(other.cpus).is_some_and(|(one, other)| one & other != 0)
+    one.cpus.zip(other.cpus).is_some_and(|(one, other)| one.meets(other))
 }
 
 fn stale<'db>(

@@ -3,7 +3,7 @@
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
 pub use mauve_syntax::keywords::ActivityField;
-use mauve_timing::{Level, MachineError, NoBoundReason, ObservedErrorKind, TableErrorKind, Time};
+use mauve_timing::{CpuSet, Level, MachineError, NoBoundReason, ObservedErrorKind, TableErrorKind, Time};
 
 use mauve_hir::fact;
 use mauve_hir::item_tree::Name;
@@ -112,8 +112,8 @@ pub enum Reason<'db> {
     /// Activities that may delay this one are not analysed: the index of the first, and the instances, each once. With
     /// their unknown property if they seem to have a lower priority.
     DelayedBy { first: usize, instances: Vec<Name>, unknown_priority: Option<UnknownPriority> },
-    /// The CPU of this bit is overloaded by the activities of this priority or a higher one: their utilisation.
-    Overloaded { cpu: u64, priority: u32, utilisation: Share },
+    /// This CPU is overloaded by the activities of this priority or a higher one: their utilisation.
+    Overloaded { cpu: CpuSet, priority: u32, utilisation: Share },
     /// The search for a bound ended without one.
     NoBound(NoBoundReason),
 }
@@ -178,11 +178,11 @@ pub struct Share(pub f64);
 /// A share is computed, and never NaN.
 impl Eq for Share {}
 
-/// The CPUs that an affinity names, and those that `mauve.toml` has, a bit each.
+/// The CPUs that an affinity names, and those that `mauve.toml` has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoSuchCpu {
-    pub named: u64,
-    pub available: u64,
+    pub named: CpuSet,
+    pub available: CpuSet,
 }
 
 /// The times that can exceed 2⁶⁴ ns.

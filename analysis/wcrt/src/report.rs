@@ -4,7 +4,9 @@ use std::cmp::Reverse;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use mauve_timing::{Breakdown, CpuLoad, CpuRule, Level, Method, Options, Status, Task, Tasks, Time, Window};
+use mauve_timing::{
+    Breakdown, CpuLoad, CpuRule, CpuSet, Level, Method, Options, Status, Task, Tasks, Time, Window,
+};
 
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, Share, UnknownPriority};
@@ -175,15 +177,15 @@ impl<'db> Report<'db> {
     /// activity that interferes with it.
     pub fn with_assumptions(&self) -> Vec<bool> {
         // The highest priority with an assumed time on each CPU.
-        let mut highest = [None; 64];
+        let mut highest = [None; CpuSet::MOST as usize];
         for activity in self.activities.iter().filter(|it| !it.assumed.is_empty()) {
             let cpus = activity.cpus.unwrap_or_default();
-            let here = highest.iter_mut().enumerate().filter(|(bit, _)| cpus & (1 << bit) != 0);
+            let here = (0..).zip(&mut highest).filter(|(cpu, _)| cpus.contains(*cpu));
             here.for_each(|(_, highest)| *highest = (*highest).max(activity.priority.real_time()));
         }
         let interferes = |it: &ActivityReport<'db>| {
-            let counted = it.rule.map_or(0, CpuRule::mask);
-            let mut highest = highest.iter().enumerate().filter(|(bit, _)| counted & (1 << bit) != 0);
+            let counted = it.rule.map_or(CpuSet::NONE, CpuRule::cpus);
+            let mut highest = (0..).zip(&highest).filter(|(cpu, _)| counted.contains(*cpu));
             it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.priority.real_time())
         };
         self.activities.iter().map(|it| !it.assumed.is_empty() || interferes(it)).collect()

@@ -1,7 +1,7 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
-use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, Status, Task, Time};
+use mauve_timing::{Bound, CpuLoad, CpuSet, Operation, Priority, Response, SetAnalysis, Status, Task, Time};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
@@ -125,7 +125,7 @@ impl<'db> DeployedTasks<'db> {
                 let utilisation = Share(analysis.utilisation_above(index).unwrap_or_default());
                 // An unknown priority counts as the highest.
                 let priority = report.priority.real_time().unwrap_or(99);
-                Some(Reason::Overloaded { cpu: 1 << cpu, priority, utilisation })
+                Some(Reason::Overloaded { cpu: CpuSet::of(*cpu), priority, utilisation })
             }
             Bound::NoBound(why) => Some(Reason::NoBound(*why)),
             Bound::NotAnalysed { .. } | Bound::Background => None,

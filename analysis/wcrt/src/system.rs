@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use mauve_timing::{Priority, Task, Time};
+use mauve_timing::{CpuSet, Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
@@ -17,8 +17,7 @@ use mauve_hir::item_tree::{
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, Features, FieldEntry, FieldValue, FlatInstance, InvalidValue, Link, Location,
     ModelDb, Project, Unresolved, architecture, declarations, deployment, errors_in, field_entry, flat_of,
-    incomplete_file, mask, number, platform_of, resolve_path, resolve_type, similar, similar_field,
-    too_large,
+    incomplete_file, number, platform_of, resolve_path, resolve_type, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -26,8 +25,8 @@ use mauve_hir::{
 pub struct System<'db> {
     /// In the order of the deployment; instances without an activity last.
     pub activities: Vec<ResolvedActivity<'db>>,
-    /// The CPUs, a bit each: those of `mauve.toml`, otherwise those that an activity names.
-    pub cpus: u64,
+    /// The CPUs: those of `mauve.toml`, otherwise those that an activity names.
+    pub cpus: CpuSet,
     /// The connected operations.
     pub connected: Vec<Connected>,
     /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
@@ -349,7 +348,7 @@ impl<'db> SystemReader<'db> {
     fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
         let at = self.at(activity.instance.id);
         let mut found = self.resolved(&activity.instance.name, at.clone(), instance);
-        found.task.cpus = Some(0);
+        found.task.cpus = Some(CpuSet::NONE);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
         match instance {
             None => found.refuse(Reason::UnknownInstance, at.clone()),
@@ -522,16 +521,23 @@ impl<'db> SystemReader<'db> {
     /// A priority below those of all other activities that may run where `activity` does; the lowest that none of them has, where
     /// one has 1 already.
     fn free_priority(&self, activity: &Activity) -> u32 {
-        let value = |of: &Activity, field: ActivityField| mask(&of.field(field)?.value);
-        let cpus =
-            |of: &Activity| value(of, ActivityField::Affinity).filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
+        let value =
+            |of: &Activity, field: ActivityField| field_entry(field).kind.read(&of.field(field)?.value).ok();
+        let cpus = |of: &Activity| match value(of, ActivityField::Affinity) {
+            Some(FieldValue::Cpus(cpus)) if !cpus.is_empty() => cpus,
+            _ => CpuSet::ALL,
+        };
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
-        let others = others.filter(|other| cpus(other) & cpus(activity) != 0);
-        let taken: FxHashSet<u64> =
-            others.filter_map(|other| value(other, ActivityField::Priority)).collect();
+        let others = others.filter(|other| cpus(other).meets(cpus(activity)));
+        let taken: FxHashSet<u32> = others
+            .filter_map(|other| match value(other, ActivityField::Priority)? {
+                FieldValue::Priority(priority) => Some(priority),
+                _ => None,
+            })
+            .collect();
         let below = taken.iter().min().map_or(1, |least| least.saturating_sub(1)).min(99);
         let free = (below.max(1)..=99).find(|priority| !taken.contains(priority));
-        free.and_then(|it| u32::try_from(it).ok()).unwrap_or(1)
+        free.unwrap_or(1)
     }
 
     /// Enters the connected operations. Refuses the activities that may also provide an operation whose connection is unknown.
@@ -560,12 +566,11 @@ impl<'db> SystemReader<'db> {
 
     fn cpus(&mut self, activities: &[&Activity]) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        let named = self.found.activities.iter().filter_map(|it| it.cpus).fold(0, |all, cpus| all | cpus);
+        let named: CpuSet = self.found.activities.iter().filter_map(|it| it.cpus).collect();
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
         let all = match platform.cpus {
-            Some(64..) => u64::MAX,
-            Some(cpus) => (1 << cpus) - 1,
-            None if named == 0 => 1,
+            Some(cpus) => CpuSet::first_few(cpus),
+            None if named.is_empty() => CpuSet::of(0),
             None => named,
         };
         self.found.cpus = all;
@@ -574,13 +579,13 @@ impl<'db> SystemReader<'db> {
             let is_released = is_synchronised && resolved.priority != Priority::Background;
             resolved.task.offset = is_released.then(|| resolved.written_offset.unwrap_or_default());
             let Some(cpus) = resolved.cpus else { continue };
-            let cpus = if cpus == 0 { all } else { cpus };
+            let cpus = if cpus.is_empty() { all } else { cpus };
             resolved.task.cpus = Some(cpus);
             if resolved.priority == Priority::Background {
                 continue;
             }
             let at = resolved.at.clone();
-            if cpus & !all != 0 {
+            if !(cpus - all).is_empty() {
                 let missing = NoSuchCpu { named: cpus, available: all };
                 let affinity = activities.get(index).and_then(|it| it.field(ActivityField::Affinity));
                 let value = affinity.map_or(at.clone(), |it| Location::Source(self.of, it.value_id));

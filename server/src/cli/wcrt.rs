@@ -14,7 +14,7 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
-use mauve_timing::{Level, Status, Time, name_of_other};
+use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
     ActivityReport, Priority, Query, Refusal, Report, response_times_of, sensitivity, tables_of, timetable_of,
 };
@@ -455,14 +455,14 @@ fn utilisations(report: &Report<'_>) -> String {
     let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}{what}: {at_least}{}", cpu_names(cpu.mask), utilisation(cpu))
+        format!("{}{what}: {at_least}{}", cpu_names(cpu.cpus), utilisation(cpu))
     };
     let all: Vec<String> = report.cpus.iter().enumerate().map(of_cpu).collect();
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
 }
 
-pub(super) fn cpu_numbers(mask: u64) -> String {
-    cpu_names(mask).trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()
+pub(super) fn cpu_numbers(cpus: CpuSet) -> String {
+    cpu_names(cpus).trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()
 }
 
 pub(super) fn priority(priority: Priority) -> String {
@@ -538,7 +538,7 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
                     activity.method.map_or(query.method, |(method, _)| method).to_string(),
                     activity.instance.to_string(),
                     activity.component_name.to_string(),
-                    activity.cpus.map(|cpus| cpus.to_string()).unwrap_or_default(),
+                    activity.cpus.map(|cpus| cpus.0.to_string()).unwrap_or_default(),
                     activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
                     cell(activity.period),
                     cell(activity.deadline),

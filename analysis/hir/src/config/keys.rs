@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Protocol, Time};
+use mauve_timing::{CpuSet, Level, Protocol, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
@@ -87,8 +87,8 @@ pub enum KeyKind<T> {
         /// The suggestions of completion.
         suggestions: Suggestions,
     },
-    /// A list of CPUs, numbered from 1; stored with a bit for each.
-    Cpus(Field<T, Option<(u64, Range<usize>)>>),
+    /// A list of CPUs, numbered from 1.
+    Cpus(Field<T, Option<(CpuSet, Range<usize>)>>),
     /// A list of tables with these keys, such as `[[platform.other]]`, and the note of completion.
     Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>], &'static str),
     /// A section for each deployment, such as `[timing.deployment.Sea]`, with these keys, and the note of completion.
@@ -194,7 +194,7 @@ pub static SECTIONS: [Section; 11] = [
             documentation: "The execution time of every codel that no table has, with its unit: ns, us, ms or s." },
     ]), documentation: "What is assumed where nothing is known; shown wherever it is used." },
     Section { name: "platform", summary: "what the programs run on", entries: Entries::Keys(&[
-        Key { name: "cpus", kind: KeyKind::Integer(1, 64, |it| &mut it.cpus), default: None, examples: "[2]",
+        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut it.cpus), default: None, examples: "[2]",
             documentation: "How many CPUs there are: those that an activity without an affinity may use. When left out, those \
                             that affinities name." },
         Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
@@ -345,7 +345,7 @@ impl<T> KeyKind<T> {
             KeyKind::Level(_) => "is a number between 0 and 1, such as 1e-4",
             KeyKind::Time(_) => "is a time with its unit, such as \"5 ms\"",
             KeyKind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
-            KeyKind::Cpus(_) => "is a list of CPUs, numbered from 1 to 64, such as [1, 2]",
+            KeyKind::Cpus(_) => "is a list of CPUs, numbered from 1 to 128, such as [1, 2]",
             KeyKind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
             KeyKind::DeploymentTables(..) => {
                 "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"

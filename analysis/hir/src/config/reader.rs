@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Protocol, Rounding, Time, TimeError};
+use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -295,9 +295,9 @@ impl ConfigReader<'_> {
 
     /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
     fn cpus_of_others(&mut self, config: &Config) {
-        let Some(cpus @ ..64) = config.cpus else { return };
+        let Some(cpus) = config.cpus else { return };
         for (named, span) in config.others.iter().filter_map(|other| other.cpus.clone()) {
-            if named >> cpus != 0 {
+            if !(named - CpuSet::first_few(cpus)).is_empty() {
                 self.incomplete(MistakeKind::NoSuchCpu { named, cpus }, span);
             }
         }
@@ -420,11 +420,11 @@ fn names(value: &Value<'_>, (least, most): (usize, usize)) -> Option<Vec<Located
     strings(value).filter(|names| names.iter().all(is_name))
 }
 
-/// Returns the CPUs in a list of numbers from 1 to 64, a bit each; `None` for an empty list.
-fn cpus(value: &DeValue<'_>) -> Option<u64> {
-    let bit = |number: u32| (1..=64).contains(&number).then(|| 1 << (number - 1));
+/// Returns the CPUs in a list of their numbers, from 1; `None` for an empty list.
+fn cpus(value: &DeValue<'_>) -> Option<CpuSet> {
+    let cpu = |number: u32| number.checked_sub(1).map(CpuSet::of).filter(|cpu| cpu.is_one());
     let numbers = value.as_array().filter(|numbers| !numbers.is_empty())?;
-    numbers.iter().try_fold(0, |all, number| Some(all | bit(integer(number.get_ref())?)?))
+    numbers.iter().map(|number| cpu(integer(number.get_ref())?)).collect()
 }
 
 fn integer(value: &DeValue<'_>) -> Option<u32> {

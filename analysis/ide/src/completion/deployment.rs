@@ -132,9 +132,9 @@ impl<'db> Completer<'_, 'db> {
     }
 
     fn cpus(&mut self) {
-        let all = self.decl.map_or(0, |of| system_of(self.db, self.project, of).cpus);
-        for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| all & cpu != 0) {
-            self.add(Completion::new(CompletionKind::Value, cpu.to_string()).note(cpu_names(cpu)));
+        let all = self.decl.map(|of| system_of(self.db, self.project, of).cpus);
+        for cpu in all.unwrap_or_default().each() {
+            self.add(Completion::new(CompletionKind::Value, cpu.0.to_string()).note(cpu_names(cpu)));
         }
     }
 

@@ -49,19 +49,18 @@ fn affinity<'db>(
     deployment: Decl<'db>,
     activity: &ResolvedActivity<'db>,
 ) -> Option<String> {
-    let mask = activity.cpus.filter(|mask| *mask != 0)?;
-    let bits: Vec<u64> = (0..64).map(|bit| 1 << bit).filter(|bit| mask & bit != 0).collect();
-    let sum: Vec<String> = bits.iter().map(u64::to_string).collect();
+    let cpus = activity.cpus.filter(|cpus| !cpus.is_empty())?;
+    let sum: Vec<String> = cpus.each().map(|cpu| cpu.0.to_string()).collect();
     let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
     let known = &response_times(db, project, deployment, Query::shown(db, project)).cpus;
     // CPUs that activities use alternatively have one utilisation.
-    let used = known.iter().filter(|cpu| cpu.mask & mask != 0).map(|cpu| {
+    let used = known.iter().filter(|cpu| cpu.cpus.meets(cpus)).map(|cpu| {
         let least = if cpu.complete { "" } else { "at least " };
-        format!("{} {least}{}", cpu_names(cpu.mask), utilisation(cpu))
+        format!("{} {least}{}", cpu_names(cpu.cpus), utilisation(cpu))
     });
     let used: Vec<String> = used.collect();
     let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };
-    Some(format!("{} (mask {mask}{sum}). Utilisation: {used}.\n", cpu_names(mask)))
+    Some(format!("{} (mask {}{sum}). Utilisation: {used}.\n", cpu_names(cpus), cpus.0))
 }
 
 /// `Higher or equal priority on CPU 1: laser 30, pilot 20 (equal).`
@@ -72,11 +71,11 @@ fn priority(
 ) -> Option<String> {
     let own = activity.priority.real_time()?;
     let cpus = activity.cpus?;
-    let others = others.iter().filter(|it| it.cpus.is_some_and(|other| other & cpus != 0));
+    let others = others.iter().filter(|it| it.cpus.is_some_and(|other| other.meets(cpus)));
     let others = others.filter_map(|it| Some((it.priority.real_time()?, name_of_other(&it.name))));
     let mut above: Vec<(u32, String)> = others.filter(|(priority, _)| *priority >= own).collect();
     let mut unknown: Vec<String> = Vec::new();
-    for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other & cpus != 0)) {
+    for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other.meets(cpus))) {
         let name = other.instance.to_string();
         match other.priority {
             _ if other.at == activity.at => {}

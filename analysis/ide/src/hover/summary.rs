@@ -77,7 +77,7 @@ fn deployment<'db>(
     let loads = report.cpus.iter().map(|cpu| {
         // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{}", cpu_names(cpu.mask), utilisation(cpu))
+        format!("{} {at_least}{}", cpu_names(cpu.cpus), utilisation(cpu))
     });
     let loads: Vec<String> = loads.collect();
     if !loads.is_empty() {

@@ -7,7 +7,7 @@ use mauve_diagnostics::cpu_names;
 use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
-use mauve_timing::{CpuLoad, Status};
+use mauve_timing::{CpuLoad, CpuSet, Status};
 use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
 
 use super::label::{Texts, most_at};
@@ -66,8 +66,8 @@ pub(super) fn of_deployment<'db>(
         if options.response_times {
             add(Subject::Deadlines, of_all(report, &shown, query), None);
         }
-        for (mask, shown, load) in loads(report).filter(|_| options.loads) {
-            add(Subject::Cpus(mask), shown, Some(load));
+        for (cpus, shown, load) in loads(report).filter(|_| options.loads) {
+            add(Subject::Cpus(cpus), shown, Some(load));
         }
     }
     if !options.response_times {
@@ -127,21 +127,20 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
 }
 
 /// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
-fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
+fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
     let unknown = report.deadlines().unknown;
-    let percent = |cpu: &CpuLoad| cpu.utilisation.as_f64() * 100.0 / f64::from(cpu.mask.count_ones().max(1));
+    let percent = |cpu: &CpuLoad| cpu.utilisation.as_f64() * 100.0 / f64::from(cpu.cpus.len().max(1));
     let mut greatest: Vec<&CpuLoad> = report.cpus.iter().collect();
     greatest.sort_by(|one, other| percent(other).total_cmp(&percent(one)));
     greatest.truncate(MOST_CPUS);
-    greatest.sort_by_key(|cpu| (cpu.mask.count_ones(), cpu.mask));
+    greatest.sort_by_key(|cpu| (cpu.cpus.len(), cpu.cpus));
     greatest.into_iter().map(move |cpu| {
         let percent = percent(cpu);
-        let is_overloaded = cpu.utilisation.exceeds_one() && cpu.mask.count_ones() == 1;
+        let is_overloaded = cpu.utilisation.exceeds_one() && cpu.cpus.len() == 1;
         // Rounded up: the colour is that of the number.
         let load = percent.ceil() as u32;
-        let names = cpu_names(cpu.mask);
-        let names =
-            if names.chars().count() > 12 { format!("{} CPUs", cpu.mask.count_ones()) } else { names };
+        let names = cpu_names(cpu.cpus);
+        let names = if names.chars().count() > 12 { format!("{} CPUs", cpu.cpus.len()) } else { names };
         let at_least = if cpu.complete { "" } else { "≥ " };
         let text = format!("{names} {at_least}{percent:.1} %");
         let status = match load {
@@ -163,7 +162,7 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
         };
         let missing = if cpu.complete { 0 } else { unknown };
         let figure = Some(Figure { texts: texts.clone(), missing });
-        (cpu.mask, Shown { texts, status, figure }, load)
+        (cpu.cpus, Shown { texts, status, figure }, load)
     })
 }
 

@@ -56,7 +56,7 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         let [period, time] =
             [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos().to_string());
         let priority = other.priority.real_time().unwrap_or_default().to_string();
-        let cpus = format!("{:#x}", other.cpus.unwrap_or_default());
+        let cpus = format!("{:#x}", other.cpus.unwrap_or_default().0);
         let arguments = [cpp_string(&other.name), period, time, priority, cpus];
         call("other_work", &arguments)
     });
@@ -116,7 +116,7 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
         cpp_string(&task.name),
         task.period().as_nanos().to_string(),
         priority.unwrap_or_default().to_string(),
-        activity.cpus.map_or("0".to_owned(), |cpus| format!("{cpus:#x}")),
+        activity.cpus.map_or("0".to_owned(), |cpus| format!("{:#x}", cpus.0)),
         activity.offset.unwrap_or_default().as_nanos().to_string(),
         nanoseconds(priority.and(activity.deadline)),
         nanoseconds(bound.flatten()),

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
 use crate::response_time::linked;
-use crate::{Edge, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
+use crate::{CpuSet, Edge, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
@@ -67,7 +67,7 @@ struct Thread {
     /// All tasks of its thread, in their order; empty if the thread has no others.
     mates: Rc<[usize]>,
     /// The CPUs on which it may run, a bit for each index of [`Engine::cpus`].
-    cpus: u64,
+    cpus: CpuSet,
     /// The index of its group.
     group: usize,
     /// The edges of its machine by their source.
@@ -103,7 +103,7 @@ struct Thread {
     /// Its place among the activities of equal priority that are ready.
     ready_since: u64,
     /// The CPU that it last used.
-    last_cpu: Option<usize>,
+    last_cpu: Option<u32>,
     is_running: bool,
     /// The sum of its response times.
     total: u128,
@@ -194,7 +194,7 @@ struct Cpu {
 /// CPUs that masks link, with the tasks that use them.
 struct Group {
     /// Its CPUs, a bit for each index of [`Engine::cpus`].
-    cpus: u64,
+    cpus: CpuSet,
     /// The tasks with unfinished work, by descending priority; those of equal priority in the order in which they became ready.
     ready: Vec<usize>,
 }
@@ -239,12 +239,15 @@ impl<'a> Engine<'a> {
         let simulated: Vec<(usize, &Task)> = set.all().iter().enumerate().filter(is_simulated).collect();
         // Real-time throttling is on each CPU that something else uses.
         let users = simulated.iter().filter(|(index, _)| kind(*index) != TaskKind::Throttling);
-        let users: Vec<u64> = users.map(|(_, task)| task.mask()).collect();
-        let used = users.iter().fold(0, |all, cpus| all | cpus);
+        let users: Vec<CpuSet> = users.map(|(_, task)| task.cpus()).collect();
+        let used: CpuSet = users.iter().copied().collect();
         // The bit of a CPU is that of its index, not of its number.
-        let indices = |mask: u64| {
-            let used = bits(used).enumerate().filter(|(_, number)| mask & (1 << number) != 0);
-            used.fold(0, |all, (index, _)| all | 1 << index)
+        let indices = |cpus: CpuSet| -> CpuSet {
+            (0..)
+                .zip(used.iter())
+                .filter(|(_, number)| cpus.contains(*number))
+                .map(|(index, _)| index)
+                .collect()
         };
         let mut engine = Engine {
             options,
@@ -253,7 +256,7 @@ impl<'a> Engine<'a> {
             threads: Vec::new(),
             operations: Vec::new(),
             locks: Vec::new(),
-            cpus: bits(used).map(|bit| Cpu { number: bit as u32, running: None, event: u64::MAX }).collect(),
+            cpus: used.iter().map(|number| Cpu { number, running: None, event: u64::MAX }).collect(),
             groups: Vec::new(),
             changed: 0,
             releases: BinaryHeap::new(),
@@ -266,8 +269,8 @@ impl<'a> Engine<'a> {
         engine.groups = groups.map(|group| Group { cpus: group.cpus, ready: Vec::new() }).collect();
         let mut thread_of = vec![None; set.all().len()];
         for (index, task) in simulated {
-            let cpus = indices(task.mask());
-            if cpus == 0 || !options.has_part(index) {
+            let cpus = indices(task.cpus());
+            if cpus.is_empty() || !options.has_part(index) {
                 continue;
             }
             thread_of[index] = Some(engine.threads.len());
@@ -327,7 +330,7 @@ impl<'a> Engine<'a> {
         &mut self,
         (index, first_of_thread, kind): (usize, usize, TaskKind),
         task: &Task,
-        cpus: u64,
+        cpus: CpuSet,
         sends: Vec<Sends>,
     ) {
         let Some((machine, period)) = task.demand.machine().zip(task.period) else { return };
@@ -378,7 +381,7 @@ impl<'a> Engine<'a> {
             is_scripted: of_script.is_some(),
             mates: Rc::new([]),
             cpus,
-            group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
+            group: self.groups.iter().position(|group| group.cpus.meets(cpus)).unwrap_or_default(),
             steps: steps_of(machine, task),
             scripted,
             sends,
@@ -728,7 +731,7 @@ impl<'a> Engine<'a> {
             self.slices.push(Slice {
                 activity: task.task,
                 job: task.finished + 1,
-                cpu: self.cpus[cpu].number,
+                cpu: self.cpus[cpu as usize].number,
                 start: Time::from_nanos(part.slice),
                 end: Time::from_nanos(self.now),
                 executed: part.executed,
@@ -741,32 +744,31 @@ impl<'a> Engine<'a> {
     fn assign(&mut self, group: usize) {
         let Group { cpus, ready } = &self.groups[group];
         let cpus = *cpus;
-        let mut next: [Option<usize>; u64::BITS as usize] = [None; u64::BITS as usize];
-        let idle =
-            bits(cpus).filter(|cpu| self.cpus[*cpu].running.is_none()).fold(0, |all, cpu| all | 1 << cpu);
-        let mut free: u64 = cpus;
+        let mut next = [None; CpuSet::MOST as usize];
+        let idle: CpuSet = cpus.iter().filter(|cpu| self.cpus[*cpu as usize].running.is_none()).collect();
+        let mut free = cpus;
         for &index in ready {
-            if free == 0 {
+            if free.is_empty() {
                 break;
             }
             let task = &self.threads[index];
             let possible = task.cpus & free;
-            if possible != 0 {
+            if !possible.is_empty() {
                 let cpu = self.choose(task, possible, possible & idle);
-                next[cpu] = Some(index);
-                free &= !(1 << cpu);
+                next[cpu as usize] = Some(index);
+                free = free - CpuSet::of(cpu);
             }
         }
-        let changed = bits(cpus).filter(|cpu| self.cpus[*cpu].running != next[*cpu]);
-        let changed = changed.fold(0_u64, |all, cpu| all | 1 << cpu);
+        let is_changed = |cpu: &u32| self.cpus[*cpu as usize].running != next[*cpu as usize];
+        let changed: CpuSet = cpus.iter().filter(is_changed).collect();
         // A task that moves leaves its CPU before it starts on another.
-        for cpu in bits(changed) {
+        for cpu in changed.iter().map(|cpu| cpu as usize) {
             if let Some(index) = self.cpus[cpu].running.take() {
                 self.preempt(index);
                 self.cpus[cpu].event = u64::MAX;
             }
         }
-        for cpu in bits(changed) {
+        for cpu in changed.iter().map(|cpu| cpu as usize) {
             if let Some(index) = next[cpu] {
                 self.start(index, cpu);
             }
@@ -775,27 +777,26 @@ impl<'a> Engine<'a> {
 
     /// Chooses one of the `possible` CPUs for a task: its own, its last one if that is idle, another `idle` one, or the one with
     /// the task of lowest priority.
-    fn choose(&self, task: &Thread, possible: u64, idle: u64) -> usize {
+    fn choose(&self, task: &Thread, possible: CpuSet, idle: CpuSet) -> u32 {
         if let Some(last) = task.last_cpu {
-            let is_own = task.is_running && possible & (1 << last) != 0;
-            if is_own || idle & (1 << last) != 0 {
+            if task.is_running && possible.contains(last) || idle.contains(last) {
                 return last;
             }
         }
-        if idle != 0 || possible.is_power_of_two() {
-            return if idle != 0 { idle.trailing_zeros() } else { possible.trailing_zeros() } as usize;
+        if let Some(cpu) = idle.first().or(possible.first().filter(|_| possible.is_one())) {
+            return cpu;
         }
-        let rank = |cpu: &usize| {
-            let running = self.cpus[*cpu].running.map(|index| &self.threads[index]);
+        let rank = |cpu: &u32| {
+            let running = self.cpus[*cpu as usize].running.map(|index| &self.threads[index]);
             running.map(|task| (task.priority, Reverse(task.ready_since)))
         };
-        bits(possible).min_by_key(rank).unwrap_or_default()
+        possible.iter().min_by_key(rank).unwrap_or_default()
     }
 
     fn start(&mut self, index: usize, cpu: usize) {
         let task = &mut self.threads[index];
         task.is_running = true;
-        task.last_cpu = Some(cpu);
+        task.last_cpu = Some(cpu as u32);
         if let Some(part) = &mut task.part {
             (part.since, part.slice) = (self.now, self.now);
         }
@@ -934,16 +935,4 @@ fn execution_time(cost: u64, least_time: u32, random: &mut Random) -> u64 {
     }
     let least = (u128::from(cost) * u128::from(least_time)).div_ceil(100) as u64;
     cost - random.up_to(cost - least)
-}
-
-/// Returns the bits of a mask, ascending.
-fn bits(mask: u64) -> impl Iterator<Item = usize> {
-    let mut rest = mask;
-    std::iter::from_fn(move || {
-        let bit = rest.trailing_zeros() as usize;
-        (rest != 0).then(|| {
-            rest &= rest - 1;
-            bit
-        })
-    })
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::{Level, Time};
+use crate::{CpuSet, Level, Time};
 
 /// A number, or a text with it or with a word such as `background`. CSV has texts only.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -70,12 +70,12 @@ impl From<Time> for Number {
 }
 
 impl Numbers {
-    /// Returns the numbers of CPUs, from a bit for each.
-    pub fn of_cpus(mask: u64) -> Numbers {
-        let cpus: Vec<u64> = (1..=64).filter(|cpu| mask & (1 << (cpu - 1)) != 0).collect();
-        match cpus.as_slice() {
-            [cpu] => Numbers::One(Number::Whole(*cpu)),
-            cpus => Numbers::List(cpus.iter().map(|cpu| Some(Number::Whole(*cpu))).collect()),
+    /// Returns the numbers of CPUs, from 1.
+    pub fn of_cpus(cpus: CpuSet) -> Numbers {
+        let number = |cpu: u32| Number::Whole(u64::from(cpu) + 1);
+        match cpus.first().filter(|_| cpus.is_one()) {
+            Some(cpu) => Numbers::One(number(cpu)),
+            None => Numbers::List(cpus.iter().map(|cpu| Some(number(cpu))).collect()),
         }
     }
 

@@ -10,8 +10,8 @@ use super::{
 };
 use crate::level::MOST_LEVELS;
 use crate::{
-    Demand, Edge, Level, Lock, LockUser, Method, Operation, Priority, Rounding, StateMachine, Task, Tasks,
-    Time, Waits,
+    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Operation, Priority, Rounding, StateMachine, Task,
+    Tasks, Time, Waits,
 };
 
 type Result<T> = std::result::Result<T, TaskSetError>;
@@ -62,21 +62,19 @@ struct Reader<'a> {
     level: Level,
     method: Method,
     times: Column<'a>,
-    /// The CPUs that there are, a bit each.
-    cpus: u64,
+    /// The CPUs that there are.
+    cpus: CpuSet,
 }
 
 impl<'a> Reader<'a> {
     fn new(set: &'a TaskSet, level: Level, method: Method) -> Result<Reader<'a>> {
         let times = Column::of(set, level)?;
         let cpus = match &set.cpus {
-            Some(number) => {
-                let last = cpu(number)?;
-                last | (last - 1)
-            }
+            Some(number) => CpuSet::first_few(cpu(number)? + 1),
             None => {
-                let named = set.task.iter().chain(&set.other).filter_map(|it| mask(it.cpus.as_ref()?).ok());
-                named.reduce(|all, of_task| all | of_task).unwrap_or(1)
+                let named =
+                    set.task.iter().chain(&set.other).filter_map(|it| cpu_set(it.cpus.as_ref()?).ok());
+                Some(named.collect::<CpuSet>()).filter(|it| !it.is_empty()).unwrap_or(CpuSet::of(0))
             }
         };
         Ok(Reader { set, level, method, times, cpus })
@@ -122,7 +120,7 @@ impl<'a> Reader<'a> {
             return Err(TaskSetError::LateOffset);
         }
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
-        let mut cpus = entry.cpus.as_ref().map(mask).transpose()?;
+        let mut cpus = entry.cpus.as_ref().map(cpu_set).transpose()?;
         let (demand, waits) = self.times.demand(entry)?;
         if priority != Priority::Background
             && self.set.not_analysed.is_empty()
@@ -145,8 +143,8 @@ impl<'a> Reader<'a> {
             }
             deadline = deadline.or(period);
             cpus = cpus.or(Some(self.cpus));
-            if let Some(other) = cpus.filter(|cpus| cpus & !self.cpus != 0) {
-                return Err(TaskSetError::NoCpu((u64::BITS - other.leading_zeros()).to_string()));
+            if let Some(last) = cpus.and_then(|cpus| (cpus - self.cpus).iter().last()) {
+                return Err(TaskSetError::NoCpu((last + 1).to_string()));
             }
         }
         Ok(Task {
@@ -404,16 +402,14 @@ fn priority(number: &Number) -> Result<Priority> {
     }
 }
 
-/// Returns the CPUs of these numbers, a bit each.
-fn mask(numbers: &Numbers) -> Result<u64> {
+/// Returns the CPUs of these numbers.
+fn cpu_set(numbers: &Numbers) -> Result<CpuSet> {
     match numbers {
-        Numbers::One(number) => cpu(number),
+        Numbers::One(number) => cpu(number).map(CpuSet::of),
+        Numbers::List(numbers) if numbers.is_empty() => Err(no_cpu("[]")),
         Numbers::List(numbers) => {
             let cpu = |number: &Option<Number>| number.as_ref().map_or_else(|| Err(no_cpu("null")), cpu);
-            match numbers.iter().try_fold(0, |all, number| Ok(all | cpu(number)?))? {
-                0 => Err(no_cpu("[]")),
-                all => Ok(all),
-            }
+            numbers.iter().map(cpu).collect()
         }
     }
 }
@@ -422,10 +418,8 @@ fn no_cpu(text: &str) -> TaskSetError {
     TaskSetError::NoCpu(text.to_owned())
 }
 
-/// Returns the bit of a CPU.
-fn cpu(number: &Number) -> Result<u64> {
-    match number.whole() {
-        Some(number @ 1..=64) => Ok(1 << (number - 1)),
-        _ => Err(no_cpu(&number.to_string())),
-    }
+/// Returns the index of a CPU.
+fn cpu(number: &Number) -> Result<u32> {
+    let index = number.whole().and_then(|number| u32::try_from(number.checked_sub(1)?).ok());
+    index.filter(|index| *index < CpuSet::MOST).ok_or_else(|| no_cpu(&number.to_string()))
 }

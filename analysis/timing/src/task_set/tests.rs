@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::level::MOST_LEVELS;
-use crate::{Bound, Demand, Operation, Options, Priority, StateMachine, Task, TaskKind, Time};
+use crate::{Bound, CpuSet, Demand, Operation, Options, Priority, StateMachine, Task, TaskKind, Time};
 
 fn level(probability: f64) -> Level {
     Level::from_f64(probability).unwrap()
@@ -104,19 +104,22 @@ fn what_the_analysis_reads() {
         deadline: time(900),
         jitter: Time::from_nanos(7),
         offset: time(8),
-        cpus: Some(5),
+        cpus: Some(CpuSet(5)),
         demand: Demand::Machine { machine, whole: time(900) },
         ..Task::default()
     };
     assert_eq!(*front, expected);
-    assert_eq!((rear.deadline, rear.jitter, rear.offset, rear.cpus), (time(1000), Time::ZERO, None, Some(1)));
+    assert_eq!(
+        (rear.deadline, rear.jitter, rear.offset, rear.cpus),
+        (time(1000), Time::ZERO, None, Some(CpuSet(1)))
+    );
     assert_eq!((idle.priority, &idle.demand, idle.cpus), (Priority::Background, &Demand::Unknown, None));
     let other = Task::new(50, Time::from_nanos(1000), StateMachine::single(Time::from_nanos(9)));
     let other = Task { name: "lan".into(), jitter: Time::from_nanos(2), ..other };
     assert_eq!(found.others(), [other]);
     // Real-time tasks run on CPU 1 and 3.
     let throttled = (4..found.all().len()).map(|it| (found.kind(it), found.all()[it].cpus));
-    assert!(throttled.eq([1, 4].map(|cpu| (TaskKind::Throttling, Some(cpu)))));
+    assert!(throttled.eq([1, 4].map(|cpu| (TaskKind::Throttling, Some(CpuSet(cpu))))));
     let operation = |provider, client, time, during| Operation {
         provider,
         client,
@@ -153,8 +156,8 @@ fn three_notations_of_one_set() {
     assert_eq!(read(toml, Notation::Toml), expected);
     assert_eq!(read(csv, Notation::Csv), expected);
     // Without CPUs, a task may use all that others name.
-    let cpus: Vec<Option<u64>> = expected[0].activities().iter().map(|it| it.cpus).collect();
-    assert_eq!(cpus, [Some(3), Some(3)]);
+    let cpus: Vec<Option<CpuSet>> = expected[0].activities().iter().map(|it| it.cpus).collect();
+    assert_eq!(cpus, [Some(CpuSet(3)); 2]);
     let [strict, _] = [1, 0].map(|it| expected[it].activities()[0].demand.own(Method::Psm));
     assert_eq!(strict, time(43_000));
 }
@@ -211,7 +214,7 @@ fn what_is_refused_of_the_set() {
             ("/levels", json!(["1e-3", "1e-9"])),
             ("/levels", json!([])),
             ("/cpus", json!(0)),
-            ("/cpus", json!(65)),
+            ("/cpus", json!(129)),
             ("/cpus", json!(2)),
             ("/cpus", json!(3)),
             ("/name", json!("a\nb")),
@@ -247,7 +250,7 @@ fn what_is_refused_of_the_set() {
             fine
             Of { section: "task", name: "front", error: ReasonForOtherLevel(Level { bits: 4472406533629990549 }) }
             NoCpu("0")
-            NoCpu("65")
+            NoCpu("129")
             Of { section: "task", name: "front", error: NoCpu("3") }
             fine
             ControlCharacter("a\nb")
@@ -283,7 +286,7 @@ fn what_is_refused_of_a_task() {
         &[
             ("front/cpus", json!(2)),
             ("front/cpus", json!(0)),
-            ("front/cpus", json!(65)),
+            ("front/cpus", json!(129)),
             ("front/cpus", json!([])),
             ("front/cpus", json!([1, null])),
             ("front/cpus", json!(null)),
@@ -338,7 +341,7 @@ fn what_is_refused_of_a_task() {
         expect![[r#"
             fine
             Of { section: "task", name: "front", error: NoCpu("0") }
-            Of { section: "task", name: "front", error: NoCpu("65") }
+            Of { section: "task", name: "front", error: NoCpu("129") }
             Of { section: "task", name: "front", error: NoCpu("[]") }
             Of { section: "task", name: "front", error: NoCpu("null") }
             fine

@@ -1,7 +1,7 @@
 //! A small system: tasks that data passes through, and the analyser's bounds for it.
 
 use mauve_timing::{
-    Bound, ChainBuffer, ChainStep, ChainWrite, Demand, Edge, Method, NoLatency, Options, Priority,
+    Bound, ChainBuffer, ChainStep, ChainWrite, CpuSet, Demand, Edge, Method, NoLatency, Options, Priority,
     SetAnalysis, StateMachine, Tasks, Time,
 };
 
@@ -84,7 +84,7 @@ impl System {
                 period: Some(Time::from_nanos(task.period.into())),
                 jitter: Time::from_nanos(task.jitter.into()),
                 offset: task.offset.map(|offset| Time::from_nanos(offset.into())),
-                cpus: Some(1 << task.cpu),
+                cpus: Some(CpuSet::of(task.cpu as u32)),
                 demand: Demand::Machine { machine: StateMachine::new(states, edges).unwrap(), whole: None },
                 ..mauve_timing::Task::default()
             }

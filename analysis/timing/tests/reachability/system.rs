@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use mauve_timing::{
-    Blocking, Bound, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority, Protocol, Response,
-    SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
+    Blocking, Bound, CpuSet, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority, Protocol,
+    Response, SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
 };
 
 /// The methods of the analyser, from the least to the most precise.
@@ -153,7 +153,7 @@ impl Task {
             is_sporadic: self.burst.is_some(),
             thread: self.thread,
             offset: self.offset.map(Time::from_nanos),
-            cpus: Some(self.cpus),
+            cpus: Some(CpuSet(self.cpus.into())),
             demand,
             waits,
             ..mauve_timing::Task::default()

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_pwcet::exceedance_probability;
 use mauve_pwcet::trace::{self, NameId, Names, SpanKind, port_of};
-use mauve_timing::Priority;
+use mauve_timing::{CpuSet, Priority};
 
 use super::{
     Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
@@ -222,7 +222,7 @@ impl Finish<'_> {
                 self.add(FindingKind::Priority { expected, observed }, first, periods);
             }
         }
-        let Some(expected) = self.expected.cpus.filter(|cpus| *cpus != 0) else { return };
+        let Some(expected) = self.expected.cpus.filter(|cpus| !cpus.is_empty()) else { return };
         for (&observed, &Seen { periods, first }) in &it.observed.masks {
             if expected != observed {
                 self.add(FindingKind::Cpus { expected, observed }, first, periods);
@@ -233,7 +233,7 @@ impl Finish<'_> {
             return;
         }
         for (&observed, &Seen { periods, first }) in &it.observed.cpus {
-            if observed >= 64 || expected >> observed & 1 == 0 {
+            if !expected.contains(observed) {
                 self.add(FindingKind::OtherCpu { expected, observed }, first, periods);
             }
         }
@@ -378,7 +378,7 @@ impl Finish<'_> {
 
     fn shares_cpu(&self, instance: &str) -> bool {
         let other = self.all.instances.iter().find(|it| it.instance == instance);
-        let cpus = |it: &ExpectedInstance| it.cpus.unwrap_or(u64::MAX);
-        other.is_some_and(|other| cpus(other) & cpus(self.expected) != 0)
+        let cpus = |it: &ExpectedInstance| it.cpus.unwrap_or(CpuSet::ALL);
+        other.is_some_and(|other| cpus(other).meets(cpus(self.expected)))
     }
 }

@@ -1,5 +1,6 @@
 //! What a recording showed, beside what the model expects.
 
+use mauve_timing::CpuSet;
 use std::collections::BTreeMap;
 
 use super::{EdgeCount, UnknownPath};
@@ -69,17 +70,17 @@ pub enum FindingKind {
         /// That of the recording.
         observed: u32,
     },
-    /// The CPUs that the thread may use, a bit each.
+    /// The CPUs that the thread may use.
     Cpus {
         /// Those of the model.
-        expected: u64,
+        expected: CpuSet,
         /// Those of the recording.
-        observed: u64,
+        observed: CpuSet,
     },
     /// A period began on another CPU.
     OtherCpu {
-        /// Those of the model, a bit each.
-        expected: u64,
+        /// Those of the model.
+        expected: CpuSet,
         /// The number of the CPU.
         observed: u32,
     },
@@ -222,7 +223,7 @@ pub struct ObservedInstance {
     /// The priorities of its thread.
     pub priorities: BTreeMap<u32, Seen>,
     /// The CPUs that its thread might use, a bit each.
-    pub masks: BTreeMap<u64, Seen>,
+    pub masks: BTreeMap<CpuSet, Seen>,
     /// The CPUs on which periods began.
     pub cpus: BTreeMap<u32, Seen>,
     /// How often each edge of its state machine was observed; empty if the recording does not have its programs.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
 use mauve_pwcet::trace::{SpanKind, access_key};
-use mauve_timing::{Level, Priority, Time};
+use mauve_timing::{CpuSet, Level, Priority, Time};
 
 use super::chain_model::{ExpectedChain, ExpectedConnection, expected_chains, expected_connections};
 use crate::execution_times::execution_times;
@@ -63,7 +63,7 @@ pub struct ExpectedInstance {
     /// Its priority.
     pub priority: Priority,
     /// The CPUs that it may use, a bit each, if they are known.
-    pub cpus: Option<u64>,
+    pub cpus: Option<CpuSet>,
     /// T.
     pub period: Option<u64>,
     /// Whether a clock releases it each T; otherwise T is the least distance of its releases.

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use mauve_timing::Time;
+use mauve_timing::{CpuSet, Time};
 
 use super::recordings::{Noise, Recording, read};
 use crate::cli::text::{counted, duration};
@@ -70,7 +70,7 @@ impl Measured {
 
     fn text(&self) -> String {
         let mut out = String::new();
-        let noisy = self.noise.values().filter(|it| it.greatest > 0 && it.cpu < 64);
+        let noisy = self.noise.values().filter(|it| it.greatest > 0 && it.cpu < CpuSet::MOST);
         for (index, it) in noisy.enumerate() {
             let heading = if index == 0 { "# For mauve.toml:\n" } else { "" };
             let (sample, greatest) = (quoted(it.sample), quoted(it.greatest));
@@ -106,8 +106,8 @@ impl Measured {
             lines.push(format!("CPUs other than {}", cpus.join(", ")));
             lines.push("noise between the samples, if the runtime of `rtla osnoise` (-r) was shorter than its period (-p)".to_owned());
         }
-        if self.noise.keys().any(|cpu| *cpu >= 64) {
-            lines.push("CPUs beyond the 64 that an activity may use".to_owned());
+        if self.noise.keys().any(|cpu| *cpu >= CpuSet::MOST) {
+            lines.push(format!("CPUs beyond the {} that an activity may use", CpuSet::MOST));
         }
         if self.has_single_noise {
             lines.push("the noise of `rtla osnoise hist`, which does not record the time between two interruptions: use `rtla osnoise top -q`".to_owned());

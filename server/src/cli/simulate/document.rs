@@ -42,7 +42,7 @@
 //!   is null where a slice is real-time throttling.
 
 use mauve_diagnostics::reasons_of;
-use mauve_timing::{Job, LeftOut, Pass, Slice};
+use mauve_timing::{CpuSet, Job, LeftOut, Pass, Slice};
 use mauve_wcrt::ActivityReport;
 use serde::Serialize;
 
@@ -137,7 +137,7 @@ fn slice_document(of: &Simulation<'_>, slice: &Slice) -> impl Serialize + use<> 
     object! {
         instance: of.instance(slice.activity),
         job: slice.job,
-        cpu: 1_u64 << slice.cpu,
+        cpu: CpuSet::of(slice.cpu),
         start: milliseconds(slice.start),
         end: milliseconds(slice.end),
         source: edge.map(|(psm, it)| psm.state(it.source).to_owned()),

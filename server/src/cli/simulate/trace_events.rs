@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 
 use mauve_diagnostics::cpu_names;
-use mauve_timing::{Executed, Slice, TaskKind, Time};
+use mauve_timing::{CpuSet, Executed, Slice, TaskKind, Time};
 use serde_json::{Value, json};
 
 use super::simulation::Simulation;
@@ -16,14 +16,14 @@ use crate::cli::trace_events::{arrow, line, process, thread};
 /// Returns the document: an event a line.
 pub(super) fn text(it: &Simulation<'_>) -> String {
     let mut events: Vec<String> = Vec::new();
-    let mut cpus: u64 = 0;
+    let mut used = CpuSet::NONE;
     for (index, activity) in it.deployment.tasks.activities().iter().enumerate() {
         if it.schedule.statistics.get(index).copied().flatten().is_none() {
             continue;
         }
-        let mask = activity.cpus.unwrap_or_default();
-        cpus |= mask;
-        for cpu in (0..u64::BITS).filter(|cpu| mask & (1 << cpu) != 0) {
+        let cpus = activity.cpus.unwrap_or_default();
+        used |= cpus;
+        for cpu in cpus.iter() {
             let Some(priority) = activity.priority.real_time() else { continue };
             let name = format!("{} (priority {priority})", activity.name);
             // Higher priorities are above.
@@ -31,8 +31,8 @@ pub(super) fn text(it: &Simulation<'_>) -> String {
             events.extend(thread(pid, tid, &name, -i64::from(priority)));
         }
     }
-    for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
-        events.extend(process(cpu + 1, &cpu_names(1 << cpu)));
+    for cpu in used.iter() {
+        events.extend(process(cpu + 1, &cpu_names(CpuSet::of(cpu))));
     }
     let tasks = &it.deployment.tasks;
     // Other work, which may change its CPU, and throttling.
@@ -54,8 +54,8 @@ pub(super) fn text(it: &Simulation<'_>) -> String {
         events.push(line(&times, &event));
     }
     for job in &it.schedule.jobs {
-        let mask = tasks.activities().get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
-        let (pid, tid) = place(it, mask.trailing_zeros(), job.activity);
+        let first = tasks.activities().get(job.activity).and_then(|it| it.cpus?.first());
+        let (pid, tid) = place(it, first.unwrap_or_default(), job.activity);
         let mut instant = |name: &str, at: Time| {
             let args = json!({ "job": job.number });
             let event = json!({ "ph": "i", "s": "t", "name": name, "cat": name, "pid": pid, "tid": tid, "args": args });
@@ -93,7 +93,7 @@ pub(super) fn text(it: &Simulation<'_>) -> String {
 /// Returns the numbers of the process and of the thread of an activity on a CPU. Each thread has a number of its own, and none
 /// that of a process: viewers take such a thread for the main one.
 fn place(it: &Simulation<'_>, cpu: u32, activity: usize) -> (u32, usize) {
-    let most_cpus = u64::BITS as usize;
+    let most_cpus = CpuSet::MOST as usize;
     let threads = it.report.activities.len() + it.report.others().len() + most_cpus;
     (cpu + 1, 1 + most_cpus + cpu as usize * threads + activity)
 }

@@ -10,7 +10,7 @@ use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
 use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
-use mauve_timing::Level;
+use mauve_timing::{CpuSet, Level};
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
@@ -281,8 +281,8 @@ impl<W: Write> TraceWriter<W> {
     /// Returns the process and the thread of a span, and names them the first time.
     fn place(&mut self, span: &Span, instance: &str, index: Option<usize>) -> io::Result<(u32, usize)> {
         let expected = index.and_then(|index| self.expected.instances.get(index));
-        let only = expected.and_then(|it| it.cpus).filter(|mask| mask.is_power_of_two());
-        let cpu = span.cpu.or(only.map(u64::trailing_zeros)).filter(|cpu| *cpu < 64);
+        let only = expected.and_then(|it| it.cpus).filter(|cpus| cpus.is_one());
+        let cpu = span.cpu.or(only.and_then(CpuSet::first)).filter(|cpu| *cpu < CpuSet::MOST);
         let priority = expected.and_then(|it| it.priority.real_time()).map_or(0, i64::from);
         let next = self.numbers.len();
         let number = *self.numbers.entry(instance.to_owned()).or_insert(next);
@@ -291,7 +291,7 @@ impl<W: Write> TraceWriter<W> {
         let tid = 1000 + (number * 100 + pid as usize) * 2;
         if self.named.insert((pid, tid)) {
             if self.named.insert((pid, 0)) {
-                let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| cpu_names(1 << cpu));
+                let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| cpu_names(CpuSet::of(cpu)));
                 process(pid, &name).iter().try_for_each(|event| self.write(event))?;
             }
             let title = match priority {

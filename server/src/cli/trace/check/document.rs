@@ -44,7 +44,7 @@
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
 use mauve_pwcet::trace::{SpanKind, port_of};
-use mauve_timing::Time;
+use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -138,10 +138,7 @@ fn of_instance(
             })
         })
     });
-    let masks = |counts: &mut dyn Iterator<Item = (u64, u64)>| -> Vec<Value> {
-        counts.map(|(mask, periods)| json!({ "affinity": mask, "periods": periods })).collect()
-    };
-    let cpu = |cpu: u32| 1_u64.checked_shl(cpu).unwrap_or_default();
+    let on_cpus = |(cpus, periods): (CpuSet, u64)| json!({ "affinity": cpus, "periods": periods });
     object! {
         instance: expected.instance.clone(),
         component: expected.component.clone(),
@@ -166,8 +163,8 @@ fn of_instance(
         priority: expected.priority.real_time(),
         priorities: observed.priorities.iter().map(|(priority, it)| json!({ "priority": priority, "periods": it.periods })).collect::<Vec<_>>(),
         affinity: expected.cpus,
-        affinities: masks(&mut observed.masks.iter().map(|(mask, it)| (*mask, it.periods))),
-        cpus: masks(&mut observed.cpus.iter().map(|(number, it)| (cpu(*number), it.periods))),
+        affinities: observed.masks.iter().map(|(cpus, it)| on_cpus((*cpus, it.periods))).collect::<Vec<_>>(),
+        cpus: observed.cpus.iter().map(|(cpu, it)| on_cpus((CpuSet::of(*cpu), it.periods))).collect::<Vec<_>>(),
         pauses: observed.pauses,
         edges: edges.collect::<Vec<_>>(),
         codels_not_observed: observed.codels_not_observed.clone(),

@@ -111,9 +111,7 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::OtherCpu { expected, observed } => format!(
             "`{instance}` began {} on {}, and the deployment gives it {}{first}",
             periods(count),
-            1_u64
-                .checked_shl(*observed)
-                .map_or_else(|| format!("CPU {}", u64::from(*observed) + 1), cpu_names),
+            format_args!("CPU {}", u64::from(*observed) + 1),
             cpu_names(*expected)
         ),
         FindingKind::Component { expected, observed } => format!(
