@@ -17,7 +17,10 @@ use mauve_timing::{
 /// Components in a ring, and the periods of each: a million in total.
 const RING: [&str; 2] = ["100", "10000"];
 
-/// Builds the ring of components, with a sanitizer if there is one, and returns the folder of the programs.
+/// The values that each source writes for components that data release.
+const RELEASES: &str = "3000";
+
+/// Builds the ring of components, and those that data release, with a sanitizer if there is one, and returns the folder of the programs.
 fn stress(name: &str, compiler: &str, sanitizer: &str) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("stress_{name}"));
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/orocos/stress");
@@ -31,36 +34,40 @@ fn stress(name: &str, compiler: &str, sanitizer: &str) -> PathBuf {
     folder
 }
 
-/// Runs it: a fault of the components, or of a sanitizer, is a failure.
-fn ring(folder: &Path, environment: &[(&str, &Path)]) -> (String, String) {
-    let mut command = Command::new(folder.join("stress"));
-    let output =
-        command.args(RING).arg("0").envs(environment.iter().copied()).output().unwrap_or_else(|error| {
-            panic!("{command:?} does not run: {error}");
-        });
+/// Runs one of the programs: a fault of the components, or of a sanitizer, is a failure. Returns its errors.
+fn faultless(program: &Path, arguments: &[&str], environment: &[(&str, &Path)]) -> String {
+    let mut command = Command::new(program);
+    let output = command.args(arguments).envs(environment.iter().copied()).output();
+    let output = output.unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
     let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     assert!(output.status.success(), "{out}\n{err}");
-    assert!(out.starts_with("1000000 periods, ") && out.ends_with(" 0 faults\n"), "{out}\n{err}");
-    (out, err)
+    assert!(out.ends_with(" 0 faults\n"), "{out}\n{err}");
+    err
+}
+
+/// Runs the ring, and the components that data release.
+fn all(folder: &Path, environment: &[(&str, &Path)]) -> [String; 2] {
+    let ring = [RING[0], RING[1], "0"];
+    [("stress", &ring[..]), ("releases", &[RELEASES])]
+        .map(|(program, arguments)| faultless(&folder.join(program), arguments, environment))
 }
 
 #[test]
 fn orocos_runtime_has_no_race() {
-    let (_, err) = ring(&stress("thread", COMPILERS[0], "thread"), &[]);
-    assert_eq!(err, "");
+    assert_eq!(all(&stress("thread", COMPILERS[0], "thread"), &[]), ["", ""]);
 }
 
 #[test]
 fn orocos_runtime_has_no_invalid_access() {
-    let (_, err) = ring(&stress("address", COMPILERS[0], "address,undefined"), &[]);
-    assert_eq!(err, "");
+    assert_eq!(all(&stress("address", COMPILERS[0], "address,undefined"), &[]), ["", ""]);
 }
 
 #[test]
 fn orocos_runtime_neither_locks_nor_allocates() {
     let folder = stress("interposed", COMPILERS[1], "");
-    let (_, err) = ring(&folder, &[("LD_PRELOAD", &folder.join("libinterposer.so"))]);
-    assert!(err.starts_with("interposer: 0 allocations, 0 locks,"), "{err}");
+    for err in all(&folder, &[("LD_PRELOAD", &folder.join("libinterposer.so"))]) {
+        assert!(err.starts_with("interposer: 0 allocations, 0 locks,"), "{err}");
+    }
 }
 
 /// Releases until here, in ns: three times the least common multiple of all periods and sequences of times.
@@ -74,6 +81,33 @@ struct Task {
     cpus: u64,
     /// The times of its jobs, again and again.
     times: Vec<u64>,
+    /// The number of the task whose jobs write what releases it, if one does, and how often in a period at most.
+    source: Option<usize>,
+    burst: u64,
+    /// The number of the task whose thread executes it, if it shares one.
+    thread: Option<usize>,
+}
+
+/// Lets some tasks share threads, and jobs of others release some, with the priorities and the CPUs that they have.
+fn share_threads_and_release(random: &mut Random, tasks: &mut [Task]) {
+    for index in 1..tasks.len() {
+        let (before, rest) = tasks.split_at_mut(index);
+        let (Some(last), Some(task)) = (before.last(), rest.first_mut()) else { continue };
+        match random.up_to(3) {
+            0 if last.source.is_none() => {
+                let thread = Some(last.thread.unwrap_or(index - 1));
+                let times = std::mem::take(&mut task.times);
+                let (priority, cpus) = (last.priority, last.cpus);
+                *task =
+                    Task { period: last.period, offset: last.offset, priority, cpus, times, thread, ..*task };
+            }
+            1 => {
+                task.source = Some(random.up_to(index as u64 - 1) as usize);
+                task.burst = 1 + random.up_to(2);
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Random tasks with different priorities. If they do not share their CPUs, each uses one of them only.
@@ -89,14 +123,24 @@ fn tasks(random: &mut Random, cpus: u64, shares_cpus: bool) -> Vec<Task> {
         let greatest = 3 * period * cpus / (2 * count);
         let times = (0..from(1, 3)).map(|_| from(0, greatest)).collect();
         let mask = if shares_cpus { from(1, (1 << cpus) - 1) } else { 1 << from(0, cpus - 1) };
-        Task { period, offset: from(0, 1) * from(0, period - 1), priority, cpus: mask, times }
+        Task {
+            period,
+            offset: from(0, 1) * from(0, period - 1),
+            priority,
+            cpus: mask,
+            times,
+            source: None,
+            burst: 1,
+            thread: None,
+        }
     });
     tasks.collect()
 }
 
 /// The tasks as the analysis reads them.
 fn activities(tasks: &[Task]) -> Tasks {
-    let activity = |task: &Task| {
+    let mates = |leader: usize| tasks.iter().any(|task| task.thread == Some(leader));
+    let activity = |(index, task): (usize, &Task)| {
         let count = task.times.len() as u32;
         let edges = task.times.iter().zip(0..).map(|(time, source)| Edge {
             source,
@@ -104,30 +148,31 @@ fn activities(tasks: &[Task]) -> Tasks {
             cost: Time::from_nanos(*time),
         });
         let machine = StateMachine::new(count, edges.collect()).unwrap();
-        let offset = Some(Time::from_nanos(task.offset));
+        let offset = task.source.is_none().then_some(Time::from_nanos(task.offset));
         let period = Time::from_nanos(task.period);
         mauve_timing::Task {
             offset,
             cpus: Some(CpuSet(task.cpus.into())),
+            is_sporadic: task.source.is_some(),
+            burst: task.burst,
+            thread: task.thread.or(mates(index).then_some(index)).map(|thread| thread as u32),
             ..mauve_timing::Task::new(task.priority, period, machine)
         }
     };
-    Tasks::new(tasks.iter().map(activity).collect())
+    Tasks::new(tasks.iter().enumerate().map(activity).collect())
 }
 
 /// The greatest response time of each task on the virtual clock.
 fn on_the_virtual_clock(program: &Path, cpus: u64, tasks: &[Task]) -> Vec<Option<Time>> {
     let mut input = format!("{} {LAST_RELEASE}\n", (1 << cpus) - 1);
-    for Task { period, offset, priority, cpus, times } in tasks {
-        let _ = write!(input, "{period} {offset} {priority} {cpus} {}", times.len());
+    for Task { period, offset, priority, cpus, times, source, burst, thread } in tasks {
+        let [source, thread] = [source, thread].map(|task| task.map_or(-1, |task| task as i64));
+        let _ =
+            write!(input, "{period} {offset} {priority} {cpus} {burst} {source} {thread} {}", times.len());
         times.iter().for_each(|time| input += &format!(" {time}"));
         input.push('\n');
     }
-    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "{input}");
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = clock(program, &input);
     let response = |line: &str| {
         let (periods, response) = line.split_once(' ').unwrap();
         (periods != "0").then(|| Time::from_nanos(response.parse().unwrap()))
@@ -135,9 +180,21 @@ fn on_the_virtual_clock(program: &Path, cpus: u64, tasks: &[Task]) -> Vec<Option
     said.lines().map(response).collect()
 }
 
-#[test]
-fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "clock");
+fn bound(response: &Response) -> Option<Time> {
+    if let Bound::Response(time) = response.bound { Some(time) } else { None }
+}
+
+/// The number of periods of each task, and its greatest response time.
+fn clock(program: &Path, input: &str) -> String {
+    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{input}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn clock_program(name: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/orocos/clock");
     run(Command::new("cmake")
         .arg("-S")
@@ -146,7 +203,61 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
         .arg(&folder)
         .arg(format!("-DRUNTIME={}", runtime_sources().display())));
     run(&mut build(&folder));
-    let program = folder.join("clock");
+    folder.join("clock")
+}
+
+/// Releases by data, shared threads and late jobs, up to 100: each task is a line of the input, see `clock.cpp`.
+#[test]
+fn orocos_virtual_clock_releases_by_data_and_in_shared_threads() {
+    let program = clock_program("releases");
+    for (cpus, tasks, expected) in [
+        // Data comes at 1, 11, 21, …: released at 1, 26, 51 and 76.
+        (3, "10 0 2 1 -1 -1 -1 1 1\n25 0 1 2 1 0 -1 1 3", "10 1\n4 3\n"),
+        // At 1, 11, 26, 36, 51, 61, 76 and 86: never more than two in 25.
+        (3, "10 0 2 1 -1 -1 -1 1 1\n25 0 1 2 2 0 -1 1 3", "10 1\n8 3\n"),
+        // Only the data that comes: at 1 and 61. On the writer's CPU with a higher priority, it preempts it.
+        (1, "60 0 1 1 -1 -1 -1 1 1\n25 0 2 1 1 0 -1 1 3", "2 1\n2 3\n"),
+        // A chain; the second gap is longer. Released at 1, 31, 61, 91 and then at 3, 43, 83.
+        (1, "30 0 1 1 -1 -1 -1 1 1\n20 0 2 1 1 0 -1 1 2\n40 0 3 1 1 1 -1 1 1", "4 1\n4 2\n3 1\n"),
+        // The second waits for the first, and the third for both.
+        (1, "10 0 2 1 -1 -1 -1 1 2\n10 0 2 1 -1 -1 0 1 3\n10 0 2 1 -1 -1 0 2 1 2", "10 2\n10 5\n10 7\n"),
+        // A late job delays the next ones, and none is dropped.
+        (1, "5 0 1 1 -1 -1 -1 20 12 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2", "20 12\n"),
+        // Data during a late job releases the next one in its gap's end, which is before its begin.
+        (3, "10 0 1 1 -1 -1 -1 1 1\n15 0 1 2 1 0 -1 2 20 1", "10 1\n7 20\n"),
+    ] {
+        assert_eq!(clock(&program, &format!("{cpus} 100\n{tasks}\n")), expected, "{tasks}");
+    }
+}
+
+#[test]
+fn orocos_virtual_clock_keeps_the_bounds_of_threads_and_of_releases_by_data() {
+    let program = clock_program("bounds");
+    let mut random = Random::new(2);
+    let [mut shared, mut released, mut late] = [0; 3];
+    for round in 0..400 {
+        let (cpus, shares_cpus) = (1 + round % 3, round % 2 == 0);
+        let mut tasks = tasks(&mut random, cpus, shares_cpus);
+        share_threads_and_release(&mut random, &mut tasks);
+        let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+        let responses = activities(&tasks).response_times(&options, &|| {}).responses;
+        let bounds: Option<Vec<Time>> = responses.iter().map(bound).collect();
+        let Some(bounds) = bounds else { continue };
+        let found = on_the_virtual_clock(&program, cpus, &tasks);
+        for (number, (found, bound)) in found.iter().zip(&bounds).enumerate() {
+            let Some(found) = *found else { continue };
+            assert!(found <= *bound, "round {round}, task {number}: {found} above {bound}");
+            shared += usize::from(tasks[number].thread.is_some());
+            released += usize::from(tasks[number].source.is_some());
+            late += usize::from(found > Time::from_nanos(tasks[number].period));
+        }
+    }
+    assert!(shared > 40 && released > 40 && late > 10, "{shared} {released} {late}");
+}
+
+#[test]
+fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
+    let program = clock_program("clock");
     let mut random = Random::new(1);
     let (mut equal, mut compared) = (0, 0);
     for round in 0..600 {
@@ -155,7 +266,6 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
         let set = activities(&tasks);
         let options = Options { method: Method::Exact, horizon: None, is_brief: false };
         let analysis = set.response_times(&options, &|| {});
-        let bound = |it: &Response| if let Bound::Response(time) = it.bound { Some(time) } else { None };
         // Without bounds, late jobs may queue for ever.
         let bounds: Option<Vec<Time>> = analysis.responses.iter().map(bound).collect();
         let Some(bounds) = bounds else { continue };

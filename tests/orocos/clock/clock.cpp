@@ -1,7 +1,8 @@
 // Reads a task set, runs its threads on the virtual clock, and writes the greatest response time of each task.
 //
 //   CPUs (a mask), instant of the last release
-//   for each task: period, offset, priority, CPUs, number of times, the execution times of its jobs, again and again
+//   for each task: period, offset, priority, CPUs, the number of releases in a period and the task whose jobs write what releases it,
+//   or -1 and -1, the task whose thread it shares, or -1, the number of times, the execution times of its jobs, again and again
 
 #include <cstdint>
 #include <iostream>
@@ -12,6 +13,8 @@
 
 #include "context.hpp"
 #include "mauve/thread.hpp"
+#include "rtt/InputPort.hpp"
+#include "rtt/OutputPort.hpp"
 #include "virtual_clock.hpp"
 
 namespace {
@@ -24,6 +27,7 @@ struct Task : RTT::base::RunnableInterface {
     const mauve::Nanoseconds time = times[jobs++ % times.size()];
     mauve::timeline().spend(*thread.context().worker, time / 3);
     mauve::timeline().spend(*thread.context().worker, time - time / 3);
+    out.write(1);
     return true;
   }
   void serve() override {}
@@ -31,6 +35,8 @@ struct Task : RTT::base::RunnableInterface {
   std::vector<mauve::Nanoseconds> times;
   std::size_t jobs = 0;
   mauve::Nanoseconds offset = 0;
+  RTT::InputPort<int> in;
+  RTT::OutputPort<int> out;
   mauve::PeriodicThread thread;
 };
 
@@ -46,13 +52,19 @@ int main() {
   mauve::Scheduling scheduling;
   mauve::Nanoseconds offset = 0;
   std::size_t count = 0;
-  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> scheduling.cpus >> count) {
+  int burst = -1, source = -1, leader = -1;
+  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> scheduling.cpus >> burst >> source >> leader >> count) {
     tasks.emplace_back(new Task(std::to_string(tasks.size()), scheduling));
     Task& task = *tasks.back();
     task.offset = offset;
     task.times.resize(count);
     for (mauve::Nanoseconds& time : task.times) std::cin >> time;
     task.thread.hold();
+    if (leader >= 0) task.thread.run_in(tasks.at(static_cast<std::size_t>(leader))->thread);
+    if (source >= 0) {
+      tasks.at(static_cast<std::size_t>(source))->out.connectTo(&task.in, RTT::ConnPolicy::data());
+      task.thread.release_by(task.in, static_cast<std::uint64_t>(burst));
+    }
     task.thread.start(&task);
     task.thread.release_until(end);
   }

@@ -72,6 +72,9 @@ struct ActivityData {
   int priority;
   std::uint64_t cpus;
   Nanoseconds offset, deadline, bound;
+  // The instance whose thread executes it, if it is another one, and the input whose data release it, if some do.
+  std::string thread, input;
+  std::uint64_t burst;
 };
 
 // Real-time work that is not in the model.
@@ -142,16 +145,20 @@ struct Robot::State {
   // The threads that are left end with their tasks.
   ~State() {
     if (virtual_clock) virtual_clock->finish();
+    // Before the task of anything that they execute.
+    for (PeriodicThread* thread : threads) thread->stop();
   }
 
   RTT::TaskContext& task(const std::string& name) const;
   void create_instances();
   void set(const ValueData& value);
-  void tell_of_buffer(const std::string& instance, const std::string& port);
+  template <class... A>
+  bool tell(const std::string& instance, const char* operation, A... arguments) const;
   void connect_all();
   void check_rights() const;
   void lock_memory() const;
   void create_activities();
+  void set_releases(const ActivityData& activity, PeriodicThread& thread);
   void check_threads();
   void configure();
   void start();
@@ -231,14 +238,14 @@ void Robot::State::set(const ValueData& value) {
   }
 }
 
-// Each component clears its buffers when it starts: see `mauve_has_buffer` in generated code.
-void Robot::State::tell_of_buffer(const std::string& instance, const std::string& port) {
+// Calls an operation of generated code, which other components may not have. Returns its result, or true.
+template <class... A>
+bool Robot::State::tell(const std::string& instance, const char* operation, A... arguments) const {
   RTT::TaskContext deployer("deployer");
-  RTT::OperationCaller<bool(const std::string&)> caller("mauve_has_buffer");
+  RTT::OperationCaller<bool(A...)> caller(operation);
   RTT::ServiceRequester requester(deployer.engine());
   requester.addOperationCaller(caller);
-  // Other components may not have it.
-  if (requester.connect("mauve_has_buffer", task(instance).provides(), "mauve_has_buffer")) caller.call(port);
+  return !requester.connect(operation, task(instance).provides(), operation) || caller.call(arguments...);
 }
 
 void Robot::State::connect_all() {
@@ -251,7 +258,8 @@ void Robot::State::connect_all() {
     if (output == nullptr || input == nullptr || !output->connectTo(input, policy)) {
       throw Cannot(it.from + " cannot be connected with " + it.to + ": build their packages again");
     }
-    if (it.buffer > 0) tell_of_buffer(to.first, to.second);
+    // Each component clears its buffers when it starts.
+    if (it.buffer > 0) tell<const std::string&>(to.first, "mauve_has_buffer", to.second);
   }
   for (const ConnectionData& it : operations) {
     const auto required = parts(it.from), provided = parts(it.to);
@@ -330,6 +338,7 @@ void Robot::State::create_activities() {
     thread.hold();
     thread.set_deadline(it.deadline);
     if (it.priority == 0) thread.release_after_beginnings();
+    set_releases(it, thread);
     Context& context = thread.context();
     if (options.simulates_time || options.spends_times) context.times = &times;
     context.spent_percent = 80;
@@ -347,17 +356,24 @@ void Robot::State::create_activities() {
   }
 }
 
+void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& thread) {
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    if (activities[index].instance == activity.thread) thread.run_in(*threads[index]);
+  }
+  if (activity.input.empty()) return;
+  RTT::base::PortInterface* const input = task(activity.instance).getPort(activity.input);
+  if (input == nullptr || !thread.release_by(*input, activity.burst)) {
+    throw Cannot(activity.instance + " has no input " + activity.input + ": build its package again");
+  }
+  tell<const std::string&, double, unsigned int>(activity.instance, "mauve_released_by", activity.input,
+                                                 1e-9 * static_cast<double>(activity.period), static_cast<unsigned int>(activity.burst));
+}
+
 // Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
 void Robot::State::check_threads() {
-  RTT::TaskContext deployer("deployer");
   bool is_fine = true;
   for (const ActivityData& it : activities) {
-    RTT::OperationCaller<bool(int, unsigned int)> caller("mauve_runs_as");
-    RTT::ServiceRequester requester(deployer.engine());
-    requester.addOperationCaller(caller);
-    // Other components may not have it.
-    if (!requester.connect("mauve_runs_as", task(it.instance).provides(), "mauve_runs_as")) continue;
-    is_fine = caller.call(it.priority, static_cast<unsigned int>(it.cpus)) && is_fine;
+    is_fine = tell<int, unsigned int>(it.instance, "mauve_runs_as", it.priority, static_cast<unsigned int>(it.cpus)) && is_fine;
   }
   if (!is_fine) throw Cannot("threads are not scheduled as analysed, see above");
 }
@@ -472,8 +488,8 @@ void Robot::State::stop() {
 std::string Robot::State::stuck() const {
   std::string out;
   for (std::size_t index = 0; has_threads && index < threads.size(); ++index) {
-    const bool is_it = virtual_clock ? threads[index]->context().worker == virtual_clock->running() : threads[index]->is_busy();
-    if (!is_it) continue;
+    const bool may_be = !virtual_clock || threads[index]->context().worker == virtual_clock->running();
+    if (!may_be || !threads[index]->is_busy()) continue;
     const char* const codel = threads[index]->codel();
     out += (out.empty() ? "" : "; ") + activities[index].instance + " does not end its period" +
            (codel == nullptr ? std::string() : std::string(": codel ") + codel + " has not returned");
@@ -631,7 +647,19 @@ void Robot::operation(const std::string& required, const std::string& provided) 
 
 void Robot::activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
-  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response});
+  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", "", 0});
+}
+
+void Robot::run_in(const std::string& instance, const std::string& other) {
+  for (ActivityData& it : state_->activities) {
+    if (it.instance == instance) it.thread = other;
+  }
+}
+
+void Robot::release_by(const std::string& instance, const std::string& input, std::uint64_t burst) {
+  for (ActivityData& it : state_->activities) {
+    if (it.instance == instance) it.input = input, it.burst = burst;
+  }
 }
 
 void Robot::chain(const std::string& name, std::int64_t bound, std::int64_t limit) {

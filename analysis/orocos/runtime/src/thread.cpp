@@ -8,13 +8,18 @@
 #include <algorithm>
 #include <cstring>
 #include <thread>
+#include <vector>
 
 #include "context.hpp"
 #include "rtt/Logger.hpp"
+#include "rtt/base/PortInterface.hpp"
 #include "timeline.hpp"
 
 namespace mauve {
 namespace {
+
+// With more releases in a period, it is released less often than it might be.
+constexpr std::uint64_t greatest_burst = 4096;
 
 // What a thread may use of its stack without a page fault, once its memory is locked.
 constexpr std::size_t touched_stack = 64 * 1024;
@@ -68,31 +73,55 @@ struct PeriodicThread::State {
 
   void run();
   void prepare();
-  void execute_period(Nanoseconds release, Nanoseconds length);
+  void execute_periods(Nanoseconds release, Nanoseconds length);
+  void execute_period(RTT::base::RunnableInterface& present, Nanoseconds release, Nanoseconds length);
+  void note_overhead(bool was_running);
+  void serve(bool is_step);
+  void set_open(Nanoseconds release);
   TraceRecord period_record(Nanoseconds release) const;
+  void note_arrival();
+  Nanoseconds release_by_data() const;
+  void note_release(Nanoseconds at, Nanoseconds length);
+  // The release of the oldest period that has not ended, or else of the next one.
+  Nanoseconds oldest_release() const {
+    const Nanoseconds known = open.load(std::memory_order_relaxed);
+    return leader->port == nullptr ? known : std::min(known, leader->release_by_data());
+  }
 
-  Worker worker;
+  // Whose thread executes the periods: its own one, or that of another, with the next one that this thread executes.
+  State* leader = this;
+  std::atomic<State*> next{nullptr};
+  std::atomic<RTT::base::RunnableInterface*> runner{nullptr};
   Context context;
-  RTT::base::RunnableInterface* runner = nullptr;
   Statistics statistics;
+  std::atomic<bool> is_active{false}, is_busy{false};
+  // The release of the period that is executed, or else of the next one.
+  std::atomic<Nanoseconds> open{never};
+  Nanoseconds deadline = 0;
+  Nanoseconds overhead = 0;
+
+  // Of a leader.
+  Worker worker;
   std::thread thread;
   std::atomic<std::thread::id> id{std::thread::id()};
   // The system's number of the thread; 0 while there is none.
   std::atomic<int> number{0};
-  std::atomic<bool> is_active{false}, stops{false}, is_triggered{false}, is_busy{false};
+  std::atomic<bool> stops{false}, is_triggered{false};
   std::atomic<Nanoseconds> period{0};
   std::atomic<std::uint64_t> cpus{0};
   // The instant of the first release; `never` as long as nobody knows it.
   std::atomic<Nanoseconds> first{never};
   std::atomic<Nanoseconds> end{never};
-  // The release of the period that is executed, or else of the next one.
-  std::atomic<Nanoseconds> open{never};
   bool is_held = false;
   bool is_relative = false;
-  Nanoseconds deadline = 0;
-  Nanoseconds overhead = 0;
   // The CPU time at the end of the period before; -1 before the first.
   Nanoseconds cpu_after_period = -1;
+  // Whose data releases it; the first value since the beginning of the period before; and the end of the gap.
+  const RTT::base::PortInterface* port = nullptr;
+  std::atomic<Nanoseconds> arrival{never}, earliest{0};
+  // The last releases, as many as may be in a period.
+  std::vector<Nanoseconds> releases;
+  std::uint64_t release_count = 0;
 };
 
 // Gives the thread its scheduler, priority and CPUs. Where it may not have them it goes on without, as with
@@ -129,34 +158,35 @@ void PeriodicThread::State::run() {
     const int seen = worker.signal.load(std::memory_order_acquire);
     if (stops) break;
     const Nanoseconds length = period;
-    if (length == 0) {
+    if (port != nullptr) {
+      release = release_by_data();
+    } else if (length == 0) {
       release = never;
     } else if (release == never) {
       release = is_held ? first.load(std::memory_order_acquire) : now() + length;
     }
-    const bool is_released = length > 0 && release < end.load(std::memory_order_acquire);
-    open.store(is_released ? release : never, std::memory_order_relaxed);
+    const bool is_released = release < end.load(std::memory_order_acquire);
+    set_open(is_released ? release : never);
     const Nanoseconds begin = now();
     if (is_released && release <= begin) {
       is_triggered.exchange(false);
-      execute_period(release, length);
+      if (port != nullptr) note_release(is_relative ? begin : release, length);
+      execute_periods(release, length);
       release = is_relative ? std::max(begin + length, now()) : release + length;
+      if (port != nullptr && port->has_more()) note_arrival();
     } else if (is_triggered.exchange(false)) {
-      is_busy = true;
-      if (length > 0) {
-        runner->serve();
-      } else {
-        runner->step();
-      }
-      is_busy = false;
+      serve(length == 0 && port == nullptr);
     } else {
       timeline().wait(worker, seen, is_released ? release : never);
     }
   }
-  if (release < end && deadline > 0 && now() - release > deadline) increment(statistics.misses);
-  open = never;
+  if (port != nullptr) release = release_by_data();
+  for (State* it = this; it != nullptr; it = it->next) {
+    if (release < end && it->deadline > 0 && now() - release > it->deadline) increment(it->statistics.misses);
+  }
+  set_open(never);
   // Who has sent a call before may wait for it.
-  runner->serve();
+  serve(false);
   timeline().end(worker);
   set_present_context(nullptr);
   // Another thread may get the same identifier.
@@ -164,8 +194,60 @@ void PeriodicThread::State::run() {
   is_active = false;
 }
 
-void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds length) {
-  is_busy = true;
+void PeriodicThread::State::set_open(Nanoseconds release) {
+  for (State* it = this; it != nullptr; it = it->next) it->open.store(release, std::memory_order_relaxed);
+}
+
+void PeriodicThread::State::note_arrival() {
+  // The word is written in any case: who takes it next then sees the value that has come.
+  if (arrival.fetch_add(0) != never) return;
+  Nanoseconds none = never;
+  if (arrival.compare_exchange_strong(none, now())) timeline().wake(worker);
+}
+
+// The next release; `never` while no value has come.
+Nanoseconds PeriodicThread::State::release_by_data() const {
+  const Nanoseconds came = arrival.load(std::memory_order_acquire);
+  if (came == never) return never;
+  const Nanoseconds begin = is_held ? first.load(std::memory_order_acquire) : 0;
+  return std::max({came, begin, earliest.load(std::memory_order_relaxed)});
+}
+
+// From here on, what comes is for the next period.
+void PeriodicThread::State::note_release(Nanoseconds at, Nanoseconds length) {
+  arrival.exchange(never);
+  releases[release_count++ % releases.size()] = at;
+  if (release_count >= releases.size()) earliest = releases[release_count % releases.size()] + length;
+}
+
+// Executes the calls that wait, or a step, of each that the thread executes.
+void PeriodicThread::State::serve(bool is_step) {
+  for (State* it = this; it != nullptr; it = it->next) {
+    it->is_busy = true;
+    if (RTT::base::RunnableInterface* const present = it->runner) {
+      set_present_context(&it->context);
+      if (is_step) {
+        present->step();
+      } else {
+        present->serve();
+      }
+    }
+    it->is_busy = false;
+  }
+}
+
+void PeriodicThread::State::execute_periods(Nanoseconds release, Nanoseconds length) {
+  for (State* it = this; it != nullptr; it = it->next) {
+    // From here on, who stops it waits for it.
+    it->is_busy = true;
+    if (RTT::base::RunnableInterface* const present = it->runner) it->execute_period(*present, release, length);
+    it->open.store(never, std::memory_order_relaxed);
+    it->is_busy = false;
+  }
+}
+
+void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present, Nanoseconds release, Nanoseconds length) {
+  set_present_context(&context);
   TraceQueue* const queue = context.queue();
   const bool is_traced = context.trace != nullptr;
   TraceRecord record = TraceRecord::of(TraceRecord::Period, context.instance.c_str(), "", 0, 0, 0);
@@ -175,8 +257,8 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   const Nanoseconds latency = began - release;
   const bool is_real = !timeline().is_virtual();
   if (is_real) context.waits = voluntary_waits() - context.lock_waits;
-  if (!is_real && overhead > 0) timeline().spend(worker, overhead);
-  const bool was_running = runner->step();
+  if (!is_real && overhead > 0) timeline().spend(*context.worker, overhead);
+  const bool was_running = present.step();
   const Nanoseconds ended = now();
   const Nanoseconds response = ended - release;
   if (queue != nullptr && was_running) {
@@ -185,14 +267,7 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
     record.ended = ended;
     queue->push(record);
   }
-  if (is_real) {
-    const Nanoseconds cpu = cpu_time();
-    if (was_running && cpu_after_period >= 0) {
-      note_greatest(statistics.overhead, cpu - cpu_after_period - context.measured_cpu);
-    }
-    cpu_after_period = cpu;
-    context.measured_cpu = 0;
-  }
+  if (is_real) note_overhead(was_running);
   if (was_running) {
     increment(statistics.periods);
     note_greatest(statistics.latency, latency);
@@ -201,7 +276,20 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   }
   // Also if its task was stopped before it could begin.
   if (deadline > 0 && response > deadline) increment(statistics.misses);
-  is_busy = false;
+}
+
+void PeriodicThread::State::note_overhead(bool was_running) {
+  const Nanoseconds cpu = cpu_time();
+  // Calls of the others may have been executed in between.
+  Nanoseconds measured = 0;
+  for (State* it = leader; it != nullptr; it = it->next) {
+    measured += it->context.measured_cpu;
+    it->context.measured_cpu = 0;
+  }
+  if (was_running && leader->cpu_after_period >= 0) {
+    note_greatest(statistics.overhead, cpu - leader->cpu_after_period - measured);
+  }
+  leader->cpu_after_period = cpu;
 }
 
 // Begins the record of a period. Its system calls neither wait nor allocate.
@@ -209,8 +297,8 @@ TraceRecord PeriodicThread::State::period_record(Nanoseconds release) const {
   TraceRecord record = TraceRecord::of(TraceRecord::Period, context.instance.c_str(), "", 0, 0, 0);
   record.release = release;
   if (timeline().is_virtual()) {
-    record.priority = worker.scheduling.priority;
-    record.cpus = static_cast<std::int64_t>(cpus.load());
+    record.priority = context.worker->scheduling.priority;
+    record.cpus = static_cast<std::int64_t>(leader->cpus.load());
     return record;
   }
   sched_param parameter = {};
@@ -240,6 +328,7 @@ bool PeriodicThread::start(RTT::base::RunnableInterface* runner) {
   state_->is_triggered = false;
   state_->is_active = true;
   State* const state = state_.get();
+  if (state->leader != state) return true;
   try {
     state_->thread = std::thread([state] { state->run(); });
   } catch (const std::exception& error) {
@@ -252,6 +341,12 @@ bool PeriodicThread::start(RTT::base::RunnableInterface* runner) {
 }
 
 bool PeriodicThread::stop() {
+  if (state_->leader != state_.get()) {
+    if (!state_->is_active.exchange(false)) return false;
+    state_->runner = nullptr;
+    while (state_->is_busy && !is_self()) pause();
+    return true;
+  }
   if (!state_->thread.joinable()) return false;
   state_->stops = true;
   timeline().wake(state_->worker);
@@ -261,13 +356,30 @@ bool PeriodicThread::stop() {
 }
 
 bool PeriodicThread::is_active() const { return state_->is_active && !state_->stops; }
-bool PeriodicThread::is_self() const { return state_->id.load() == std::this_thread::get_id(); }
+bool PeriodicThread::is_self() const { return state_->leader->id.load() == std::this_thread::get_id(); }
 
 bool PeriodicThread::trigger() {
   if (!is_active()) return false;
-  state_->is_triggered = true;
-  timeline().wake(state_->worker);
+  state_->leader->is_triggered = true;
+  timeline().wake(state_->leader->worker);
   return true;
+}
+
+void PeriodicThread::arrive() { state_->note_arrival(); }
+
+bool PeriodicThread::release_by(RTT::base::PortInterface& port, std::uint64_t burst) {
+  if (!port.release(this)) return false;
+  state_->port = &port;
+  state_->releases.resize(std::max<std::uint64_t>(1, std::min(burst, greatest_burst)));
+  return true;
+}
+
+void PeriodicThread::run_in(PeriodicThread& other) {
+  state_->leader = other.state_.get();
+  state_->context.worker = &state_->leader->worker;
+  State* last = state_->leader;
+  while (State* const next = last->next) last = next;
+  last->next = state_.get();
 }
 
 Nanoseconds PeriodicThread::period() const { return state_->period; }
@@ -281,7 +393,7 @@ std::uint64_t PeriodicThread::cpus() const {
   cpu_set_t set;
   // The thread of the library has this handle while it is joinable.
   if (!is_active() || timeline().is_virtual() ||
-      pthread_getaffinity_np(state_->thread.native_handle(), sizeof set, &set) != 0) {
+      pthread_getaffinity_np(state_->leader->thread.native_handle(), sizeof set, &set) != 0) {
     return state_->cpus == 0 ? ~std::uint64_t(0) : state_->cpus.load();
   }
   std::uint64_t cpus = 0;
@@ -293,7 +405,7 @@ std::uint64_t PeriodicThread::cpus() const {
 
 bool PeriodicThread::set_cpus(std::uint64_t cpus) {
   const bool is_set = cpus != 0 && (timeline().is_virtual() || !is_active() ||
-                                    set_cpus_of(state_->thread.native_handle(), cpus));
+                                    set_cpus_of(state_->leader->thread.native_handle(), cpus));
   if (is_set) state_->cpus = cpus;
   return is_set;
 }
@@ -315,15 +427,18 @@ void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = dea
 void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
 const Statistics& PeriodicThread::statistics() const { return state_->statistics; }
 
-bool PeriodicThread::has_open_period() const { return state_->open.load(std::memory_order_relaxed) <= now(); }
+bool PeriodicThread::has_open_period() const {
+  const Nanoseconds open = state_->oldest_release();
+  return open <= now() && open < state_->leader->end;
+}
 
 bool PeriodicThread::is_late() const {
-  const Nanoseconds open = state_->open.load(std::memory_order_relaxed);
+  const Nanoseconds open = state_->oldest_release();
   return state_->deadline > 0 && open != never && now() - open > state_->deadline;
 }
 
 bool PeriodicThread::is_busy() const { return state_->is_busy; }
-int PeriodicThread::number() const { return state_->number; }
+int PeriodicThread::number() const { return state_->leader->number; }
 const char* PeriodicThread::codel() const { return state_->context.codel.load(std::memory_order_relaxed); }
 Context& PeriodicThread::context() { return state_->context; }
 

@@ -39,6 +39,11 @@ class Robot {
   void activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
                 std::int64_t deadline, std::int64_t response);
 
+  // The periods of this instance are executed in the thread of another one, after those of all that are already.
+  void run_in(const std::string& instance, const std::string& other);
+  // Data at an input releases the activity of this instance, at most `burst` times in a period.
+  void release_by(const std::string& instance, const std::string& input, std::uint64_t burst);
+
   // A chain, whose greatest latency is shown: its bound, and its limit, 0 without one.
   void chain(const std::string& name, std::int64_t bound, std::int64_t limit);
   // The next instance of that chain, and where data enters and leaves it: `codel NAME` or `port COMPONENT.PORT`.

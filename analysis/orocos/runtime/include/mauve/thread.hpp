@@ -9,6 +9,12 @@
 #include "mauve/clock.hpp"
 #include "rtt/base/RunnableInterface.hpp"
 
+namespace RTT {
+namespace base {
+class PortInterface;
+}
+}  // namespace RTT
+
 namespace mauve {
 
 struct Context;
@@ -39,7 +45,7 @@ struct Statistics {
 };
 
 // A thread that executes a period at each release, and in between the calls that wait for it. A late period moves no release:
-// missed periods are caught up one by one. In between, the thread neither locks nor allocates.
+// missed periods are caught up one by one. In between, the thread neither locks nor allocates. The clock releases it, or data.
 class PeriodicThread {
  public:
   PeriodicThread(const std::string& name, const Scheduling& scheduling);
@@ -67,6 +73,17 @@ class PeriodicThread {
   void release_until(Nanoseconds end);
   // Before `start`: each release is one period after the beginning of the period before, if that has ended.
   void release_after_beginnings();
+  // Before `start`: executes its periods in the thread of `other`, after those of all that do so already. `other` decides on the
+  // scheduling and the releases, and is stopped before this one is destroyed.
+  void run_in(PeriodicThread& other);
+  // Before `start`: values that come to this input release it, at most `burst` times in a period. False if the port is no input.
+  //
+  // It is released when a value has come since the beginning of the period before, or a buffer of the port is not empty at the end of
+  // that period; and not before the end of a gap: one period after the release that was the last but `burst`. What comes in a gap releases
+  // it at its end.
+  bool release_by(RTT::base::PortInterface& port, std::uint64_t burst);
+  // In any thread: a value has come. Never waits, locks or allocates.
+  void arrive();
   // Before `start`: the deadline, for the statistics.
   void set_deadline(Nanoseconds deadline);
   // Before `start`: the execution time that a period takes on a virtual clock in addition to its codels.

@@ -1,6 +1,7 @@
 #ifndef MAUVE_RTT_INPUT_PORT_HPP
 #define MAUVE_RTT_INPUT_PORT_HPP
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -62,6 +63,16 @@ class InputPort : public base::PortInterface {
 
   // Not in RTT: the number of the sample that was read last, among those that its port has written; 0 without one.
   std::uint64_t number() const { return number_; }
+
+  bool release(mauve::PeriodicThread* thread) override {
+    for (const auto& connection : connections_->all()) connection.channel->release(thread);
+    return true;
+  }
+
+  bool has_more() const override {
+    const auto& all = connections_->all();
+    return std::any_of(all.begin(), all.end(), [](const auto& connection) { return connection.channel->has_more(); });
+  }
 
   bool connected() const override { return !connections_->all().empty(); }
   void disconnect() override { connections_->disconnect(); }

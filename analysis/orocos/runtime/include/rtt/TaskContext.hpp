@@ -49,6 +49,13 @@ class TaskContext : public base::TaskCore {
     return activity->start();
   }
 
+  // By its name; null without one.
+  TaskContext* getPeer(const std::string& name) const {
+    const auto found = peers_.find(name);
+    return found == peers_.end() ? nullptr : found->second;
+  }
+  bool addPeer(TaskContext* peer) { return peers_.emplace(peer->getName(), peer).second; }
+
   Service::shared_ptr provides() { return provided_; }
   ServiceRequester::shared_ptr requires() { return required_; }
   ServiceRequester::shared_ptr requires(const std::string& service) {
@@ -125,6 +132,7 @@ class TaskContext : public base::TaskCore {
   const ServiceRequester::shared_ptr required_;
   std::map<std::string, ServiceRequester::shared_ptr> services_;
   std::map<std::string, base::PortInterface*> ports_;
+  std::map<std::string, TaskContext*> peers_;
   std::map<std::string, std::unique_ptr<base::PropertyBase>> properties_;
 };
 

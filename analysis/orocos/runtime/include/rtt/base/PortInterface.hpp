@@ -6,6 +6,10 @@
 #include "rtt/ConnPolicy.hpp"
 #include "rtt/FlowStatus.hpp"
 
+namespace mauve {
+class PeriodicThread;
+}
+
 namespace RTT {
 
 class TaskContext;
@@ -29,6 +33,11 @@ class PortInterface {
   virtual void disconnect() = 0;
   virtual bool connectTo(PortInterface* other) = 0;
   virtual bool connectTo(PortInterface* other, const ConnPolicy& policy) = 0;
+
+  // Not in RTT: what comes to an input, by the connections that it has, releases this thread. False for an output.
+  virtual bool release(mauve::PeriodicThread*) { return false; }
+  // Not in RTT, in the thread of the reader: whether a buffer of an input has something that was not read.
+  virtual bool has_more() const { return false; }
 
  protected:
   explicit PortInterface(const std::string& name) : name_(name) {}

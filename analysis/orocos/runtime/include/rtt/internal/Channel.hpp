@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "mauve/thread.hpp"
 #include "rtt/ConnPolicy.hpp"
 #include "rtt/FlowStatus.hpp"
 
@@ -28,6 +29,7 @@ class Channel {
   explicit Channel(const ConnPolicy& policy)
       : size_(policy.type == ConnPolicy::DATA ? 1 : static_cast<std::size_t>(policy.size)),
         drops_oldest_(policy.type != ConnPolicy::BUFFER),
+        is_buffer_(policy.type != ConnPolicy::DATA),
         slots_(new T[size_ + 3]()),
         numbers_(new std::uint64_t[size_ + 3]()),
         queue_(new std::atomic<std::size_t>[size_ + 1]),
@@ -66,6 +68,7 @@ class Channel {
       // If this fails, the reader has taken the oldest.
       if (tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel)) spare_ = oldest;
     }
+    if (released_ != nullptr) released_->arrive();
     return WriteSuccess;
   }
 
@@ -78,6 +81,14 @@ class Channel {
     if (!has_last_) return NoData;
     if (copy_old_data) sample = slots_[last_];
     return OldData;
+  }
+
+  // Before its writer and its reader run: what is written releases this thread.
+  void release(mauve::PeriodicThread* thread) { released_ = thread; }
+
+  // In the thread of the reader: whether it is a buffer with something that was not read.
+  bool has_more() const {
+    return is_buffer_ && head_.load(std::memory_order_acquire) != tail_.load(std::memory_order_acquire);
   }
 
   // In the thread of the reader: the number of the sample that was read last; 0 without one.
@@ -122,7 +133,7 @@ class Channel {
   }
 
   const std::size_t size_;
-  const bool drops_oldest_;
+  const bool drops_oldest_, is_buffer_;
   const std::unique_ptr<T[]> slots_;
   const std::unique_ptr<std::uint64_t[]> numbers_;
   // The numbers of the slots with unread samples: those from `tail_` to `head_`, modulo the size.
@@ -134,6 +145,7 @@ class Channel {
   std::uint64_t returned_begin_ = 0;
   // The slot of the sample that was dropped: the writer's, for the next one.
   std::size_t spare_ = none;
+  mauve::PeriodicThread* released_ = nullptr;
   // The reader's.
   std::size_t last_ = 0;
   bool has_last_ = false;

@@ -1,0 +1,203 @@
+// Sources that write faster than their readers are released; readers that data release, in a chain; and components that share a thread.
+// The gap between releases is kept, no value is lost, and a shared thread keeps its order. Argument: the periods of each source.
+
+#include <cstdint>
+#include <cstdlib>
+#include <deque>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <rtt/Activity.hpp>
+#include <rtt/InputPort.hpp>
+#include <rtt/OperationCaller.hpp>
+#include <rtt/OutputPort.hpp>
+#include <rtt/TaskContext.hpp>
+
+#include "context.hpp"
+
+namespace {
+
+constexpr mauve::Nanoseconds period = 20000, gap = 50000;
+
+std::atomic<int> faults{0};
+
+void check(bool holds, const char* text) {
+  if (holds || faults.fetch_add(1) > 10) return;
+  std::cerr << "does not hold: " << text << std::endl;
+}
+
+#define CHECK(condition) check((condition), #condition)
+
+// Of the interposer, where it is loaded: see interposer.cpp.
+extern "C" __attribute__((weak)) void interposer_counts(bool counts);
+
+class Node : public RTT::TaskContext {
+ public:
+  Node(const std::string& name, std::uint64_t most) : RTT::TaskContext(name), out("out"), in("in"), most_(most) {
+    addOperation("add", &Node::add, this, RTT::OwnThread);
+  }
+
+  int add(int number) { return number + 1; }
+
+  void updateHook() override {
+    if (turn != nullptr) {
+      CHECK(*turn == place);
+      *turn = (place + 1) % 3;
+    }
+    std::uint64_t number = 0;
+    if (is_source) {
+      number = periods + 1;
+      if (number > most_) return;
+    } else if (in.connected()) {
+      // One value in each period: what is left in a buffer releases it again.
+      if (in.read(number, false) != RTT::NewData) return;
+      CHECK(number > last);
+      last.store(number);
+    }
+    if (number > 0) out.write(number);
+    ++periods;
+  }
+
+  RTT::OutputPort<std::uint64_t> out;
+  RTT::InputPort<std::uint64_t> in;
+  std::atomic<std::uint64_t> periods{0}, last{0};
+  bool is_source = false;
+  // The turns of a shared thread.
+  std::size_t* turn = nullptr;
+  std::size_t place = 0;
+  mauve::PeriodicThread* thread = nullptr;
+
+ private:
+  const std::uint64_t most_;
+};
+
+// The last releases of a reader.
+struct Releases {
+  std::size_t burst = 1;
+  std::deque<mauve::Nanoseconds> last;
+  std::uint64_t count = 0;
+
+  void add(mauve::Nanoseconds release) {
+    last.push_back(release);
+    if (last.size() <= burst) return;
+    CHECK(last.back() - last.front() >= gap);
+    last.pop_front();
+    ++count;
+  }
+};
+
+// The numbers of the readers that data release.
+struct Chain {
+  std::unique_ptr<Node> source, first, second;
+  Releases of_first, of_second;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const std::uint64_t most = std::strtoull(argv[1], nullptr, 10);
+  mauve::TraceQueue queue;
+  bool is_fine = true;
+  std::vector<Chain> chains(4);
+  const auto activity_of = [&](Node& node, Node* leader, mauve::Nanoseconds length) {
+    auto* const activity = new RTT::Activity(ORO_SCHED_OTHER, 0, 1e-9 * static_cast<double>(length), 0u, nullptr, node.getName());
+    node.thread = &activity->thread();
+    if (length == gap) node.thread->context().trace = &queue;
+    if (leader != nullptr) node.thread->run_in(*leader->thread);
+    return activity;
+  };
+  const auto start = [&](Node& node, RTT::Activity* activity) {
+    is_fine = node.setActivity(activity) && is_fine;
+  };
+  for (std::size_t index = 0; index < chains.size(); ++index) {
+    Chain& chain = chains[index];
+    const std::string name = std::to_string(index);
+    chain.source.reset(new Node("source" + name, most));
+    chain.first.reset(new Node("first" + name, most));
+    chain.second.reset(new Node("second" + name, most));
+    chain.source->is_source = true;
+    // A buffer that never overflows, or the last value only.
+    const bool is_buffer = index % 2 == 0;
+    const auto policy = is_buffer ? RTT::ConnPolicy::circularBuffer(static_cast<int>(most)) : RTT::ConnPolicy::data();
+    is_fine = chain.source->out.connectTo(&chain.first->in, policy) && is_fine;
+    is_fine = chain.first->out.connectTo(&chain.second->in, RTT::ConnPolicy::data()) && is_fine;
+    chain.of_first.burst = index < 2 ? 1 : 3;
+    start(*chain.source, activity_of(*chain.source, nullptr, period));
+    for (Node* node : {chain.first.get(), chain.second.get()}) {
+      RTT::Activity* const activity = activity_of(*node, nullptr, gap);
+      is_fine = node->thread->release_by(node->in, node == chain.first.get() ? chain.of_first.burst : 1) && is_fine;
+      start(*node, activity);
+    }
+    CHECK(!chain.first->thread->release_by(chain.first->out, 1));
+  }
+  std::size_t turn = 0;
+  std::vector<std::unique_ptr<Node>> group;
+  for (std::size_t place = 0; place < 3; ++place) {
+    group.emplace_back(new Node("shared" + std::to_string(place), most));
+    group[place]->turn = &turn;
+    group[place]->place = place;
+    RTT::Activity* const activity = activity_of(*group[place], place == 0 ? nullptr : group[0].get(), period);
+    if (place == 0) group[0]->thread->hold();
+    start(*group[place], activity);
+  }
+  for (std::size_t place = 3; place-- > 0;) is_fine = group[place]->start() && is_fine;
+  group[0]->thread->release_at(mauve::now());
+  for (Chain& chain : chains) {
+    for (Node* node : {chain.first.get(), chain.second.get(), chain.source.get()}) is_fine = node->start() && is_fine;
+  }
+
+  // Calls are executed in between, also before any value comes and by a shared thread.
+  RTT::TaskContext caller("caller");
+  std::vector<Node*> called{group[1].get(), group[2].get()};
+  for (Chain& chain : chains) called.push_back(chain.second.get());
+  const auto drain = [&] {
+    for (const mauve::TraceRecord& record : queue.take()) {
+      if (record.kind != mauve::TraceRecord::Period) continue;
+      const std::string name = record.instance;
+      const std::size_t index = static_cast<std::size_t>(name.back() - '0');
+      if (name.compare(0, 5, "first") == 0) chains[index].of_first.add(record.release);
+      if (name.compare(0, 6, "second") == 0) chains[index].of_second.add(record.release);
+    }
+  };
+  if (interposer_counts != nullptr) interposer_counts(true);
+  const auto is_done = [&](const Chain& chain) {
+    return chain.source->periods >= most && chain.first->last == most && chain.second->last == most;
+  };
+  int moments = 0;
+  for (const Chain& chain : chains) {
+    for (; is_fine && faults == 0 && !is_done(chain); ++moments) {
+      drain();
+      mauve::pause();
+      if (moments > 600000) check(false, "all values arrive");
+    }
+  }
+  if (interposer_counts != nullptr) interposer_counts(false);
+  for (Node* node : called) {
+    RTT::OperationCaller<int(int)> add("add");
+    caller.requires()->addOperationCaller(add);
+    is_fine = caller.requires()->connectTo(node->provides()) && is_fine;
+    CHECK(add.call(1) == 2);
+  }
+  drain();
+  std::uint64_t jobs = 0;
+  for (Chain& chain : chains) {
+    CHECK(chain.of_first.count > 0 && chain.of_second.count > 0);
+    // Every value of a buffer has had a period.
+    if (&chain == &chains[0] || &chain == &chains[2]) CHECK(chain.first->periods == most);
+    for (Node* node : {chain.source.get(), chain.first.get(), chain.second.get()}) {
+      jobs += node->thread->statistics().periods;
+      is_fine = node->stop() && is_fine;
+    }
+    for (Node* node : {chain.source.get(), chain.first.get(), chain.second.get()}) node->setActivity(nullptr);
+  }
+  group[0]->thread->stop();
+  for (const auto& node : group) jobs += node->thread->statistics().periods;
+  const std::uint64_t shared = group[0]->thread->statistics().periods;
+  for (const auto& node : group) CHECK(shared - node->thread->statistics().periods <= 1 && node->stop());
+  for (const auto& node : group) node->setActivity(nullptr);
+  std::cout << jobs << " periods, " << faults << " faults" << std::endl;
+  return is_fine && faults == 0 && shared > 0 ? 0 : 1;
+}
