@@ -5,7 +5,7 @@
 -- `getProperty arm.reach`.
 
 local failing = os.getenv("FAILING") or ""
-local imported, tasks = {}, {}
+local imported, tasks, slaves, connected, active = {}, {}, {}, {}, {}
 
 local function shown(value)
   if type(value) == "string" then
@@ -48,7 +48,17 @@ local function new_task(name)
     configure = function(_, ...) check(0, ...) return done("configure", name) end,
     start = function(_, ...) check(0, ...) return done("start", name) end,
     stop = function(_, ...) check(0, ...) return done("stop", name) end,
+    mauve_executes = function(_, ...)
+      check(1, ...)
+      assert(slaves[(...)] == name, "no slave of this task")
+      return done("mauve_executes", name, ...)
+    end,
     mauve_has_buffer = function(_, ...) check(1, ...) return done("mauve_has_buffer", name, ...) end,
+    mauve_released_by = function(_, ...)
+      check(3, ...)
+      assert(not connected[name .. "." .. (...)], "a port that is connected loses its connections")
+      return done("mauve_released_by", name, ...)
+    end,
     mauve_runs_as = function(_, ...) check(2, ...) return done("mauve_runs_as", name, ...) end,
     mauve_set = function(_, ...) check(2, ...) return done("mauve_set", name, ...) end,
     setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,
@@ -100,6 +110,7 @@ local deployer = closed({
     local from, to, policy = ...
     of_task(from)
     of_task(to)
+    connected[to] = true
     assert((policy.type == "DATA") == (policy.size == 0), "a policy of another size")
     return done("connect", from, to, policy.type, policy.size)
   end,
@@ -112,7 +123,15 @@ local deployer = closed({
   setActivity = function(_, ...)
     check(4, ...)
     assert(rawget(tasks, (...)), "no task for an activity")
+    active[(...)] = true
     return done("setActivity", ...)
+  end,
+  setMasterSlaveActivity = function(_, ...)
+    check(2, ...)
+    local master, slave = ...
+    assert(active[master] and rawget(tasks, slave), "no master for an activity")
+    slaves[slave] = master
+    return done("setMasterSlaveActivity", ...)
   end,
   setWaitPeriodPolicy = function(_, ...)
     check(2, ...)

@@ -62,12 +62,32 @@ pub(crate) struct Task {
     pub(crate) has_values: bool,
     /// The task of its activity, with the CPUs that a script can set.
     pub(crate) activity: mauve_timing::Task,
+    /// The input whose data release it, if some do.
+    pub(crate) trigger: Option<String>,
+    /// The number of its activity, in the order of threads.
+    place: usize,
 }
 
 impl Deployed {
     /// The instances, in the order in which they are loaded, configured and started.
     pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &Task> {
         self.order.iter().filter_map(|&number| self.tasks.get(number))
+    }
+
+    /// The instances by thread, in the order of the text: those that one thread executes, in that order.
+    pub(crate) fn threads(&self) -> Vec<Vec<&Task>> {
+        let mut threads: Vec<Vec<&Task>> = Vec::new();
+        let mut numbers: FxHashMap<u32, usize> = FxHashMap::default();
+        for task in &self.tasks {
+            let new = threads.len();
+            let number = task.activity.thread.map_or(new, |thread| *numbers.entry(thread).or_insert(new));
+            match threads.get_mut(number) {
+                Some(thread) => thread.push(task),
+                None => threads.push(vec![task]),
+            }
+        }
+        threads.iter_mut().for_each(|thread| thread.sort_by_key(|task| task.place));
+        threads
     }
 }
 
@@ -131,6 +151,22 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Depl
             required[requires].insert(provides);
         }
     }
+    // In a script, the last instance of a thread executes the others: it starts after them, and stops before.
+    let mut last: FxHashMap<u32, usize> = FxHashMap::default();
+    for (index, task) in tasks.iter().enumerate() {
+        let Some(thread) = task.activity.thread else { continue };
+        let last = last.entry(thread).or_insert(index);
+        if tasks.get(*last).is_some_and(|other| other.place < task.place) {
+            *last = index;
+        }
+    }
+    for (index, task) in tasks.iter().enumerate() {
+        let last = task.activity.thread.and_then(|thread| last.get(&thread).copied());
+        if let Some(last) = last.filter(|last| *last != index) {
+            required[index].remove(&last);
+            required[last].insert(index);
+        }
+    }
     Some(Deployed {
         name: file_name(of.name(db)),
         qualified: of.qualified(db),
@@ -153,7 +189,7 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Depl
 /// What a deployment says of its instances, by their names.
 struct Activities<'db> {
     /// The first of each name.
-    resolved: FxHashMap<&'db Name, &'db ResolvedActivity<'db>>,
+    resolved: FxHashMap<&'db Name, (usize, &'db ResolvedActivity<'db>)>,
     /// The first affinity that is written.
     affinities: FxHashMap<&'db Name, Option<CpuSet>>,
     /// The properties and constants that are set, by the deployment or by an architecture.
@@ -163,8 +199,8 @@ struct Activities<'db> {
 impl<'db> Activities<'db> {
     fn new(model: Model<'_, 'db>, of: Decl<'db>, flat: &'db Flat<'db>) -> Activities<'db> {
         let Model { db, project, .. } = model;
-        let resolved = system_of(db, project, of).activities.iter().rev();
-        let resolved = resolved.map(|it| (&it.instance, it)).collect();
+        let resolved = system_of(db, project, of).activities.iter().enumerate().rev();
+        let resolved = resolved.map(|(place, it)| (&it.instance, (place, it))).collect();
         let data = deployment(db, of);
         let mut affinities = FxHashMap::default();
         for activity in data.into_iter().flat_map(|data| &data.activities) {
@@ -204,13 +240,15 @@ fn task<'db>(
         let ty = model.type_of(it.declared.shell, data.ty.as_ref());
         Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
     };
-    let resolved = activities.resolved.get(&instance.name)?;
+    let &(place, resolved) = activities.resolved.get(&instance.name)?;
     Some(Task {
         name: task_name(&instance.name),
         class,
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
         activity: activity(activities, resolved),
+        trigger: resolved.trigger.as_ref().map(|port| script_name(port)),
+        place,
     })
 }
 

@@ -42,7 +42,8 @@ pub(crate) fn script(deployed: &Deployed) -> String {
         ("read", lines(with_values.map(|task| format!("read({})", lua_string(&task.name))))),
         ("connections", connections(deployed)),
         ("operations", lines(operations)),
-        ("activities", lines(deployed.tasks.iter().flat_map(activity))),
+        ("triggers", lines(deployed.tasks.iter().filter_map(trigger))),
+        ("activities", lines(deployed.threads().iter().flat_map(|thread| activities(thread)))),
         ("topics", flag(streams.is_some_and(|it| it.all_topics().next().is_some()))),
         ("streams", streams.map_or_else(String::new, streamed)),
         ("configured", lines(configured)),
@@ -93,16 +94,45 @@ fn connections(deployed: &Deployed) -> String {
     }))
 }
 
-/// Returns the steps that give an instance its thread.
+/// Returns the step that lets data release an instance.
+fn trigger(task: &Task) -> Option<String> {
+    let (port, name) = (lua_string(task.trigger.as_ref()?), lua_string(&task.name));
+    let (least, burst) = (task.seconds(), task.activity.burst.max(1));
+    let call = format!("task({name}):mauve_released_by({port}, {least}, {burst})");
+    Some(step(&call, &format!("let data release {}", task.name)))
+}
+
+/// Returns the steps that give the instances of a thread their activities: the last one executes the others before itself.
+fn activities(thread: &[&Task]) -> Vec<String> {
+    let Some((last, others)) = thread.split_last() else { return Vec::new() };
+    let mut all = activity(last);
+    for other in others {
+        let (master, slave) = (lua_string(&last.name), lua_string(&other.name));
+        let what = format!("execute {} in the thread of {}", other.name, last.name);
+        all.push(step(&format!("deployer:setMasterSlaveActivity({master}, {slave})"), &what));
+        all.push(step(&format!("task({master}):mauve_executes({slave})"), &what));
+    }
+    all.extend(thread.iter().map(|task| {
+        let priority = task.activity.priority.real_time().unwrap_or_default();
+        let mask = task.activity.cpus.unwrap_or_default().0;
+        let call = format!("task({}):mauve_runs_as({priority}, {mask})", lua_string(&task.name));
+        step(&call, &format!("start {}", task.name))
+    }));
+    all
+}
+
+/// Returns the steps that give an instance a thread.
 fn activity(task: &Task) -> Vec<String> {
     let Task { name, activity, .. } = task;
     let mut all = Vec::new();
-    if activity.period.is_none() {
+    if activity.period.is_none() && task.trigger.is_none() {
         all.push(comment(BACKGROUND));
     }
     let real_time = activity.priority.real_time();
     let scheduler = if real_time.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
-    let (period, priority) = (task.seconds(), real_time.unwrap_or_default());
+    // What data releases has no period.
+    let period = if task.trigger.is_some() { "0.0".to_owned() } else { task.seconds() };
+    let priority = real_time.unwrap_or_default();
     let (quoted, what) = (lua_string(name), format!("create the activity of {name}"));
     let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
     all.push(step(&format!("deployer:setActivity({arguments})"), &what));
@@ -114,8 +144,6 @@ fn activity(task: &Task) -> Vec<String> {
         let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
         all.push(step(&format!("task({quoted}):setCpuAffinity({mask})"), &what));
     }
-    let mask = activity.cpus.unwrap_or_default().0;
-    all.push(step(&format!("task({quoted}):mauve_runs_as({priority}, {mask})"), &format!("start {name}")));
     all
 }
 

@@ -69,6 +69,12 @@ end
 
 {read}
 @end
+@if triggers
+
+-- Names the inputs whose data release their instances, with the gap between releases in seconds, and the
+-- releases in that time. A port that becomes an event port loses its connections, so this comes first.
+{triggers}
+@end
 @if connections
 
 -- Connects outputs to inputs. An input keeps the last value, or as many values as its buffer has.

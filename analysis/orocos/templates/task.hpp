@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdlib>
 #include <exception>
 #include <limits>
@@ -19,15 +20,21 @@
 #include <utility>
 #include <vector>
 
+#include <rtt/FlowStatus.hpp>
 #include <rtt/Logger.hpp>
 #include <rtt/OperationCaller.hpp>
 #include <rtt/OutputPort.hpp>
 #include <rtt/SendHandle.hpp>
 #include <rtt/SendStatus.hpp>
 #include <rtt/TaskContext.hpp>
+#include <rtt/base/PortInterface.hpp>
 
 #ifdef MAUVE_RUNTIME
 #include <mauve/clock.hpp>
+#else
+#include <rtt/base/ActivityInterface.hpp>
+#include <rtt/base/InputPortInterface.hpp>
+#include <rtt/os/ThreadInterface.hpp>
 #endif
 
 namespace {lib} {
@@ -42,6 +49,14 @@ class MauveTask : public RTT::TaskContext {
     addOperation("mauve_has_buffer", &MauveTask::mauve_has_buffer, this, RTT::ClientThread)
         .doc("The connection of this input has a buffer, which the component clears when it starts.")
         .arg("port", "the name of an input");
+    addOperation("mauve_released_by", &MauveTask::mauve_released_by, this, RTT::ClientThread)
+        .doc("Data at this input releases the component. To be called before the input is connected.")
+        .arg("port", "the name of an input")
+        .arg("least", "the gap between releases, in seconds")
+        .arg("burst", "the number of releases in that time");
+    addOperation("mauve_executes", &MauveTask::mauve_executes, this, RTT::ClientThread)
+        .doc("The component's thread executes each period of a peer before its own: a slave activity.")
+        .arg("peer", "the name of the peer");
   }
 
   // Executed by the component's own thread.
@@ -50,6 +65,10 @@ class MauveTask : public RTT::TaskContext {
     priority_ = priority;
     cpus_ = cpus;
     is_scheduled_ = mauve_is_scheduled();
+#ifndef MAUVE_RUNTIME
+    // Late periods are caught up, as many as there are: Orocos would end the thread after some.
+    if (getActivity() != nullptr && getActivity()->thread() != nullptr) getActivity()->thread()->setMaxOverrun(-1);
+#endif
     return is_scheduled_;
   }
 
@@ -58,6 +77,32 @@ class MauveTask : public RTT::TaskContext {
     if (getPort(port) == nullptr) return false;
     buffered_.push_back(port);
     return true;
+  }
+
+  // Executed by the deployer's thread, before the input is connected. Without Orocos, MAUVE's own runtime
+  // releases the component.
+  bool mauve_released_by(const std::string& port, double least, unsigned int burst) {
+    trigger_ = getPort(port);
+    least_ = least;
+    releases_.assign(burst == 0 ? 1 : burst, 0.0);
+#ifndef MAUVE_RUNTIME
+    auto* const input = dynamic_cast<RTT::base::InputPortInterface*>(trigger_);
+    if (input == nullptr) return false;
+    // A port is added once.
+    ports()->removePort(port);
+    ports()->addEventPort(*input, [this](RTT::base::PortInterface*) {
+      ++unread_;
+      mauve_release();
+    });
+#endif
+    return trigger_ != nullptr;
+  }
+
+  // Executed by the deployer's thread, before the component starts.
+  bool mauve_executes(const std::string& peer) {
+    RTT::TaskContext* const mate = getPeer(peer);
+    if (mate != nullptr) mates_.push_back(mate);
+    return mate != nullptr;
   }
 
  protected:
@@ -108,6 +153,9 @@ class MauveTask : public RTT::TaskContext {
   void mauve_started() {
     is_first_period_ = true;
     overruns_ = 0;
+    // What came before is no event: Orocos calls `updateHook` once at the start.
+    is_waiting_ = trigger_ != nullptr;
+    next_ = 0;
     gate_ = Open;
   }
 
@@ -133,27 +181,31 @@ class MauveTask : public RTT::TaskContext {
 
   // Whether an input has a buffer. One that filled before its reader starts would stay full at equal
   // rates, and its oldest value would be read for ever. An input without a buffer keeps its value.
-  bool mauve_is_buffered(const char* port) const {
+  bool mauve_is_buffered(const std::string& port) const {
     return std::find(buffered_.begin(), buffered_.end(), port) != buffered_.end();
   }
 
-  // Called at the beginning of a period. Returns false in the first period if the thread is not
-  // scheduled as analysed: then the component enters its exception state and executes no period.
+  // Called at the beginning of a period. Returns false if the component is not released; and in the first
+  // period if the thread is not scheduled as analysed: then it enters its exception state.
   bool mauve_begin() {
+    for (RTT::TaskContext* mate : mates_) mate->update();
     // This load makes the writes of `startHook`, in another thread, visible.
     if (gate_.load() == Closed) return false;
     refuses_in_ = std::thread::id();
     executes_in_ = std::this_thread::get_id();
+#ifndef MAUVE_RUNTIME
+    if (trigger_ != nullptr && !mauve_is_released()) return false;
+#endif
     if (is_first_period_ && is_known_ && !mauve_is_scheduled()) {
       exception();
       return false;
     }
     if (has_period_port_) {
       begin_ = mauve_now(CLOCK_THREAD_CPUTIME_ID);
-      // A late start does not move the next release. A background activity has no fixed releases:
-      // its next period is counted from this one.
+      // A late start does not move the next release. A background activity and one that data releases
+      // have no fixed releases: the next period is counted from this one.
       const double now = mauve_now(CLOCK_MONOTONIC);
-      const bool is_new = is_first_period_ || (is_known_ && priority_ == 0);
+      const bool is_new = is_first_period_ || trigger_ != nullptr || (is_known_ && priority_ == 0);
       release_ = is_new ? now : std::min(release_ + getPeriod(), now);
     }
     is_first_period_ = false;
@@ -162,11 +214,21 @@ class MauveTask : public RTT::TaskContext {
 
   // Called at the end of a period.
   void mauve_end() {
-    const double period = getPeriod();
+#ifndef MAUVE_RUNTIME
+    if (unread_ > 0 && mauve_is_buffered(trigger_->getName())) mauve_release();
+#endif
+    if (!has_period_port_) return;
+    const double period = trigger_ != nullptr ? least_ : getPeriod();
     if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
     period_[0] = mauve_now(CLOCK_THREAD_CPUTIME_ID) - begin_;
     period_[1] = overruns_;
     period_port_.write(period_);
+  }
+
+  // Returns the status of a read, by which the component knows whether a buffer has more.
+  RTT::FlowStatus mauve_read(const RTT::base::PortInterface& port, RTT::FlowStatus status) {
+    if (&port == trigger_) unread_ = status == RTT::NewData && unread_ > 0 ? unread_ - 1 : 0;
+    return status;
   }
 
   // Sends a call. A call that cannot be sent has failed.
@@ -240,6 +302,36 @@ class MauveTask : public RTT::TaskContext {
     const char* what() const noexcept override { return "the component is not running: it refuses the call"; }
   };
 
+#ifndef MAUVE_RUNTIME
+  // In the component's thread: the next period begins now, or at the end of the gap. The thread has no period
+  // of its own; one that is as long as the rest of the gap is its timer.
+  void mauve_release() {
+    if (is_waiting_) return;
+    is_waiting_ = true;
+    next_ = std::max(mauve_now(CLOCK_MONOTONIC), earliest_);
+    mauve_wait();
+  }
+
+  void mauve_wait() {
+    const double left = next_ - mauve_now(CLOCK_MONOTONIC);
+    setPeriod(std::max(left, 0.0));
+    if (left <= 0) trigger();
+  }
+
+  // Whether a period begins. Orocos also calls `updateHook` when the timer has done its work.
+  bool mauve_is_released() {
+    if (getPeriod() > 0) setPeriod(0);
+    if (is_waiting_ && next_ > mauve_now(CLOCK_MONOTONIC)) mauve_wait();
+    if (!is_waiting_ || next_ > mauve_now(CLOCK_MONOTONIC)) return false;
+    is_waiting_ = false;
+    // From the release that is `burst` before the next one.
+    releases_[count_++ % releases_.size()] = next_ > 0 ? next_ : mauve_now(CLOCK_MONOTONIC);
+    const double last = releases_[count_ % releases_.size()];
+    earliest_ = last > 0 ? last + least_ : 0;
+    return true;
+  }
+#endif
+
   static double mauve_now(clockid_t clock) {
 #ifdef MAUVE_RUNTIME
     // The clock of this runtime may be a virtual one.
@@ -304,6 +396,21 @@ class MauveTask : public RTT::TaskContext {
   std::atomic<std::thread::id> executes_in_{std::thread::id()};
   bool has_room_ = false;
   std::vector<std::string> buffered_;
+  // The peers whose periods the component's thread executes before its own.
+  std::vector<RTT::TaskContext*> mates_;
+  // The input whose data releases the component, the gap in seconds, and its last releases.
+  RTT::base::PortInterface* trigger_ = nullptr;
+  double least_ = 0;
+  std::vector<double> releases_;
+#ifndef MAUVE_RUNTIME
+  std::size_t count_ = 0;
+  // The end of the gap.
+  double earliest_ = 0;
+#endif
+  // Whether a release is to come, and when; and the values that may not have been read.
+  bool is_waiting_ = false;
+  double next_ = 0;
+  std::size_t unread_ = 0;
   // The scheduling that was analysed; unknown until `mauve_runs_as` is called.
   bool is_known_ = false;
   bool is_scheduled_ = false;

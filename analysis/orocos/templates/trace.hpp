@@ -195,7 +195,7 @@ namespace mauve_trace = ::{lib}::trace;
 #define MAUVE_TRACE_CODEL(instance, codel, ...) \
   ::mauve_trace::traced(instance, codel, [&] { return MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__); })
 #define MAUVE_TRACE_READ(instance, key, port, sample) \
-  ::mauve_trace::read(instance, key, port, sample)
+  mauve_read(port, ::mauve_trace::read(instance, key, port, sample))
 #define MAUVE_TRACE_WRITE(instance, key, port, ...) \
   ::mauve_trace::write(instance, key, port, __VA_ARGS__)
 
@@ -205,7 +205,7 @@ namespace mauve_trace = ::{lib}::trace;
 #define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
   MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
 #define MAUVE_TRACE_CODEL(instance, codel, ...) MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__)
-#define MAUVE_TRACE_READ(instance, key, port, sample) MAUVE_EXECUTE_READ(key, port, sample)
+#define MAUVE_TRACE_READ(instance, key, port, sample) mauve_read(port, MAUVE_EXECUTE_READ(key, port, sample))
 #define MAUVE_TRACE_WRITE(instance, key, port, ...) MAUVE_EXECUTE_WRITE(key, port, __VA_ARGS__)
 
 #endif

@@ -391,9 +391,7 @@ fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
             text.line(1, "}");
             machine.show.iter().for_each(|show| text.line(1, format!("{show}();")));
         }
-        if class.introspection {
-            text.line(1, "mauve_end();");
-        }
+        text.line(1, "mauve_end();");
     });
 }
 

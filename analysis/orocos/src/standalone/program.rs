@@ -51,10 +51,17 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
     });
     let operations = deployed.operations.iter();
     let operations = operations.map(|both| call("operation", &both.each_ref().map(|end| cpp_string(end))));
-    let activities = deployed.tasks.iter().flat_map(|task| activity(task, bounds.get(&task.name).copied()));
+    let threads = deployed.threads();
+    let activities = threads.iter().flat_map(|thread| {
+        let all = thread.iter().flat_map(|task| activity(task, bounds.get(&task.name).copied()));
+        let first = thread.first().map_or("", |first| &first.name);
+        let others = thread.iter().skip(1);
+        all.chain(others.map(move |it| call("run_in", &[cpp_string(&it.name), cpp_string(first)])))
+    });
     let others = report.others().iter().map(|other| {
         let [period, time] =
-            [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos().to_string());
+            [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos());
+        let [period, time] = [period, time.saturating_mul(other.burst.max(1))].map(|it| it.to_string());
         let priority = other.priority.real_time().unwrap_or_default().to_string();
         let cpus = format!("{:#x}", other.cpus.unwrap_or_default().0);
         let arguments = [cpp_string(&other.name), period, time, priority, cpus];
@@ -122,7 +129,11 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
         nanoseconds(bound.flatten()),
     ];
     let about = activity.period.is_none().then(|| comment("  ", BACKGROUND));
-    about.into_iter().chain([call("activity", &arguments)]).collect()
+    let released_by = task.trigger.as_ref().map(|port| {
+        let burst = activity.burst.max(1).to_string();
+        call("release_by", &[cpp_string(&task.name), cpp_string(port), burst])
+    });
+    about.into_iter().chain([call("activity", &arguments)]).chain(released_by).collect()
 }
 
 /// Returns the calls for a chain.
