@@ -438,7 +438,7 @@ impl LatestReleases {
 
 fn releases_of<C: Clone + Default>(it: &ExpectedInstance) -> Option<Releases<C>> {
     let period = it.period.filter(|_| it.priority != Priority::Background)?;
-    Some(Releases::new(period, it.is_periodic, it.response.or(it.deadline)))
+    Some(Releases::new(period, it.burst, it.response.or(it.deadline)))
 }
 
 fn job_of(span: &Span) -> Option<Job> {

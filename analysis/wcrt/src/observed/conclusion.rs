@@ -326,6 +326,10 @@ impl Finish<'_> {
         if found.skipped > 0 {
             self.add(FindingKind::Skipped, found.first_skipped.map(unsigned), found.skipped);
         }
+        if let (Some(gap), Some(burst)) = (found.least_gap, self.expected.burst) {
+            let kind = FindingKind::Gap { expected: period, burst, observed: unsigned(gap) };
+            self.add(kind, found.first_in_gap.map(unsigned), found.in_gap);
+        }
         let Some(longest) = found.longest else { return };
         let response = unsigned(longest.response);
         let at = unsigned(longest.job.end);

@@ -178,6 +178,15 @@ pub enum FindingKind {
         /// The number of all periods.
         periods: u64,
     },
+    /// Data released it before the end of a gap; `count` times.
+    Gap {
+        /// T.
+        expected: u64,
+        /// The number of releases that T may have.
+        burst: u64,
+        /// The least time that had one more.
+        observed: u64,
+    },
     /// The periods do not begin as often as the period says.
     Period {
         /// That of the model.

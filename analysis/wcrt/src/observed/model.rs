@@ -64,10 +64,10 @@ pub struct ExpectedInstance {
     pub priority: Priority,
     /// The CPUs that it may use, a bit each, if they are known.
     pub cpus: Option<CpuSet>,
-    /// T.
+    /// T; where data releases it, the least time for its releases.
     pub period: Option<u64>,
-    /// Whether a clock releases it each T; otherwise T is the least distance of its releases.
-    pub is_periodic: bool,
+    /// How often data releases it in T at most; none where its clock does.
+    pub burst: Option<u64>,
     /// D.
     pub deadline: Option<u64>,
     /// R, the bound of its response time.
@@ -141,7 +141,7 @@ pub fn expected<'db>(
             priority: activity.priority,
             cpus: activity.cpus,
             period: nanos(activity.period).filter(|period| *period > 0),
-            is_periodic: activity.is_periodic(),
+            burst: (!activity.is_periodic()).then_some(activity.burst.max(1)),
             deadline: nanos(activity.deadline),
             response: nanos(activity.response),
             own: nanos(activity.own),

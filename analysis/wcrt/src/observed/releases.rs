@@ -5,6 +5,11 @@
 //! these is the latest possible r₀: the response times with it are lower bounds of the true ones, and one of them above R is no
 //! false alarm. A segment is a sequence of periods without a missing one; each has an r₀ of its own.
 
+use std::collections::VecDeque;
+
+/// With more releases in a gap, gaps are not compared.
+const MOST_IN_GAP: u64 = 1 << 12;
+
 /// The periods of a segment. RTT rounds its period to nanoseconds: the drift in a segment is at most 1 ns each, see [`Segment::close`].
 const LONGEST_SEGMENT: i64 = 10_000;
 
@@ -50,6 +55,10 @@ pub(super) struct FoundReleases<C> {
     /// Times without periods, that end with the activity at work again, and the end of the first one.
     pub(super) pauses: u64,
     pub(super) first_pause: Option<i64>,
+    /// Recorded releases by data before the end of a gap, the first one, and the least time from the one that began its gap.
+    pub(super) in_gap: u64,
+    pub(super) first_in_gap: Option<i64>,
+    pub(super) least_gap: Option<i64>,
     /// Releases that are not those of the period, where they are recorded.
     irregular: u64,
     /// Segments whose periods begin too early, in which a period cannot begin before its release.
@@ -74,9 +83,11 @@ struct Segment<C> {
 #[derive(Debug)]
 pub(super) struct Releases<C> {
     period: i64,
-    /// Whether a clock releases the activity. Otherwise a job is released when it begins, unless its release is recorded, and none
-    /// is missing.
-    is_periodic: bool,
+    /// How often data releases the activity in a period at most, where no clock does. Then a job is released when it begins, unless
+    /// its release is recorded, and none is missing.
+    burst: Option<u64>,
+    /// The last releases by data, as many as may be in a period.
+    recent: VecDeque<i64>,
     /// The response time that no job exceeds, if it is known.
     limit: Option<i64>,
     segment: Option<Segment<C>>,
@@ -87,12 +98,13 @@ pub(super) struct Releases<C> {
 }
 
 impl<C: Clone + Default> Releases<C> {
-    pub(super) fn new(period: u64, is_periodic: bool, limit: Option<u64>) -> Releases<C> {
+    pub(super) fn new(period: u64, burst: Option<u64>, limit: Option<u64>) -> Releases<C> {
         let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
         let limit = limit.map(signed);
         Releases {
             period: signed(period).max(1),
-            is_periodic,
+            burst,
+            recent: VecDeque::new(),
             limit,
             segment: None,
             pending: None,
@@ -102,6 +114,9 @@ impl<C: Clone + Default> Releases<C> {
 
     /// Takes the next period. `cause` gives what happened from a release to an end.
     pub(super) fn job(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+        if let (Some(burst), Some(release)) = (self.burst, job.release) {
+            self.compare_gap(burst, release);
+        }
         let Some(pending) = self.pending.take() else { return self.next(job, cause) };
         // A delayed job is followed by the one whose release has passed meanwhile.
         if job.release.is_none() && job.begin - pending.begin < self.period / 2 {
@@ -112,8 +127,25 @@ impl<C: Clone + Default> Releases<C> {
         self.next(job, cause);
     }
 
+    fn compare_gap(&mut self, burst: u64, release: i64) {
+        if burst > MOST_IN_GAP {
+            return;
+        }
+        self.recent.push_back(release);
+        if self.recent.len() as u64 > burst
+            && let Some(before) = self.recent.pop_front()
+            && release.saturating_sub(before) < self.period
+        {
+            let gap = release.saturating_sub(before);
+            self.found.in_gap += 1;
+            self.found.first_in_gap.get_or_insert(release);
+            self.found.least_gap = Some(self.found.least_gap.map_or(gap, |least| least.min(gap)));
+        }
+    }
+
     /// Ends the segment: periods may be missing for another reason.
     pub(super) fn interrupt(&mut self, cause: &mut dyn FnMut(i64, i64) -> C) {
+        self.recent.clear();
         if let Some(pending) = self.pending.take() {
             self.skip(pending, cause);
         }
@@ -135,7 +167,7 @@ impl<C: Clone + Default> Releases<C> {
     fn next(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
         let Some(segment) = &self.segment else { return self.accept(job, cause) };
         let last = segment.last;
-        if !self.is_periodic {
+        if self.burst.is_some() {
             self.note_interval(job.begin - last.begin);
             self.close();
             return self.accept(job, cause);
@@ -255,7 +287,7 @@ impl<C: Clone + Default> Releases<C> {
             self.found.early += 1;
             return;
         }
-        self.found.jitter = self.found.jitter.max(Some(range).filter(|_| self.is_periodic));
+        self.found.jitter = self.found.jitter.max(Some(range).filter(|_| self.burst.is_none()));
         let (end, job, cause) = segment.longest;
         let response = end.saturating_sub(segment.least);
         // What may be drift is no response time.
@@ -295,7 +327,7 @@ mod tests {
     }
 
     fn found(jobs: &[Job], limit: Option<u64>) -> FoundReleases<()> {
-        let mut releases = Releases::new(100, true, limit);
+        let mut releases = Releases::new(100, None, limit);
         jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
         releases.finish(&mut |_, _| ())
     }
@@ -346,7 +378,7 @@ mod tests {
 
     #[test]
     fn recorded_releases_may_be_a_little_late() {
-        let mut releases = Releases::new(100_000_000, true, Some(60_000_000));
+        let mut releases = Releases::new(100_000_000, None, Some(60_000_000));
         for k in 0..200_i64 {
             let release = k * 100_000_000 + k % 2;
             releases.job(released(release, release + 5, release + 20 + k), &mut |_, _| ());
@@ -358,7 +390,7 @@ mod tests {
     /// Data releases the jobs: none is missing, and none is early.
     #[test]
     fn jobs_without_a_clock_are_released_when_they_begin() {
-        let mut releases = Releases::new(100, false, Some(60));
+        let mut releases = Releases::new(100, Some(1), Some(60));
         let jobs = [job(5, 20), job(105, 170), released(900, 950, 990), job(3000, 3010)];
         jobs.into_iter().for_each(|job| releases.job(job, &mut |_, _| ()));
         let found = releases.finish(&mut |_, _| ());
@@ -366,10 +398,27 @@ mod tests {
         assert_eq!((response(&found), found.other_period(100)), (Some(90), None));
     }
 
+    /// At most so many in each 100: a job may begin late, and its release counts.
+    #[test]
+    fn releases_by_data_keep_their_gap() {
+        let jobs =
+            [released(0, 5, 30), released(40, 41, 50), released(99, 105, 120), released(140, 150, 160)];
+        let found = |burst| {
+            let mut releases = Releases::new(100, Some(burst), None);
+            jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
+            let found = releases.finish(&mut |_, _| ());
+            (found.in_gap, found.first_in_gap, found.least_gap)
+        };
+        assert_eq!(found(1), (3, Some(40), Some(40)));
+        assert_eq!(found(2), (1, Some(99), Some(99)));
+        assert_eq!(found(3), (0, None, None));
+        assert_eq!(found(u64::MAX), (0, None, None));
+    }
+
     /// Where releases are recorded, nothing else explains that periods are missing.
     #[test]
     fn many_missing_periods_are_missing() {
-        let mut releases = Releases::new(100, true, Some(60));
+        let mut releases = Releases::new(100, None, Some(60));
         for k in (0..30).chain(60..90) {
             releases.job(released(k * 100, k * 100 + 5, k * 100 + 20), &mut |_, _| ());
         }

@@ -266,7 +266,8 @@ impl<W: Write> TraceWriter<W> {
         if response > bound {
             instants.push(("bound exceeded", release.saturating_add(bound)));
         }
-        if expected.period.map(signed).is_some_and(|period| bound <= period) {
+        let is_slice = expected.burst.is_none_or(|burst| burst == 1);
+        if is_slice && expected.period.map(signed).is_some_and(|period| bound <= period) {
             let base = self.base.unwrap_or_default();
             let args = json!({ "bound_ms": ms(bound), "response_ms": ms(response) });
             let event = json!({ "ph": "X", "name": "bound", "cat": "bound", "pid": pid, "tid": tid + 1, "args": args });

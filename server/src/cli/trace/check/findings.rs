@@ -7,7 +7,7 @@ use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath, Waited
 
 use super::super::import::executions;
 use super::checked::Checked;
-use crate::cli::text::{duration, two_digits};
+use crate::cli::text::{counted, duration, two_digits};
 
 /// Returns the stable name of a kind of finding.
 pub(super) fn code(kind: &FindingKind) -> &'static str {
@@ -30,6 +30,7 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
         FindingKind::Chain { .. } => "chain-too-late",
         FindingKind::Skipped => "skipped",
         FindingKind::Untimed { .. } => "untimed",
+        FindingKind::Gap { .. } => "gap",
         FindingKind::Period { .. } => "period",
     }
 }
@@ -150,6 +151,13 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::Untimed { periods } => format!(
             "{count} of {periods} periods of `{instance}` have no place in time, since their lines are not in the order of time or a \
              clock ran backwards: its response times, activations and transitions are not compared in them"
+        ),
+        FindingKind::Gap { expected, burst, observed } => format!(
+            "`{instance}` has {} too early{first}: {} in {}, and the deployment says {burst} in {} at most",
+            counted(count as usize, "release"),
+            burst.saturating_add(1),
+            precise(*observed),
+            precise(*expected)
         ),
         FindingKind::Period { expected, observed } => format!(
             "`{instance}` begins a period each {} on average, and the deployment says {}: its response times are not compared",
