@@ -4,7 +4,7 @@
 //! tells whether a node is complete.
 
 use crate::keywords::{ActivityField, Direction};
-use crate::{SyntaxNode, SyntaxToken, significant_tokens};
+use crate::{SyntaxNode, SyntaxToken, TextRange, significant_tokens};
 
 pub use crate::generated::AstNode;
 pub use crate::generated::nodes::*;
@@ -43,6 +43,13 @@ impl Field {
     /// Returns the field that it gives a value; `None` if no field has its name.
     pub fn field(&self) -> Option<ActivityField> {
         ActivityField::from_keyword(&self.name_ref()?.syntax().text().to_string())
+    }
+
+    /// Returns the range of its value, with the unit of a rate.
+    pub fn value_range(&self) -> Option<TextRange> {
+        let list = self.value_list().map(|list| list.syntax().text_range());
+        let value = self.expr().map(|value| value.syntax().text_range()).or(list)?;
+        Some(self.ident_token().map_or(value, |unit| value.cover(unit.text_range())))
     }
 }
 

@@ -73,7 +73,7 @@ pub enum Foreign {
     Signature,
     /// `(int) n`
     Cast,
-    /// `affinity = [2]` or `affinity = {1, 2}`
+    /// `cpus = {1, 2}`
     CpuList,
     /// `operation plan()` in a shell.
     ShellOperation,

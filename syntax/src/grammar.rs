@@ -22,7 +22,7 @@ use crate::parser::{CompletedMarker, DEEPEST, Parser};
 use crate::spelling::similar;
 use crate::tree::{self, Parse};
 
-use expression::expression;
+use expression::{expression, opt_expression};
 use statement::block;
 
 /// The maximal length of a text that is parsed, in bytes: offsets in a tree are 32-bit numbers.

@@ -35,6 +35,8 @@ pub(crate) struct Parser<'a> {
     pub(crate) depth: u32,
     /// In a condition, `=` is a comparison.
     pub(crate) in_condition: bool,
+    /// In the value of a rate, a number may have the unit `Hz`.
+    pub(crate) may_have_hertz: bool,
 }
 
 /// A state of the parser to which it can return.
@@ -93,6 +95,7 @@ impl<'a> Parser<'a> {
             lists: Vec::new(),
             depth: 0,
             in_condition: false,
+            may_have_hertz: false,
         }
     }
 
@@ -399,6 +402,11 @@ impl<'a> Parser<'a> {
     /// Returns whether the current token, which is not a token of the language, has these characters.
     pub(crate) fn at_characters(&self, characters: &str) -> bool {
         self.at(ERROR_CHARACTERS) && self.nth_text(0) == Some(characters)
+    }
+
+    /// Returns whether this is the unit of a rate, on the line of its number.
+    pub(crate) fn at_hertz(&self) -> bool {
+        self.at(IDENT) && self.nth_text(0) == Some("Hz") && !self.begins_line() && self.nth(1) != EQ
     }
 
     /// Returns whether a type and then a name follow on this line, as in C.

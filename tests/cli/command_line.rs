@@ -116,11 +116,11 @@ fn people_see_related_places_and_every_fix_once() {
         "error[unresolved-codel]: no codel or operation `wrk`; did you mean `work`?\n",
         "hint[missing-else]: this `if` has no `else`\n",
         "help: Write `else { }`\n",
-        "error[deadline-exceeds-period]: ",
+        "hint[deadline-exceeds-period]: ",
         "help: Set the deadline to the period\n",
         "warning[equal-priorities]: ",
         "- the priority of `front`\n",
-        "2 errors, 1 warning, 1 hint; ",
+        "1 error, 1 warning, 2 hints; ",
     ] {
         assert!(found.out.contains(part), "{part} in {}", found.out);
     }

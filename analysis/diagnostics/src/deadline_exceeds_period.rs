@@ -1,7 +1,7 @@
 //! # deadline-exceeds-period
 //!
-//! A deadline exceeds the period. The analysis requires D ≤ T (Hypothesis 1 of the paper), and takes the period as the deadline
-//! until one of the two is corrected.
+//! A deadline exceeds the period: the next job may be released before it. Jobs are not dropped; a late job delays the next ones of
+//! its activity, and the response times count that.
 //!
 //! ```mauve
 //! shell S { }
@@ -10,13 +10,12 @@
 //! architecture A { instance front: Laser  instance back: Laser }
 //! deployment D {
 //!   architecture A
-//!   activity front { priority = 1 period = 50 deadline = 80 }   // error
+//!   activity front { priority = 1 period = 50 deadline = 80 }   // hint
 //!   activity back { priority = 2 period = 80 deadline = 80 }
 //! }
 //! ```
 //!
-//! Fix: set the deadline to the period, which changes no response time. An editor also offers to set the period to the
-//! deadline, with the response times that result.
+//! Fix: set the deadline to the period, if no job may wait for the one before it.
 
 use super::*;
 
@@ -25,7 +24,9 @@ pub(super) fn report<'db>(
     deadline: Time,
     (period, written, period_at): (Time, &str, &Location<'db>),
 ) -> Diagnostic<'db> {
-    let message = format!("deadline {deadline} exceeds the period of {period}");
+    let message = format!(
+        "deadline {deadline} exceeds the period of {period}: jobs may overlap with the next release, and late jobs queue"
+    );
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
         .related(period_at, "the period")
         .fix("Set the deadline to the period", at, written.to_owned())

@@ -1,7 +1,8 @@
 //! # duplicate-activity
 //!
 //! An instance has two activities. The analysis does not know which of them is right, so no activity that either of them can
-//! delay has a response time. Remove one.
+//! delay has a response time. Remove one. An activity with a list of `instances` also counts for its own name: it has the name of
+//! no other activity, and of no instance outside its list.
 //!
 //! ```mauve
 //! shell S { }
@@ -18,8 +19,17 @@
 
 use super::*;
 
-pub(super) fn report<'db>(at: Location<'db>, instance: &str, first: &Location<'db>) -> Diagnostic<'db> {
-    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "first activity")
+pub(super) fn report<'db>(
+    at: Location<'db>,
+    instance: &str,
+    first: &Location<'db>,
+    in_list: bool,
+) -> Diagnostic<'db> {
+    let message = match in_list {
+        true => format!("`{instance}` is in the list twice: remove it once"),
+        false => message(instance),
+    };
+    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message).related(first, if in_list { "here" } else { "first activity" })
 }
 
 pub(super) fn message(instance: &str) -> String {

@@ -3,7 +3,7 @@
 //! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as `a ? b : c` or a
 //! prototype of C++: its message shows the form in MAUVE.
 
-use mauve_hir::field_entry;
+use mauve_hir::{PERIODS, field_entry, similar_field};
 use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{
@@ -120,7 +120,7 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::Signature => {
             "write the parameters and the result as in `codel NAME(in PARAMETER: TYPE): RESULT`"
         }
-        Foreign::CpuList => "expected a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both",
+        Foreign::CpuList => "a list has brackets, as in `cpus = [1, 2]`",
         Foreign::ShellOperation => {
             "write `provide` or `require` instead of `operation`: a shell provides an operation to others, or requires it"
         }
@@ -382,8 +382,12 @@ fn constant_variable(keyword: &SyntaxToken) -> Option<Rewrite> {
 
 /// `33 ms` → `33`, and for a time of an activity `2 s` → `2000`.
 fn unit(token: &SyntaxToken) -> Said {
-    if let Some((name, written, range)) = period_of_rate(token) {
-        return (format!("unknown field `{name}`: write `{written}`"), Some(writing(range, written)));
+    if let Some((name, written, range)) = rate(token) {
+        let message = match name.as_str() {
+            "period" => format!("a period has no unit: write `{written}`"),
+            _ => format!("unknown field `{name}`: write `{written}`"),
+        };
+        return (message, Some(writing(range, written)));
     }
     let field = field_name(token);
     let rewrite = previous_significant(token).and_then(|number| {
@@ -399,21 +403,21 @@ pub(super) fn no_unit(in_field: bool) -> String {
     format!("numbers have no unit{of_activity}")
 }
 
-/// `rate = 10 Hz` → `period = 100`. Returns the name of the field, the new text and the range of the field.
-fn period_of_rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
-    let name = field_name(unit).filter(|name| matches!(name.as_str(), "rate" | "frequency" | "freq"))?;
+/// `period = 10 Hz`, `frequency = 10 Hz` → `rate = 10 Hz`. Returns the name of the field, the new text and the range of the
+/// field.
+fn rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
+    let is_rate = |name: &String| similar_field(name) == Some(ActivityField::Rate) || name == "period";
+    let name = field_name(unit).filter(|name| unit.text() == "Hz" && is_rate(name))?;
     let field = unit.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
-    let others = field.parent()?.children().filter(|it| it.kind() == SyntaxKind::FIELD);
-    if others.take(MAX_NEIGHBOURS).filter_map(|it| it.first_child()).any(|name| name.text() == "period") {
+    let others = field.parent()?.children().filter(|it| it.kind() == SyntaxKind::FIELD && *it != field);
+    let says_period = |name: SyntaxNode| PERIODS.iter().any(|it| name.text() == it.keyword());
+    if others.take(MAX_NEIGHBOURS).filter_map(|it| it.first_child()).any(says_period) {
         return None;
     }
     let number = previous_significant(unit)?;
-    let milliseconds = match unit.text() {
-        "Hz" => without_unit(number.text(), "Hz", Some("period"))?,
-        _ => return None,
-    };
+    previous_significant(&number).filter(|it| it.kind() == SyntaxKind::EQ)?;
     let range = TextRange::new(field.text_range().start(), unit.text_range().end());
-    Some((name, format!("period = {milliseconds}"), range))
+    Some((name, format!("rate = {} Hz", number.text()), range))
 }
 
 /// Returns the name of the field of an activity whose value contains `token`.
@@ -428,14 +432,13 @@ pub(super) fn field_name(token: &SyntaxToken) -> Option<String> {
 pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Option<String> {
     let Some(field) = field else { return Some(number.to_owned()) };
     let value: f64 = number.parse().ok().filter(|it: &f64| *it > 0.0 && *it < 1e9)?;
-    let field = ActivityField::from_keyword(field).filter(|it| field_entry(*it).kind.is_time())?;
+    ActivityField::from_keyword(field).filter(|it| field_entry(*it).kind.is_time())?;
     let milliseconds = match unit {
         "ms" => return Some(number.to_owned()),
         "s" | "sec" => value * 1e3,
         "us" => value / 1e3,
         "ns" => value / 1e6,
         "min" => value * 6e4,
-        "Hz" if field == ActivityField::Period => 1e3 / value,
         _ => return None,
     };
     let exact = (milliseconds * 1e6).round() / 1e6;

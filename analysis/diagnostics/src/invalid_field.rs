@@ -1,8 +1,10 @@
 //! # invalid-field
 //!
 //! The value of a field of an activity is invalid. `priority` is a whole number from 1 (lowest) to 99, or `background`;
-//! `period`, `deadline`, `jitter` and `offset` are times in milliseconds, exact to the nanosecond, and the offset is less than
-//! the period; `affinity` is a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both, 0 is any.
+//! `period`, `least`, `deadline`, `jitter` and `offset` are times in milliseconds, exact to the nanosecond, or quotients such as
+//! `1000/30`, and the offset is less than the period; `rate` is a number of releases per second; `affinity` is a bit mask of
+//! CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both, 0 is any; `cpus` is a list of CPUs, or a name of `[platform.cpu_sets]` in mauve.toml;
+//! `trigger` is an input port of the instance; `burst` is a number from 1 to 1000; `instances` is a list.
 //!
 //! ```mauve
 //! shell S { }
@@ -21,13 +23,33 @@ use mauve_hir::{FieldKind, InvalidValue, NoTime};
 use mauve_wcrt::{ActivityField, NoSuchCpu};
 
 pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, why: &InvalidValue) -> Diagnostic<'db> {
-    let expected = match why {
-        InvalidValue::OtherKind(kind) => kind.expected().to_owned(),
+    let (message, near) = match why {
+        InvalidValue::UnknownCpuSet(name, near) => {
+            (format!("no CPU set `{name}` in `[platform.cpu_sets]` of mauve.toml"), near)
+        }
+        InvalidValue::NoInputPort(name, shell, near) => (format!("no input port `{name}` in {shell}"), near),
+        why => (format!("invalid {}: expected {}", field.keyword(), expected(why)), &None),
+    };
+    let found = Diagnostic::new(&INVALID_FIELD, at.clone(), message).did_you_mean(near.clone());
+    match (why, at) {
+        (InvalidValue::NoList(_, list), _) => found.writing(Some(list)),
+        (InvalidValue::NoMask(name), Location::Source(of, _)) => {
+            found.fix("Change to `cpus`", Location::Source(of, *name), "cpus".to_owned())
+        }
+        _ => found,
+    }
+}
+
+fn expected(why: &InvalidValue) -> String {
+    match why {
+        InvalidValue::OtherKind(kind) | InvalidValue::NoList(kind, _) => kind.expected().to_owned(),
+        InvalidValue::NoMask(_) => format!("{}; a list is written as `cpus = [1, 2]`", FieldKind::Cpus.expected()),
         InvalidValue::NotBelow(period) => format!("a time less than the period of {period}"),
         InvalidValue::NoTime(why) => format!("{} ({})", FieldKind::Time.expected(), no_time(why)),
-    };
-    let message = format!("invalid {}: expected {expected}", field.keyword());
-    Diagnostic::new(&INVALID_FIELD, at, message)
+        InvalidValue::CpuZero => "CPUs from 1, the first one".to_owned(),
+        InvalidValue::UnknownCpuSet(..) => FieldKind::CpuList.expected().to_owned(),
+        InvalidValue::NoInputPort(..) => FieldKind::Port.expected().to_owned(),
+    }
 }
 
 fn no_time(why: &NoTime) -> String {
@@ -35,7 +57,7 @@ fn no_time(why: &NoTime) -> String {
         NoTime::TooLarge(text) => format!("`{text}` is greater than 2147483647"),
         NoTime::Hexadecimal => "not in hexadecimal".to_owned(),
         NoTime::Negative => "not negative".to_owned(),
-        NoTime::NotALiteral => "a number, not an expression".to_owned(),
+        NoTime::NotALiteral => "a number, or a quotient such as 1000/30".to_owned(),
         NoTime::Unreadable(error) => time_error_message(*error).to_owned(),
     }
 }

@@ -290,6 +290,7 @@ codes! {
     duplicate_hook: DUPLICATE_HOOK = Error "duplicate-hook";
     duplicate_activity: DUPLICATE_ACTIVITY = Error "duplicate-activity";
     duplicate_field: DUPLICATE_FIELD = Error "duplicate-field";
+    conflicting_fields: CONFLICTING_FIELDS = Error "conflicting-fields";
     initial_state: INITIAL_STATE = Error "initial-state";
     update_or_statemachine: UPDATE_OR_STATEMACHINE = Error "update-or-statemachine";
     wrong_shell: WRONG_SHELL = Error "wrong-shell";
@@ -305,7 +306,7 @@ codes! {
     missing_field: MISSING_FIELD = Error "missing-field";
     unknown_field: UNKNOWN_FIELD = Error "unknown-field" mechanical;
     invalid_field: INVALID_FIELD = Error "invalid-field";
-    deadline_exceeds_period: DEADLINE_EXCEEDS_PERIOD = Error "deadline-exceeds-period";
+    deadline_exceeds_period: DEADLINE_EXCEEDS_PERIOD = Hint "deadline-exceeds-period";
     unused_deadline: UNUSED_DEADLINE = Warning "unused-deadline";
     unused_jitter: UNUSED_JITTER = Warning "unused-jitter";
     unused_offset: UNUSED_OFFSET = Warning "unused-offset";

@@ -1,6 +1,7 @@
 //! # missing-field
 //!
-//! An activity has a priority and, unless the priority is `background`, a period in milliseconds. Where one is missing, its
+//! An activity has a priority and, unless the priority is `background`, a period in milliseconds, or a rate; with a `trigger`, the
+//! `least` time between two releases. Where one is missing, its
 //! value may stand in another field: the activity may have the highest priority on any CPU, and the activities that it may
 //! preempt are not analysed.
 //!
@@ -47,10 +48,13 @@ pub(super) fn period<'db>(
     of: Decl<'db>,
     activity: &(Name, SourceId),
     priority: Option<SourceId>,
+    has_trigger: bool,
 ) -> Diagnostic<'db> {
-    let found = report(of, activity, ActivityField::Period);
+    let field = if has_trigger { ActivityField::Least } else { ActivityField::Period };
+    let found = report(of, activity, field);
     let location = priority.map_or(Location::Inside(of, activity.1), |priority| Location::Behind(of, priority));
-    found.fix("Write `period = 100`, to be changed", location, " period = 100".to_owned())
+    let written = format!("{} = 100", field.keyword());
+    found.fix(format!("Write `{written}`, to be changed"), location, format!(" {written}"))
 }
 
 fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: ActivityField) -> Diagnostic<'db> {

@@ -16,7 +16,9 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::NoTarget => deployment_target::none(at),
         Fact::SecondTarget => deployment_target::second(at),
-        Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),
+        Fact::DuplicateActivity { instance, first, in_list } => {
+            duplicate_activity::report(at, instance, first, *in_list)
+        }
         Fact::MissingActivity { of, instance } => missing_activity::report(db, project, at, *of, instance),
         Fact::DuplicateField { of, id, field, instance, first } => {
             duplicate_field::report((*of, *id), *field, instance, first)
@@ -25,10 +27,18 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::MissingPriority { of, activity, free, period } => {
             missing_field::priority(*of, activity, *free, *period)
         }
-        Fact::MissingPeriod { of, activity, priority } => missing_field::period(*of, activity, *priority),
+        Fact::MissingPeriod { of, activity, priority, has_trigger } => {
+            missing_field::period(*of, activity, *priority, *has_trigger)
+        }
+        Fact::ConflictingFields { of, id, field, other, first } => {
+            conflicting_fields::report((*of, *id), *field, *other, first)
+        }
+        Fact::FieldWithoutTrigger { of, id, field } => conflicting_fields::without_trigger(*of, *id, *field),
         Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
         Fact::BackgroundField { of, id, field, instance } => background_field(*of, *id, *field, instance),
-        Fact::NotSynchronised { of, id, instance } => unused_offset::not_synchronised(*of, *id, instance),
+        Fact::NotSynchronised { of, id, activity, instance } => {
+            unused_offset::not_synchronised(*of, *id, activity, instance.as_deref())
+        }
         Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
         Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {
             deadline_exceeds_period::report(at, *deadline, (*period, written, period_at))

@@ -1,7 +1,7 @@
 //! # unused-offset
 //!
 //! An activity has an offset that the analysis ignores: its clock is not synchronised with others, so the phase of its releases
-//! is unknown; or it is a background activity.
+//! is unknown; its period is no whole number of nanoseconds, as that of 30 Hz; or it is a background activity.
 //!
 //! ```mauve
 //! shell S { }
@@ -22,11 +22,20 @@
 
 use super::*;
 
-pub(super) fn not_synchronised<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
-    let message = format!(
-        "the analysis ignores the offset of `{instance}`: its clock is not synchronised; add `{instance}` to `[clocks] \
-         synchronised` in mauve.toml, or remove the offset"
-    );
+/// Without `instance`, the activity is released at fractions of a nanosecond.
+pub(super) fn not_synchronised<'db>(
+    of: Decl<'db>,
+    id: SourceId,
+    activity: &str,
+    instance: Option<&str>,
+) -> Diagnostic<'db> {
+    let why = match instance {
+        Some(instance) => format!(
+            "its clock is not synchronised; add `{instance}` to `[clocks] synchronised` in mauve.toml, or remove the offset"
+        ),
+        None => "its period and its offset are not whole numbers of nanoseconds; remove the offset".to_owned(),
+    };
+    let message = format!("the analysis ignores the offset of `{activity}`: {why}");
     let found = Diagnostic::new(&UNUSED_OFFSET, Location::Source(of, id), message);
     found.remove("Remove the offset".to_owned(), of, id)
 }

@@ -614,10 +614,10 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
     // Every other error stands elsewhere.
     let elsewhere = [
         "buffer-size",
+        "conflicting-fields",
         "connection-direction",
         "connection-type",
         "constant-expression",
-        "deadline-exceeds-period",
         "chain-late",
         "deadline-missed",
         "deployment-target",

@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`activities`] | the fields of an activity in other ways: rates, lists of CPUs, triggers, lists of instances |
 //! | [`chains`] | how long data takes through the components of a deployment, and why that may have no bound |
 //! | [`conflicts`] | git's conflicts: one error each, and no figure of what they touch |
 //! | [`damaged`] | damage for several of the tests: what is damaged, how, and the report of a failure |
@@ -33,6 +34,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod activities;
 mod chains;
 mod common;
 mod conflicts;

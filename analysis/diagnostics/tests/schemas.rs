@@ -206,15 +206,28 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         KeyKind::Level(_) => {
             "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()
         }
-        KeyKind::Time(_) | KeyKind::Period(_) => pattern(TIME),
+        KeyKind::Time(_) => pattern(TIME),
+        KeyKind::Period(_) => {
+            let number = TIME.split_once(r"\s*(ns").map_or("", |(number, _)| number.trim_start_matches('^'));
+            pattern(&TIME.replacen('^', &format!("^({number}\\s*/)?"), 1))
+        }
+        KeyKind::Rate(_) => pattern(r"^\s*[0-9.]+\s*(/\s*[0-9.]+\s*)?Hz$"),
+        KeyKind::CpuSets(..) => {
+            "\"type\": \"object\"\n\"additionalProperties\": { \"type\": \"array\", \"minItems\": 1, \
+                                 \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 128 } }"
+                .to_owned()
+        }
         KeyKind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
                           \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 128 }"
             .to_owned(),
         KeyKind::Others(_, keys, _) => {
-            let required = REQUIRED_OF_OTHER.map(|name| format!("\"{name}\"")).join(", ");
+            let required = REQUIRED_OF_OTHER.iter().filter(|name| **name != "period");
+            let required = required.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
             let mut members =
                 closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
             members.insert(2, format!("\"required\": [{required}]"));
+            let period = "\"oneOf\": [{ \"required\": [\"period\"] }, { \"required\": [\"rate\"] }]";
+            members.insert(3, period.to_owned());
             let items = object(depth + 1, "items", &members);
             let members =
                 vec!["\"type\": \"array\"".to_owned(), items, format!("\"examples\": {}", key.examples)];

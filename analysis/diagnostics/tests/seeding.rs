@@ -26,10 +26,10 @@ const OPERATORS: &[(&str, Operator)] = &[
     ("blocking-call", blocking_call),
     ("buffer-size", buffer_size),
     ("condition-type", condition_type),
+    ("conflicting-fields", conflicting_fields),
     ("connection-direction", connection_direction),
     ("connection-type", connection_type),
     ("constant-expression", constant_expression),
-    ("deadline-exceeds-period", deadline_exceeds_period),
     ("deadline-missed", deadline_missed),
     ("deployment-target", deployment_target),
     ("duplicate-activity", duplicate_activity),
@@ -1485,21 +1485,33 @@ fn invalid_field(seed: &mut Seed) -> Option<()> {
         ("period", "\"soon\""),
         ("affinity", "1.5"),
         ("affinity", "0x40000"),
+        ("affinity", "[1]"),
+        ("cpus", "[0]"),
+        ("cpus", "big"),
     ];
     let (name, value) = *seed.random.of(&values);
     let activity = activity(seed, true)?;
-    activity.fields.retain(|it| it.0 != name);
+    activity.fields.retain(|it| it.0 != name && (name != "cpus" || it.0 != "affinity"));
     activity.fields.push((name.to_owned(), marked(value)));
     Some(())
 }
 
-fn deadline_exceeds_period(seed: &mut Seed) -> Option<()> {
+fn conflicting_fields(seed: &mut Seed) -> Option<()> {
+    let (with, without) = *seed.random.of(&[
+        (["affinity = 1", "cpus = [1]"], ""),
+        (["period = 20", "rate = 30 Hz"], ""),
+        (["rate = 30 Hz", "period = 20"], ""),
+        (["burst = 2", ""], "trigger"),
+        (["least = 2", ""], "period"),
+    ]);
     let activity = activity(seed, true)?;
-    // The period counts, as it did before.
-    if activity.fields.iter().any(|it| it.0 == "deadline") {
-        return None;
-    }
-    activity.fields.push(("deadline".to_owned(), marked("1200.5")));
+    let fields = with.iter().filter_map(|it| it.split_once(" = "));
+    let fields: Vec<(String, String)> =
+        fields.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
+    activity.fields.retain(|it| it.0 != without && fields.iter().all(|field| field.0 != it.0));
+    activity.fields.extend(fields);
+    let last = activity.fields.last_mut()?;
+    last.0 = marked(&last.0);
     Some(())
 }
 

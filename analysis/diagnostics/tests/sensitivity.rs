@@ -148,7 +148,7 @@ fn limits_of_random_models_are_the_last_good_values() {
         let now = met(response_times(&db, project, deployment, query));
         let met_with = |of: &ActivitySensitivity, period: Time| {
             let data = mauve_hir::deployment(&db, deployment).unwrap();
-            let written = data.activities.iter().find(|it| it.instance.name == of.instance).unwrap();
+            let written = data.activities.iter().find(|it| it.executes(&of.instance)).unwrap();
             let system = system_of(&db, project, deployment);
             let activity = system.activities.iter().find(|it| it.instance == of.instance).unwrap();
             let field = |field, time: Time| WhatIfField {

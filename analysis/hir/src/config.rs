@@ -36,6 +36,8 @@ pub struct Config {
     pub assume: Option<Time>,
     /// `[platform] cpus`.
     pub cpus: Option<u32>,
+    /// `[platform.cpu_sets]`, by name.
+    pub cpu_sets: BTreeMap<String, CpuSetConfig>,
     /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
     /// reports show this assumption.
     pub rt_throttling: Option<bool>,
@@ -112,6 +114,15 @@ pub struct DeploymentTables {
     pub observed: Vec<(String, Range<usize>)>,
 }
 
+/// `big = [5, 6]` in `[platform.cpu_sets]`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CpuSetConfig {
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// Its CPUs, with their range.
+    pub cpus: (CpuSet, Range<usize>),
+}
+
 /// `[[platform.other]]`: an entry without errors has every value but the optional ones.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct OtherConfig {
@@ -121,7 +132,11 @@ pub struct OtherConfig {
     pub priority: Option<u32>,
     /// The least time between two of its releases, greater than 0.
     pub period: Option<Time>,
-    /// The greatest execution time of a release.
+    /// The same, as a number of releases per second.
+    pub rate: Option<Time>,
+    /// The greatest number of releases in a period; if absent, 1.
+    pub burst: Option<u32>,
+    /// The greatest execution time of each release.
     pub time: Option<Time>,
     /// The CPUs that it may run on, a bit each, with their range; if absent, all.
     pub cpus: Option<(CpuSet, Range<usize>)>,

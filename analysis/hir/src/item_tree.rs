@@ -604,6 +604,14 @@ pub enum Expr {
 }
 
 impl Expr {
+    /// Returns the name, where the expression is one.
+    pub fn as_name(&self) -> Option<&NameRef> {
+        match self {
+            Expr::Name(name) => Some(name),
+            _ => None,
+        }
+    }
+
     /// Returns the source of the expression, without parentheses around it.
     pub fn id(&self) -> Option<SourceId> {
         match self {
@@ -769,8 +777,10 @@ pub struct Deployment {
 /// `activity i { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Activity {
-    /// The instance; its name is empty if missing.
-    pub instance: NameRef,
+    /// Its name, empty if missing: that of the instance, unless it has a list of instances.
+    pub name: NameRef,
+    /// The instances that it executes: those of its list, otherwise the one that it is named after.
+    pub instances: Vec<NameRef>,
     /// `period = …` and the like.
     pub fields: Vec<Field>,
     /// Whether all its fields are known.
@@ -778,6 +788,11 @@ pub struct Activity {
 }
 
 impl Activity {
+    /// Returns whether it executes this instance.
+    pub fn executes(&self, instance: &str) -> bool {
+        self.instances.iter().any(|it| it.name == *instance)
+    }
+
     /// Returns the value of a field: the first one.
     pub fn field(&self, field: ActivityField) -> Option<&Field> {
         self.fields.iter().find(|it| it.name.name == field.keyword())
@@ -789,7 +804,10 @@ impl Activity {
 pub struct Field {
     /// Its name: any word; later queries check it.
     pub name: NameRef,
+    /// Its value; missing where it is a list.
     pub value: Expr,
-    /// The source of the value.
+    /// The elements of `[…]`.
+    pub list: Option<Vec<Expr>>,
+    /// The source of the value, with the unit of a rate.
     pub value_id: SourceId,
 }

@@ -86,8 +86,8 @@ mod values;
 mod wiring;
 
 pub use activity_field::{
-    ACTIVITY_FIELDS, FieldEntry, FieldKind, FieldValue, InvalidValue, NoTime, affinity, field_entry, number,
-    similar_field,
+    ACTIVITY_FIELDS, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, FieldKind, FieldValue, GREATEST_BURST,
+    InvalidValue, NoTime, PERIODS, PLACES, field_entry, number, same_fields, similar_field,
 };
 pub use behaviour::{Behaviour, Edge, Edges, TimedProgram, behaviour_of};
 pub use body::{Code, ProgramIn, statements};
@@ -95,8 +95,8 @@ pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
-    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExternalType, Maintainer, Mistake,
-    MistakeKind, keys as config_keys, toml_key,
+    Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, Maintainer,
+    Mistake, MistakeKind, keys as config_keys, toml_key,
 };
 pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode};
-use mauve_syntax::keywords::{ARCHITECTURE_ITEMS, DECLARATIONS, DEPLOYMENT_ITEMS, ITEMS};
+use mauve_syntax::keywords::{ARCHITECTURE_ITEMS, ActivityField, DECLARATIONS, DEPLOYMENT_ITEMS, ITEMS};
 use mauve_syntax::{
     GreenNode, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, begins_line,
     is_whole, next_significant, significant_tokens, similar,
@@ -827,7 +827,7 @@ impl Lowering<'_> {
             match item {
                 ast::DeploymentItem::Activity(it) => {
                     let activity = self.shared_activity(&it);
-                    lowered.completeness &= Completeness::of(!activity.instance.name.is_empty());
+                    lowered.completeness &= Completeness::of(!activity.name.name.is_empty());
                     lowered.activities.push(activity);
                 }
                 ast::DeploymentItem::Setting(it) => {
@@ -840,8 +840,9 @@ impl Lowering<'_> {
     }
 
     fn activity(&mut self, activity: &ast::Activity) -> Activity {
-        let instance = self.name(activity.name_ref(), activity.syntax());
+        let name = self.name(activity.name_ref(), activity.syntax());
         let mut fields = Vec::new();
+        let mut listed: Option<Vec<NameRef>> = None;
         for field in activity.fields() {
             // Unrecognised tokens after a value may belong to it: `priority = 1 9`, `priority = 1 e1`. If a brace is
             // missing there, the value may be incomplete.
@@ -851,13 +852,20 @@ impl Lowering<'_> {
             });
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);
-            let range = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
-            let value_id = self.id(range);
+            let value_id = self.id(field.value_range().unwrap_or(field.syntax().text_range()));
             let is_complete = is_whole(field.syntax()) && !has_stray_tokens;
             let value = if is_complete { self.expr(field.expr()) } else { Expr::Missing };
-            fields.push(Field { name, value, value_id });
+            let elements = field.value_list().map(|it| it.exprs().map(|it| self.expr(Some(it))).collect());
+            if field.field() == Some(ActivityField::Instances) {
+                // Also those of an incomplete list: none of them has another activity.
+                let names = elements.iter().flatten().filter_map(|it: &Expr| it.as_name());
+                listed.get_or_insert_default().extend(names.cloned());
+            }
+            fields.push(Field { name, value, list: elements.filter(|_| is_complete), value_id });
         }
-        Activity { instance, fields, completeness: own_completeness(activity.syntax()) }
+        let is_named = !name.name.is_empty();
+        let instances = listed.unwrap_or_else(|| is_named.then(|| name.clone()).into_iter().collect());
+        Activity { name, instances, fields, completeness: own_completeness(activity.syntax()) }
     }
 }
 

@@ -5,14 +5,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use mauve_timing::{StateMachine, Task};
+use mauve_timing::{CpuSet, StateMachine, Task};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::activity_field::{FieldValue, PLACES, field_entry};
 use crate::completeness::Completeness;
 use crate::config::{self, Config, ExternalType, OtherConfig};
 use crate::graph::closure;
-use crate::item_tree::Name;
+use crate::item_tree::{Activity, Field, Name};
 use crate::{File, ModelDb, Workspace, normalised};
+use mauve_syntax::keywords::ActivityField;
 
 /// A root file and the files that it includes, directly or indirectly.
 #[salsa::interned(debug)]
@@ -55,26 +57,45 @@ pub struct Platform {
     /// `[[platform.other]]`: the tasks of the complete entries. If one is incomplete, nothing is analysed.
     pub others: Vec<Task>,
     pub cpus: Option<u32>,
+    /// `[platform.cpu_sets]`: the CPUs of each set.
+    pub cpu_sets: BTreeMap<Name, CpuSet>,
     pub rt_throttling: Option<bool>,
     pub synchronised: BTreeSet<String>,
     /// Whether no error in the configuration hides a value of these.
     pub is_complete: bool,
 }
 
+impl Platform {
+    /// Returns the field that says where an activity may run, and the CPUs: none for any CPU. None where an
+    /// activity has no such field, or an invalid one.
+    pub fn cpus_of<'a>(&self, activity: &'a Activity) -> Option<(&'a Field, CpuSet)> {
+        let field = PLACES.into_iter().find_map(|it| activity.field(it))?;
+        let of = ActivityField::from_keyword(&field.name.name)?;
+        match field_entry(of).kind.read(field).ok()? {
+            FieldValue::Cpus(cpus) => Some((field, cpus)),
+            FieldValue::CpuSet(set) => Some((field, *self.cpu_sets.get(&set.name)?)),
+            _ => None,
+        }
+    }
+}
+
 #[salsa::tracked(returns(ref))]
 pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
-    let Config { cpus, rt_throttling, synchronised, completeness, others, .. } = config_of(db, workspace);
+    let Config { cpus, cpu_sets, rt_throttling, synchronised, completeness, others, .. } =
+        config_of(db, workspace);
     let other = |it: &OtherConfig| {
         Some(Task {
             name: it.name.as_deref()?.into(),
             jitter: it.jitter.unwrap_or_default(),
             cpus: it.cpus.as_ref().map(|(cpus, _)| *cpus),
-            ..Task::new(it.priority?, it.period?, StateMachine::single(it.time?))
+            burst: it.burst.unwrap_or(1).into(),
+            ..Task::new(it.priority?, it.period.or(it.rate)?, StateMachine::single(it.time?))
         })
     };
     Platform {
         others: others.iter().filter_map(other).collect(),
         cpus: *cpus,
+        cpu_sets: cpu_sets.iter().map(|(name, set)| (name.as_str().into(), set.cpus.0)).collect(),
         rt_throttling: *rt_throttling,
         synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),
         is_complete: completeness.is_complete(),

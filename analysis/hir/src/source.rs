@@ -338,8 +338,9 @@ pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Core
 pub(crate) fn deployment_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Deployment> {
     let data = deployment(db, decl)?;
     let without_fields = |it: &Arc<Activity>| {
-        let (instance, completeness) = (it.instance.clone(), it.completeness);
-        Arc::new(Activity { instance, fields: Vec::new(), completeness })
+        let Activity { name, instances, completeness, .. } = it.as_ref();
+        let (name, instances, completeness) = (name.clone(), instances.clone(), *completeness);
+        Arc::new(Activity { name, instances, fields: Vec::new(), completeness })
     };
     Some(Deployment {
         targets: data.targets.clone(),
@@ -406,7 +407,7 @@ mod tests {
         let activities = |db: &Database| {
             let of = declarations(db, file).all[0];
             let ids = deployment(db, of).unwrap().activities.iter();
-            ids.map(|it| (it.clone(), Location::Source(of, it.instance.id).range(db))).collect::<Vec<_>>()
+            ids.map(|it| (it.clone(), Location::Source(of, it.name.id).range(db))).collect::<Vec<_>>()
         };
         let before = activities(&db);
         file.set_text(&mut db, text.replacen("period = 1", "period = 20", 1).into());

@@ -122,7 +122,8 @@ impl<'db> Checker<'db> {
         let links_are_valid = flat.link_completeness.is_complete()
             && flat.links.iter().all(|link| is_valid(db, project, flat, link));
         // The first activity of each instance.
-        let activities = data.activities.iter().rev().map(|it| (&it.instance.name, it.instance.id));
+        let activities =
+            data.activities.iter().rev().flat_map(|it| &it.instances).map(|it| (&it.name, it.id));
         let activities: FxHashMap<&Name, SourceId> = activities.collect();
         for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
             let Some(features) = instance.features(db, project) else { continue };

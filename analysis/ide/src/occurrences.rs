@@ -347,7 +347,7 @@ impl<'db> Finder<'db> {
         }
         let Some(target) = first_target_of(self.db, self.project, self.of) else { return };
         for activity in &data.activities {
-            self.instance(target, &activity.instance);
+            activity.instances.iter().for_each(|instance| self.instance(target, instance));
         }
         self.settings(target, &data.settings);
     }

@@ -172,7 +172,7 @@ impl<'db> SymbolSearch<'_, 'db> {
                 it.instances.iter().for_each(|it| add(&it.name, SymbolKind::Instance));
             }
             Data::Deployment(it) => {
-                it.activities.iter().for_each(|it| add(&it.instance, SymbolKind::Activity));
+                it.activities.iter().for_each(|it| add(&it.name, SymbolKind::Activity));
             }
         }
     }

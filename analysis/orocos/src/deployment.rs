@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect, affinity,
-    core as core_data, core_of, deployment, file_and_line, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect,
+    core as core_data, core_of, deployment, file_and_line, platform_of, values_in_effect,
 };
-use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -202,10 +201,12 @@ impl<'db> Activities<'db> {
         let resolved = system_of(db, project, of).activities.iter().enumerate().rev();
         let resolved = resolved.map(|(place, it)| (&it.instance, (place, it))).collect();
         let data = deployment(db, of);
+        let platform = platform_of(db, project.workspace(db));
         let mut affinities = FxHashMap::default();
         for activity in data.into_iter().flat_map(|data| &data.activities) {
-            if let Some(field) = activity.field(ActivityField::Affinity) {
-                affinities.entry(&activity.instance.name).or_insert_with(|| affinity(&field.value));
+            let cpus = platform.cpus_of(activity).map(|(_, cpus)| cpus);
+            for instance in &activity.instances {
+                affinities.entry(&instance.name).or_insert(cpus);
             }
         }
         let own = data.into_iter().flat_map(|data| &data.settings).filter_map(|it| it.endpoint.as_ref());

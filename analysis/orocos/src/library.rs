@@ -7,11 +7,10 @@ use std::sync::Arc;
 use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, affinity, catalogue, codel,
+    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
     component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
-    inference_of_core, names_of, shell_of, type_of,
+    inference_of_core, names_of, platform_of, shell_of, type_of,
 };
-use mauve_syntax::keywords::ActivityField;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
@@ -327,12 +326,11 @@ impl<'db> LibraryReader<'db> {
 
     /// Reports affinities with CPUs above 32: Orocos has 32 bits for the CPUs of a thread.
     fn check_affinities(&mut self, of: Decl<'db>) {
+        let platform = platform_of(self.db, self.project.workspace(self.db));
         for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
-            for field in activity.fields.iter().filter(|it| it.name.name == ActivityField::Affinity.keyword())
-            {
-                if let Some(cpus) = affinity(&field.value).filter(|cpus| u32::try_from(cpus.0).is_err()) {
-                    self.report(ProblemKind::UnsupportedCpus(cpus), Location::Source(of, field.value_id));
-                }
+            let cpus = platform.cpus_of(activity);
+            if let Some((field, cpus)) = cpus.filter(|(_, cpus)| u32::try_from(cpus.0).is_err()) {
+                self.report(ProblemKind::UnsupportedCpus(cpus), Location::Source(of, field.value_id));
             }
         }
     }

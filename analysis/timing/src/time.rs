@@ -88,9 +88,56 @@ impl Time {
         let is_whole = scale >= 0;
         match rounding {
             _ if is_whole => Ok(Time(nanos)),
+            Rounding::Down => Ok(Time(nanos)),
             Rounding::Up => nanos.checked_add(1).map(Time).ok_or(TimeError::TooLarge),
             Rounding::Exact => Err(TimeError::TooFine),
         }
+    }
+
+    /// Reads the quotient of two decimal numbers, in `unit`s: `1000/30`. The result is exact but for fractions of a nanosecond,
+    /// which are rounded as `rounding` says.
+    ///
+    /// ```
+    /// use mauve_timing::{Rounding, Time, TimeError, Unit};
+    /// let third = |rounding| Time::quotient("1", "3", Unit::Microseconds, rounding);
+    /// assert_eq!(third(Rounding::Down), Ok(Time::from_nanos(333)));
+    /// assert_eq!(third(Rounding::Up), Ok(Time::from_nanos(334)));
+    /// assert_eq!(third(Rounding::Exact), Err(TimeError::TooFine));
+    /// ```
+    pub fn quotient(
+        numerator: &str,
+        denominator: &str,
+        unit: Unit,
+        rounding: Rounding,
+    ) -> Result<Time, TimeError> {
+        let read = |text: &str| Decimal::read(text.trim()).ok_or(TimeError::NotANumber);
+        let (above, below) = (read(numerator)?, read(denominator)?);
+        if below.digits.is_empty() {
+            return Err(TimeError::NotANumber);
+        }
+        if above.digits.is_empty() {
+            return Ok(Time::ZERO);
+        }
+        if above.negative || below.negative {
+            return Err(TimeError::Negative);
+        }
+        // A quotient that exceeds 128 bits is too large for a time, or its divisor is too fine for one.
+        let whole = |decimal: &Decimal, scale: i64| {
+            let zeros = usize::try_from(scale.max(0)).ok()?;
+            let digits = decimal.digits.iter().copied().chain(std::iter::repeat_n(0, zeros.min(40)));
+            digits
+                .into_iter()
+                .try_fold(0u128, |value, digit| value.checked_mul(10)?.checked_add(digit.into()))
+        };
+        let scale = above.exponent - below.exponent + i64::from(unit.decimals());
+        let above = whole(&above, scale).ok_or(TimeError::TooLarge)?;
+        let below = whole(&below, -scale).ok_or(TimeError::TooFine)?;
+        let nanos = match rounding {
+            Rounding::Exact if above % below != 0 => return Err(TimeError::TooFine),
+            Rounding::Up => above.div_ceil(below),
+            Rounding::Exact | Rounding::Down => above / below,
+        };
+        u64::try_from(nanos).map(Time).map_err(|_| TimeError::TooLarge)
     }
 
     /// Reads a number and its unit: `5 ms`, `1000ms`, `1s`, `250 us`, `10ns`.
@@ -197,7 +244,9 @@ impl fmt::Display for Unit {
 pub enum Rounding {
     /// It rounds up: for execution times, which may only be overestimated.
     Up,
-    /// An error: for periods and deadlines, for which rounding is unsafe in both directions.
+    /// It rounds down: for the period of a rate, and for quotients, which may only be underestimated.
+    Down,
+    /// An error: for periods and deadlines that are written as decimals.
     Exact,
 }
 
@@ -293,6 +342,29 @@ mod tests {
             found.push_str(&line);
         }
         expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn quotients() {
+        let check = |above: &str, below: &str, expected: [Result<u64, TimeError>; 3]| {
+            let roundings = [Rounding::Down, Rounding::Up, Rounding::Exact];
+            let found = roundings.map(|it| Time::quotient(above, below, Unit::Milliseconds, it));
+            assert_eq!(found.map(|it| it.map(Time::as_nanos)), expected, "{above} / {below}");
+        };
+        let fine = Err(TimeError::TooFine);
+        check("1000", "30", [Ok(33_333_333), Ok(33_333_334), fine]);
+        check("1000", "40", [Ok(25_000_000); 3]);
+        check("0.1", "0.00002", [Ok(5_000_000_000); 3]);
+        check("2.5", "3e2", [Ok(8_333), Ok(8_334), fine]);
+        check("0", "3", [Ok(0); 3]);
+        check("1", "1e9", [Ok(0), Ok(1), fine]);
+        check("1", "0", [Err(TimeError::NotANumber); 3]);
+        check("-1", "3", [Err(TimeError::Negative); 3]);
+        check("1e30", "1", [Err(TimeError::TooLarge); 3]);
+        check("1", "1e-999999999999999999", [Err(TimeError::TooLarge); 3]);
+        check("1", "1e60", [fine; 3]);
+        check("18446744073709.551615", "1", [Ok(u64::MAX); 3]);
+        check("18446744073709551615", "3", [Err(TimeError::TooLarge); 3]);
     }
 
     #[test]

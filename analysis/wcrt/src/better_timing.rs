@@ -26,7 +26,7 @@ use crate::response::{response_times, response_times_if};
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::what_if::WhatIfField;
 use mauve_hir::item_tree::{Field, Name};
-use mauve_hir::{Decl, ModelDb, Project, number};
+use mauve_hir::{Decl, ModelDb, Project};
 use mauve_syntax::keywords::ActivityField;
 
 /// So many activities are analysed in one search, those of each analysis counted. The limit is a number of steps and no
@@ -61,8 +61,6 @@ pub enum TimingChange {
     PrioritiesByDeadline,
     /// Priorities are those that Audsley's algorithm finds.
     OptimalPriorities,
-    /// The deadline becomes the period as written, in milliseconds.
-    PeriodAsDeadline(Name),
     /// The period becomes the deadline.
     DeadlineAsPeriod(Time),
     /// The activity moves to the CPU of this mask.
@@ -106,7 +104,6 @@ pub fn better_activity<'db>(
         && let Some(mut search) = TimingSearch::new(db, project, of, query)
     {
         found.extend(search.swap(activity));
-        found.extend(search.late_deadline(activity));
         found.extend(deadline(activity));
         found.extend(search.period(activity));
         found.extend(search.moves(activity));
@@ -153,13 +150,6 @@ impl<'db> TimingSearch<'db> {
         let fields = vec![priority_of(activity, priority(other)), priority_of(other, priority(activity))];
         let swap = TimingChange::SwapPriorities(activity.instance.clone(), other.instance.clone());
         Some(BetterTiming::Change(swap, fields))
-    }
-
-    fn late_deadline(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
-        let written = self.written_deadline(activity).filter(|_| activity.has_late_deadline)?;
-        let text = number(&written.value)?;
-        let fields = vec![field(activity, ActivityField::Period, text.to_string())];
-        Some(BetterTiming::Change(TimingChange::PeriodAsDeadline(text.clone()), fields))
     }
 
     fn written_deadline(&self, activity: &ResolvedActivity<'db>) -> Option<&'db Field> {

@@ -42,8 +42,8 @@ pub enum TimingFactKind<'db> {
     SecondTarget,
     /// A name is unresolved: the architecture of a deployment, or the instance of an activity.
     Unresolved(FactKind<'db>),
-    /// An instance has two activities.
-    DuplicateActivity { instance: Name, first: Location<'db> },
+    /// An instance has two activities, or is in a list twice; or two activities have this name.
+    DuplicateActivity { instance: Name, first: Location<'db>, in_list: bool },
     /// An instance has no activity.
     MissingActivity { of: Decl<'db>, instance: Name },
     /// An activity has a field twice.
@@ -53,13 +53,24 @@ pub enum TimingFactKind<'db> {
     /// An activity has no priority. With a free priority on its CPU, and the location of its period.
     MissingPriority { of: Decl<'db>, activity: (Name, SourceId), free: u32, period: Option<SourceId> },
     /// An activity has no period. With the location of the value of its priority.
-    MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
+    MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId>, has_trigger: bool },
+    /// An activity has a field beside another one that excludes it. With the location of its name.
+    ConflictingFields {
+        of: Decl<'db>,
+        id: SourceId,
+        field: ActivityField,
+        other: ActivityField,
+        first: Location<'db>,
+    },
+    /// An activity without a trigger has a field of one. With the location of its name.
+    FieldWithoutTrigger { of: Decl<'db>, id: SourceId, field: ActivityField },
     /// A field has an invalid value.
     InvalidField(ActivityField, InvalidValue),
     /// A background activity has a field that has an effect on real-time activities only. With the location of the field's name.
     BackgroundField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name },
-    /// An activity has an offset, and its clock is not synchronised. With the location of the field's name.
-    NotSynchronised { of: Decl<'db>, id: SourceId, instance: Name },
+    /// An activity has an offset, and its clock is not synchronised: this instance is not, otherwise its period is not a whole
+    /// number of nanoseconds. With the location of the field's name.
+    NotSynchronised { of: Decl<'db>, id: SourceId, activity: Name, instance: Option<Name> },
     /// An affinity names a CPU that does not exist.
     NoSuchCpu(NoSuchCpu),
     /// A deadline is later than the period. With the period as written, and its location.

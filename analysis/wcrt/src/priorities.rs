@@ -18,8 +18,11 @@ pub fn priority_facts<'db>(
     of: Decl<'db>,
     activities: &[ResolvedActivity<'db>],
 ) -> Vec<TimingFact<'db>> {
-    let ranked: Vec<Ranked<'_, 'db>> =
+    let mut ranked: Vec<Ranked<'_, 'db>> =
         activities.iter().filter_map(|activity| Some((activity.priority.real_time()?, activity))).collect();
+    let stale = stale(db, project, of, &ranked);
+    // The instances of one thread count once.
+    ranked.dedup_by_key(|(_, it)| (it.activity.clone(), it.thread.ok_or(it.at.clone())));
     let declared = activities_of(db, of);
     let priority_at = |instance: &Name| {
         let field = declared.get(instance)?.field(ActivityField::Priority)?;
@@ -40,16 +43,16 @@ pub fn priority_facts<'db>(
         let mut before = same.clone().take_while(|(other, _)| *other < index).peekable();
         if before.peek().is_some() && !before.any(|(_, it)| reported.contains(&it.instance)) {
             let others = same
-                .filter_map(|(_, other)| Some((other.instance.clone(), priority_at(&other.instance)?)))
+                .filter_map(|(_, other)| Some((other.activity.clone(), priority_at(&other.instance)?)))
                 .collect();
-            let instance = activity.instance.clone();
+            let instance = activity.activity.clone();
             reported.insert(&activity.instance);
             let equal = TimingFactKind::EqualPriorities { instance, priority, others };
             found.push(TimingFact::new(at.clone(), equal));
         }
     }
     found.extend(out_of_order(&ranked, &priority_at));
-    found.extend(stale(db, project, of, &ranked));
+    found.extend(stale);
     found
 }
 
@@ -126,12 +129,10 @@ fn order_fact<'db>(
         Some(later) => (later, between.find(is_free)),
         None => (earlier.filter(|(other, _)| *other < priority)?, between.rev().find(is_free)),
     };
-    let instance = activity.instance.clone();
-    let activity = DeadlineAndPriority { instance, priority, deadline };
-    let other_at = priority_at(&other.instance)?;
-    let instance = other.instance.clone();
+    let (at, other_at) = (priority_at(&activity.instance)?, priority_at(&other.instance)?);
+    let activity = DeadlineAndPriority { instance: activity.activity.clone(), priority, deadline };
+    let instance = other.activity.clone();
     let other = DeadlineAndPriority { instance, priority: other_priority, deadline: other.deadline? };
-    let at = priority_at(&activity.instance)?;
     Some(TimingFact::new(at, TimingFactKind::NotDeadlineMonotonic { activity, other, other_at, free }))
 }
 
@@ -153,6 +154,7 @@ pub(crate) fn is_stale(writer: &Task, reader: &Task) -> bool {
     let priorities = writer.priority.real_time().zip(reader.priority.real_time());
     priorities.is_some_and(|(low, high)| high > low)
         && share_cpu(writer, reader)
+        && !(writer.is_sporadic || reader.is_sporadic)
         && reader.period.is_some()
         && [writer, reader].into_iter().all(Task::is_periodic)
         && reader.period == writer.period

@@ -15,9 +15,10 @@ use mauve_hir::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId,
 };
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, Features, FieldEntry, FieldValue, FlatInstance, InvalidValue, Link, Location,
-    ModelDb, Project, Unresolved, architecture, declarations, deployment, errors_in, field_entry, flat_of,
-    incomplete_file, number, platform_of, resolve_path, resolve_type, similar, similar_field, too_large,
+    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, Features, FieldEntry, FieldValue,
+    Flat, FlatInstance, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
+    architecture, declarations, deployment, errors_in, field_entry, flat_of, incomplete_file, number,
+    platform_of, resolve_path, resolve_type, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -52,8 +53,8 @@ pub struct Connected {
 /// An activity, or an instance that has none: its task and its place in the text. It is read as its task.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ResolvedActivity<'db> {
-    /// Its task, of unknown demand. The deadline is the period where it is omitted, or later than the period; the offset is unknown
-    /// unless its clock is synchronised.
+    /// Its task, of unknown demand. The deadline is the period where it is omitted; the offset is unknown unless its clock is
+    /// synchronised.
     pub task: Task,
     /// The instance.
     pub instance: Name,
@@ -63,10 +64,10 @@ pub struct ResolvedActivity<'db> {
     pub component: Option<Decl<'db>>,
     /// The name of the instance in its activity; the deployment where there is no activity.
     pub at: Location<'db>,
-    /// Whether the written deadline is later than the period, and ignored.
-    pub has_late_deadline: bool,
     /// The written offset of its releases in the period, less than the period.
     pub written_offset: Option<Time>,
+    /// Whether its releases are at whole nanoseconds; otherwise its clock is not synchronised.
+    pub is_exact: bool,
     /// The input port whose data releases it; `None` where its clock does. Its task is sporadic then.
     pub trigger: Option<Name>,
     /// The name of the activity; that of the instance, unless the activity executes several instances in one thread.
@@ -95,29 +96,42 @@ impl<'db> ResolvedActivity<'db> {
         self.refusals.push(Refusal::new(reason, at));
     }
 
-    /// Enters the value of a field.
-    fn set(&mut self, field: ActivityField, value: FieldValue) {
-        match (field, value) {
-            (_, FieldValue::Cpus(cpus)) => self.task.cpus = Some(cpus),
-            (_, FieldValue::Priority(priority)) => self.task.priority = Priority::RealTime(priority),
-            (_, FieldValue::Background) => self.task.priority = Priority::Background,
-            (ActivityField::Period, FieldValue::Time(period)) => self.task.period = Some(period),
-            (ActivityField::Deadline, FieldValue::Time(deadline)) => self.task.deadline = Some(deadline),
-            (ActivityField::Jitter, FieldValue::Time(jitter)) => self.task.jitter = jitter,
-            (ActivityField::Offset, FieldValue::Time(offset)) => self.written_offset = Some(offset),
-            (ActivityField::Affinity | ActivityField::Priority, FieldValue::Time(_)) => {}
+    /// Enters the value of a field, unless it names something that is to be resolved.
+    fn set(&mut self, field: ActivityField, value: &FieldValue) {
+        match *value {
+            FieldValue::Cpus(cpus) => self.task.cpus = Some(cpus),
+            FieldValue::Priority(priority) => self.task.priority = Priority::RealTime(priority),
+            FieldValue::Background => self.task.priority = Priority::Background,
+            FieldValue::Count(burst) => self.task.burst = u64::from(burst),
+            FieldValue::Time(time, is_exact) => match field {
+                ActivityField::Deadline => self.task.deadline = Some(time),
+                ActivityField::Jitter => self.task.jitter = time,
+                ActivityField::Offset => {
+                    self.written_offset = Some(time);
+                    self.is_exact &= is_exact;
+                }
+                _ => {
+                    self.task.period = Some(time);
+                    self.is_exact &= is_exact;
+                }
+            },
+            FieldValue::CpuSet(_) | FieldValue::Port(_) | FieldValue::Instances => {}
         }
     }
 
     /// Makes the value of a field unknown.
     fn forget(&mut self, field: ActivityField) {
         match field {
-            ActivityField::Affinity => self.task.cpus = None,
+            ActivityField::Affinity | ActivityField::Cpus => self.task.cpus = None,
             ActivityField::Priority => self.task.priority = Priority::Unknown,
-            ActivityField::Period => self.task.period = None,
+            ActivityField::Period | ActivityField::Rate | ActivityField::Least => self.task.period = None,
             ActivityField::Deadline => self.task.deadline = None,
             // The refusal is enough: nothing else is derived from them.
-            ActivityField::Jitter | ActivityField::Offset => {}
+            ActivityField::Instances
+            | ActivityField::Trigger
+            | ActivityField::Burst
+            | ActivityField::Jitter
+            | ActivityField::Offset => {}
         }
     }
 
@@ -197,19 +211,18 @@ impl<'db> SystemReader<'db> {
                 None
             }
         };
-        let activities = data.activities.iter().map(Arc::as_ref);
-        let activities: Vec<&Activity> = activities.filter(|it| !it.instance.name.is_empty()).collect();
+        let entries = entries(data);
         match target {
             Some(target) => {
-                self.activities(target, &activities);
+                self.activities(target, &entries);
                 self.errors(target);
             }
             None => {
                 self.not_analysed(Reason::NoArchitecture(of), Location::name_of(of));
-                activities.iter().for_each(|activity| self.activity(None, activity));
+                entries.iter().for_each(|entry| self.entry(None, entry));
             }
         }
-        self.cpus(&activities);
+        self.cpus(&entries);
     }
 
     fn at(&self, id: SourceId) -> Location<'db> {
@@ -224,28 +237,31 @@ impl<'db> SystemReader<'db> {
         self.found.not_analysed.push(Refusal::new(reason, at));
     }
 
-    fn activities(&mut self, target: Decl<'db>, activities: &[&Activity]) {
+    fn activities(&mut self, target: Decl<'db>, entries: &[Entry<'_>]) {
         let flat = flat_of(self.db, self.project, target);
         self.found.not_analysed.extend(flat.refusals.iter().map(Refusal::of_model));
         if flat.cycle {
             self.not_analysed(Reason::ImportsItself(target), Location::name_of(target));
         }
-        let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
+        let mut first_of: FxHashMap<&Name, (SourceId, &Activity)> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
-        let named: FxHashSet<&Name> = activities.iter().map(|activity| &activity.instance.name).collect();
+        let named: FxHashSet<&Name> = entries.iter().filter_map(|it| Some(&it.instance?.name)).collect();
         let mut strays = Vec::new();
-        let mut twice: FxHashMap<&Name, Refusal<'db>> = FxHashMap::default();
-        for &activity in activities {
-            let name = &activity.instance.name;
-            let first = first_of.insert(name, activity);
+        let mut twice = self.repeated_names(flat, entries, &mut misspelt);
+        for entry in entries {
+            let Some(NameRef { name, id }) = entry.instance else {
+                self.entry(None, entry);
+                continue;
+            };
+            let first = first_of.insert(name, (*id, entry.activity));
             let instance = flat.instance(name);
             // The incomplete architecture may have this instance: that is no second mistake.
             if instance.is_none() && flat.refusals.is_empty() {
                 // Another activity of an instance that has one would be the next mistake.
                 let without = flat.instances.iter().map(|instance| &instance.name);
                 let near = similar(name, without.filter(|it| !named.contains(it)));
-                let at = self.at(activity.instance.id);
+                let at = self.at(*id);
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
                 strays.push(Refusal::new(missing, at.clone()));
@@ -253,11 +269,12 @@ impl<'db> SystemReader<'db> {
                 let unresolved = FactKind::UnresolvedInstance { name, architecture, near };
                 self.report(at, TimingFactKind::Unresolved(unresolved));
             }
-            self.activity(instance, activity);
-            if let Some(first) = first {
-                let (at, first) = (self.at(activity.instance.id), self.at(first.instance.id));
+            self.entry(instance, entry);
+            if let Some((first, activity)) = first {
+                let in_list = std::ptr::eq(activity, entry.activity);
+                let (at, first) = (self.at(*id), self.at(first));
                 let instance = name.clone();
-                self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first });
+                self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first, in_list });
                 twice.entry(name).or_insert(Refusal::new(Reason::SecondActivity(name.clone()), at));
             }
         }
@@ -271,7 +288,9 @@ impl<'db> SystemReader<'db> {
         // One activity too many and one too few are one mistake, which is reported.
         let missing = flat.instances.iter().filter(|it| !first_of.contains_key(&it.name)).count();
         let right = first_of.keys().filter(|name| flat.instance(name).is_some()).count();
-        let is_renamed = missing == 1 && activities.len().saturating_sub(right) == 1;
+        let is_renamed = missing == 1 && entries.len().saturating_sub(right) == 1;
+        // An incomplete list may have any of them.
+        let has_damaged_list = entries.iter().any(|it| it.has_damaged_list());
         let mut without: FxHashSet<&Name> = FxHashSet::default();
         for instance in &flat.instances {
             if first_of.contains_key(&instance.name) || !without.insert(&instance.name) {
@@ -281,7 +300,7 @@ impl<'db> SystemReader<'db> {
             // Where an activity is unknown, it may be this one; also in a text outside all declarations.
             let are_known = self.found.not_analysed.is_empty()
                 && declarations(self.db, self.of.file(self.db)).completeness.is_complete();
-            if !misspelt.contains(&instance.name) && !is_renamed && are_known {
+            if !misspelt.contains(&instance.name) && !is_renamed && !has_damaged_list && are_known {
                 let instance = instance.name.clone();
                 self.report(at.clone(), TimingFactKind::MissingActivity { of: self.of, instance });
             }
@@ -292,6 +311,41 @@ impl<'db> SystemReader<'db> {
         // Only now: missing activities are reported in a deployment with such an activity too.
         self.found.not_analysed.extend(strays);
         self.served(serving_of(self.db, self.project, target));
+    }
+
+    /// Reports the names of activities with a list that another activity has, or an instance that the activity does not execute.
+    /// Returns the refusals of the instances of these activities.
+    fn repeated_names<'a>(
+        &mut self,
+        flat: &Flat<'db>,
+        entries: &[Entry<'a>],
+        misspelt: &mut FxHashSet<Name>,
+    ) -> FxHashMap<&'a Name, Refusal<'db>> {
+        let mut refused = FxHashMap::default();
+        let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
+        for entry in entries.iter().filter(|it| it.number == 0) {
+            let (activity, name) = (entry.activity, &entry.activity.name.name);
+            let before = first_of.insert(name, activity);
+            // Two activities of one instance are reported at the instance.
+            let before = before.filter(|it| entry.is_list() || it.field(ActivityField::Instances).is_some());
+            let of_other = flat.instance(name).filter(|_| !activity.executes(name));
+            let at = self.at(activity.name.id);
+            let first = match (before, of_other.and_then(|it| it.declaration(self.db))) {
+                (Some(before), _) if !before.instances.iter().any(|it| activity.executes(&it.name)) => {
+                    self.at(before.name.id)
+                }
+                (None, Some(declared)) => declared,
+                _ => continue,
+            };
+            let instance = name.clone();
+            misspelt.insert(name.clone());
+            self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first, in_list: false });
+            for activity in before.into_iter().chain([activity]) {
+                let refusal = Refusal::new(Reason::SecondActivity(name.clone()), at.clone());
+                refused.extend(activity.instances.iter().map(|it| (&it.name, refusal.clone())));
+            }
+        }
+        refused
     }
 
     /// Refuses the instances that an item with an error declares, connects or sets a value of: their component may be wrong.
@@ -336,8 +390,8 @@ impl<'db> SystemReader<'db> {
             component_name: component_name.unwrap_or_default(),
             component,
             at,
-            has_late_deadline: false,
             written_offset: None,
+            is_exact: true,
             trigger: None,
             activity: name.clone(),
             refusals: Vec::new(),
@@ -345,9 +399,22 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
-        let at = self.at(activity.instance.id);
-        let mut found = self.resolved(&activity.instance.name, at.clone(), instance);
+    /// Reads an instance of an activity. The facts about the fields are those of the first one.
+    fn entry(&mut self, instance: Option<&FlatInstance<'db>>, entry: &Entry<'_>) {
+        let known = self.found.facts.len();
+        self.activity(instance, entry);
+        if entry.number > 0 {
+            self.found.facts.truncate(known);
+        }
+    }
+
+    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, entry: &Entry<'_>) {
+        let activity = entry.activity;
+        let NameRef { name, id } = entry.instance.unwrap_or(&activity.name);
+        let at = self.at(*id);
+        let mut found = self.resolved(name, at.clone(), instance);
+        found.activity = activity.name.name.clone();
+        found.task.thread = entry.thread;
         found.task.cpus = Some(CpuSet::NONE);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
         match instance {
@@ -363,28 +430,30 @@ impl<'db> SystemReader<'db> {
         let of_instance = found.refusals.len();
         let mut fields = Fields::default();
         for field in &activity.fields {
-            self.field(&mut found, &mut fields, activity, field);
+            self.field((&mut found, instance), &mut fields, activity, field);
         }
+        self.conflicts(&mut found, &fields);
         let has_wrong_field = found.refusals.len() > of_instance;
         if found.priority == Priority::Background && !has_wrong_field {
             for &FieldEntry { field, .. } in ACTIVITY_FIELDS.iter().filter(|it| it.only_real_time) {
                 let Some(written) = fields.written.get(&field) else { continue };
-                let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
+                let (of, id, instance) = (self.of, written.name.id, found.activity.clone());
                 self.report(self.at(id), TimingFactKind::BackgroundField { of, id, field, instance });
             }
         }
-        self.offset(&mut found, &fields);
+        self.offset(&mut found, activity, &fields);
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
         }
         let is_missing = |field| !fields.written.contains_key(&field);
         // Where the period is missing, the priority may have its value; where an affinity names no CPU, the affinity may be
         // the priority. A field that is unknown may be any of the missing fields.
-        let lacks_period = found.priority != Priority::Background && is_missing(ActivityField::Period);
+        let has_no_period = PERIODS.into_iter().all(is_missing);
+        let lacks_period = found.priority != Priority::Background && has_no_period;
         let is_uncertain =
             lacks_period || is_missing(ActivityField::Priority) || fields.has_misplaced || instance.is_none();
         let is_incomplete = activity.completeness.is_incomplete() || fields.has_unknown;
-        if is_incomplete && is_missing(ActivityField::Affinity) {
+        if is_incomplete && PLACES.into_iter().all(is_missing) {
             found.task.cpus = None;
         }
         // An error may be in the priority of a real-time activity. Of two instances of one name, one has no activity of
@@ -400,11 +469,12 @@ impl<'db> SystemReader<'db> {
             Priority::RealTime(_) | Priority::Background => None,
         };
         if let Some(field) = lacking {
-            if is_missing(field) && !is_incomplete {
+            let is_missing = if field == ActivityField::Period { has_no_period } else { is_missing(field) };
+            if is_missing && !is_incomplete {
                 self.report(at.clone(), self.missing_field(activity, field));
             }
             // Why a written field cannot be used is a reason already.
-            if is_missing(field) || found.refusals.is_empty() {
+            if is_missing || found.refusals.is_empty() {
                 found.refuse(Reason::NoField(field), at);
             }
         }
@@ -419,13 +489,14 @@ impl<'db> SystemReader<'db> {
     }
 
     fn missing_field(&self, activity: &Activity, field: ActivityField) -> TimingFactKind<'db> {
-        let (of, name) = (self.of, (activity.instance.name.clone(), activity.instance.id));
+        let (of, name) = (self.of, (activity.name.name.clone(), activity.name.id));
         if field == ActivityField::Period {
             let priority = activity.field(ActivityField::Priority).map(|priority| priority.value_id);
-            return TimingFactKind::MissingPeriod { of, activity: name, priority };
+            let has_trigger = activity.field(ActivityField::Trigger).is_some();
+            return TimingFactKind::MissingPeriod { of, activity: name, priority, has_trigger };
         }
         let free = self.free_priority(activity);
-        let period = activity.field(ActivityField::Period).map(|period| period.name.id);
+        let period = PERIODS.into_iter().find_map(|it| activity.field(it)).map(|period| period.name.id);
         TimingFactKind::MissingPriority { of, activity: name, free, period }
     }
 
@@ -440,20 +511,97 @@ impl<'db> SystemReader<'db> {
             }
             return;
         };
-        if let Some((of_period, period)) = fields.written.get(&ActivityField::Period).zip(found.period)
+        let of_period = PERIODS.into_iter().find_map(|it| fields.written.get(&it));
+        if let Some((of_period, period)) = of_period.zip(found.period)
             && deadline > period
+            && found.refusals.is_empty()
         {
             let (at, period_at) = (self.at(written.value_id), self.at(of_period.value_id));
-            let written = number(&of_period.value).cloned().unwrap_or_default();
+            let written =
+                number(&of_period.value).filter(|_| of_period.name.name == ActivityField::Period.keyword());
+            let written = written.cloned().unwrap_or_else(|| period.number().into());
             self.report(at, TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at });
-            // Which of the two is wrong is unknown.
-            found.task.deadline = Some(period);
-            found.has_late_deadline = true;
+        }
+    }
+
+    /// Reports fields that exclude each other, and fields that only a trigger gives a meaning.
+    fn conflicts(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+        let mut reported: FxHashSet<ActivityField> = FxHashSet::default();
+        for pair in EXCLUSIVE_FIELDS {
+            let [Some(one), Some(other)] = pair.map(|it| fields.written.get(&it)) else { continue };
+            let is_in_order = one.name.id < other.name.id;
+            let [first, second] = if is_in_order { [one, other] } else { [other, one] };
+            let [other, field] = if is_in_order { pair } else { [pair[1], pair[0]] };
+            found.refuse(Reason::UnusableField(field), self.at(second.name.id));
+            pair.into_iter().for_each(|it| found.forget(it));
+            if pair.iter().all(|it| !reported.contains(it)) {
+                let (of, id, first) = (self.of, second.name.id, self.at(first.name.id));
+                self.report(self.at(id), TimingFactKind::ConflictingFields { of, id, field, other, first });
+            }
+            reported.extend(pair);
+        }
+        for field in FIELDS_OF_TRIGGER {
+            let Some(written) = fields.written.get(&field) else { continue };
+            if fields.written.contains_key(&ActivityField::Trigger) {
+                continue;
+            }
+            let (of, id) = (self.of, written.name.id);
+            found.refuse(Reason::UnusableField(field), self.at(id));
+            found.forget(field);
+            // An unknown field may be the trigger.
+            if !fields.has_unknown && reported.insert(field) {
+                self.report(self.at(id), TimingFactKind::FieldWithoutTrigger { of, id, field });
+            }
+        }
+    }
+
+    /// Resolves the port whose data releases an activity. Another fact reports why the features of its shell are unknown.
+    fn trigger(
+        &mut self,
+        found: &mut ResolvedActivity<'db>,
+        instance: Option<&FlatInstance<'db>>,
+        port: &NameRef,
+    ) {
+        let (db, project) = (self.db, self.project);
+        let implementation = instance.and_then(|it| it.implementation(db, project));
+        let shell = implementation.and_then(|it| it.shell.as_ref());
+        let kind = shell.and_then(|(_, features)| features.get(&port.name)).map(|it| it.kind);
+        if kind == Some(FeatureKind::Input) {
+            found.trigger = Some(port.name.clone());
+            return;
+        }
+        let at = self.at(port.id);
+        found.refuse(Reason::UnusableField(ActivityField::Trigger), at.clone());
+        if let Some((shell, features)) = shell
+            && (features.completeness & features.value_completeness).is_complete()
+        {
+            let is_input = |it: &[FeatureOf<'db>]| it.iter().any(|it| it.kind == FeatureKind::Input);
+            let inputs = features.by_name.iter().filter(|(_, found)| is_input(found)).map(|(name, _)| name);
+            let near = similar(&port.name, inputs);
+            let wrong = InvalidValue::NoInputPort(port.name.clone(), shell.name(db).clone(), near);
+            self.report(at, TimingFactKind::InvalidField(ActivityField::Trigger, wrong));
+        }
+    }
+
+    /// Resolves the name of a CPU set.
+    fn cpu_set(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'_>, set: &NameRef) {
+        let platform = platform_of(self.db, self.project.workspace(self.db));
+        found.task.cpus = platform.cpu_sets.get(&set.name).copied();
+        if found.cpus.is_some() {
+            return;
+        }
+        // The value may be that of another field.
+        fields.has_misplaced = true;
+        found.refuse(Reason::UnusableField(ActivityField::Cpus), self.at(set.id));
+        if platform.is_complete {
+            let near = similar(&set.name, platform.cpu_sets.keys());
+            let unknown = InvalidValue::UnknownCpuSet(set.name.clone(), near);
+            self.report(self.at(set.id), TimingFactKind::InvalidField(ActivityField::Cpus, unknown));
         }
     }
 
     /// Checks the offset, and whether the clock is synchronised. An invalid configuration may lack the instance.
-    fn offset(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+    fn offset(&mut self, found: &mut ResolvedActivity<'db>, activity: &Activity, fields: &Fields<'_>) {
         let workspace = self.project.workspace(self.db);
         let platform = platform_of(self.db, workspace);
         let Some(written) = fields.written.get(&ActivityField::Offset) else { return };
@@ -469,16 +617,17 @@ impl<'db> SystemReader<'db> {
             );
         }
         let is_reported = found.priority == Priority::Background || !found.refusals.is_empty();
-        let is_synchronised = platform.synchronised.contains(found.instance.as_str());
-        if !is_synchronised && !is_reported && platform.is_complete {
-            let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
-            self.report(self.at(id), TimingFactKind::NotSynchronised { of, id, instance });
+        let other = activity.instances.iter().find(|it| !platform.synchronised.contains(it.name.as_str()));
+        if (other.is_some() || !found.is_exact) && !is_reported && platform.is_complete {
+            let (of, id, instance) = (self.of, written.name.id, other.map(|it| it.name.clone()));
+            let activity = activity.name.name.clone();
+            self.report(self.at(id), TimingFactKind::NotSynchronised { of, id, activity, instance });
         }
     }
 
     fn field<'a>(
         &mut self,
-        found: &mut ResolvedActivity<'db>,
+        (found, of_instance): (&mut ResolvedActivity<'db>, Option<&FlatInstance<'db>>),
         fields: &mut Fields<'a>,
         activity: &Activity,
         written: &'a Field,
@@ -487,31 +636,39 @@ impl<'db> SystemReader<'db> {
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             found.refuse(Reason::UnknownField(name.clone()), at.clone());
-            let near = similar_field(&name).filter(|near| activity.field(*near).is_none());
+            let near = match similar_field(&name) {
+                Some(ActivityField::Affinity) if written.list.is_some() => Some(ActivityField::Cpus),
+                near => near,
+            };
+            let near = near.filter(|near| activity.field(*near).is_none());
             self.report(at, TimingFactKind::UnknownField { name, near });
             fields.has_unknown = true;
             return;
         };
         let value = self.at(written.value_id);
+        found.task.is_sporadic |= field == ActivityField::Trigger;
         let refusal = if let Some(first) = fields.written.insert(field, written) {
-            let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
+            let (of, id, instance) = (self.of, written.name.id, found.activity.clone());
             let first = self.at(first.name.id);
             let kind = TimingFactKind::DuplicateField { of, id, field, instance: instance.clone(), first };
             self.report(at.clone(), kind);
             Some((Reason::SecondField { field, instance }, at))
         } else {
             // A half-typed value is a syntax error, which another diagnostic reports.
-            (written.value == Expr::Missing).then(|| (Reason::DamagedField(field), value.clone()))
+            let is_damaged = written.value == Expr::Missing && written.list.is_none();
+            is_damaged.then(|| (Reason::DamagedField(field), value.clone()))
         };
         if let Some((reason, at)) = refusal {
             found.refuse(reason, at);
             found.forget(field);
             return;
         }
-        match field_entry(field).kind.read(&written.value) {
-            Ok(read) => found.set(field, read),
+        match field_entry(field).kind.read(written) {
+            Ok(FieldValue::Port(port)) => self.trigger(found, of_instance, &port),
+            Ok(FieldValue::CpuSet(set)) => self.cpu_set(found, fields, &set),
+            Ok(read) => found.set(field, &read),
             Err(why) => {
-                fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
+                fields.has_misplaced |= field == ActivityField::Priority || PLACES.contains(&field);
                 found.refuse(Reason::UnusableField(field), value.clone());
                 self.report(value, TimingFactKind::InvalidField(field, why));
             }
@@ -521,23 +678,21 @@ impl<'db> SystemReader<'db> {
     /// A priority below those of all other activities that may run where `activity` does; the lowest that none of them has, where
     /// one has 1 already.
     fn free_priority(&self, activity: &Activity) -> u32 {
-        let value =
-            |of: &Activity, field: ActivityField| field_entry(field).kind.read(&of.field(field)?.value).ok();
-        let cpus = |of: &Activity| match value(of, ActivityField::Affinity) {
-            Some(FieldValue::Cpus(cpus)) if !cpus.is_empty() => cpus,
-            _ => CpuSet::ALL,
-        };
+        let platform = platform_of(self.db, self.project.workspace(self.db));
+        let written = |of: &Activity| platform.cpus_of(of).map(|(_, cpus)| cpus);
+        let cpus = |of: &Activity| written(of).filter(|cpus| !cpus.is_empty()).unwrap_or(CpuSet::ALL);
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let others = others.filter(|other| cpus(other).meets(cpus(activity)));
-        let taken: FxHashSet<u32> = others
-            .filter_map(|other| match value(other, ActivityField::Priority)? {
-                FieldValue::Priority(priority) => Some(priority),
+        let priority = |of: &Arc<Activity>| {
+            let field = ActivityField::Priority;
+            match field_entry(field).kind.read(of.field(field)?) {
+                Ok(FieldValue::Priority(priority)) => Some(priority),
                 _ => None,
-            })
-            .collect();
+            }
+        };
+        let taken: FxHashSet<u32> = others.filter_map(priority).collect();
         let below = taken.iter().min().map_or(1, |least| least.saturating_sub(1)).min(99);
-        let free = (below.max(1)..=99).find(|priority| !taken.contains(priority));
-        free.unwrap_or(1)
+        (below.max(1)..=99).find(|priority| !taken.contains(priority)).unwrap_or(1)
     }
 
     /// Enters the connected operations. Refuses the activities that may also provide an operation whose connection is unknown.
@@ -564,7 +719,7 @@ impl<'db> SystemReader<'db> {
             .collect();
     }
 
-    fn cpus(&mut self, activities: &[&Activity]) {
+    fn cpus(&mut self, entries: &[Entry<'_>]) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         let named: CpuSet = self.found.activities.iter().filter_map(|it| it.cpus).collect();
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
@@ -575,8 +730,13 @@ impl<'db> SystemReader<'db> {
         };
         self.found.cpus = all;
         for (index, resolved) in self.found.activities.iter_mut().enumerate() {
-            let is_synchronised = platform.synchronised.contains(resolved.instance.as_str());
-            let is_released = is_synchronised && resolved.priority != Priority::Background;
+            let activity = entries.get(index).map(|it| it.activity);
+            // The instances of one thread have one clock.
+            let is_synchronised = activity.is_some_and(|it| {
+                it.instances.iter().all(|it| platform.synchronised.contains(it.name.as_str()))
+            });
+            let is_released = is_synchronised && resolved.is_exact && !resolved.is_sporadic;
+            let is_released = is_released && resolved.priority != Priority::Background;
             resolved.task.offset = is_released.then(|| resolved.written_offset.unwrap_or_default());
             let Some(cpus) = resolved.cpus else { continue };
             let cpus = if cpus.is_empty() { all } else { cpus };
@@ -587,7 +747,7 @@ impl<'db> SystemReader<'db> {
             let at = resolved.at.clone();
             if !(cpus - all).is_empty() {
                 let missing = NoSuchCpu { named: cpus, available: all };
-                let affinity = activities.get(index).and_then(|it| it.field(ActivityField::Affinity));
+                let affinity = activity.and_then(|of| PLACES.into_iter().find_map(|it| of.field(it)));
                 let value = affinity.map_or(at.clone(), |it| Location::Source(self.of, it.value_id));
                 self.found.facts.push(TimingFact::new(value, TimingFactKind::NoSuchCpu(missing)));
                 resolved.refuse(Reason::NoSuchCpu(missing), at);
@@ -678,7 +838,8 @@ fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
     }
     if let Some(data) = deployment(db, of) {
         items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint], false)));
-        items.extend(data.activities.iter().map(|it| other(it.instance.id, vec![&it.instance.name])));
+        let names = |it: &'db Activity| it.instances.iter().map(|it| &it.name).collect();
+        items.extend(data.activities.iter().map(|it| other(it.name.id, names(it))));
     }
     items.sort_by_key(|item| item.first);
     items
@@ -701,6 +862,40 @@ fn errors_and_items<'db>(
     errors.iter().map(|error| (error, item_at(&error.at))).collect()
 }
 
+/// An instance that an activity executes.
+struct Entry<'a> {
+    activity: &'a Activity,
+    /// None where its list names none.
+    instance: Option<&'a NameRef>,
+    /// Its place among the instances of the activity.
+    number: usize,
+    /// The number of the thread that executes several instances.
+    thread: Option<u32>,
+}
+
+impl Entry<'_> {
+    fn is_list(&self) -> bool {
+        self.activity.field(ActivityField::Instances).is_some()
+    }
+
+    fn has_damaged_list(&self) -> bool {
+        self.activity.field(ActivityField::Instances).is_some_and(|it| it.list.is_none())
+    }
+}
+
+/// Returns what the activities execute, in the order of the text.
+fn entries(data: &Deployment) -> Vec<Entry<'_>> {
+    let mut entries = Vec::new();
+    let named = data.activities.iter().filter(|it| !it.name.name.is_empty());
+    for (thread, activity) in (0..).zip(named) {
+        let thread = Some(thread).filter(|_| activity.instances.len() > 1);
+        let none = activity.instances.is_empty().then_some(None);
+        let instances = activity.instances.iter().map(Some).chain(none).enumerate();
+        entries.extend(instances.map(|(number, instance)| Entry { activity, instance, number, thread }));
+    }
+    entries
+}
+
 #[derive(Default)]
 struct Fields<'a> {
     /// The last field of each name.
@@ -714,7 +909,8 @@ struct Fields<'a> {
 /// Returns the first activity of each instance that a deployment has an activity for.
 pub(crate) fn activities_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> FxHashMap<&'db Name, &'db Activity> {
     let all = deployment(db, of).map_or(&[] as &[Arc<Activity>], |data| &data.activities);
-    all.iter().rev().map(|activity| (&activity.instance.name, &**activity)).collect()
+    let executed = |it: &'db Arc<Activity>| it.instances.iter().map(|instance| (&instance.name, &**it));
+    all.iter().rev().flat_map(executed).collect()
 }
 
 pub(crate) fn written_field<'db>(
@@ -724,5 +920,5 @@ pub(crate) fn written_field<'db>(
     field: ActivityField,
 ) -> Option<&'db Field> {
     let activities = &mauve_hir::deployment(db, deployment)?.activities;
-    activities.iter().find(|it| it.instance.name == *instance)?.field(field)
+    activities.iter().find(|it| it.executes(instance))?.field(field)
 }

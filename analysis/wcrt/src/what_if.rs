@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use crate::reason::ActivityField;
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
+use mauve_hir::same_fields;
 
 /// Another value of a field of an activity.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -22,20 +23,20 @@ pub struct WhatIfField {
 pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
     let mut data = data.clone();
     for WhatIfField { instance, field, value } in what_if {
-        for activity in data.activities.iter_mut().filter(|it| it.instance.name == *instance) {
+        for activity in data.activities.iter_mut().filter(|it| it.executes(instance)) {
             let activity = Arc::make_mut(activity);
             // An error in a value that is not in the text is reported at the activity.
-            let id = activity.instance.id;
+            let id = activity.name.id;
             let is_integer = value.bytes().all(|byte| byte.is_ascii_digit());
             let literal =
                 if is_integer { Literal::Int(value.clone()) } else { Literal::Float(value.clone()) };
             let value = Expr::Literal(literal, id);
-            match activity.fields.iter_mut().find(|it| it.name.name == field.keyword()) {
-                Some(known) => known.value = value,
-                None => {
-                    let name = NameRef { name: field.keyword().into(), id };
-                    activity.fields.push(Field { name, value, value_id: id });
-                }
+            let name = NameRef { name: field.keyword().into(), id };
+            let changed = Field { name, value, list: None, value_id: id };
+            let says_it = |it: &&mut Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
+            match activity.fields.iter_mut().find(says_it) {
+                Some(known) => *known = Field { value_id: known.value_id, ..changed },
+                None => activity.fields.push(changed),
             }
         }
     }

@@ -36,11 +36,17 @@ keyword_set! {
 }
 
 keyword_set! {
-    /// `affinity`, `priority`, `period`, `deadline`, `jitter`, `offset`.
+    /// `instances`, `affinity`, `cpus`, `priority`, `trigger`, `least`, `period`, `rate`, `burst`, `deadline`, `jitter`, `offset`.
     ActivityField {
+        Instances "instances" INSTANCES_KW;
         Affinity "affinity" AFFINITY_KW;
+        Cpus "cpus" CPUS_KW;
         Priority "priority" PRIORITY_KW;
+        Trigger "trigger" TRIGGER_KW;
+        Least "least" LEAST_KW;
         Period "period" PERIOD_KW;
+        Rate "rate" RATE_KW;
+        Burst "burst" BURST_KW;
         Deadline "deadline" DEADLINE_KW;
         Jitter "jitter" JITTER_KW;
         Offset "offset" OFFSET_KW;

@@ -34,6 +34,7 @@ syntax_kinds! {
         AFFINITY_KW "affinity";
         ARCHITECTURE_KW "architecture";
         BACKGROUND_KW "background";
+        BURST_KW "burst";
         CLEANUP_KW "cleanup";
         CODEL_KW "codel";
         COMPONENT_KW "component";
@@ -41,6 +42,7 @@ syntax_kinds! {
         CONNECTION_KW "connection";
         CONSTANT_KW "constant";
         CORE_KW "core";
+        CPUS_KW "cpus";
         DEADLINE_KW "deadline";
         DEPLOYMENT_KW "deployment";
         ELSE_KW "else";
@@ -59,7 +61,9 @@ syntax_kinds! {
         INOUT_KW "inout";
         INPUT_KW "input";
         INSTANCE_KW "instance";
+        INSTANCES_KW "instances";
         JITTER_KW "jitter";
+        LEAST_KW "least";
         LIBRARY_KW "library";
         NEW_DATA_KW "new_data";
         NO_DATA_KW "no_data";
@@ -74,6 +78,7 @@ syntax_kinds! {
         PRIORITY_KW "priority";
         PROPERTY_KW "property";
         PROVIDE_KW "provide";
+        RATE_KW "rate";
         REQUIRE_KW "require";
         RETURN_KW "return";
         RUN_KW "run";
@@ -86,6 +91,7 @@ syntax_kinds! {
         THEN_KW "then";
         TO_KW "to";
         TRANSITION_KW "transition";
+        TRIGGER_KW "trigger";
         TRUE_KW "true";
         UPDATE_KW "update";
         USE_KW "use";
@@ -145,6 +151,7 @@ syntax_kinds! {
         TARGET;
         ACTIVITY;
         FIELD;
+        VALUE_LIST;
         IF_STATEMENT;
         BLOCK_STATEMENT;
         RETURN_STATEMENT;

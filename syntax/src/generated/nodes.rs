@@ -368,6 +368,15 @@ node!(Field FIELD {
     name_ref: child NameRef;
     eq_token: token EQ;
     expr: child Expr;
+    value_list: child ValueList;
+    ident_token: token IDENT;
+});
+
+node!(ValueList VALUE_LIST {
+    l_brack_token: token L_BRACK;
+    exprs: children Expr;
+    comma_token: token COMMA;
+    r_brack_token: token R_BRACK;
 });
 
 one_of!(Statement {

@@ -48,24 +48,59 @@ pub(super) fn activity_rest(p: &mut Parser<'_>) {
 // deployment D { architecture A  activity a { affinity = 1 priority =  period = 100 deadline = 50 } }
 // test_err units
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
+// test lists_and_rates
+// deployment D { architecture A
+//   activity drivers { instances = [imu, gps] cpus = [1, 2] priority = 1 rate = 30 Hz deadline = 1000/30 }
+//   activity b { cpus = big trigger = frame least = 10; rate = 100/3 Hz
+//     instances = [] }
+// }
+// test_err lists_and_rates_half_typed
+// deployment D { architecture A
+//   activity a { cpus = [1, 2 priority = 1 }
+//   activity b { cpus = [1, priority = 1 }
+//   activity c { cpus = [1 2] period = 10 Hz rate = 10 ms rate = 10 Hz Hz rate = 10
+//     Hz }
+//   activity d { instances = [
+//     priority = 1 }
+// }
 pub(super) fn field(p: &mut Parser<'_>) {
     if !p.current().is_word() {
         unknown(p, List::Activity);
         return;
     }
     let m = p.start();
+    let is_rate = p.at(RATE_KW);
     // A field may begin its line: items of other lists are not allowed here.
     any_word(p, NAME_REF);
     let has_value = expect_or_foreign(p, EQ);
-    if has_value && p.current().is_word() && p.nth(1) == EQ {
-        // The next field: this one has no value yet.
+    if has_value && at_next_field(p) {
+        // This one has no value yet.
         p.missing(Expected::Expression);
+    } else if has_value && p.at(L_BRACK) && !p.begins_line() {
+        value_list(p);
     } else if has_value && !foreign::opt_cpu_list(p) {
+        p.may_have_hertz = is_rate;
         expression(p);
+        p.may_have_hertz = false;
+        if is_rate && p.at_hertz() {
+            p.bump();
+        }
     }
     m.complete(p, FIELD);
     // A unit, or the name of an incomplete field: the activity is incomplete.
     if has_value && p.current().is_word() && p.nth(1) != EQ && !p.begins_line() {
         p.skip(SyntaxErrorKind::WordAfterField, |_| true);
     }
+}
+
+fn at_next_field(p: &Parser<'_>) -> bool {
+    p.current().is_word() && p.nth(1) == EQ
+}
+
+/// Takes `[imu, gps]`.
+fn value_list(p: &mut Parser<'_>) {
+    node(p, VALUE_LIST, |p| {
+        separated(p, R_BRACK, Expected::Expression, |p| !at_next_field(p) && opt_expression(p));
+        p.expect(R_BRACK);
+    });
 }

@@ -21,6 +21,11 @@ pub(super) fn expression(p: &mut Parser<'_>) {
     height_of(p, found);
 }
 
+/// Takes an expression, and returns whether one begins here.
+pub(super) fn opt_expression(p: &mut Parser<'_>) -> bool {
+    operators(p, 1).is_some()
+}
+
 /// Takes the condition of an `if` or a transition, in which `=` is reported as a comparison.
 pub(super) fn condition(p: &mut Parser<'_>) {
     p.in_condition = true;

@@ -122,6 +122,7 @@ pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
         drop_as(p, Foreign::Fraction, 1 + more);
     } else if p.at(IDENT)
         && !p.begins_line()
+        && !(p.may_have_hertz && p.at_hertz())
         && !matches!(p.nth(1), EQ | COLON | L_PAREN | DOT)
         && p.nth_is_foreign(0, Word::Unit)
     {
@@ -530,7 +531,7 @@ pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: List) {
 //   update = { const int m = 3; }
 // }
 // architecture A { Laser front  instance back: Laser(rate = 2) }
-// deployment D { activity front { affinity = [2] } }
+// deployment D { activity front { affinity = {2} } }
 /// Takes the packages after a comma in a `use`, or the end of the name of a file.
 pub(super) fn opt_behind_use(p: &mut Parser<'_>) {
     if p.begins_line() {
@@ -556,9 +557,9 @@ pub(super) fn opt_transition_form(p: &mut Parser<'_>) -> bool {
     is_form
 }
 
-/// Takes the list of CPUs that other languages write as an affinity.
+/// Takes the list in braces that other languages write as CPUs.
 pub(super) fn opt_cpu_list(p: &mut Parser<'_>) -> bool {
-    let is_list = matches!(p.current(), L_BRACK | L_CURLY) && !p.begins_line();
+    let is_list = p.at(L_CURLY) && !p.begins_line();
     if is_list {
         p.skip_foreign(Foreign::CpuList, |_| true);
     }

@@ -8,9 +8,10 @@ use mauve_timing::{CpuSet, Level, Protocol, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExternalType, LockConfig, OtherConfig,
-    is_header, maintainer_of,
+    Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, LockConfig,
+    OtherConfig, is_header, maintainer_of,
 };
+use crate::activity_field::GREATEST_BURST;
 use crate::severity::Severity;
 
 /// A section of `mauve.toml`. Completion shows `summary`, the schema `documentation`.
@@ -74,6 +75,8 @@ pub enum KeyKind<T> {
     Time(fn(&mut T) -> &mut Option<Time>),
     /// A time greater than 0 with its unit, exact to the nanosecond.
     Period(fn(&mut T) -> &mut Option<Time>),
+    /// A number of releases per second with its unit; stored as the time between two.
+    Rate(fn(&mut T) -> &mut Option<Time>),
     /// A name, or also a list of them, each with so many parts, joined by points.
     Names {
         /// Stores them.
@@ -89,6 +92,8 @@ pub enum KeyKind<T> {
     },
     /// A list of CPUs, numbered from 1.
     Cpus(Field<T, Option<(CpuSet, Range<usize>)>>),
+    /// A table of named lists of CPUs, and the note of completion.
+    CpuSets(Field<T, BTreeMap<String, CpuSetConfig>>, &'static str),
     /// A list of tables with these keys, such as `[[platform.other]]`, and the note of completion.
     Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>], &'static str),
     /// A section for each deployment, such as `[timing.deployment.Sea]`, with these keys, and the note of completion.
@@ -197,6 +202,9 @@ pub static SECTIONS: [Section; 11] = [
         Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut it.cpus), default: None, examples: "[2]",
             documentation: "How many CPUs there are: those that an activity without an affinity may use. When left out, those \
                             that affinities name." },
+        Key { name: "cpu_sets", kind: KeyKind::CpuSets(|it| &mut it.cpu_sets, "names of CPUs"), default: None,
+            examples: r#"[{ "big": [5, 6] }]"#, documentation: "Names of lists of CPUs, numbered from 1, which `cpus` of an \
+                            activity may have." },
         Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption." },
@@ -282,7 +290,7 @@ pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
 
 /// The keys of `[[platform.other]]`.
 #[rustfmt::skip]
-static OTHER: [Key<OtherConfig>; 6] = [
+static OTHER: [Key<OtherConfig>; 8] = [
     Key { name: "name", kind: KeyKind::Text {
             store: |it, text| is_name(text).then(|| it.name = Some(text.to_owned())),
             expected: r#"is a name on one line, such as "network interrupt""#,
@@ -291,7 +299,12 @@ static OTHER: [Key<OtherConfig>; 6] = [
     Key { name: "priority", kind: KeyKind::Integer(1, 99, |it| &mut it.priority), default: None, examples: "[50]",
         documentation: "Its priority, as that of an activity; 99 is the highest." },
     Key { name: "period", kind: KeyKind::Period(|it| &mut it.period), default: None, examples: r#"["1 ms"]"#,
-        documentation: "The least time between two of its releases, with its unit: ns, us, ms or s." },
+        documentation: "The least time between two of its releases, with its unit: ns, us, ms or s; also a quotient, such as \
+                        \"1000/30 ms\"." },
+    Key { name: "rate", kind: KeyKind::Rate(|it| &mut it.rate), default: None, examples: r#"["30 Hz"]"#,
+        documentation: "The greatest number of its releases per second, instead of `period`." },
+    Key { name: "burst", kind: KeyKind::Integer(1, GREATEST_BURST, |it| &mut it.burst), default: Some("1"), examples: "[3]",
+        documentation: "The greatest number of its releases in any time of the length of the period." },
     Key { name: "time", kind: KeyKind::Time(|it| &mut it.time), default: None, examples: r#"["50 us"]"#,
         documentation: "The greatest execution time of a release, with its unit: ns, us, ms or s." },
     Key { name: "cpus", kind: KeyKind::Cpus(|it| &mut it.cpus), default: None, examples: "[[1], [1, 2]]",
@@ -313,6 +326,9 @@ static DEPLOYMENT_TABLES: [Key<DeploymentTables>; 2] = [
 fn is_name(text: &str) -> bool {
     !text.is_empty() && !text.starts_with([' ', '\u{a0}']) && !text.contains(char::is_control)
 }
+
+/// The valid values of a list of CPUs, as a predicate of its key.
+pub(super) const CPU_LIST: &str = "is a list of CPUs, numbered from 1 to 128, such as [1, 2]";
 
 impl Entries {
     /// Returns the valid values of an entry of `section`, as a predicate of its `key`.
@@ -345,7 +361,11 @@ impl<T> KeyKind<T> {
             KeyKind::Level(_) => "is a number between 0 and 1, such as 1e-4",
             KeyKind::Time(_) => "is a time with its unit, such as \"5 ms\"",
             KeyKind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
-            KeyKind::Cpus(_) => "is a list of CPUs, numbered from 1 to 128, such as [1, 2]",
+            KeyKind::Rate(_) => "is a number of releases per second greater than 0, such as \"30 Hz\"",
+            KeyKind::CpuSets(..) => {
+                "is a table of CPU sets, such as { big = [5, 6] }, with CPUs numbered from 1 to 128"
+            }
+            KeyKind::Cpus(_) => CPU_LIST,
             KeyKind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
             KeyKind::DeploymentTables(..) => {
                 "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"
@@ -381,12 +401,14 @@ impl<T> KeyKind<T> {
             KeyKind::Boolean(_) => Suggestions::Words(&["true", "false"]),
             KeyKind::Time(_) => Suggestions::Strings(&["5 ms"]),
             KeyKind::Period(_) => Suggestions::Strings(&["10 ms"]),
+            KeyKind::Rate(_) => Suggestions::Strings(&["30 Hz"]),
             KeyKind::Folder(_) => Suggestions::Strings(&["generated"]),
             KeyKind::Text { usual, .. } => Suggestions::Strings(usual),
             KeyKind::Names { suggestions, .. } => *suggestions,
             KeyKind::Integer(..)
             | KeyKind::Reasons(_)
             | KeyKind::Cpus(_)
+            | KeyKind::CpuSets(..)
             | KeyKind::Others(..)
             | KeyKind::DeploymentTables(..) => Suggestions::Words(&[]),
         }
@@ -448,6 +470,7 @@ pub fn headers() -> Vec<Header> {
         match kind {
             KeyKind::Others(_, _, summary) => in_sections.insert(0, (format!("[[{name}]]"), summary)),
             KeyKind::DeploymentTables(_, _, summary) => in_sections.push((format!("[{name}.Name]"), summary)),
+            KeyKind::CpuSets(_, summary) => in_sections.push((format!("[{name}]"), summary)),
             _ => {}
         }
     }

@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError};
+use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError, Unit};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    self, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS,
+    self, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS,
     SEVERITIES, Section,
 };
 use super::{
-    Acceptance, Chain, Config, DeploymentTables, LockConfig, Mistake, MistakeKind, OtherConfig, toml_key,
+    Acceptance, Chain, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind, OtherConfig,
+    toml_key,
 };
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -176,6 +177,18 @@ impl ConfigReader<'_> {
                 }
                 return;
             }
+            (KeyKind::CpuSets(field, _), DeValue::Table(sets)) => {
+                for (name, value) in sets {
+                    match cpus(value.get_ref()) {
+                        Some(cpus) => {
+                            let set = CpuSetConfig { span: name.span(), cpus: (cpus, value.span()) };
+                            field(into).insert(name.get_ref().to_string(), set);
+                        }
+                        None => self.wrong_value(name, value, CPU_LIST.to_owned()),
+                    }
+                }
+                return;
+            }
             (KeyKind::DeploymentTables(field, keys, _), DeValue::Table(deployments)) => {
                 for (name, value) in deployments {
                     match value.get_ref().as_table() {
@@ -211,9 +224,14 @@ impl ConfigReader<'_> {
         let mut other = OtherConfig::default();
         let errors = self.errors.len();
         self.keys(&mut other, section, keys, values);
+        let has = |name: &str| values.contains_key(name) || name == "period" && values.contains_key("rate");
+        if let Some((_, rate)) = other.period.and(values.get_key_value("rate")) {
+            let (key, expected) = ("rate".to_owned(), "cannot be beside `period`: delete one".to_owned());
+            self.error(MistakeKind::WrongValue { key, expected, error: None }, rate.span());
+        }
         // An unknown key may be a misspelt one.
         if self.errors.len() == errors
-            && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !values.contains_key(name))
+            && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !has(name))
         {
             let at = values.iter().next().map_or(span, |(key, _)| key.span());
             let header = format!("[[{section}]]");
@@ -293,10 +311,12 @@ impl ConfigReader<'_> {
         chain
     }
 
-    /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
+    /// Reports CPUs of `[[platform.other]]` and `[platform.cpu_sets]` that `[platform] cpus` does not have.
     fn cpus_of_others(&mut self, config: &Config) {
         let Some(cpus) = config.cpus else { return };
-        for (named, span) in config.others.iter().filter_map(|other| other.cpus.clone()) {
+        let of_others = config.others.iter().filter_map(|other| other.cpus.clone());
+        let of_sets = config.cpu_sets.values().map(|set| set.cpus.clone());
+        for (named, span) in of_others.chain(of_sets) {
             if !(named - CpuSet::first_few(cpus)).is_empty() {
                 self.incomplete(MistakeKind::NoSuchCpu { named, cpus }, span);
             }
@@ -380,16 +400,25 @@ impl<T> KeyKind<T> {
             }
             KeyKind::Period(field) => {
                 let text = text.ok_or(None)?;
-                let time = Time::parse_with_unit(text, Rounding::Exact)?;
+                let time = match text.split_once('/') {
+                    Some((above, below)) => quotient(above, below)?,
+                    None => Time::parse_with_unit(text, Rounding::Exact)?,
+                };
                 *field(into) = Some(time).filter(|time| *time > Time::ZERO);
                 field(into).ok_or(None)?;
+            }
+            KeyKind::Rate(field) => {
+                let number = text.and_then(|text| text.strip_suffix("Hz")).ok_or(None)?;
+                let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+                let time = Time::quotient(below, above, Unit::Seconds, Rounding::Down).ok();
+                *field(into) = Some(time.filter(|time| *time > Time::ZERO).ok_or(None)?);
             }
             KeyKind::Cpus(field) => {
                 let cpus = cpus(found).ok_or(None)?;
                 *field(into) = Some((cpus, value.span()));
             }
             // The reader reads the entries of these one by one.
-            KeyKind::Others(..) | KeyKind::DeploymentTables(..) => return Err(None),
+            KeyKind::Others(..) | KeyKind::CpuSets(..) | KeyKind::DeploymentTables(..) => return Err(None),
             KeyKind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(None)?);
@@ -400,6 +429,14 @@ impl<T> KeyKind<T> {
         }
         Ok(())
     }
+}
+
+/// `1000/30 ms`, rounded down.
+fn quotient(above: &str, below: &str) -> Result<Time, TimeError> {
+    let end = below.rfind(|c: char| c.is_ascii_digit()).ok_or(TimeError::NotANumber)? + 1;
+    let (below, unit) = below.split_at(end);
+    let unit = Unit::parse(unit.trim()).ok_or(TimeError::UnknownUnit)?;
+    Time::quotient(above, below, unit, Rounding::Down)
 }
 
 /// Returns the strings of a string or a list of strings, with their ranges.

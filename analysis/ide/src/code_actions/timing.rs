@@ -15,8 +15,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if, shortened};
-use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
+use mauve_hir::item_tree::{Field, Name};
+use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment, same_fields};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
@@ -176,7 +176,7 @@ fn kind_of(change: &TimingChange) -> ChangeKind {
         | TimingChange::PrioritiesByDeadline
         | TimingChange::OptimalPriorities
         | TimingChange::Cpu(_) => ChangeKind::PrioritiesOrCpu,
-        TimingChange::PeriodAsDeadline(_) | TimingChange::Period { .. } => ChangeKind::Period,
+        TimingChange::Period { .. } => ChangeKind::Period,
         TimingChange::DeadlineAsPeriod(_) => ChangeKind::Deadline,
     }
 }
@@ -188,7 +188,6 @@ fn title(change: &TimingChange) -> String {
         }
         TimingChange::PrioritiesByDeadline => "Deadline-monotonic order".to_owned(),
         TimingChange::OptimalPriorities => "Optimal priorities".to_owned(),
-        TimingChange::PeriodAsDeadline(text) => format!("Period → {text} ms"),
         TimingChange::DeadlineAsPeriod(period) => format!("Deadline → {period}"),
         TimingChange::Cpu(cpu) => format!("Move to {}", cpu_names(*cpu)),
         TimingChange::Period { with_deadline: true, period, .. } => format!("Period and deadline → {period}"),
@@ -374,12 +373,21 @@ fn edit(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
     let Some(data) = deployment(db, of) else { return change };
     let place = |id| Location::Source(of, id);
     for WhatIfField { instance, field, value } in fields {
-        let Some(activity) = data.activities.iter().find(|it| it.instance.name == *instance) else {
+        let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };
-        if let Some(known) = activity.fields.iter().find(|it| it.name.name == field.keyword()) {
-            let at = place(known.value_id);
-            change.replace(at.file(db), Replacement { range: at.range(db), text: value.to_string() });
+        let says_it = |it: &&Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
+        if let Some(known) = activity.fields.iter().find(says_it) {
+            let (name, at) = (place(known.name.id), place(known.value_id));
+            let replacement = match known.name.name == field.keyword() {
+                true => Replacement { range: at.range(db), text: value.to_string() },
+                // A period instead of a rate.
+                false => Replacement {
+                    range: name.range(db).cover(at.range(db)),
+                    text: format!("{} = {value}", field.keyword()),
+                },
+            };
+            change.replace(at.file(db), replacement);
         } else if let Some(last) = activity.fields.last() {
             let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
             let file = name.file(db);

@@ -183,7 +183,7 @@ impl<'db> Renaming<'_, 'db> {
             Some(Data::Deployment(data)) => {
                 let Some(target) = target_of(db, project, of) else { return false };
                 ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
-                instances.extend(data.activities.iter().map(|activity| &activity.instance));
+                instances.extend(data.activities.iter().flat_map(|activity| &activity.instances));
                 target
             }
             _ => return false,
