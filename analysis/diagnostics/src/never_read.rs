@@ -21,6 +21,9 @@
 //! }
 //! ```
 //!
+//! The same where data releases the reader, if it is written more often than that may be: values that arrive meanwhile have no job
+//! of their own. A shorter `least` gives them one, and a buffer keeps those of bursts.
+//!
 //! Where the reader needs the newest value only, that is as it should be. Otherwise, lengthen the period of the writer, shorten that
 //! of the reader, or connect them with a buffer.
 
@@ -38,4 +41,23 @@ pub(super) fn report<'db>(link: &Link<'db>, values: u64) -> Option<Diagnostic<'d
     let never = values.saturating_sub(1);
     let message = format!("`{reader}` never reads {never} of {values} values that `{writer}` writes: its period is longer");
     Some(Diagnostic::new(&NEVER_READ, link.at.clone(), message))
+}
+
+/// Reports values that have no release of their own, since data releases the reader less often than it is written.
+pub(super) fn report_faster<'db>(link: &Link<'db>, [writes, releases]: [Time; 2]) -> Diagnostic<'db> {
+    let (writer, reader) = (&link.source.0, &link.target.0);
+    let (mut one, mut other) = (writes.as_nanos(), releases.as_nanos());
+    while other > 0 {
+        (one, other) = (other, one % other);
+    }
+    let [jobs, values] = [writes, releases].map(|it| it.as_nanos() / one.max(1));
+    let lost = match values {
+        ..100 => format!("{} of {values}", values.saturating_sub(jobs)),
+        _ => format!("{} %", values.saturating_sub(jobs).saturating_mul(100) / values),
+    };
+    let message = format!(
+        "`{reader}` does not process {lost} values that `{writer}` writes one by one: data releases it every {releases} at most, and \
+         `{writer}` writes every {writes}"
+    );
+    Diagnostic::new(&NEVER_READ, link.at.clone(), message)
 }

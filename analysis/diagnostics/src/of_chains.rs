@@ -16,9 +16,10 @@ pub(super) fn chain_diagnostics<'db>(
     let chains = chains_of(db, project, deployment, Query::shown(db, project));
     let mut found = Vec::new();
     for (link, hop) in flat.links.iter().zip(&chains.hops) {
-        let ConnectionReport { overwritten, stays_full, never_read, .. } = hop;
+        let ConnectionReport { overwritten, stays_full, never_read, faster, .. } = hop;
         found.extend(overwritten.as_ref().map(|by| may_be_overwritten::report(link, by)));
         found.extend(stays_full.map(|age| buffer_stays_full::report(link, age)));
+        found.extend(faster.map(|times| never_read::report_faster(link, times)));
         found.extend(never_read.and_then(|values| never_read::report(link, values)));
     }
     let declared = config_file(db, project.workspace(db)).zip(Some(config_of(db, project.workspace(db))));

@@ -134,7 +134,10 @@ impl<'db> Context<'_, 'db> {
         }
         for (from, end) in (0..).zip(&graph.sources) {
             if let PassageEnd::Port(port) = end {
-                found.reads.push((port.clone(), self.gap(Some(from), None)));
+                let reads = self.gap(Some(from), None);
+                let releases = reads.as_ref().copied().unwrap_or_default();
+                found.read_at_start.extend(self.is_read_at_start(from, releases).then(|| port.clone()));
+                found.reads.push((port.clone(), reads));
             }
         }
         found
@@ -197,6 +200,17 @@ impl<'db> Context<'_, 'db> {
         };
         let found = search.explore(self.arrivals(search), is_goal, true);
         self.releases(search, found.as_ref())
+    }
+
+    /// Returns whether the first job, or one of so many, reads a source.
+    fn is_read_at_start(&self, source: u16, releases: u32) -> bool {
+        let skips = self.flows.graph.skips(Some(source), None, &[]);
+        let search = Search { skips: &skips, ..self.search };
+        let initial = Some(self.behaviour.initial).filter(|it| search.states.get(*it) == Some(&true));
+        let first = initial.and_then(|state| search.first(state));
+        let found = search.explore(first, |_, node| node.source == Some(source), true);
+        let longest = found.and_then(|found| search.longest(&found).ok().flatten());
+        longest.is_some_and(|jobs| jobs < releases)
     }
 
     fn skip(&self, states: Vec<usize>, at: Option<SourceId>, cause: SkipCause<'db>) -> Skip<'db> {

@@ -135,7 +135,8 @@ impl DrawnStep<'_> {
         let parts = parts_of(&self.part).map(|((_, _, what), time)| format!("{what} ≤ {time}"));
         let parts: Vec<String> = parts.collect();
         let lost = if self.part.stays_full { "; the buffer stays full" } else { "" };
-        format!("{}: {}{lost}", self.instance, parts.join(", "))
+        let by_data = if self.part.by_data { "; released by data" } else { "" };
+        format!("{}: {}{lost}{by_data}", self.instance, parts.join(", "))
     }
 }
 

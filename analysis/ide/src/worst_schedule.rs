@@ -121,6 +121,12 @@ impl WayOf {
                 of.name(db)
             ));
         };
+        if timed.iter().any(|step| step.released.is_some()) {
+            return Err(format!(
+                "data releases an activity of the chain `{name}` in {}: such schedules are not searched",
+                of.name(db)
+            ));
+        }
         let config = config_of(db, project.workspace(db));
         let declared = chain.declared.and_then(|index| config.chains.get(index));
         let states =

@@ -18,6 +18,9 @@
 //! first task; their pattern repeats with the common multiple of the periods. Where a clock is not synchronised, a new stretch
 //! begins, and the latencies add up (Günzel et al., RTAS 2021).
 //!
+//! **Triggers.** Data at the trigger port of a task releases it: see `trigger.rs`. The wait for the next release is not a period then.
+//! Other ports of such a task, and its further releases, wait for the most time between two releases, if that has a bound.
+//!
 //! **Age at a write.** A job of the last task that reads something older than the change started before the write of the task
 //! before it was visible: its nominal release is a period before the first job that sees the change. What it read is written D
 //! periods later at most.
@@ -35,7 +38,7 @@
 //!     write: ms(response),
 //!     response: ms(response),
 //!     gap: Some(1),
-//!     buffer: None,
+//!     ..ChainStep::default()
 //! };
 //! let chain = [step(0, 1), step(1, 2)];
 //! assert_eq!(tasks.latency(&chain, false).unwrap().latency, ms(10 + 1 + 20 + 2));
@@ -43,6 +46,7 @@
 //! ```
 
 use crate::lane::least_common_multiple;
+use crate::trigger::{Distance, is_paced};
 use crate::{CpuSet, Priority, Task, Tasks, Time};
 
 /// The maximum number of jobs that are followed along a chain of synchronised tasks.
@@ -65,6 +69,20 @@ pub struct ChainStep {
     pub gap: Option<u32>,
     /// The connection to it has a buffer.
     pub buffer: Option<ChainBuffer>,
+    /// The most writes of the port before it in one job of the step before; none if that is not known, or if the buffer before a task
+    /// that data releases may keep what released its first job: then it may be full.
+    pub writes: Option<u32>,
+    /// How data releases it; none where a clock does.
+    pub released: Option<ChainRelease>,
+}
+
+/// How data releases a task of a chain.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ChainRelease {
+    /// The time between its releases; none without a bound. See [`Tasks::greatest_distance`].
+    pub distance: Option<Distance>,
+    /// Whether the data of the step before releases it: it arrives at the trigger port.
+    pub by_data: bool,
 }
 
 /// The buffer of a connection. A write into a full one drops its oldest value.
@@ -74,8 +92,6 @@ pub struct ChainBuffer {
     pub size: u32,
     /// A: the most releases until the next read of the port; none without a bound.
     pub reads: Option<u32>,
-    /// The most writes of the port in one job of the writer; none if that is not known: then the buffer may be full.
-    pub writes: Option<u32>,
 }
 
 /// The latency of a chain, by step. It is the sum of all parts of all steps.
@@ -106,6 +122,8 @@ pub struct ChainPart {
     /// Whether the buffer before it stays full, so that writes are lost: they are more frequent than its periods. (A read in each
     /// period is assumed.)
     pub stays_full: bool,
+    /// Whether the data itself releases the step, so that it does not wait for a period.
+    pub by_data: bool,
 }
 
 /// Why a release of a reader sees what a job of a writer wrote.
@@ -141,15 +159,20 @@ impl ChainPart {
 /// A step whose releases are to be followed; times in nanoseconds.
 struct Step {
     period: u64,
-    offset: Option<u64>,
-    /// N.
-    releases: u64,
+    /// The most time from a change, or from `run` after the release of the step before, to the first release that sees the data.
+    wait: u64,
+    /// The instant of a release, and the clock.
+    offset: Option<(u64, u32)>,
     ahead: Ahead,
+    /// The time of the releases that read what is ahead, and of those from the first one that sees the data to the one that writes.
+    reads: u64,
+    periods: u64,
     /// The time from the release of the job that writes to the first release of the next step that sees the write.
     run: u64,
     rule: ChainRule,
     /// Whether that also holds for a release at exactly this instant, of the next step.
     is_seen_at_once: bool,
+    by_data: bool,
 }
 
 /// How long older values in a buffer keep a reader from data.
@@ -173,35 +196,30 @@ impl Tasks {
         let mut before: Option<&ChainStep> = None;
         let mut steps: Vec<Step> = Vec::with_capacity(chain.len());
         for (index, step) in chain.iter().enumerate() {
-            let (task, period) = self.periodic(step).ok_or(NoLatency::NoPeriod(index))?;
-            if !task.is_periodic() {
-                return Err(NoLatency::NotPeriodic(index));
-            }
-            let ahead = match (before, step.buffer) {
-                (Some(writer), Some(buffer)) => self.ahead(index, writer, step, buffer)?,
-                _ => Ahead::default(),
-            };
+            let mut found = self.step(index, before, step)?;
             if let (Some(writer), Some(last)) = (before, steps.last_mut()) {
                 self.relate(last, writer, step, uses_priorities);
+                if found.by_data {
+                    self.wait_for_data(last, &mut found, writer, step);
+                }
             }
-            steps.push(Step {
-                period,
-                offset: task.offset.map(Time::as_nanos),
-                releases: u64::from(step.releases.max(1)),
-                ahead,
-                run: step.write.as_nanos(),
-                rule: ChainRule::AfterWrite,
-                is_seen_at_once: false,
-            });
+            steps.push(found);
             before = Some(step);
         }
         let parts = follow(&steps).ok_or(NoLatency::TooLong)?;
         let age_at_write = chain.last().zip(parts.last()).and_then(|(step, last)| {
-            let (_, period) = self.periodic(step)?;
+            let (task, period) = self.real_time(step)?;
             let until_read = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?))?;
-            let of_last = [last.periods.as_nanos(), last.run.as_nanos(), period];
+            // A job before the one that sees the change.
+            let since = match task.is_periodic() {
+                true => period,
+                false if last.buffer == Time::ZERO => last.wait.as_nanos(),
+                false => 0,
+            };
+            let of_last = [last.periods.as_nanos(), last.run.as_nanos(), since];
             let until_read = of_last.into_iter().try_fold(until_read, u64::checked_sub)?;
-            let shown = u64::from(step.periods?).checked_mul(period)?.checked_add(step.write.as_nanos())?;
+            let shown =
+                self.further(step, u64::from(step.periods?), false)?.checked_add(step.write.as_nanos())?;
             Some(Time::from_nanos(until_read.checked_add(shown)?))
         });
         let latency = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?));
@@ -209,9 +227,66 @@ impl Tasks {
         Ok(ChainLatency { latency, age_at_write, parts })
     }
 
-    fn periodic(&self, step: &ChainStep) -> Option<(&Task, u64)> {
+    /// Returns a step after `before`, for which the writes of no priority count.
+    fn step(&self, index: usize, before: Option<&ChainStep>, step: &ChainStep) -> Result<Step, NoLatency> {
+        let (task, period) = self.real_time(step).ok_or(NoLatency::NoPeriod(index))?;
+        let spacing = match before {
+            Some(_) => self.spacing(step),
+            None => self.distance(step).and_then(|it| Some(it.greatest()?.as_nanos())),
+        };
+        let spacing = spacing.ok_or(NoLatency::NotPeriodic(index))?;
+        let ahead = match (before, step.buffer) {
+            (Some(writer), Some(buffer)) => self.ahead((index, spacing), writer, step, buffer)?,
+            _ => Ahead::default(),
+        };
+        let releases = u64::from(step.releases.max(1));
+        let by_data = before.is_some() && is_by_data(task, step);
+        if releases > 1 && self.distance(step).is_none() {
+            return Err(NoLatency::NotPeriodic(index));
+        }
+        Ok(Step {
+            period,
+            wait: spacing,
+            offset: task.offset.filter(|_| task.is_periodic()).map(|it| (it.as_nanos(), task.clock)),
+            ahead,
+            reads: ahead.releases.checked_mul(spacing).ok_or(NoLatency::TooLong)?,
+            periods: self.further(step, releases - 1, !by_data).ok_or(NoLatency::TooLong)?,
+            run: step.write.as_nanos(),
+            rule: ChainRule::AfterWrite,
+            is_seen_at_once: false,
+            by_data,
+        })
+    }
+
+    fn real_time(&self, step: &ChainStep) -> Option<(&Task, u64)> {
         let task = self.all.get(step.task).filter(|task| task.priority != Priority::Background)?;
         Some((task, task.period.filter(|period| *period > Time::ZERO)?.as_nanos()))
+    }
+
+    /// Returns the time between its releases.
+    fn distance(&self, step: &ChainStep) -> Option<Distance> {
+        let (task, period) = self.real_time(step)?;
+        let of_clock = Distance { each: Time::from_nanos(period), late: Time::ZERO };
+        if task.is_periodic() { Some(of_clock) } else { step.released?.distance }
+    }
+
+    /// Returns the most time of so many releases more. The last one was `late` already, as late as it may be.
+    fn further(&self, step: &ChainStep, releases: u64, is_late: bool) -> Option<u64> {
+        if releases == 0 {
+            return Some(0);
+        }
+        let Distance { each, late } = self.distance(step)?;
+        let late = if is_late { Time::ZERO } else { late };
+        Some(each.checked_mul(releases)?.checked_add(late)?.as_nanos())
+    }
+
+    /// Returns the most time from a release to the next one while data is at the port, unread.
+    fn spacing(&self, step: &ChainStep) -> Option<u64> {
+        let (task, period) = self.real_time(step)?;
+        if is_by_data(task, step) {
+            return Some(period.max(step.response.as_nanos()));
+        }
+        Some(self.distance(step)?.greatest()?.as_nanos())
     }
 
     /// Enters what a release of the `reader` relies on.
@@ -232,7 +307,28 @@ impl Tasks {
         }
     }
 
+    /// Enters how long after its write the data releases the `reader`. See `trigger.rs`.
+    fn wait_for_data(&self, last: &mut Step, found: &mut Step, writer: &ChainStep, reader: &ChainStep) {
+        let write = if reader.buffer.is_some() { writer.response } else { writer.write }.as_nanos();
+        let mut latest = last.run.saturating_add(found.wait).max(write);
+        let reads_each = reader.buffer.is_none_or(|buffer| buffer.reads == Some(1));
+        let is_first = reads_each && found.ahead.releases == 0 && found.ahead.delay == 0;
+        if let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task))
+            && is_first
+            && is_paced(from, reader.writes, to, reader.response)
+        {
+            latest = latest.min(writer.response.as_nanos().max(write));
+        }
+        (last.run, last.rule) = (write, ChainRule::AfterWrite);
+        found.wait = latest - write;
+        // Where only a part of each distance counts once, the release of the writer and not that of the reader begins all of them.
+        let late = reader.released.and_then(|it| it.distance).map_or(0, |it| it.late.as_nanos());
+        found.periods = found.periods.saturating_sub(late.min(latest));
+    }
+
     /// Returns how long older values in the buffer keep the `reader` from data, at most.
+    ///
+    /// `to` is the most time between releases of the reader while the buffer has a value.
     ///
     /// Each A releases have a read, which takes the oldest value. **Never full**: let w be the most writes of a job of the writer,
     /// w·A·T_reader ≤ T_writer, and x the instant of the last write into an empty buffer, up to that of the data. If x is in a job
@@ -245,16 +341,18 @@ impl Tasks {
     /// reader finds the data, or newer data, as in a connection without a buffer.
     fn ahead(
         &self,
-        index: usize,
+        (index, to): (usize, u64),
         writer: &ChainStep,
         reader: &ChainStep,
         buffer: ChainBuffer,
     ) -> Result<Ahead, NoLatency> {
         let reads = u64::from(buffer.reads.ok_or(NoLatency::NotRead(index))?.max(1));
-        let (Some((_, from)), Some((_, to))) = (self.periodic(writer), self.periodic(reader)) else {
+        let (Some((of_writer, from)), Some((_, least))) = (self.real_time(writer), self.real_time(reader))
+        else {
             return Err(NoLatency::NoPeriod(index));
         };
-        let writes = buffer.writes.map(|writes| u64::from(writes.max(1)));
+        let writes =
+            reader.writes.map(|writes| u64::from(writes.max(1)).saturating_mul(of_writer.burst.max(1)));
         let cycle = reads.checked_mul(to).ok_or(NoLatency::TooLong)?;
         if let Some(writes) = writes {
             let of_writer = writer.response.as_nanos();
@@ -265,10 +363,13 @@ impl Tasks {
             }
         }
         let older = u64::from(buffer.size.saturating_sub(1));
-        let between = writer.gap.and_then(|gap| from.checked_mul(u64::from(gap.max(1))));
+        let distance = self.distance(writer);
+        let each = distance.and_then(|it| it.each.checked_mul(u64::from(writer.gap.unwrap_or(1).max(1))));
         // A writer that may skip writes at most so often.
-        let stays_full = between.unwrap_or(from) < to;
-        let dropped = between.and_then(|between| between.checked_mul(older));
+        let stays_full = each.is_some_and(|each| each.as_nanos() < least);
+        let dropped = each.zip(distance).filter(|_| writer.gap.is_some());
+        let dropped = dropped.and_then(|(each, it)| each.checked_mul(older)?.checked_add(it.late));
+        let dropped = dropped.map(Time::as_nanos);
         let read = older.checked_mul(cycle);
         match (dropped, older.checked_mul(reads)) {
             (Some(delay), _) if read.is_none_or(|read| delay < read) => {
@@ -278,6 +379,10 @@ impl Tasks {
             _ => Err(NoLatency::TooLong),
         }
     }
+}
+
+fn is_by_data(task: &Task, step: &ChainStep) -> bool {
+    !task.is_periodic() && step.released.is_some_and(|it| it.by_data)
 }
 
 /// Returns the most values in a buffer. A job of the writer writes at most `writes` times, and there is a read in each
@@ -307,7 +412,7 @@ fn follow(steps: &[Step]) -> Option<Vec<ChainPart>> {
         let (stretch, later) = rest.split_at_checked(length)?;
         let mut worst = None;
         for lap in 0..laps {
-            let change = first.offset.unwrap_or_default() % first.period;
+            let change = first.offset.map_or(0, |(offset, _)| offset % first.period);
             let found = from_change(stretch, change.checked_add(lap.checked_mul(first.period)?)?)?;
             if worst.as_ref().is_none_or(|(total, _)| found.0 > *total) {
                 worst = Some(found);
@@ -323,14 +428,19 @@ fn follow(steps: &[Step]) -> Option<Vec<ChainPart>> {
 /// until all repeats.
 fn synchronised(steps: &[Step]) -> (usize, u64) {
     let (mut length, mut laps, mut common) = (0, 1, 1);
+    let clock = |step: &Step| step.offset.map(|(_, clock)| clock);
     for (index, step) in steps.iter().enumerate() {
+        // Data releases it, not later than its latest instant.
+        if index > 0 && step.by_data {
+            length = index + 1;
+            continue;
+        }
+        let is_of_clock = clock(step).is_some() && clock(step) == steps.first().and_then(clock);
         let lap = least_common_multiple(common, step.period);
         let of_first = lap.zip(steps.first()).map(|(lap, first)| lap / first.period);
         let jobs = of_first.and_then(|laps| laps.checked_mul(index as u64 + 1));
         match (lap, of_first, jobs) {
-            (Some(lap), Some(of_first), Some(jobs))
-                if index == 0 || step.offset.is_some() && jobs <= MOST_JOBS =>
-            {
+            (Some(lap), Some(of_first), Some(jobs)) if index == 0 || is_of_clock && jobs <= MOST_JOBS => {
                 (length, laps, common) = (index + 1, of_first, lap);
             }
             _ => break,
@@ -348,24 +458,25 @@ fn from_change(steps: &[Step], change: u64) -> Option<(u64, Vec<ChainPart>)> {
     let mut before: Option<&Step> = None;
     let mut parts = Vec::with_capacity(steps.len());
     for step in steps {
-        let Ahead { releases, delay, stays_full } = step.ahead;
-        let wait = match before {
-            Some(before) => {
-                let release = step.offset? % step.period;
+        let Ahead { delay, stays_full, .. } = step.ahead;
+        let wait = match (before, step.offset) {
+            (Some(before), Some((offset, _))) => {
+                let release = offset % step.period;
                 let now = now.checked_add(delay)?;
                 let since = (now % step.period).checked_sub(release);
                 let since = since.unwrap_or(now % step.period + (step.period - release));
                 if since == 0 && before.is_seen_at_once { 0 } else { step.period - since }
             }
-            None => step.period,
+            _ => step.wait,
         };
         let part = ChainPart {
             wait: Time::from_nanos(wait),
-            buffer: Time::from_nanos(releases.checked_mul(step.period)?.checked_add(delay)?),
-            periods: Time::from_nanos((step.releases - 1).checked_mul(step.period)?),
+            buffer: Time::from_nanos(step.reads.checked_add(delay)?),
+            periods: Time::from_nanos(step.periods),
             run: Time::from_nanos(step.run),
             rule: step.rule,
             stays_full,
+            by_data: step.by_data,
         };
         now = now.checked_add(part.total()?)?;
         parts.push(part);
@@ -489,8 +600,9 @@ mod tests {
     #[test]
     fn buffers() {
         let buffered = |size, [write, read]: [u64; 2], responses: [u64; 2]| {
-            let buffer = Some(ChainBuffer { size, reads: Some(1), writes: Some(1) });
-            let chain = [step(0, responses[0]), ChainStep { buffer, ..step(1, responses[1]) }];
+            let buffer = Some(ChainBuffer { size, reads: Some(1) });
+            let chain =
+                [step(0, responses[0]), ChainStep { buffer, writes: Some(1), ..step(1, responses[1]) }];
             let found = tasks(&[(1, write), (2, read)]).latency(&chain, true).unwrap();
             let last = found.parts[1];
             (found.latency.as_nanos() / 1_000_000, last.buffer.as_nanos() / 1_000_000, last.stays_full)
@@ -508,7 +620,7 @@ mod tests {
     fn reasons() {
         let mut pair = tasks(&[(2, 10), (1, 20)]);
         let with = |size, reads, gap| {
-            let buffer = Some(ChainBuffer { size, reads, writes: None });
+            let buffer = Some(ChainBuffer { size, reads });
             [ChainStep { gap, ..step(0, 5) }, ChainStep { buffer, ..step(1, 5) }]
         };
         assert_eq!(pair.latency(&with(2, None, Some(1)), true), Err(NoLatency::NotRead(1)));

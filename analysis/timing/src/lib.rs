@@ -28,6 +28,7 @@
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `chain.rs` | [`Tasks::latency`]: how long data takes through several tasks |
+//! | `trigger.rs` | [`Tasks::greatest_distance`]: when data releases tasks, and how far apart |
 //! | `write_time.rs` | [`Tasks::write_times`]: how long after its release a task has written |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
@@ -81,13 +82,14 @@ mod tasks;
 mod testing;
 mod time;
 mod trace_bound;
+mod trigger;
 mod utilisation;
 mod waits;
 mod worst_case;
 mod write_time;
 
 pub use breakdown::Breakdown;
-pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
+pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::CpuSet;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
@@ -115,6 +117,7 @@ pub use task::{
 pub use tasks::{Operation, THROTTLING, TaskKind, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
+pub use trigger::{Distance, TriggerWriter};
 pub use utilisation::Utilisation;
 pub use worst_case::{NoWorstCase, WorstCase};
 pub use write_time::ChainWrite;

@@ -5,7 +5,7 @@
 //! Reads of older values in a buffer are not followed. What the search finds is never above [`Tasks::latency`], and may be below
 //! what is possible.
 
-use crate::simulation::Random;
+use crate::simulation::{Random, release_at};
 use crate::{
     ChainStep, CpuSet, Edge, Executed, Schedule, Script, ScriptedTask, SimulationOptions, Slice, Task, Tasks,
     Time,
@@ -58,8 +58,8 @@ const MOST_JOBS: u64 = 2_000_000;
 
 impl Tasks {
     /// Searches for a schedule in which data takes long along a `chain`. The jobs of a task with `edges`, by its index, take only these.
-    /// The same `seed` finds the same one. To cancel, `interrupt` unwinds. None if a task of the chain is not simulated, or the chain is
-    /// too long.
+    /// The same `seed` finds the same one. To cancel, `interrupt` unwinds. None if a task of the chain is not simulated, or data releases
+    /// it, which no schedule follows; or the chain is too long.
     ///
     /// ```
     /// use mauve_timing::*;
@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
         let mut length = 0_u64;
         for step in chain {
             let task = tasks.activities().get(step.task)?;
-            let period = task.period?.as_nanos();
+            let period = task.period.filter(|_| task.is_periodic())?.as_nanos();
             length = length
                 .checked_add(period.checked_mul(u64::from(step.releases) + 1)?)?
                 .checked_add(step.write.as_nanos())?;
@@ -164,7 +164,8 @@ impl<'a> Search<'a> {
     fn phase(&mut self, task: &Task, is_any: bool) -> u64 {
         let period = task.period.map_or(1, Time::as_nanos).max(1);
         let any = if is_any { self.random.up_to(period - 1) } else { 0 };
-        task.instant().map_or(any, |offset| offset.as_nanos() % period)
+        let begin = Some(self.schedules).filter(|_| is_any);
+        task.instant().map_or(any, |offset| release_at(offset, period, task.clock, begin))
     }
 
     /// Returns the phases with that of a reader moved, which then waits longest: it starts just before the end of the write, or is
@@ -361,6 +362,8 @@ mod tests {
         let way = |chain: &[ChainStep]| tasks.longest_way(chain, &[], 1, &|| ()).is_some();
         assert!(way(&[step(0, 1, 1)]));
         assert!(!way(&[step(1, 1, 1)]) && !way(&[step(9, 1, 1)]) && !way(&[]));
+        let sporadic = Tasks::new(vec![Task { is_sporadic: true, ..simple(1, 10, 1) }]);
+        assert!(sporadic.longest_way(&[step(0, 1, 1)], &[], 1, &|| ()).is_none());
         assert!(!way(&[step(0, 1_000_000, 1)]) && !way(&[step(0, u32::MAX, u64::MAX)]));
     }
 }

@@ -172,11 +172,9 @@ fn chain(system: &System) -> Option<Vec<ChainStep>> {
     for (task, buffer) in system.buffers.iter().enumerate() {
         let program = &system.programs[task];
         let Bound::Response(response) = analysis.responses[task].bound else { return None };
-        let buffer = buffer.filter(|_| task > 0).map(|size| ChainBuffer {
-            size,
-            reads: program.until(&program.reads),
-            writes: Some(1),
-        });
+        let buffer = buffer
+            .filter(|_| task > 0)
+            .map(|size| ChainBuffer { size, reads: program.until(&program.reads) });
         steps.push(ChainStep {
             task,
             releases: program.releases()?,
@@ -185,6 +183,8 @@ fn chain(system: &System) -> Option<Vec<ChainStep>> {
             response,
             gap: program.until(&program.writes),
             buffer,
+            writes: Some(1),
+            released: None,
         });
     }
     Some(steps)

@@ -133,6 +133,8 @@ pub struct ConnectionReport<'db> {
     pub stays_full: Option<Time>,
     /// Of so many values that are written, at most one is read: at least 2.
     pub never_read: Option<u64>,
+    /// It releases the reader: the most time between two writes on the average, and the least one between two releases, which is more.
+    pub faster: Option<[Time; 2]>,
     /// In each period, the reader reads before the writer writes: it has a higher priority, and the same period.
     pub is_stale: bool,
     /// The declared chain whose assumptions it has.
@@ -150,8 +152,8 @@ pub enum ChainReason<'db> {
     NotAnalysed { step: usize, refusals: Vec<Refusal<'db>> },
     /// Its response time has no bound.
     NoBound { step: usize },
-    /// Data releases its activity, and nothing bounds the time until its next release.
-    ReleasedByData { step: usize },
+    /// Data of this instance releases its activity, and nothing bounds the time until its next release. None without a connection.
+    ReleasedByData { step: usize, by: Option<Name> },
     /// Its activity is in the background.
     Background { step: usize },
     /// It has no activity.

@@ -232,6 +232,7 @@ impl<'db> Shown<'db> {
             notes.extend(
                 (step.releases > Some(1)).then(|| counted(step.releases.unwrap_or(0) as usize, "release")),
             );
+            notes.extend(part.by_data.then(|| "released by data".to_owned()));
             notes.extend(part.stays_full.then(|| "the buffer before it stays full".to_owned()));
             if part.rule == ChainRule::HigherPriority {
                 notes.push("of a higher priority: the next one waits for its release only".to_owned());
@@ -260,6 +261,7 @@ impl<'db> Shown<'db> {
                     periods: milliseconds(part.periods),
                     buffer: milliseconds(part.buffer),
                     run: milliseconds(part.run),
+                    [released_by_data]: part.by_data.then_some(true),
                     [stays_full]: part.stays_full.then_some(true),
                 }
             });

@@ -11,12 +11,12 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{chain_reason, connection_reason, overwrite};
-use mauve_hir::{File, ModelDb, Project, declaration_at, parse};
+use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, tokens_at};
 use mauve_timing::{ChainRule, Time};
-use mauve_wcrt::Query;
 use mauve_wcrt::chains::{ChainReport, chains_of};
+use mauve_wcrt::{Query, system_of};
 
 use crate::connections::{Connected, connections_in};
 use crate::figure::{TIGHT_SLACK, chain_figure, short};
@@ -84,11 +84,20 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connect
                 format!("{writer} has a higher priority on the same CPU: {reader} starts after its write")
             }
         };
+        let waits = match (part.by_data, is_periodic(db, project, *deployment, reader)) {
+            (true, _) => {
+                format!("the data releases {reader}: at most the rest of its least time between releases")
+            }
+            (false, true) => format!("until the next release of {reader}: its period"),
+            (false, false) => {
+                format!("until other data releases {reader}: the most time between two releases")
+            }
+        };
         parts(
             &mut out,
             &[
                 (report.write, starts),
-                (part.wait, format!("until the next release of {reader}: its period")),
+                (part.wait, waits),
                 (part.buffer, "until values before it in the buffer are read or dropped".to_owned()),
                 (part.periods, format!("periods of {reader} until it writes")),
                 (part.run, format!("{reader} executes up to its write")),
@@ -125,6 +134,16 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connect
     out
 }
 
+fn is_periodic<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    instance: &str,
+) -> bool {
+    let activities = &system_of(db, project, deployment).activities;
+    activities.iter().find(|it| it.instance == *instance).is_none_or(|it| it.is_periodic())
+}
+
 /// Returns a chain with its latency and what each component contributes, or why it has none.
 fn chain_text<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> String {
     let name = &chain.name;
@@ -141,7 +160,7 @@ fn chain_text<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> String {
         .map(|step| {
             let part = &step.part;
             let parts = [
-                (part.wait, "until its release"),
+                (part.wait, if part.by_data { "until data may release it" } else { "until its release" }),
                 (part.buffer, "in the buffer"),
                 (part.periods, "until the period that writes"),
                 (part.run, "until its write"),

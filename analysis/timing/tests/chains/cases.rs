@@ -99,6 +99,41 @@ fn a_writer_of_higher_priority_that_is_late() {
     assert_eq!(system.bounds(false).unwrap().latency, 4 + 3 + 5 + 2);
 }
 
+/// Data releases the second task: at once where it is as fast as the first one, otherwise 5 after the last release.
+#[test]
+fn tasks_that_data_releases() {
+    let triggered = |period, least, reader: Core| {
+        let tasks = vec![task(0, 1, period, plain(1)), task(1, 1, least, reader).triggered()];
+        let (bounds, found) = bounds_and_greatest(&System::new(tasks));
+        let part = bounds.found.parts[1];
+        (part.wait.as_nanos(), part.periods.as_nanos(), bounds.latency, found.reaction)
+    };
+    assert_eq!(triggered(4, 4, plain(1)), (0, 0, 4 + 1 + 1, 6));
+    assert_eq!(triggered(4, 5, plain(1)), (5, 0, 4 + 1 + 5 + 1, 11));
+    // What it writes a job later waits for the next datum.
+    let late = machine(&[(0, 1, &[Read(0), Compute(1)]), (1, 0, &[Compute(1), Write(0)])]);
+    assert_eq!(triggered(5, 3, late), (0, 10, 5 + 1 + 10 + 1, 17));
+}
+
+/// What the first job leaves in the buffer releases the next one, for no datum of its own: all others are a release late.
+#[test]
+fn the_first_job_leaves_what_released_it() {
+    let skips = machine(&[(0, 1, &[Compute(1)]), (1, 1, &[Read(0), Compute(1), Write(0)])]);
+    let tasks = vec![task(0, 1, 4, plain(1)), task(1, 1, 4, skips).buffer(2).triggered()];
+    let (bounds, found) = bounds_and_greatest(&System::new(tasks));
+    assert_eq!((bounds.latency, found.reaction), (4 + 1 + 4 + 4 + 1, 10));
+}
+
+/// The first task releases the second, with which the chain begins: it looks at the world in each of its releases.
+#[test]
+fn a_chain_that_begins_where_data_releases_a_task() {
+    let tasks = vec![task(0, 1, 4, plain(1)), task(1, 1, 2, plain(1)).triggered()];
+    let system = System { first: 1, ..System::new(tasks) };
+    let (bounds, found) = bounds_and_greatest(&system);
+    // The job of the first task takes 1 at least.
+    assert_eq!((bounds.latency, found.reaction), (4 + 1 + 1, 5));
+}
+
 /// Where the reader is as fast and the buffer is never full, it costs no time, however long it is.
 #[test]
 fn buffers() {
@@ -152,9 +187,10 @@ fn a_camera_at_twice_the_rate_of_its_reader() {
         write: ms(response),
         response: ms(response),
         gap: Some(1),
-        buffer: None,
+        writes: Some(1),
+        ..ChainStep::default()
     };
-    let buffer = ChainBuffer { size: 100, reads: Some(1), writes: Some(1) };
+    let buffer = ChainBuffer { size: 100, reads: Some(1) };
     let chain = [step(0, 1), ChainStep { buffer: Some(buffer), ..step(1, 7) }];
     let found = Tasks::new(vec![task(20, 16, 1), task(10, 32, 5)]).latency(&chain, true).unwrap();
     // The writer writes within the first ms of its period, and the reader reads 1 ms later.

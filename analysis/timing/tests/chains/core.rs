@@ -104,6 +104,12 @@ impl Core {
         states
     }
 
+    /// Whether a job may start where the first one did.
+    pub(crate) fn returns_to_start(&self) -> bool {
+        let states = self.states();
+        self.edges.iter().any(|edge| edge.target == 0 && states.contains(&edge.source))
+    }
+
     fn edges_of(&self, state: usize) -> impl Iterator<Item = &Edge> {
         self.edges.iter().filter(move |edge| edge.source == state)
     }

@@ -47,7 +47,7 @@ impl Line {
         let step = |&task: &usize| {
             let response = us(self.tasks[task][2]);
             let (periods, gap) = (Some(0), Some(1));
-            ChainStep { task, releases: 1, periods, write: response, response, gap, buffer: None }
+            ChainStep { task, releases: 1, periods, write: response, response, gap, ..ChainStep::default() }
         };
         let chain: Vec<ChainStep> = self.chain.iter().map(step).collect();
         self.tasks(offset).latency(&chain, uses_priorities).unwrap()

@@ -3,14 +3,15 @@
 //! The world changes once, at any instant after all tasks began; all that is sampled from then on is new. The state holds what is new, and for each state
 //! the most time since the change is kept: what follows from a state does not depend on this time. Statements take no time. Those
 //! after a `Compute` are executed at the end of its time, or, if no write follows before the next one, when the job goes on.
-//! The input of a task is empty when its first job starts. At one instant, statements on one CPU are in order, and those of different CPUs in any order.
+//! The input of a task is empty when its first job starts, unless data releases it: it does so after the start of the job before, or if
+//! some is left in the buffer at its end, at once, or a period after the last release. At one instant, statements on one CPU are in order, and those of different CPUs in any order.
 
 use std::collections::hash_map::Entry;
 
 use rustc_hash::FxHashMap;
 
 use super::core::{Statement, VARIABLES};
-use super::system::System;
+use super::system::{System, Task};
 
 /// What a value comes from, ascending.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -32,8 +33,12 @@ const MOST_STATES: usize = 20_000;
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 struct TaskState {
-    /// The time until its next nominal release.
+    /// The time until its next nominal release; with a trigger, until a period after the last one.
     until: u8,
+    /// With a trigger, the time until a period after the release before the last one; 0 for one release in a period.
+    older: u8,
+    /// With a trigger: whether data arrived since the last job started, or is left in the buffer.
+    has_data: bool,
     /// If a nominal release was not a release yet, 1 more than the time until it must be; else 0.
     late: u8,
     /// The number of jobs that are released and have not ended.
@@ -133,6 +138,8 @@ impl Exploration<'_> {
     fn begin(&mut self) {
         let task = TaskState {
             until: 0,
+            older: 0,
+            has_data: false,
             late: 0,
             jobs: 0,
             state: 0,
@@ -153,6 +160,7 @@ impl Exploration<'_> {
         let mut states = vec![state];
         for (place, task) in self.system.tasks.iter().enumerate() {
             let phases = task.offset.map_or(0..task.period, |offset| offset..offset + 1);
+            let phases = if task.trigger.is_some() { 0..1 } else { phases };
             let with = |state: &State, until: u8| {
                 let mut state = *state;
                 state.tasks[place].until = until;
@@ -187,7 +195,9 @@ impl Exploration<'_> {
     fn releases(&mut self, mut state: State, place: usize, time: u64) {
         let Some(task) = self.system.tasks.get(place) else { return self.instant(state, time) };
         let of = &mut state.tasks[place];
-        if of.until == 0 {
+        if task.trigger.is_some() {
+            trigger(of, task);
+        } else if of.until == 0 {
             of.until = task.period;
             of.late = task.jitter + 1;
         }
@@ -222,7 +232,8 @@ impl Exploration<'_> {
             let next = |cpu: &usize| !matches!(stages[*cpu], Stage::Executing(_) | Stage::Idle);
             let mut cpus: Vec<usize> = (0..TASKS).filter(next).collect();
             // The order of what no other CPU sees does not matter.
-            if let Some(first) = cpus.iter().find(|cpu| !self.is_seen_elsewhere(&state, stages[**cpu])) {
+            if let Some(first) = cpus.iter().find(|cpu| !self.is_seen_elsewhere(&state, **cpu, stages[**cpu]))
+            {
                 cpus = vec![*first];
             }
             cpus.iter().for_each(|cpu| self.step(&mut open, state, stages, *cpu, time));
@@ -248,8 +259,13 @@ impl Exploration<'_> {
         }
     }
 
-    /// Whether the next statement of a CPU reads or writes a port between two CPUs.
-    fn is_seen_elsewhere(&self, state: &State, stage: Stage) -> bool {
+    /// Whether the next statement of a CPU reads or writes a port between two CPUs, or another CPU may release a task on it.
+    fn is_seen_elsewhere(&self, state: &State, cpu: usize, stage: Stage) -> bool {
+        let of_chain = self.system.tasks[..self.system.chain].windows(2);
+        if of_chain.clone().any(|pair| pair[1].trigger.is_some() && pair[1].cpu == cpu && pair[0].cpu != cpu)
+        {
+            return true;
+        }
         let (Stage::Ending(place) | Stage::Starting(place)) = stage else { return false };
         let (of, tasks) = (state.tasks[place], &self.system.tasks[..self.system.chain]);
         let edge = &self.system.tasks[place].core.edges[usize::from(of.edge)];
@@ -289,6 +305,7 @@ impl Exploration<'_> {
                 if rest.is_empty() {
                     (of.state, of.edge, of.at) = (edge.target as u8, NONE, 0);
                     of.jobs -= 1;
+                    of.has_data |= self.system.tasks[place].buffer.is_some() && ended.ports[place].length > 0;
                 }
                 let is_timed = |statement: &Statement| matches!(statement, Statement::Compute(_));
                 let has_write = |rest: &[Statement]| rest.iter().any(|it| matches!(it, Statement::Write(_)));
@@ -298,7 +315,7 @@ impl Exploration<'_> {
                 }
                 if now == 0 || now < rest.len() && !has_write(&rest[..now]) {
                     stages[cpu] = Stage::Choosing;
-                    self.add(open, ended, stages, time);
+                    self.add_triggered(open, ended, stages, place, time);
                 }
             }
             Stage::Choosing => {
@@ -320,9 +337,11 @@ impl Exploration<'_> {
                     for (edge, _) in edges.filter(|(_, edge)| edge.source == usize::from(of.state)) {
                         let mut started = state;
                         let of = &mut started.tasks[place];
-                        (of.edge, of.at) = (edge as u8, 0);
+                        (of.edge, of.at, of.has_data) = (edge as u8, 0, false);
                         if !std::mem::replace(&mut of.has_begun, true) {
-                            started.ports[place] = EMPTY;
+                            if task.trigger.is_none() {
+                                started.ports[place] = EMPTY;
+                            }
                             self.add_changed(open, started, stages);
                         }
                         self.add(open, started, stages, time);
@@ -377,12 +396,15 @@ impl Exploration<'_> {
                 if state.is_seen && !has_older(&state, self.system) {
                     return;
                 }
+                return self.add_triggered(open, state, stages, place + 1, time);
             }
             Statement::Read(variable) | Statement::ReadOrSkip(variable) => {
-                if place == 0 {
+                if place <= self.system.first {
                     let now = if state.is_changed { Value::New } else { Value::Old };
                     state.tasks[place].variables[variable] = now;
-                    self.add_changed(open, state, stages);
+                    if place == self.system.first {
+                        self.add_changed(open, state, stages);
+                    }
                 } else {
                     let (value, is_new) = read(&mut state.ports[place], task.buffer.is_some());
                     state.tasks[place].variables[variable] = value;
@@ -395,9 +417,36 @@ impl Exploration<'_> {
         self.add(open, state, stages, time);
     }
 
+    /// Adds a state, with the release of the task at `place` if its data releases it now.
+    fn add_triggered(
+        &mut self,
+        open: &mut Vec<(State, [Stage; TASKS])>,
+        mut state: State,
+        mut stages: [Stage; TASKS],
+        place: usize,
+        time: u64,
+    ) {
+        let task = self.system.tasks.get(place).filter(|task| task.trigger.is_some());
+        let Some(task) = task.filter(|task| trigger(&mut state.tasks[place], task)) else {
+            return self.add(open, state, stages, time);
+        };
+        if task.jitter > 0 {
+            let mut later = state;
+            later.tasks[place].late -= 1;
+            self.add(open, later, stages, time);
+        }
+        let of = &mut state.tasks[place];
+        (of.late, of.jobs) = (0, of.jobs + 1);
+        if !matches!(stages[task.cpu], Stage::Ending(_)) {
+            stages[task.cpu] = Stage::Choosing;
+        }
+        self.add(open, state, stages, time);
+    }
+
     fn write(&mut self, state: &mut State, place: usize, value: Value, time: u64) {
         if place + 1 < self.system.chain {
             let size = self.system.tasks[place + 1].buffer;
+            state.tasks[place + 1].has_data = self.system.tasks[place + 1].trigger.is_some();
             return write(&mut state.ports[place + 1], size, value);
         }
         if place >= self.system.chain {
@@ -414,7 +463,8 @@ impl Exploration<'_> {
     fn execute(&mut self, mut state: State, stages: &[Stage; TASKS], cpu: usize, time: u64) {
         let Some(stage) = stages.get(cpu) else {
             for (place, _) in self.system.tasks.iter().enumerate() {
-                state.tasks[place].until -= 1;
+                let of = &mut state.tasks[place];
+                (of.until, of.older) = (of.until.saturating_sub(1), of.older.saturating_sub(1));
             }
             return self.enter(state, if state.is_changed { time + 1 } else { 0 });
         };
@@ -432,6 +482,18 @@ impl Exploration<'_> {
         }
         self.execute(state, stages, cpu + 1, time);
     }
+}
+
+/// Lets data release a task nominally, if it may be now.
+fn trigger(of: &mut TaskState, task: &Task) -> bool {
+    let is_early = if task.trigger == Some(2) { of.older > 0 } else { of.until > 0 };
+    let has_started = of.late == 0 && of.jobs == u8::from(of.edge != NONE);
+    if !of.has_data || is_early || !has_started {
+        return false;
+    }
+    of.older = if task.trigger == Some(2) { of.until } else { 0 };
+    (of.until, of.late) = (task.period, task.jitter + 1);
+    true
 }
 
 /// Returns what is read from a port, and whether it is new data.
@@ -464,12 +526,13 @@ fn write(port: &mut Port, buffer: Option<u8>, value: Value) {
 
 fn has_older(state: &State, system: &System) -> bool {
     let (chain, is_buffer) = (system.chain, |place: usize| system.tasks[place].buffer.is_some());
+    let first = system.first;
     let in_variables =
-        state.tasks[..chain].iter().any(|task| task.variables.iter().any(|it| *it != Value::New));
+        state.tasks[first..chain].iter().any(|task| task.variables.iter().any(|it| *it != Value::New));
     let of_port = |(place, port): (usize, &Port)| {
         let buffered = if is_buffer(place) { usize::from(port.length) } else { 0 };
         port.last != Value::New || port.values[..buffered].iter().any(|it| *it != Value::New)
     };
-    let in_ports = state.ports[..chain].iter().enumerate().skip(1).any(of_port);
+    let in_ports = state.ports[..chain].iter().enumerate().skip(first + 1).any(of_port);
     state.shown != Value::New || in_variables || in_ports
 }

@@ -22,6 +22,8 @@ enum Kind {
     Jitter,
     Buffers,
     Synchronised,
+    /// Data releases some of the tasks.
+    Triggers,
     /// Tasks on a CPU each that read at their start and write at their end.
     Apart,
     /// The same with synchronised clocks, and no jitter.
@@ -113,7 +115,7 @@ impl Random {
         let (is_common, common) = (self.one_in(3), self.within(2, 5));
         let has_buffer = |random: &mut Random| match kind {
             Kind::Buffers => !random.one_in(4),
-            Kind::Synchronised => random.one_in(4),
+            Kind::Synchronised | Kind::Triggers => random.one_in(4),
             _ => false,
         };
         let task = |random: &mut Random| {
@@ -128,9 +130,22 @@ impl Random {
                 ..task
             }
         };
-        let tasks: Vec<Task> = (0..count).map(|_| task(self)).collect();
+        let mut tasks: Vec<Task> = (0..count).map(|_| task(self)).collect();
         let chain = if count > 1 && self.one_in(4) { tasks.len() - 1 } else { tasks.len() };
-        System { tasks, chain, is_early: self.one_in(3) }
+        let mut first = 0;
+        if kind == Kind::Triggers {
+            for task in tasks[..chain].iter_mut().skip(1) {
+                if self.one_in(4) {
+                    continue;
+                }
+                task.trigger = Some(if self.one_in(5) { 2 } else { 1 });
+                if self.one_in(2) {
+                    task.core = looping(&[&[Read(0), Compute(1), Write(0)]]);
+                }
+            }
+            first = usize::from(chain > 1 && self.one_in(6));
+        }
+        System { tasks, first, chain, is_early: self.one_in(3) }
     }
 }
 
@@ -148,6 +163,9 @@ struct Totals {
     with_earlier_write: u64,
     /// With one buffer that costs no time, and others; each with the number of attained bounds of the reaction.
     buffers: [[u64; 2]; 2],
+    /// Bounds of the reaction that are attained, and all: where data releases the task that it reaches, and where the time between such
+    /// releases counts.
+    triggers: [[u64; 2]; 2],
 }
 
 impl Totals {
@@ -174,13 +192,23 @@ impl Totals {
         self.less_by_priority += u64::from(bounds.latency < without);
         self.with_earlier_write += u64::from(bounds.has_earlier_write);
         let parts = &bounds.found.parts;
-        let mut buffers = parts.iter().zip(&system.tasks).skip(1).filter(|(_, task)| task.buffer.is_some());
+        let mut buffers =
+            parts.iter().zip(&system.tasks[system.first..]).skip(1).filter(|(_, task)| task.buffer.is_some());
         if let (Some((part, _)), None) = (buffers.next(), buffers.next()) {
             let [all, attained] = &mut self.buffers[usize::from(part.buffer > Time::ZERO)];
             *all += 1;
             *attained += u64::from(reaction == bounds.latency);
         }
-        self.steps[system.chain - 1] += 1;
+        self.steps[system.chain - system.first - 1] += 1;
+        let by_data = parts.iter().any(|part| part.by_data);
+        let with_releases = system.tasks[system.first..]
+            .iter()
+            .zip(parts)
+            .any(|(task, part)| task.trigger.is_some() && (!part.by_data || part.periods > Time::ZERO));
+        for (number, is_of) in [by_data, with_releases].into_iter().enumerate() {
+            self.triggers[number][0] += u64::from(is_of && reaction == bounds.latency);
+            self.triggers[number][1] += u64::from(is_of);
+        }
     }
 }
 
@@ -220,6 +248,16 @@ fn no_data_in_buffers_is_older_than_a_bound() {
 #[test]
 fn no_data_of_synchronised_clocks_is_older_than_a_bound() {
     explore_random_chains(Kind::Synchronised, 5);
+}
+
+#[test]
+fn no_data_that_releases_tasks_is_older_than_a_bound() {
+    let totals = explore_random_chains(Kind::Triggers, 9);
+    let [[attained, all], [_, with_releases]] = totals.triggers;
+    assert!(
+        attained * 10 > all && all * 3 > totals.explored && with_releases * 20 > totals.explored,
+        "{totals:?}"
+    );
 }
 
 /// The bounds are the greatest times: of that many kinds.

@@ -1,8 +1,8 @@
 //! A small system: tasks that data passes through, and the analyser's bounds for it.
 
 use mauve_timing::{
-    Bound, ChainBuffer, ChainStep, ChainWrite, CpuSet, Demand, Edge, Method, NoLatency, Options, Priority,
-    SetAnalysis, StateMachine, Tasks, Time,
+    Bound, ChainBuffer, ChainRelease, ChainStep, ChainWrite, CpuSet, Demand, Distance, Edge, Method,
+    NoLatency, Options, Priority, SetAnalysis, StateMachine, Tasks, Time, TriggerWriter,
 };
 
 use super::core::{Core, Facts, cost};
@@ -18,16 +18,22 @@ pub(crate) struct Task {
     pub(crate) core: Core,
     /// The size of the buffer before it; `None` for a register.
     pub(crate) buffer: Option<u8>,
+    /// Whether its input releases it, each period at most; with how many releases in a period, 1 or 2.
+    pub(crate) trigger: Option<u8>,
 }
 
 /// Returns a task on the CPU of its number.
 pub(crate) fn task(cpu: usize, priority: u32, period: u8, core: Core) -> Task {
-    Task { priority, period, jitter: 0, offset: None, cpu, core, buffer: None }
+    Task { priority, period, jitter: 0, offset: None, cpu, core, buffer: None, trigger: None }
 }
 
 impl Task {
     pub(crate) fn buffer(self, size: u8) -> Task {
         Task { buffer: Some(size), ..self }
+    }
+
+    pub(crate) fn triggered(self) -> Task {
+        Task { trigger: Some(1), ..self }
     }
 
     pub(crate) fn jitter(self, jitter: u8) -> Task {
@@ -39,10 +45,12 @@ impl Task {
     }
 }
 
-/// A system: each of the first `chain` tasks reads what the one before it writes; the first one reads the world.
+/// A system: each of the first `chain` tasks gets what the one before it writes. The chain begins with task `first`, which reads the
+/// world, as do those before it.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct System {
     pub(crate) tasks: Vec<Task>,
+    pub(crate) first: usize,
     pub(crate) chain: usize,
     /// Whether statements may execute for less than their time.
     pub(crate) is_early: bool,
@@ -62,12 +70,12 @@ pub(crate) struct Bounds {
 
 impl System {
     pub(crate) fn new(tasks: Vec<Task>) -> System {
-        System { chain: tasks.len(), tasks, is_early: false }
+        System { chain: tasks.len(), tasks, first: 0, is_early: false }
     }
 
     pub(crate) fn facts(&self) -> Vec<Facts> {
         let tasks = self.tasks[..self.chain].iter().enumerate();
-        tasks.map(|(place, task)| task.core.facts(place == 0)).collect()
+        tasks.map(|(place, task)| task.core.facts(place <= self.first)).collect()
     }
 
     fn analyse(&self) -> SetAnalysis {
@@ -83,6 +91,8 @@ impl System {
                 priority: Priority::RealTime(task.priority),
                 period: Some(Time::from_nanos(task.period.into())),
                 jitter: Time::from_nanos(task.jitter.into()),
+                is_sporadic: task.trigger.is_some(),
+                burst: task.trigger.unwrap_or(1).into(),
                 offset: task.offset.map(|offset| Time::from_nanos(offset.into())),
                 cpus: Some(CpuSet::of(task.cpu as u32)),
                 demand: Demand::Machine { machine: StateMachine::new(states, edges).unwrap(), whole: None },
@@ -94,38 +104,64 @@ impl System {
 
     /// Returns the bounds, if each component passes data on for sure.
     pub(crate) fn bounds(&self, uses_priorities: bool) -> Option<Bounds> {
-        let facts = self.facts();
-        let (last, others) = facts.split_last()?;
+        let all = self.facts();
+        let (last, others) = all[self.first..].split_last()?;
         if others.iter().any(|facts| !facts.keeps) {
             return None;
         }
         let analysis = self.analyse();
-        if analysis.responses.iter().any(|response| !matches!(response.bound, Bound::Response(_))) {
-            return None;
-        }
+        let response = |task: usize| match analysis.responses[task].bound {
+            Bound::Response(time) => Some(time),
+            _ => None,
+        };
+        (0..self.tasks.len()).try_for_each(|task| response(task).map(|_| ()))?;
+        let mut distances: Vec<Option<Distance>> = Vec::new();
         let mut chain = Vec::new();
-        for (task, facts) in facts.iter().enumerate() {
-            let Bound::Response(response) = analysis.responses[task].bound else { return None };
+        for (task, facts) in all.iter().enumerate() {
+            let of = &self.tasks[task];
+            let writes = task.checked_sub(1).map(|writer| self.writes_of(writer));
+            // The first job may leave a value, which releases another one.
+            let may_leave = of.trigger.is_some() && of.buffer.is_some() && !of.core.returns_to_start();
+            let writes = writes.filter(|_| !may_leave);
+            let by = |writer: usize| {
+                Some(TriggerWriter {
+                    task: writer,
+                    distance: distances[writer]?,
+                    response: response(writer)?,
+                    gap: all[writer].gap?,
+                    writes,
+                    has_buffer: of.buffer.is_some(),
+                })
+            };
+            distances.push(match of.trigger {
+                Some(_) => {
+                    by(task - 1).and_then(|by| analysis.tasks.greatest_distance(task, response(task)?, &by))
+                }
+                None => Some(Distance { each: Time::from_nanos(of.period.into()), late: Time::ZERO }),
+            });
+            if task < self.first {
+                continue;
+            }
+            let response = response(task)?;
             let write = |&time: &u64| ChainWrite { task, cost: Time::from_nanos(time), response };
-            let writes: Vec<ChainWrite> = facts.written.iter().map(write).collect();
-            let buffer = self.tasks[task].buffer.filter(|_| task > 0);
+            let written: Vec<ChainWrite> = facts.written.iter().map(write).collect();
+            let buffer = of.buffer.filter(|_| task > self.first);
+            let released = ChainRelease { distance: distances[task], by_data: task > self.first };
             chain.push(ChainStep {
                 task,
                 releases: facts.releases?,
                 periods: facts.periods,
-                write: analysis.tasks.write_times(&writes, &OPTIONS, &|| ()).into_iter().max()?,
+                write: analysis.tasks.write_times(&written, &OPTIONS, &|| ()).into_iter().max()?,
                 response,
                 gap: facts.gap,
-                buffer: buffer.map(|size| ChainBuffer {
-                    size: size.into(),
-                    reads: facts.reads,
-                    writes: Some(task.checked_sub(1).map_or(0, |writer| self.writes_of(writer))),
-                }),
+                buffer: buffer.map(|size| ChainBuffer { size: size.into(), reads: facts.reads }),
+                writes,
+                released: of.trigger.map(|_| released),
             });
         }
         let found = match analysis.tasks.latency(&chain, uses_priorities) {
             Ok(found) => found,
-            Err(NoLatency::NotRead(_)) => return None,
+            Err(NoLatency::NotRead(_) | NoLatency::NotPeriodic(_)) => return None,
             Err(other) => panic!("{other:?} of {self:?}"),
         };
         Some(Bounds {
@@ -138,7 +174,7 @@ impl System {
     }
 
     fn writes_of(&self, task: usize) -> u32 {
-        self.tasks[task].core.facts(task == 0).writes
+        self.tasks[task].core.facts(task <= self.first).writes
     }
 }
 

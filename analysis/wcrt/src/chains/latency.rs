@@ -5,7 +5,10 @@ use mauve_hir::{
     Assumption, Decl, Flat, Link, ModelDb, Overwrite, Passage, PassageEnd, Passages, Project, Skip,
     SkipCause, core_of, deployed, flat_of, passages_of,
 };
-use mauve_timing::{ChainBuffer, ChainLatency, ChainStep, ChainWrite, NoLatency, Status, Task, Time};
+use mauve_timing::{
+    ChainBuffer, ChainLatency, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
+    TriggerWriter,
+};
 use rustc_hash::FxHashMap;
 
 use super::declared::declared_chains;
@@ -20,6 +23,7 @@ use crate::reason::Reason;
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::sends::writes_of;
+use crate::system::{System, system_of};
 use crate::table_set::{TableSet, tables_of};
 
 /// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
@@ -141,6 +145,9 @@ struct Sums<'db> {
     query: Query,
     flat: &'db Flat<'db>,
     report: &'db Report<'db>,
+    system: &'db System<'db>,
+    /// What is assumed of instances while a chain is summed.
+    assumed: FxHashMap<usize, Assumption<'db>>,
     /// The activity of each instance.
     activities: FxHashMap<&'db Name, usize>,
     known: FxHashMap<(usize, Assumption<'db>), Option<Known<'db>>>,
@@ -165,6 +172,8 @@ impl<'db> Sums<'db> {
             query,
             flat,
             report,
+            system: system_of(db, project, deployment),
+            assumed: FxHashMap::default(),
             activities: activities.collect(),
             known: FxHashMap::default(),
             writes: FxHashMap::default(),
@@ -245,6 +254,7 @@ impl<'db> Sums<'db> {
     fn way(&mut self, way: &Way<'db>) -> ChainReport<'db> {
         let mut reasons = Vec::new();
         let mut steps: Vec<Option<ChainStep>> = Vec::new();
+        self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
         for (index, step) in way.steps.iter().enumerate() {
             let before = index.checked_sub(1).and_then(|before| way.steps.get(before));
             steps.push(self.step(index, step, before, &mut reasons));
@@ -253,7 +263,7 @@ impl<'db> Sums<'db> {
                 reasons.push(ChainReason::Overwrites { step: index, by });
             }
         }
-        let found = self.sum(&steps, &mut reasons);
+        let found = self.sum(&steps, &way.steps, &mut reasons);
         let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
         let report = |(step, found): (&WayStep<'db>, &Option<ChainStep>)| ChainStepReport {
             instance: self.flat.instances.get(step.instance).map_or_else(Name::default, |it| it.name.clone()),
@@ -277,7 +287,12 @@ impl<'db> Sums<'db> {
         }
     }
 
-    fn sum(&self, steps: &[Option<ChainStep>], reasons: &mut Vec<ChainReason<'db>>) -> Option<ChainLatency> {
+    fn sum(
+        &self,
+        steps: &[Option<ChainStep>],
+        way: &[WayStep<'db>],
+        reasons: &mut Vec<ChainReason<'db>>,
+    ) -> Option<ChainLatency> {
         if !reasons.is_empty() {
             return None;
         }
@@ -285,12 +300,68 @@ impl<'db> Sums<'db> {
         let why = match self.report.tasks.latency(&steps?, true) {
             Ok(found) => return Some(found),
             Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
-            Err(NoLatency::NotPeriodic(step)) => ChainReason::ReleasedByData { step },
+            Err(NoLatency::NotPeriodic(step)) => {
+                let trigger = way.get(step).and_then(|it| self.trigger_of(self.activity(it)?.0));
+                let by = trigger.map(|(_, link)| link.source.0.clone());
+                ChainReason::ReleasedByData { step, by }
+            }
             Err(NoLatency::NotRead(step)) => ChainReason::NotRead { step, skip: None },
             Err(NoLatency::TooLong) => ChainReason::TooLong,
         };
         reasons.push(why);
         None
+    }
+
+    /// Returns the port whose data releases an activity, as the target of its connection, which has an index.
+    fn trigger_of(&self, activity: usize) -> Option<(usize, &'db Link<'db>)> {
+        let of = self.system.activities.get(activity)?;
+        let port = of.trigger.as_ref()?;
+        let is_it =
+            |link: &Link<'db>| !link.operation && link.target.0 == of.instance && link.target.1 == *port;
+        let mut links = self.flat.links.iter().enumerate().filter(|(_, link)| is_it(link));
+        // What several connections write is not known.
+        links.next().filter(|_| links.next().is_none())
+    }
+
+    /// Returns the time between the releases of an activity; none without a bound. The `depth` of activities that release others ends a
+    /// cycle.
+    fn distance(&mut self, activity: usize, depth: usize) -> Option<Distance> {
+        let of = self.report.activities.get(activity)?;
+        if of.is_periodic() {
+            return Some(Distance { each: of.period?, late: Time::ZERO });
+        }
+        let (connection, link) = self.trigger_of(activity).filter(|_| depth > 0)?;
+        let instance = self.flat.instances.iter().position(|it| it.name == link.source.0)?;
+        let nothing = Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false);
+        let end = PassageEnd::Port(link.source.1.clone());
+        let writer = WayStep {
+            instance,
+            connection: Some(connection),
+            ends: [end.clone(), end],
+            passages: Vec::new(),
+            assumption: self.assumed.get(&instance).copied().unwrap_or(nothing),
+        };
+        let (task, by) = self.activity(&writer)?;
+        let by = TriggerWriter {
+            task,
+            distance: self.distance(task, depth - 1)?,
+            response: by.response?,
+            gap: self.releases(&writer, false).ok()?,
+            writes: self.writes(&writer, link),
+            has_buffer: link.buffer.is_some(),
+        };
+        self.report.tasks.greatest_distance(activity, of.response?, &by)
+    }
+
+    /// Returns whether the first jobs read the data that enters a step.
+    fn is_read_at_start(&mut self, step: &WayStep<'db>) -> bool {
+        let PassageEnd::Port(port) = &step.ends[0] else { return false };
+        self.known(step).is_some_and(|known| known.passages.read_at_start.contains(port))
+    }
+
+    /// Returns the most writes of the source of a connection in a job of its writer, if that is known.
+    fn writes(&self, writer: &WayStep<'db>, link: &Link<'db>) -> Option<u32> {
+        writes_of(self.db, self.project, self.component(writer)?, &link.source.1)
     }
 
     fn passages(&mut self, step: &WayStep<'db>) -> Vec<&'db Passage<'db>> {
@@ -341,7 +412,11 @@ impl<'db> Sums<'db> {
         let write = self.cost(step).and_then(|key| self.writes.get(&key)).copied();
         let write = write.map_or(response, |it| it.min(response));
         let gap = self.releases(step, false).ok();
-        Some(ChainStep { task, releases: 1, periods: None, write, response, gap, buffer: None })
+        let released = (!activity.is_periodic()).then(|| ChainRelease {
+            distance: self.distance(task, self.report.activities.len()),
+            by_data: step.connection.is_some() && step.connection == self.trigger_of(task).map(|(it, _)| it),
+        });
+        Some(ChainStep { task, releases: 1, write, response, gap, released, ..ChainStep::default() })
     }
 
     /// The same for a step that passes data on, or reads it.
@@ -365,14 +440,15 @@ impl<'db> Sums<'db> {
         };
         let releases = releases.map_err(|why| reasons.push(why)).ok()?;
         let link = step.connection.and_then(|it| self.flat.links.get(it)).filter(|link| !link.operation);
-        let buffer = link.and_then(|link| link.buffer).map(|size| ChainBuffer {
-            size: size.max(1),
-            reads: reads.ok(),
-            writes: before
-                .and_then(|it| writes_of(self.db, self.project, self.component(it)?, &link?.source.1)),
-        });
+        let buffer = link
+            .and_then(|link| link.buffer)
+            .map(|size| ChainBuffer { size: size.max(1), reads: reads.ok() });
+        // What the first job leaves in a buffer may be more than the writes.
+        let by_data = written.released.is_some_and(|it| it.by_data);
+        let is_read = !by_data || buffer.is_none() || self.is_read_at_start(step);
+        let writes = before.filter(|_| is_read).and_then(|it| self.writes(it, link?));
         let periods = passages.iter().map(|it| it.periods).reduce(|one, other| Some(one?.max(other?)));
-        Some(ChainStep { releases, periods: periods.unwrap_or(Some(0)), buffer, ..written })
+        Some(ChainStep { releases, periods: periods.unwrap_or(Some(0)), buffer, writes, ..written })
     }
 
     fn connection(&mut self, hop: Option<&Hop<'db>>, link: &Link<'db>) -> ConnectionReport<'db> {
@@ -384,7 +460,9 @@ impl<'db> Sums<'db> {
         let [writer, reader] = [Some(&hop.before), hop.after.first()].map(|it| Some(self.activity(it?)?.1));
         if let Some((writer, reader)) = writer.zip(reader).filter(|_| !link.operation) {
             found.is_stale = is_stale(writer, reader);
-            found.never_read = self.never_read(&hop.before, writer, reader).filter(|_| link.buffer.is_none());
+            if link.buffer.is_none() {
+                self.never_read(hop, reader, &mut found);
+            }
         }
         // A buffer keeps what was written before.
         if link.buffer.is_none() {
@@ -392,11 +470,19 @@ impl<'db> Sums<'db> {
             found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
         }
         let mut reasons = Vec::new();
-        let before = self.written(0, &hop.before, &mut reasons);
+        let ways = hop.after.iter().chain([&hop.before]);
+        self.assumed = ways.map(|step| (step.instance, step.assumption)).collect();
+        let mut before = self.written(0, &hop.before, &mut reasons);
+        // Its wait for a release does not count here, and what it drops from a buffer does.
+        let released = before.as_mut().and_then(|it| it.released.as_mut()).filter(|_| link.buffer.is_none());
+        if let Some(released) = released {
+            released.distance = released.distance.or(Some(Distance::default()));
+        }
         for step in &hop.after {
             let mut why = reasons.clone();
             let after = self.step(1, step, Some(&hop.before), &mut why);
-            let latency = self.sum(&[before.clone(), after], &mut why).and_then(|it| {
+            let way = [hop.before.clone(), step.clone()];
+            let latency = self.sum(&[before.clone(), after], &way, &mut why).and_then(|it| {
                 let [writer, reader] = it.parts.as_slice() else { return None };
                 let rest = writer.wait.checked_add(writer.periods)?;
                 Some((it.latency.checked_sub(rest)?, writer.run, *reader))
@@ -413,16 +499,28 @@ impl<'db> Sums<'db> {
             found.reason = None;
         }
         let period = writer.and_then(|it| it.period).unwrap_or_default();
-        let ahead = link.buffer.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
+        let ahead = link.buffer.filter(|_| writer.is_some_and(|it| it.burst <= 1));
+        let ahead = ahead.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
         found.stays_full = ahead.filter(|_| found.part.stays_full);
         found
     }
 
-    /// Returns of how many values that are written at most one is read by a job that reads once.
-    fn never_read(&mut self, step: &WayStep<'db>, writer: &Task, reader: &Task) -> Option<u64> {
-        let gap = self.releases(step, false).ok().filter(|_| writer.is_periodic())?;
-        let between = writer.period?.checked_mul(u64::from(gap))?.as_nanos();
-        reader.period?.as_nanos().checked_div(between).filter(|values| *values >= 2)
+    /// Returns of how many values that are written at most one is read by a job that reads once. For a trigger, the most time
+    /// between two writes on the average and the least one between two releases, if that is more.
+    fn never_read(&mut self, hop: &Hop<'db>, reader: &Task, found: &mut ConnectionReport<'db>) -> Option<()> {
+        let (writer, _) = self.activity(&hop.before)?;
+        let gap = self.releases(&hop.before, false).ok()?;
+        let each = self.distance(writer, self.report.activities.len())?.each.checked_mul(u64::from(gap))?;
+        let least = Time::from_nanos(reader.period?.as_nanos() / reader.burst.max(1));
+        let step = hop.after.first()?;
+        let trigger = self.activity(step).and_then(|(task, _)| self.trigger_of(task));
+        if trigger.is_some_and(|(connection, _)| step.connection == Some(connection)) {
+            found.faster = Some([each, least]).filter(|_| each < least);
+        } else {
+            let values = least.as_nanos().checked_div(each.as_nanos());
+            found.never_read = values.filter(|values| *values >= 2);
+        }
+        Some(())
     }
 }
 

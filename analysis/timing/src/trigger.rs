@@ -1,0 +1,84 @@
+//! Tasks that data releases: when data is seen, and the most time between two releases.
+//!
+//! A job is released when data arrives at the trigger port after the start of the job before it, or is left in its buffer at the end
+//! of that job: at once, but not sooner than T after the release before it. (With a burst of b, not sooner than T after the b-th last
+//! one.) Let n be the nominal release of a job of the reader, R and W the greatest times from a nominal release to the end of a job
+//! and of a write, J the jitter of the writer, and S = max(T, R of the reader).
+//!
+//! **Data at the trigger port** that is written at a, by a job of the writer with the nominal release p, a ≤ p + W: let n be the
+//! release of the last job that started before a; n ≤ a. The next job sees the data, and is released at max(a, n + S) at most: S
+//! after the write. If the writer has a higher priority on the same CPU, that job started before the release of the writer: n ≤ p +
+//! J, so that the next one is released by max(p + W, p + J + S).
+//!
+//! **Paced.** If each job of the writer writes once at most, and its releases are so far apart that b of them take T or more, and one
+//! takes R of the reader, the data of each job is seen by one that is released by p + R of the writer: gaps do not add up. Each
+//! release waits for data, by p' + R, for the end of the job before it, or for the gap after the b-th last one; these were for data of
+//! earlier jobs of the writer, one for each release at most: with their bound, and the distance of the jobs, they end by p + R.
+//!
+//! From a buffer, each job has to read, also the first one: what that leaves would release a job for no datum of its own. The most
+//! writes of the writer do not count as known where A may not hold for the first job ([`crate::ChainStep::writes`]).
+//!
+//! **Releases** of the reader: after the last datum that its job may see, written at a ≤ n + R, the next write is a gap of releases of
+//! the writer and R of the writer later at most. If the data is paced, and the writes are more than S apart, each datum releases a job
+//! at once that starts before the next one arrives: k releases take k gaps, and R of the writer once.
+
+use crate::{Task, Tasks, Time};
+
+/// How far apart releases are: k of them take k·each + late at most.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Distance {
+    /// For each release.
+    pub each: Time,
+    /// Once.
+    pub late: Time,
+}
+
+impl Distance {
+    /// Returns the most time between two releases.
+    pub fn greatest(self) -> Option<Time> {
+        self.each.checked_add(self.late)
+    }
+}
+
+/// The writer of the data that releases a task.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct TriggerWriter {
+    /// Its index.
+    pub task: usize,
+    /// The time between its releases.
+    pub distance: Distance,
+    /// R: its response time.
+    pub response: Time,
+    /// The most releases until its next write of the port.
+    pub gap: u32,
+    /// The most writes of the port in one of its jobs; none if that is not known.
+    pub writes: Option<u32>,
+    /// Whether the connection has a buffer.
+    pub has_buffer: bool,
+}
+
+impl Tasks {
+    /// Returns the time between releases of a task that data of `by` releases, and whose response time is `response`.
+    pub fn greatest_distance(&self, task: usize, response: Time, by: &TriggerWriter) -> Option<Distance> {
+        let (reader, writer) = (self.all.get(task)?, self.all.get(by.task)?);
+        let spacing = reader.period?.max(response);
+        let each = by.distance.each.checked_mul(u64::from(by.gap.max(1)))?;
+        let late = by.distance.late.checked_add(by.response)?;
+        let apart = writer.period?.checked_sub(by.response).filter(|apart| *apart > spacing);
+        let is_single = writer.burst <= 1 && by.writes.is_some_and(|writes| writes <= 1);
+        if apart.is_some() && is_single && !by.has_buffer {
+            return Some(Distance { each, late });
+        }
+        let each = each.checked_add(late)?.checked_add(response)?.max(spacing);
+        Some(Distance { each, late: Time::ZERO })
+    }
+}
+
+/// Returns whether gaps between releases of the reader, of that response time, do not add up: for a writer that writes `writes` times
+/// in a job at most.
+pub(crate) fn is_paced(writer: &Task, writes: Option<u32>, reader: &Task, response: Time) -> bool {
+    let (Some(apart), Some(least)) = (writer.period, reader.period) else { return false };
+    let of_burst = apart.as_nanos().saturating_mul(reader.burst.max(1));
+    let is_single = writer.burst <= 1 && writes.is_some_and(|writes| writes <= 1);
+    is_single && of_burst >= least.as_nanos() && apart >= response
+}
