@@ -48,8 +48,9 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
         }
         ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),
         ChainReason::ReleasedByData { step, by } => {
-            let by =
-                by.as_ref().map_or("no component writes".to_owned(), |by| format!("`{by}` may never write again"));
+            let by = by
+                .as_ref()
+                .map_or("no component writes".to_owned(), |by| format!("`{by}` may never write again"));
             both(step, &format!("is released by data that {by}"), "may not be released")
         }
         ChainReason::Background { step } => both(step, "is in the background", "is not real-time"),

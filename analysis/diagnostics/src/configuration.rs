@@ -34,6 +34,9 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
         MistakeKind::RepeatedName { name, section } => {
             format!("a second [[{section}]] with the name `{name}`: give it another name")
         }
+        MistakeKind::SecondClock(instance) => {
+            format!("`{instance}` is on another clock already: an instance has one clock")
+        }
         MistakeKind::NoSuchCpu { named, cpus } => {
             let available = CpuSet::first_few(*cpus);
             format!(

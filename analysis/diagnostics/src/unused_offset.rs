@@ -18,7 +18,8 @@
 //! synchronised = ["back"]
 //! ```
 //!
-//! Fix: remove the offset. If the activities share a clock, name their instances in `[clocks] synchronised` of `mauve.toml`.
+//! Fix: remove the offset. If the activities share a clock, name their instances in `[clocks] synchronised` or
+//! `[clocks.NAME] instances` of `mauve.toml`.
 
 use super::*;
 

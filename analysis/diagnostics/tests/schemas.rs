@@ -115,6 +115,15 @@ fn section(section: &Section) -> String {
     let open = || "\"type\": \"object\"".to_owned();
     let members = match section.entries {
         Entries::Keys(keys) => closed(3, keys.iter().map(|key| configuration_key(4, key)).collect()),
+        Entries::Clocks(keys, of_clock) => {
+            let mut members = closed(3, keys.iter().map(|key| configuration_key(4, key)).collect());
+            let mut clock = closed(4, of_clock.iter().map(|key| configuration_key(5, key)).collect());
+            clock.insert(2, "\"required\": [\"instances\"]".to_owned());
+            let others = object(3, "additionalProperties", &clock);
+            let closing = members.iter_mut().find(|it| it.contains("additionalProperties")).unwrap();
+            *closing = others;
+            members
+        }
         Entries::Types(keys) => {
             let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
             let example = r#"{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }"#;

@@ -74,6 +74,10 @@ fn the_reference_has_every_key() {
                     }
                 }
             }
+            Entries::Clocks(of_section, below) => {
+                keys.extend(names(of_section).iter().map(|it| format!("[{name}] {it}")));
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
             Entries::Types(below) => keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}"))),
             Entries::Locks(below) => {
                 keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));

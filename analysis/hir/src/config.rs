@@ -45,6 +45,8 @@ pub struct Config {
     pub others: Vec<OtherConfig>,
     /// `[clocks] synchronised`: instances whose activities have one clock, with their ranges.
     pub synchronised: Vec<(String, Range<usize>)>,
+    /// `[clocks.NAME]`: more clocks.
+    pub clocks: Vec<ClockConfig>,
     /// `[types.…]`: types that no message package declares.
     pub types: BTreeMap<Name, ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
@@ -86,6 +88,32 @@ pub struct DeploymentConfig {
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
     pub accepted: Vec<Acceptance>,
+}
+
+/// `[clocks.base]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ClockConfig {
+    /// Its name.
+    pub name: String,
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `instances`: those whose activities have this clock, with their ranges.
+    pub instances: Vec<(String, Range<usize>)>,
+}
+
+impl Config {
+    /// Returns the instances whose activities have a clock in common, each with the number of its clock: 0 for `synchronised`.
+    pub fn on_clocks(&self) -> impl Iterator<Item = (u32, &(String, Range<usize>))> {
+        let named = (1..).zip(&self.clocks);
+        let named = named.flat_map(|(number, clock)| clock.instances.iter().map(move |it| (number, it)));
+        self.synchronised.iter().map(|it| (0, it)).chain(named)
+    }
+
+    /// Returns the name of the clock of this number; none for `synchronised`.
+    pub fn clock_name(&self, number: u32) -> Option<&str> {
+        let index = usize::try_from(number.checked_sub(1)?).ok()?;
+        self.clocks.get(index).map(|clock| clock.name.as_str())
+    }
 }
 
 /// `[locks.bus]`: an entry without errors has codels and a protocol.
@@ -205,6 +233,8 @@ pub enum MistakeKind {
     MissingKey { key: &'static str, header: String },
     /// Two entries of this section have this name.
     RepeatedName { name: String, section: String },
+    /// An instance is on a clock already.
+    SecondClock(String),
     /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
     NoSuchCpu { named: CpuSet, cpus: u32 },
     /// The value of a key is invalid; with the valid values as a predicate, and the error of an invalid time.
@@ -318,7 +348,7 @@ mod tests {
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n[timing.deployment.D]\ntables = \"d.toml\"\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
              maintainer = \"A B <a@b.org>\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
-             [clocks]\nsynchronised = [\"a\", \"b\"]\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
+             [clocks]\nsynchronised = [\"a\", \"b\"]\nbase = { instances = [\"c\"] }\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
         );
         assert_eq!(config.errors, []);
         assert!(config.completeness.is_complete());
@@ -341,7 +371,10 @@ mod tests {
         let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
         assert_eq!((accepted.instance.as_str(), accepted.reason.as_str()), ("a", "by hand"));
         assert!(accepted.holds(None) && accepted.holds(Some(Time::from_nanos(u64::MAX))));
-        assert_eq!(config.synchronised.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
+        let clocks: Vec<(u32, &str)> =
+            config.on_clocks().map(|(clock, (name, _))| (clock, name.as_str())).collect();
+        assert_eq!(clocks, [(0, "a"), (0, "b"), (1, "c")]);
+        assert_eq!([0, 1, 2].map(|number| config.clock_name(number)), [None, Some("base"), None]);
     }
 
     #[test]

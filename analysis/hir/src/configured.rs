@@ -100,7 +100,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     let config = config_of(db, workspace);
     if config.completeness.is_incomplete()
         || !roots_exist(db, workspace)
-        || config.synchronised.is_empty()
+        || config.on_clocks().next().is_none()
             && config.chains.is_empty()
             && config.deployments.is_empty()
             && config.deployment_tables.is_empty()
@@ -112,7 +112,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     let Some(&(any, ..)) = deployed.first() else { return Vec::new() };
     let mut found = Vec::new();
     let checker = NameChecker { db, file, deployed: &deployed, any };
-    for (value, span) in &config.synchronised {
+    for (_, (value, span)) in config.on_clocks() {
         found.extend(checker.instance(value, (value, span)));
     }
     for Chain { from, to, through, states, answers, .. } in &config.chains {

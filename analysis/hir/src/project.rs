@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use mauve_timing::{CpuSet, StateMachine, Task};
@@ -60,7 +60,8 @@ pub struct Platform {
     /// `[platform.cpu_sets]`: the CPUs of each set.
     pub cpu_sets: BTreeMap<Name, CpuSet>,
     pub rt_throttling: Option<bool>,
-    pub synchronised: BTreeSet<String>,
+    /// The numbers of the clocks of instances that have one in common.
+    pub clocks: BTreeMap<String, u32>,
     /// Whether no error in the configuration hides a value of these.
     pub is_complete: bool,
 }
@@ -81,8 +82,8 @@ impl Platform {
 
 #[salsa::tracked(returns(ref))]
 pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
-    let Config { cpus, cpu_sets, rt_throttling, synchronised, completeness, others, .. } =
-        config_of(db, workspace);
+    let config = config_of(db, workspace);
+    let Config { cpus, cpu_sets, rt_throttling, completeness, others, .. } = config;
     let other = |it: &OtherConfig| {
         Some(Task {
             name: it.name.as_deref()?.into(),
@@ -97,7 +98,7 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
         cpus: *cpus,
         cpu_sets: cpu_sets.iter().map(|(name, set)| (name.as_str().into(), set.cpus.0)).collect(),
         rt_throttling: *rt_throttling,
-        synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),
+        clocks: config.on_clocks().map(|(clock, (name, _))| (name.clone(), clock)).collect(),
         is_complete: completeness.is_complete(),
     }
 }

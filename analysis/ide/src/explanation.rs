@@ -38,14 +38,17 @@ fn with_facts<'db, R>(
     let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
     };
-    let throttling = config_of(db, tables.project(db).workspace(db)).rt_throttling;
-    let origin = Origin { throttling, psm, worst_path: &path };
+    let config = config_of(db, tables.project(db).workspace(db));
+    let throttling = config.rt_throttling;
+    let origin = Origin { throttling, clocks: &|number| config.clock_name(number), psm, worst_path: &path };
     Some(print(&Explanation::new(db, report, activity, query, &origin)?))
 }
 
 struct Origin<'a> {
     /// Whether real-time throttling is on, if `mauve.toml` says so.
     throttling: Option<bool>,
+    /// The names of clocks, by number.
+    clocks: &'a dyn Fn(u32) -> Option<&'a str>,
     psm: Option<&'a Psm<'a>>,
     /// The codels of a program along its worst path, with their times; by its index in the state machine.
     worst_path: &'a dyn Fn(usize) -> Vec<(String, Time)>,
@@ -178,6 +181,8 @@ impl<'a, 'db> Explanation<'a, 'db> {
         let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin.worst_path));
         let sum = if is_background { None } else { Sum::new(db, report, index, own.as_ref()) };
         let has_start = activity.window.as_ref().is_some_and(|window| window.start.is_some());
+        let number = activity.window.as_ref().filter(|_| has_start).map_or(0, |window| window.clock);
+        let clock = (origin.clocks)(number);
         let mut notes = Vec::new();
         if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
             notes.push(EXHAUSTED.to_owned());
@@ -190,6 +195,9 @@ impl<'a, 'db> Explanation<'a, 'db> {
         notes.extend(waits(report, activity).map(str::to_owned));
         if has_start {
             notes.push("assumes synchronised clocks".to_owned());
+        }
+        if let Some(clock) = clock {
+            notes.push(format!("counts the offsets of [clocks.{clock}]"));
         }
         // In the classic method, every job has the greatest execution time.
         let machine = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);

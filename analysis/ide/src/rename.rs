@@ -357,7 +357,7 @@ architecture B { instance laser: parts.Laser
 //- /mauve.toml
 project.roots = ["one.mal", "two.mal"]
 timing.tables = ["t.toml"]
-clocks.synchronised = ["map"]
+clocks.drive.instances = ["map"]
 chains.c = ["laser.scan", "map.scan"]
 //- /t.toml
 [codel.parts]
@@ -543,7 +543,7 @@ parts.Laser = 9
             "chains.c = [\"laser.scan\", \"m$0ap",
             "chart",
             expect![[r#"
-            /mauve.toml: clocks.synchronised = ["chart"]
+            /mauve.toml: clocks.drive.instances = ["chart"]
             /mauve.toml: chains.c = ["laser.scan", "chart.scan"]
             /one.mal:   instance chart: Mapper
             /one.mal:   connection laser.scan -> chart.scan

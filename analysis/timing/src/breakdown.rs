@@ -127,8 +127,8 @@ impl<'a> Breakdown<'a> {
         let (plan, place) = self.lanes.find(of, rule)?;
         let mut lane = Lane { lists_interference: true, ..self.lanes.lane(plan) };
         (lane.interrupt)();
-        if let Some(start) = window.and_then(|window| window.start) {
-            lane.begin_at_again(start.as_nanos(), place);
+        if let Some((start, clock)) = window.and_then(|window| Some((window.start?, window.clock))) {
+            lane.begin_at_again((start.as_nanos(), clock), place);
         }
         let found = list(&mut lane, place);
         lane.begin_at(None, 1);

@@ -376,9 +376,8 @@ pub(crate) struct Lane<'l, 'a> {
     pub(crate) interrupt: &'a dyn Fn(),
     /// The number of members of all lanes, which share the budgets.
     pub(crate) members_of_all: u64,
-    /// The instant at which the windows begin, on the clock of the tasks with an offset; `None` for any. See
-    /// [`Lane::begin_at`].
-    pub(crate) start: Option<u64>,
+    /// The instant at which the windows begin, and the clock that it is on; `None` for any. See [`Lane::begin_at`].
+    pub(crate) start: Option<(u64, u32)>,
     /// The number of such instants that are analysed, which share the budgets.
     pub(crate) starts: u64,
     /// Whether to list the interference in windows of [`Method::Exact`].

@@ -5,7 +5,7 @@
 //!
 //! What is simulated:
 //!
-//! - **Releases**: every period from the [offset](Task::offset), or where there is none from a random phase, or from 0
+//! - **Releases**: every period from the [offset](Task::offset) on its clock, or where there is none from a random phase, or from 0
 //!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept. A sporadic
 //!   task is released at random distances, often the least ones.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
@@ -64,10 +64,24 @@ impl SimulationOptions {
         self.script.as_ref().is_none_or(|script| matches!(script.tasks.get(task), Some(Some(_))))
     }
 
+    /// Returns the nominal release of a task of this period at an offset of a clock: each clock but the first one begins anywhere.
+    fn release_at(&self, offset: Time, period: u64, clock: u32) -> u64 {
+        release_at(offset, period, clock, Some(self.seed).filter(|_| !self.simultaneous))
+    }
+
     /// Returns the instant before which nothing is released.
     fn not_before(&self) -> u64 {
         self.script.as_ref().map_or(0, |script| script.start.as_nanos())
     }
+}
+
+/// Returns the first nominal release at an offset of a clock, which begins at a random instant with a seed, otherwise at 0.
+pub(crate) fn release_at(offset: Time, period: u64, clock: u32, seed: Option<u64>) -> u64 {
+    const LATEST: u64 = 1 << 40;
+    let any = seed.map_or(0, |seed| Random::new(seed.wrapping_add(u64::from(clock))).up_to(LATEST));
+    let begin = if clock == 0 { 0 } else { any % period };
+    let offset = offset.as_nanos() % period;
+    offset.checked_add(begin).map_or(offset, |release| release % period)
 }
 
 /// Releases and paths of a simulation.

@@ -9,6 +9,9 @@
 //! none has its nominal release between s − J and s' − J; from the later start, each length of window has as many jobs or more;
 //! and the own job is released at the same instant. So each job ends at the same instant or later.
 //!
+//! **Several clocks.** The offsets of a clock only exclude schedules. So the windows of one clock, which forget the offsets of the
+//! others, contain all schedules, and their bound holds: of those of all clocks, the least.
+//!
 //! The states of the machines are still any: a window bounds all paths, also those that no run takes at s.
 
 use std::cmp::Ordering;
@@ -38,12 +41,12 @@ pub(crate) enum Starts {
     TooMany,
 }
 
-/// Returns the instants at which windows of these members may begin. Members with a priority below `least` begin none: they delay
+/// Returns the instants of a clock at which windows of these members may begin. Members with a priority below `least` begin none: they delay
 /// none of the others, so their windows do not count against the limit.
-fn starts(members: &Members<'_, '_>, least: Priority, options: &Options) -> Starts {
+fn starts(members: &Members<'_, '_>, least: Priority, clock: u32, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);
-    let with_offset: Vec<&Member<'_>> = counted().filter(|member| member.task.instant().is_some()).collect();
+    let with_offset: Vec<&Member<'_>> = counted().filter(|member| is_of(member, clock)).collect();
     if with_offset.len() < 2 {
         return Starts::Any;
     }
@@ -75,6 +78,10 @@ fn starts(members: &Members<'_, '_>, least: Priority, options: &Options) -> Star
     if starts.iter().any(is_simultaneous) { Starts::Any } else { Starts::Known(starts) }
 }
 
+fn is_of(member: &Member<'_>, clock: u32) -> bool {
+    member.task.instant().is_some() && member.task.clock == clock
+}
+
 /// The last instant, modulo T, at which a job may be released.
 fn last_release(member: &Member<'_>) -> u64 {
     let offset = member.task.instant().unwrap_or_default().as_nanos();
@@ -89,19 +96,19 @@ fn delay(member: &Member<'_>, start: u64) -> u64 {
 }
 
 impl Lane<'_, '_> {
-    /// Lets the windows of the lane begin at this instant, of `starts`; with `None`, at any.
-    pub(crate) fn begin_at(&mut self, start: Option<u64>, starts: usize) {
+    /// Lets the windows of the lane begin at this instant of a clock, of `starts`; with `None`, at any.
+    pub(crate) fn begin_at(&mut self, start: Option<(u64, u32)>, starts: usize) {
         (self.start, self.starts) = (start, (starts as u64).max(1));
         for place in 0..self.members.len() {
             let member = self.members.at(place);
-            let at = start.filter(|_| member.task.instant().is_some());
-            member.delay = at.map_or(0, |start| delay(member, start));
+            let at = start.filter(|(_, clock)| is_of(member, *clock));
+            member.delay = at.map_or(0, |(start, _)| delay(member, start));
         }
     }
 
-    /// Lets the windows of the task at `place` begin at this instant, one of those that [`Lane::synchronise`] analysed.
-    pub(crate) fn begin_at_again(&mut self, start: u64, place: usize) {
-        let starts = match starts(&self.members, self.priority(place), self.options) {
+    /// Lets the windows of the task at `place` begin at this instant of a clock, one of those that [`Lane::synchronise`] analysed.
+    pub(crate) fn begin_at_again(&mut self, start: (u64, u32), place: usize) {
+        let starts = match starts(&self.members, self.priority(place), start.1, self.options) {
             Starts::Known(starts) => starts.len(),
             Starts::Any | Starts::TooMany => 1,
         };
@@ -118,16 +125,19 @@ impl Lane<'_, '_> {
         let ends = |found: &LaneResponse| found.busy.is_some_and(|busy| busy.ends);
         let priorities: BTreeSet<Priority> =
             found.iter().filter(|it| ends(it)).map(|it| self.priority(it.place)).collect();
-        for priority in priorities {
+        let members = (0..self.members.len()).map(|place| self.members.get(place).task);
+        let clocks: BTreeSet<u32> =
+            members.filter(|task| task.instant().is_some()).map(|task| task.clock).collect();
+        for (priority, clock) in priorities.iter().flat_map(|it| clocks.iter().map(|clock| (*it, *clock))) {
             let is_of = |found: &&mut LaneResponse| ends(found) && self.priority(found.place) == priority;
             let group: Vec<&mut LaneResponse> = found.iter_mut().filter(is_of).collect();
-            self.synchronise_group(priority, group);
+            self.synchronise_group(priority, clock, group);
         }
     }
 
-    /// [`Lane::synchronise`] for the tasks of one priority, in the order of their places.
-    fn synchronise_group(&mut self, priority: Priority, group: Vec<&mut LaneResponse>) {
-        let starts = match starts(&self.members, priority, self.options) {
+    /// [`Lane::synchronise`] for the tasks of one priority, in the order of their places, and the releases of one clock.
+    fn synchronise_group(&mut self, priority: Priority, clock: u32, group: Vec<&mut LaneResponse>) {
+        let starts = match starts(&self.members, priority, clock, self.options) {
             Starts::Any => return,
             Starts::Known(starts) => starts,
             Starts::TooMany => {
@@ -142,7 +152,7 @@ impl Lane<'_, '_> {
             if open.is_empty() {
                 break;
             }
-            self.begin_at(Some(start), starts.len());
+            self.begin_at(Some((start, clock)), starts.len());
             // Ascending, as the places are.
             let tasks: Vec<usize> = open.iter().map(|(found, _)| found.task).collect();
             let mut of_start = self.analyse(|member| tasks.binary_search(&member.index).is_ok()).into_iter();
@@ -246,6 +256,26 @@ mod tests {
         assert_eq!(bounds(&tasks), [Some(5), Some(5), Some(1)]);
     }
 
+    /// What two clocks release may meet, each with all releases of the other.
+    #[test]
+    fn tasks_of_several_clocks() {
+        let of = |clocks: [u32; 4]| {
+            let tasks =
+                [simple(4, 20, 0, 3), simple(3, 20, 10, 4), simple(2, 20, 0, 2), simple(1, 20, 10, 2)];
+            let with = |(task, clock): (Task, u32)| Task { clock, ..task };
+            let tasks: Vec<Task> = tasks.into_iter().zip(clocks).map(with).collect();
+            let window =
+                |task: usize| analyse(&tasks, Method::Psm).responses.swap_remove(task).window.unwrap();
+            (bounds(&tasks), window(3).start.map(|start| (start.as_nanos(), window(3).clock)))
+        };
+        let all = |bounds: [u64; 4]| bounds.map(Some).to_vec();
+        assert_eq!(of([0; 4]), (all([3, 4, 5, 6]), Some((10, 0))));
+        assert_eq!(of([0, 1, 2, 3]), (all([3, 7, 9, 11]), None));
+        // Of the last task, the windows of its own clock count, or those of the other one.
+        assert_eq!(of([1, 0, 0, 1]), (all([3, 7, 5, 8]), Some((10, 1))));
+        assert_eq!(of([0, 0, 1, 1]), (all([3, 4, 6, 8]), Some((10, 0))));
+    }
+
     #[test]
     fn a_late_release_meets_the_next_task() {
         let mut tasks = [simple(2, 10, 0, 4), simple(1, 10, 5, 3)];
@@ -292,7 +322,7 @@ mod tests {
     fn starts_of(tasks: &[Task], options: Options) -> Starts {
         let mut lanes = crate::response_time::Lanes::new(tasks, &options, &|| ());
         let places: Vec<usize> = (0..lanes.members.len()).collect();
-        starts(&Members { all: &mut lanes.members, places: &places }, Priority::RealTime(0), &options)
+        starts(&Members { all: &mut lanes.members, places: &places }, Priority::RealTime(0), 0, &options)
     }
 
     #[test]

@@ -472,9 +472,11 @@ pub struct Window {
     pub own: Time,
     /// f(q), from the start of the window to the end of job q.
     pub length: Time,
-    /// The instant at which the window begins, on the clock of the tasks with an offset, less than the least common multiple of
-    /// their periods; `None` if the window may begin at any instant.
+    /// The instant at which the window begins, on [`clock`](Self::clock), less than the least common multiple of the periods of its
+    /// tasks; `None` if the window may begin at any instant.
     pub start: Option<Time>,
+    /// The number of the clock of `start`.
+    pub clock: u32,
     /// The nominal release of the first own job is at `delay` − J after the start.
     pub delay: Time,
     /// Where the response time is later than the task's deadline: the successive values of the fixed-point iteration

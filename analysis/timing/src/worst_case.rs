@@ -73,7 +73,9 @@ impl Tasks {
         let mut breakdown = Breakdown::new(all, options, interrupt);
         let (late, interfering) = breakdown.paths(activity, response.rule, window)?;
         let in_window = || interfering.iter().filter_map(|it| all.get(it.task)).chain([of]);
-        if window.start.is_none() && !may_start_together(&in_window().collect::<Vec<_>>()) {
+        // The window keeps the offsets of its clock.
+        let is_kept = |task: &Task| window.start.is_some() && task.clock == window.clock;
+        if !may_start_together(&in_window().filter(|task| !is_kept(task)).collect::<Vec<_>>()) {
             return Some(Err(NoWorstCase::OtherOffsets));
         }
         // A job that is nominally released before the window is late, and released at its start.
@@ -94,18 +96,18 @@ impl Tasks {
     }
 }
 
-/// Returns whether there is an instant at which each of these tasks with an offset may be released at the latest, so that all of
-/// them may be released together.
+/// Returns whether there is an instant of each clock at which each of its tasks may be released at the latest, so that all of them may
+/// be released together.
 fn may_start_together(tasks: &[&Task]) -> bool {
     let last = |task: &Task| {
         let offset = u128::from(task.offset?.as_nanos());
-        Some((offset + u128::from(task.jitter.as_nanos()), task.period?.as_nanos()))
+        Some((offset + u128::from(task.jitter.as_nanos()), task.period?.as_nanos(), task.clock))
     };
-    let all: Vec<(u128, u64)> = tasks.iter().filter_map(|task| last(task)).collect();
+    let all: Vec<(u128, u64, u32)> = tasks.iter().filter_map(|task| last(task)).collect();
     // By the Chinese remainder theorem, it is enough that each two of them may.
-    let may = |&(a, a_period): &(u128, u64), &(b, b_period): &(u128, u64)| {
+    let may = |&(a, a_period, one): &(u128, u64, u32), &(b, b_period, other): &(u128, u64, u32)| {
         let common = greatest_common_divisor(a_period, b_period).max(1);
-        a.abs_diff(b).is_multiple_of(u128::from(common))
+        one != other || a.abs_diff(b).is_multiple_of(u128::from(common))
     };
     all.iter().enumerate().all(|(index, one)| all[..index].iter().all(|other| may(one, other)))
 }

@@ -1,5 +1,6 @@
 //! The activities of a deployment: one for each instance of its architecture.
 
+use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -617,7 +618,9 @@ impl<'db> SystemReader<'db> {
             );
         }
         let is_reported = found.priority == Priority::Background || !found.refusals.is_empty();
-        let other = activity.instances.iter().find(|it| !platform.synchronised.contains(it.name.as_str()));
+        let clock = |of: &NameRef| platform.clocks.get(of.name.as_str());
+        let first = activity.instances.first().and_then(clock);
+        let other = activity.instances.iter().find(|it| clock(it).is_none() || clock(it) != first);
         if (other.is_some() || !found.is_exact) && !is_reported && platform.is_complete {
             let (of, id, instance) = (self.of, written.name.id, other.map(|it| it.name.clone()));
             let activity = activity.name.name.clone();
@@ -732,10 +735,12 @@ impl<'db> SystemReader<'db> {
         for (index, resolved) in self.found.activities.iter_mut().enumerate() {
             let activity = entries.get(index).map(|it| it.activity);
             // The instances of one thread have one clock.
-            let is_synchronised = activity.is_some_and(|it| {
-                it.instances.iter().all(|it| platform.synchronised.contains(it.name.as_str()))
-            });
-            let is_released = is_synchronised && resolved.is_exact && !resolved.is_sporadic;
+            let clocks = activity.into_iter().flat_map(|it| &it.instances);
+            let clocks: BTreeSet<Option<&u32>> =
+                clocks.map(|it| platform.clocks.get(it.name.as_str())).collect();
+            let clock = clocks.first().copied().flatten().filter(|_| clocks.len() == 1);
+            resolved.task.clock = clock.copied().unwrap_or_default();
+            let is_released = clock.is_some() && resolved.is_exact && !resolved.is_sporadic;
             let is_released = is_released && resolved.priority != Priority::Background;
             resolved.task.offset = is_released.then(|| resolved.written_offset.unwrap_or_default());
             let Some(cpus) = resolved.cpus else { continue };

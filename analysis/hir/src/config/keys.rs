@@ -8,8 +8,8 @@ use mauve_timing::{CpuSet, Level, Protocol, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, LockConfig,
-    OtherConfig, is_header, maintainer_of,
+    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
+    LockConfig, OtherConfig, is_header, maintainer_of,
 };
 use crate::activity_field::GREATEST_BURST;
 use crate::severity::Severity;
@@ -33,6 +33,8 @@ pub enum Entries {
     Deployments(&'static [Key<DeploymentConfig>]),
     /// A section for each lock, such as `[locks.bus]`, with these keys.
     Locks(&'static [Key<LockConfig>]),
+    /// Keys, and a section for each clock, such as `[clocks.base]`, with the others.
+    Clocks(&'static [Key<Config>], &'static [Key<ClockConfig>]),
     /// A section for each chain, such as `[chains.avoid]`, with these keys; or a list of ports.
     Chains(&'static [Key<Chain>]),
     /// A severity ([`SEVERITIES`]) for each diagnostic code.
@@ -214,11 +216,16 @@ pub static SECTIONS: [Section; 11] = [
             documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
                             the activities of every deployment." },
     ]), documentation: "The machine that the robot runs on." },
-    Section { name: "clocks", summary: "which releases keep their distance", entries: Entries::Keys(&[
+    Section { name: "clocks", summary: "which releases keep their distance", entries: Entries::Clocks(&[
         Key { name: "synchronised", kind: KeyKind::Instances(|it| &mut it.synchronised), default: None,
             examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Instances whose activities have one clock: each is released at its offset in every \
                             period, counted from one instant. Without this, the phases of their releases are unknown." },
-    ]), documentation: "Activities whose releases keep their distance." },
+    ], &[
+        Key { name: "instances", kind: KeyKind::Instances(|it| &mut it.instances), default: None,
+            examples: r#"[["camera", "tracker"]]"#, documentation: "Instances whose activities have this clock, as those of \
+                            `synchronised` have theirs. Nothing is known of the phases of two clocks." },
+    ]), documentation: "Activities whose releases keep their distance; with a section for each further clock, such as \
+                        [clocks.camera]." },
     Section { name: "deployment", summary: "what is accepted of a deployment", entries: Entries::Deployments(&[
         Key { name: "accept", kind: KeyKind::Reasons(|it| &mut it.accepted), default: None,
             examples: r#"[{ "planner": "measured by hand" }, { "planner": { "until": "30 ms", "reason": "measured by hand" } }]"#,
@@ -336,6 +343,7 @@ impl Entries {
         let with = |keys: &str| format!("is a section: `[{section}.{key}]` with {keys}");
         match self {
             Entries::Keys(_) | Entries::Types(_) => with("`cpp` and `header`"),
+            Entries::Clocks(..) => with("`instances`"),
             Entries::Deployments(_) => with("`accept`"),
             Entries::Locks(_) => with("`codels` and `protocol`"),
             Entries::Chains(_) => with("`from` and `to`"),
@@ -456,7 +464,7 @@ pub struct Header {
 /// Returns the headers: of the sections, of the lists in them, and of the deployments in them.
 pub fn headers() -> Vec<Header> {
     let section = |it: &Section| {
-        let is_named = !matches!(it.entries, Entries::Keys(_) | Entries::Lints);
+        let is_named = !matches!(it.entries, Entries::Keys(_) | Entries::Clocks(..) | Entries::Lints);
         let label = if is_named { format!("[{}.Name]", it.name) } else { format!("[{}]", it.name) };
         Header { label, summary: it.summary, only_once: Some(it.name).filter(|_| !is_named) }
     };
@@ -474,6 +482,7 @@ pub fn headers() -> Vec<Header> {
             _ => {}
         }
     }
+    in_sections.push(("[clocks.Name]".to_owned(), "activities with a clock of their own"));
     let in_sections = in_sections.into_iter();
     headers.extend(in_sections.map(|(label, summary)| Header { label, summary, only_once: None }));
     headers
@@ -497,6 +506,8 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
             Some(KeyKind::DeploymentTables(_, keys, _)) if !below.is_empty() => all(keys),
             _ => Vec::new(),
         },
+        Some(Entries::Clocks(keys, _)) if rest.is_empty() => all(keys),
+        Some(Entries::Clocks(_, keys)) => all(keys),
         Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Locks(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Chains(keys)) if !rest.is_empty() => all(keys),
@@ -513,7 +524,7 @@ pub fn section_named(name: &str) -> Option<&'static Section> {
 /// Returns the keys whose values are lists of strings, like those of chains.
 pub fn list_keys() -> impl Iterator<Item = &'static str> {
     let keys = SECTIONS.iter().filter_map(|section| match &section.entries {
-        Entries::Keys(keys) => Some(keys.iter()),
+        Entries::Keys(keys) | Entries::Clocks(keys, _) => Some(keys.iter()),
         _ => None,
     });
     let is_list =

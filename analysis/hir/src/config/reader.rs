@@ -12,8 +12,8 @@ use super::keys::{
     SEVERITIES, Section,
 };
 use super::{
-    Acceptance, Chain, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind, OtherConfig,
-    toml_key,
+    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind,
+    OtherConfig, toml_key,
 };
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -105,6 +105,12 @@ impl ConfigReader<'_> {
             }
         }
         self.cpus_of_others(config);
+        let mut seen = BTreeMap::new();
+        for (clock, (instance, span)) in config.on_clocks() {
+            if *seen.entry(instance).or_insert(clock) != clock {
+                self.incomplete(MistakeKind::SecondClock(instance.clone()), span.clone());
+            }
+        }
     }
 
     fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
@@ -115,6 +121,22 @@ impl ConfigReader<'_> {
         let header = || format!("{}.{}", section.name, toml_key(name));
         let is_read = match (&section.entries, value.get_ref().as_table()) {
             (Entries::Keys(keys), _) => {
+                self.key(config, section.name, keys, key, value);
+                true
+            }
+            (Entries::Clocks(known, keys), Some(entries)) if known.iter().all(|it| it.name != name) => {
+                let mut clock =
+                    ClockConfig { name: name.to_string(), span: key.span(), ..ClockConfig::default() };
+                self.keys(&mut clock, &header(), keys, entries);
+                if !entries.contains_key("instances") {
+                    let kind =
+                        MistakeKind::MissingKey { key: "instances", header: format!("[{}]", header()) };
+                    self.incomplete(kind, key.span());
+                }
+                config.clocks.push(clock);
+                true
+            }
+            (Entries::Clocks(keys, _), _) => {
                 self.key(config, section.name, keys, key, value);
                 true
             }

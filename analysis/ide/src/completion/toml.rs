@@ -441,6 +441,7 @@ library nav {
             2 [chains.Name] (how long data may take)
             2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
+            2 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
         expect![[r#"
@@ -456,6 +457,7 @@ library nav {
             0 [chains.Name] (how long data may take)
             0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
+            0 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
         // Each entry of a list has its own keys.
@@ -523,6 +525,12 @@ library nav {
             ),
             (
                 "[clocks]\nsynchronised = [\"$0\"]",
+                expect![[r#"
+                1 navigation ⇒ "\"navigation\""
+            "#]],
+            ),
+            (
+                "[clocks.camera]\ninstances = [\"$0\"]",
                 expect![[r#"
                 1 navigation ⇒ "\"navigation\""
             "#]],

@@ -33,7 +33,7 @@ pub fn explain_response_of<'db>(
 ) -> String {
     let psm = set.task.get(activity).and_then(|task| psm_at(set, task, query.level));
     let throttling = set.rt_throttling;
-    let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
+    let origin = Origin { throttling, clocks: &|_| None, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     let facts = Explanation::new(db, report, activity, query, &origin);
     facts.as_ref().map(print).unwrap_or_default()
 }

@@ -95,7 +95,7 @@ impl<'db> KeyReader<'db> {
         let all = deployed(None);
         let chains = || config.chains.iter();
         let ends = || chains().flat_map(|it| it.ends().chain(&it.answers));
-        for (end, span) in config.synchronised.iter().chain(ends()) {
+        for (end, span) in config.on_clocks().map(|(_, it)| it).chain(ends()) {
             self.endpoint(db, project, &all, end, span);
         }
         for (end, span) in ends() {

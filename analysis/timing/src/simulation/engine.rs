@@ -347,7 +347,10 @@ impl<'a> Engine<'a> {
         let of_script = script.and_then(|script| script.tasks.get(index)?.as_ref());
         let (phase, jitter) = match (of_script, task.instant()) {
             (Some(scripted), _) => (scripted.first.as_nanos(), 0),
-            (None, offset) => (offset.map_or(any, |it| it.as_nanos() % period), task.jitter.as_nanos()),
+            (None, offset) => {
+                let at = |offset: Time| self.options.release_at(offset, period, task.clock);
+                (offset.map_or(any, at), task.jitter.as_nanos())
+            }
         };
         let mut scripted: Vec<Step> = of_script.map_or_else(Vec::new, |script| {
             let edges = script.edges.iter().map_while(|&index| Some((index, machine.edges().get(index)?)));

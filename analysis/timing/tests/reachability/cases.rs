@@ -90,6 +90,23 @@ fn releases_that_never_meet() {
     check(&three, &[5, 10, 1]);
 }
 
+/// The second never meets the first, and both meet the third, whose clock has any phase.
+#[test]
+fn releases_of_two_clocks() {
+    let tasks = |clock| {
+        vec![simple(3, 10, 3).offset(0), simple(2, 10, 3).offset(5), simple(1, 20, 2).offset(0).clock(clock)]
+    };
+    check(&System::new(tasks(0)), &[3, 3, 5]);
+    check(&System::new(tasks(1)), &[3, 3, 5]);
+    let late = |clock| {
+        let mut tasks = tasks(clock);
+        (tasks[2].offset, tasks[1].offset) = (Some(3), Some(3));
+        System::new(tasks)
+    };
+    check(&late(0), &[3, 3, 5]);
+    check(&late(1), &[3, 3, 8]);
+}
+
 #[test]
 fn a_task_on_two_cpus() {
     let others = [simple(3, 5, 2).cpus(0b01), simple(2, 6, 3).cpus(0b10)];

@@ -363,9 +363,12 @@ impl<'a> Exploration<'a> {
         if starts.product::<usize>() > MOST_STATES {
             return Err(Outcome::TooManyStates);
         }
-        // Each instant of the clock that tasks with an offset share, from some on more than once.
+        // Each instant of the clocks that tasks with an offset share, from some on more than once.
         let with_offset = self.model.system.tasks.iter().filter(|task| task.offset.is_some());
-        for now in 0..with_offset.map(|task| task.period).product() {
+        let [first, second] = [0, 1].map(|clock| {
+            with_offset.clone().filter(|task| task.clock == clock).map(|task| task.period).product::<u64>()
+        });
+        for now in (0..first).flat_map(|one| (0..second).map(move |other| [one, other])) {
             self.start(State::default(), 0, now)?;
         }
         let (tasks, operations) = (&self.model.tasks, self.model.system.operations.len());
@@ -377,13 +380,13 @@ impl<'a> Exploration<'a> {
         }
     }
 
-    /// Adds every phase and initial state of `place` and the tasks after it. The clock of the tasks with an offset shows `now`.
-    fn start(&mut self, mut state: State, place: usize, now: u64) -> Step {
+    /// Adds every phase and initial state of `place` and the tasks after it. The clocks of the tasks with an offset show `now`.
+    fn start(&mut self, mut state: State, place: usize, now: [u64; 2]) -> Step {
         let Some(task) = self.model.tasks.get(place) else { return self.reach(&state) };
         let offset = self.model.system.tasks[place].offset;
         let thread = self.model.threads.iter().find(|thread| thread.contains(&place)).unwrap();
         for to_release in 0..if task.burst.is_some() { 1 } else { task.period } {
-            let release = now + u64::from(to_release);
+            let release = now[self.model.system.tasks[place].clock] + u64::from(to_release);
             if offset.is_some_and(|offset| release % u64::from(task.period) != offset) {
                 continue;
             }

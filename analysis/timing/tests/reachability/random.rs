@@ -33,6 +33,8 @@ enum Kind {
     Operations(Calls),
     /// One CPU, with offsets.
     Offsets,
+    /// One CPU, with offsets on two clocks.
+    Clocks,
     /// One to three CPUs, with offsets, release jitter and sometimes an operation.
     OffsetsOnSeveralCpus,
     /// One CPU, with waits, and sometimes release jitter.
@@ -172,6 +174,16 @@ impl Random {
                 }
                 self.synchronise(&mut system);
                 system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::Clocks => {
+                let tasks = self.within(3, 4);
+                let mut system = self.tasks(tasks, 1, 1);
+                self.synchronise(&mut system);
+                for (place, task) in system.tasks.iter_mut().enumerate() {
+                    task.clock = if self.one_in(4) { self.below(2) as usize } else { place / 2 };
+                    task.jitter = if self.one_in(6) { self.within(1, task.period) } else { 0 };
+                }
                 system
             }
             Kind::OffsetsOnSeveralCpus => {
@@ -703,6 +715,12 @@ fn no_schedule_with_offsets_is_above_a_bound() {
     let totals = explore_random_systems(Kind::Offsets, 12);
     assert!(totals.attained[3] * 2 > totals.bounds && totals.late * 50 > totals.bounds);
     assert!(totals.less_by_offsets * 10 > totals.bounds && totals.claimed_exact * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_of_two_clocks_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Clocks, 24);
+    assert!(totals.attained[3] * 2 > totals.bounds && totals.less_by_offsets * 20 > totals.bounds);
 }
 
 #[test]

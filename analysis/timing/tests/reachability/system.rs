@@ -22,8 +22,9 @@ pub(crate) struct Task {
     pub(crate) burst: Option<u64>,
     /// The thread that executes its jobs, in each period one after another with those of the other tasks of this number.
     pub(crate) thread: Option<u32>,
-    /// The nominal instant of the first release, on the clock that all tasks with an offset share.
+    /// The nominal instant of the first release on its clock: 0 or 1.
     pub(crate) offset: Option<u64>,
+    pub(crate) clock: usize,
     pub(crate) cpus: u64,
     /// (source, target, execution time); an execution time of 0 counts as 1 ns.
     pub(crate) edges: Vec<(u32, u32, u64)>,
@@ -66,6 +67,7 @@ pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Tas
         burst: None,
         thread: None,
         offset: None,
+        clock: 0,
         cpus: 1,
         edges,
         waits: Vec::new(),
@@ -100,6 +102,10 @@ impl Task {
 
     pub(crate) fn offset(self, offset: u64) -> Task {
         Task { offset: Some(offset), ..self }
+    }
+
+    pub(crate) fn clock(self, clock: usize) -> Task {
+        Task { clock, ..self }
     }
 
     pub(crate) fn cpus(self, cpus: u64) -> Task {
@@ -153,6 +159,7 @@ impl Task {
             is_sporadic: self.burst.is_some(),
             thread: self.thread,
             offset: self.offset.map(Time::from_nanos),
+            clock: self.clock as u32,
             cpus: Some(CpuSet(self.cpus.into())),
             demand,
             waits,
@@ -265,7 +272,9 @@ impl System {
     /// long after its nominal instant. With offsets, what precedes such a late job is not free either.
     pub(crate) fn attains_every_combination(&self) -> bool {
         let has_jitter = self.tasks.iter().any(|task| task.jitter > 0);
-        !has_jitter || !self.has_offsets() && self.tasks.iter().all(Task::is_strongly_connected)
+        let has_one_clock = self.tasks.iter().all(|task| task.clock == 0);
+        let are_free = || !self.has_offsets() && self.tasks.iter().all(Task::is_strongly_connected);
+        has_one_clock && (!has_jitter || are_free())
     }
 
     pub(crate) fn has_offsets(&self) -> bool {
@@ -409,7 +418,7 @@ impl fmt::Display for System {
                 write!(f, ".thread({thread})")?;
             }
             if let Some(offset) = task.offset {
-                write!(f, ".offset({offset})")?;
+                write!(f, ".offset({offset}).clock({})", task.clock)?;
             }
             if !task.waits.is_empty() {
                 write!(f, ".waits(&{:?}, {:?})", task.waits, task.times)?;
