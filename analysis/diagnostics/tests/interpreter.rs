@@ -7,7 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use mauve_hir::{Database, Workspace};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Workspace, core_of, names_of, product_of, projects};
 use mauve_tests::machines::{Library, Times, edges};
 use mauve_tests::{Options, random_model_of};
 
@@ -24,6 +25,13 @@ fn analysed(machine: &str) -> BTreeMap<String, u64> {
         *greatest = cost.parse::<u64>().unwrap().max(*greatest);
     }
     edges
+}
+
+fn product_in(db: &Database, workspace: Workspace, component: &str) -> bool {
+    let project = projects(db, workspace)[0];
+    let of = names_of(db, project).anywhere(Kind::Component, component)[0];
+    let core = core_of(db, project, of).unwrap();
+    product_of(db, project, core).is_some()
 }
 
 /// Calls `check` with the costs of the edges of random components: those of the interpreter, those of the analyser, and a
@@ -47,8 +55,15 @@ fn check_costs(
             let text = || format!("seed {seed}, {times:?}\n{}", one.text());
             let machine = crate::common::machine_in(&db, workspace, &component.name);
             assert!(!machine.contains("refused: "), "{machine}{}", text());
-            check(&expected, &analysed(&machine), &text);
             compared += 1;
+            // The values of its variables exclude paths: `products.rs`.
+            if product_in(&db, workspace, &component.name) {
+                for (edge, cost) in analysed(&machine) {
+                    assert!(expected.get(&edge).is_some_and(|free| *free >= cost), "{edge}: {}", text());
+                }
+                continue;
+            }
+            check(&expected, &analysed(&machine), &text);
         }
     }
     assert!(compared > libraries * COMPONENTS as u64 * 9 / 10, "{compared} compared");

@@ -21,6 +21,7 @@
 //! | [`pages`] | the models on the pages of `mauve explain` |
 //! | [`queries`] | which queries an edit executes |
 //! | [`passages`] | how data passes through cores: periods, what overwrites it, and why it may never pass |
+//! | [`products`] | state machines with values of variables, compared with an interpreter |
 //! | [`reparse`] | the database after an edit equals a new one |
 //! | [`schemas`] | the JSON schemas, compared with the readers |
 //! | [`seeding`] | one mistake in a random model is one diagnostic at its location |
@@ -53,6 +54,7 @@ mod mistakes;
 mod mutations;
 mod pages;
 mod passages;
+mod products;
 mod queries;
 mod reparse;
 mod schemas;

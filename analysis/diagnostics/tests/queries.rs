@@ -185,6 +185,7 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
             ("chains_of", 2),
             ("connections_of", 2),
             ("flows_of", 1),
+            ("followed_of", 1),
             ("is_readable", 1),
             ("passages_of", 1),
             ("missing_time_facts", 1),
@@ -195,7 +196,7 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     // The same time: nothing behind the machine.
     let counts =
         executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
-    let passages = [("flows_of", 1), ("is_readable", 1), ("passages_of", 1)];
+    let passages = [("flows_of", 1), ("followed_of", 1), ("is_readable", 1), ("passages_of", 1)];
     check(&counts, &[and(&[("psm_of", 1), ("large_ports", 1)]), passages.to_vec()].concat());
     // A core that no component has; what the project uses is another codel.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");

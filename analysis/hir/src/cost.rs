@@ -18,7 +18,7 @@ use crate::source::{Decl, Location};
 use crate::values::Value;
 
 /// The cost of a program along its worst path, as executions of codels.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Cost<'db> {
     /// One execution of a codel.
     Codel(Decl<'db>),

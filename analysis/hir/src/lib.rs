@@ -28,6 +28,7 @@
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `passage.rs`, `passage/` | how data passes through a core: its flow graph, and a search along all paths |
+//! | `product.rs`, `product/` | the states of a core together with the values of its small variables: an interpreter of its programs |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
@@ -69,6 +70,7 @@ mod messages;
 mod msg;
 mod names;
 mod passage;
+mod product;
 mod program_id;
 mod project;
 mod ranges;
@@ -119,6 +121,7 @@ pub use names::{
 pub use passage::{
     Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written, passages_of,
 };
+pub use product::{Product, ProductCost, ProductEdge, ProductState, product_of};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,

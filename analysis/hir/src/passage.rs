@@ -6,6 +6,7 @@ mod graph;
 mod search;
 mod types;
 
+pub(crate) use self::graph::{code_of, is_logic, spine};
 pub use self::types::{Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written};
 
 use std::cell::RefCell;
@@ -23,7 +24,7 @@ use crate::item_tree::{Core, Machine, Name, SourceId};
 use crate::project::Project;
 use crate::source::{Decl, core};
 
-use self::graph::{Builder, Graph, Node, Place, Slots, code_of};
+use self::graph::{Builder, Graph, Node, Place, Slots};
 use self::search::{Found, Moment, Search};
 
 /// What a core does with data, whatever is followed and assumed.

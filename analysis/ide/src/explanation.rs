@@ -10,6 +10,7 @@ pub(crate) use table::explain_in_markdown;
 pub use text::{explain_response, explain_response_of};
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 
 use mauve_diagnostics::{EXHAUSTED, cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
@@ -200,7 +201,8 @@ impl<'a, 'db> Explanation<'a, 'db> {
             notes.push(format!("counts the offsets of [clocks.{clock}]"));
         }
         // In the classic method, every job has the greatest execution time.
-        let machine = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
+        let has_states = |psm: &&Psm<'_>| query.method != Method::Classic && psm.machine.states() > 1;
+        let machine = origin.psm.filter(has_states);
         let machine = machine.filter(|_| report.activities.iter().any(|it| delays(activity, it)));
         let is_critical = activity.jitter == Time::ZERO && !has_start;
         Some(Explanation {
@@ -440,21 +442,26 @@ impl Crossed {
 impl OwnTime<'_> {
     fn new(psm: &Psm<'_>, method: Method, worst_path: &dyn Fn(usize) -> Vec<(String, Time)>) -> Option<Self> {
         let greatest = psm.machine.greatest_edge();
-        let (edge, described) = (psm.machine.edges().get(greatest)?, psm.edges.all.get(greatest)?);
-        let (source, target) = (state_of(psm, edge.source), state_of(psm, edge.target));
-        let period = match &described.transition {
+        let edge = psm.machine.edges().get(greatest)?;
+        let described = psm.edges.all.get(psm.text_edge(greatest)?)?;
+        let (source, values) = psm.text_state(edge.source as usize);
+        let (source, target) = (psm.state(source), psm.state(described.target));
+        let mut period = match &described.transition {
             Some(name) => format!("{source} —{name}→ {target}"),
             None if psm.states.len() == 1 => source.to_owned(),
             None => format!("staying in {source}"),
         };
+        if !values.is_empty() {
+            let _ = write!(period, " with {values}");
+        }
         let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
         let row = |name: &str, time: Time| {
             let is_assumed = assumed.contains(name);
             (time > Time::ZERO).then(|| Row { time, is_assumed, ..Row::named(name) })
         };
-        let programs = psm.edges.programs(described).filter_map(|index| {
-            let (program, time) = psm.programs.get(index)?;
-            let codels = worst_path(index).into_iter().filter_map(|(codel, time)| row(&codel, time));
+        let programs = psm.greatest.iter().filter_map(|(index, time)| {
+            let (program, _) = psm.programs.get(*index)?;
+            let codels = worst_path(*index).into_iter().filter_map(|(codel, time)| row(&codel, time));
             Some((row(&program.to_string(), *time)?, codels.collect()))
         });
         let of_component = psm.component_time.filter(|_| method == Method::Classic);
@@ -472,18 +479,54 @@ impl OwnTime<'_> {
 impl Trace<'_> {
     fn new(psm: &Psm<'_>) -> Option<Self> {
         let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
-        let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
-        let total = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
-        let same = edges.chunk_by(|a, b| (a.source, a.target, a.cost) == (b.source, b.target, b.cost));
-        let periods = same.filter_map(|same| {
-            let edge = same.first().filter(|edge| edge.cost > Time::ZERO)?;
-            let states = format!("{} → {}", state_of(psm, edge.source), state_of(psm, edge.target));
-            Some(Row { count: same.len() as u64, time: edge.cost, ..Row::named(&states) })
+        let edges = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge));
+        let in_text = |edge: &mauve_timing::Edge| {
+            let of = |state: u32| psm.text_state(state as usize).0;
+            (of(edge.source), of(edge.target), edge.cost)
+        };
+        let edges: Vec<(usize, usize, Time)> = edges.map(in_text).collect();
+        let total = edges.iter().try_fold(Time::ZERO, |sum, (_, _, cost)| sum.checked_add(*cost));
+        let name = |source: usize, target: usize| match psm.states.len() {
+            1 => psm.state(source).to_owned(),
+            _ => format!("{} → {}", psm.state(source), psm.state(target)),
+        };
+        if psm.product.is_some() {
+            return Some(Trace { total, periods: repeated(&edges, name) });
+        }
+        let periods = edges.chunk_by(|a, b| a == b).filter_map(|same| {
+            let &(source, target, time) = same.first().filter(|(_, _, cost)| *cost > Time::ZERO)?;
+            Some(Row { count: same.len() as u64, time, ..Row::named(&name(source, target)) })
         });
         Some(Trace { total, periods: periods.collect() })
     }
 }
 
-fn state_of<'a>(psm: &'a Psm<'_>, number: u32) -> &'a str {
-    psm.states.get(number as usize).map_or("", |name| name.as_str())
+/// Returns each kind of period once, with how often it repeats: `Idle → Planning, every 10th period`. The kinds of periods of
+/// counters alternate.
+fn repeated(edges: &[(usize, usize, Time)], name: impl Fn(usize, usize) -> String) -> Vec<Row<'static>> {
+    let mut kinds: Vec<((usize, usize, Time), Vec<usize>)> = Vec::new();
+    for (position, edge) in edges.iter().enumerate().filter(|(_, (_, _, cost))| *cost > Time::ZERO) {
+        match kinds.iter_mut().find(|(known, _)| known == edge) {
+            Some((_, positions)) => positions.push(position),
+            None => kinds.push((*edge, vec![position])),
+        }
+    }
+    let row = |((source, target, time), positions): ((usize, usize, Time), Vec<usize>)| {
+        let mut steps = positions.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?));
+        let mut name = name(source, target);
+        if let Some(step) = steps.next().filter(|step| *step > 1)
+            && steps.all(|it| it == step)
+        {
+            let ending = if step == 2 {
+                "nd"
+            } else if step == 3 {
+                "rd"
+            } else {
+                "th"
+            };
+            let _ = write!(name, ", every {step}{ending} period");
+        }
+        Row { count: positions.len() as u64, time, ..Row::named(&name) }
+    };
+    kinds.into_iter().map(row).collect()
 }

@@ -120,6 +120,7 @@ pub fn state_machine<'db>(
             at: at.or_else(|| update.clone()),
         });
     }
+    let times: Vec<_> = view.psm.into_iter().flat_map(Psm::longest_times).collect();
     for (index, edge) in behaviour.edges.all.iter().enumerate() {
         let source = behaviour.states.get(edge.source);
         let declared = source.zip(edge.transition.as_ref()).and_then(|name| transitions.get(&name));
@@ -127,14 +128,16 @@ pub fn state_machine<'db>(
             source: edge.source,
             target: edge.target,
             transition: edge.transition.clone(),
-            time: psm.and_then(|psm| Some(psm.machine.edges().get(index)?.cost)),
+            time: times.get(index).copied().flatten(),
             first: edge.first,
             then: programs(&edge.then),
             at: declared.map(|transition| Location::Source(of, transition.name.id)),
         });
     }
-    let trace = view.psm.and_then(|psm| worst_trace(&psm.machine, TRACE));
-    view.worst_trace = trace.unwrap_or_default();
+    if let Some(psm) = view.psm {
+        let trace = worst_trace(&psm.machine, TRACE).unwrap_or_default();
+        view.worst_trace = trace.into_iter().filter_map(|edge| psm.text_edge(edge)).collect();
+    }
     view
 }
 

@@ -129,7 +129,8 @@ impl Machine {
             edges.into_iter().any(|edge| edge.source == state)
         };
         let drawn = |(name, (number, edge)): (&str, (usize, &MachineEdge<'db>))| {
-            let (name, time) = (drawn_name(name), edge.time.map_or_else(|| "?".to_owned(), milliseconds));
+            let unknown = if view.psm.is_some() { "never" } else { "?" };
+            let (name, time) = (drawn_name(name), edge.time.map_or_else(|| unknown.to_owned(), milliseconds));
             let label =
                 |time: &str| if name.is_empty() { time.to_owned() } else { format!("{name}: {time}") };
             DrawnEdge {

@@ -232,16 +232,18 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
     let times = |time: &dyn Fn(&Psm<'_>) -> Option<Time>| -> Option<Numbers> {
         Numbers::of_times(&at_levels.iter().map(|psm| psm.and_then(time)).collect::<Vec<_>>())
     };
-    let state = |number: usize| shape.state(number).to_owned();
-    let edges = shape.edges.all.iter().enumerate().filter_map(|(index, edge)| {
+    let state = |number: u32| shape.state_with_values(number as usize);
+    let edges = shape.machine.edges().iter().enumerate().filter_map(|(index, edge)| {
         let time = times(&|psm| Some(psm.executed().edges().get(index)?.cost))?;
         let wait = times(&|psm| psm.wait_of(index)).filter(|wait| *wait != Numbers::One(Number::Whole(0)));
-        let name = edge.transition.as_ref().map(ToString::to_string);
+        let described = shape.edges.all.get(shape.text_edge(index)?)?;
+        let name = described.transition.as_ref().map(ToString::to_string);
         Some(EdgeEntry { from: state(edge.source), to: state(edge.target), time, wait, name })
     });
     let mut edges: Vec<EdgeEntry> = edges.collect();
     let assumed = shape.assumed.iter().map(|(codel, time)| (codel.clone(), (*time).into()));
-    let (initial, assumed) = (state(shape.initial), assumed.collect());
+    let initial = if shape.product.is_some() { 0 } else { shape.initial as u32 };
+    let (initial, assumed) = (state(initial), assumed.collect());
     let waits = at_levels.iter().flatten().filter_map(|psm| psm.waits.as_ref());
     // Known where it is known at all levels; it differs if a codel waits at some levels only.
     let waits = waits.map(|waits| waits.times).reduce(|one, other| Some(one?.max(other?))).flatten();
@@ -280,8 +282,10 @@ pub fn psm_at<'db>(set: &TaskSet, task: &TaskEntry, level: Level) -> Option<Psm<
         edges: Arc::new(Edges { all, first: vec![Vec::new(); states.len()] }),
         states: states.into_iter().map(Into::into).collect(),
         machine,
+        product: None,
         waits,
         programs: Vec::new(),
+        greatest: Vec::new(),
         operations: Vec::new(),
         overhead: Time::ZERO,
         component_time: whole,

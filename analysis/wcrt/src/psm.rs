@@ -12,9 +12,9 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Assumption, Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, Passage, PassageEnd, ProgramId,
-    Project, TimedProgram, Written, behaviour_of, codel, component, core_of, errors_in, features_of,
-    is_core_for, operations_in, passages_of, shell_of, uses_of,
+    Assumption, Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, Passage, PassageEnd, Product,
+    ProductCost, ProgramId, Project, TimedProgram, Written, behaviour_of, codel, component, core_of,
+    errors_in, features_of, is_core_for, operations_in, passages_of, product_of, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -24,14 +24,18 @@ pub struct Psm<'db> {
     pub states: Vec<Name>,
     /// The number of the initial one.
     pub initial: usize,
-    /// The machine that the analysis reads; its edges are those of `edges`, in the same order. Waits are included.
+    /// The machine that the analysis reads: that of `product`, or of `edges`, in the same order. Waits are included.
     pub machine: StateMachine,
+    /// The states together with the values of variables, where these are followed.
+    pub product: Option<Arc<Product<'db>>>,
     /// What of it codels wait; `None` if they do not.
     pub waits: Option<Arc<Waits>>,
     /// The transition and the programs of each edge.
     pub edges: Arc<Edges>,
     /// The programs with their times: 0 where no edge executes them.
     pub programs: Vec<(ProgramId, Time)>,
+    /// The programs that the greatest edge executes, by index, each with its time there.
+    pub greatest: Vec<(usize, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
     pub operations: Vec<(ProgramId, Option<Time>)>,
     /// Dispatch and context switches, in each edge.
@@ -86,6 +90,16 @@ impl Taken {
     }
 }
 
+/// What the jobs of a component execute.
+struct Executed {
+    machine: StateMachine,
+    waits: Option<Arc<Waits>>,
+    /// The longest time of each program.
+    programs: Vec<Time>,
+    /// See [`Psm::greatest`].
+    greatest: Vec<(usize, Time)>,
+}
+
 /// The state machine of a component, or why it has none.
 pub(crate) type PsmResult<'db> = Result<Psm<'db>, Vec<Refusal<'db>>>;
 
@@ -106,6 +120,45 @@ impl<'db> Psm<'db> {
     /// Returns its machine without waits.
     pub fn executed(&self) -> &StateMachine {
         self.waits.as_ref().map_or(&self.machine, |waits| &waits.executed)
+    }
+
+    /// Returns the edge of `edges` that an edge of the machine belongs to.
+    pub fn text_edge(&self, edge: usize) -> Option<usize> {
+        match &self.product {
+            Some(product) => product.edges.get(edge).map(|it| it.edge),
+            None => (edge < self.edges.all.len()).then_some(edge),
+        }
+    }
+
+    /// Returns the state of the text of a state of the machine, and the values of its variables.
+    pub fn text_state(&self, number: usize) -> (usize, &str) {
+        let product = self.product.as_ref().map(|it| it.states.get(number));
+        product.map_or((number, ""), |it| it.map_or((0, ""), |it| (it.state, it.values.as_str())))
+    }
+
+    /// Returns the name of a state of the machine: `Planning (count = 3)`.
+    pub fn state_with_values(&self, number: usize) -> String {
+        match self.text_state(number) {
+            (state, "") => self.state(state).to_owned(),
+            (state, values) => format!("{} ({values})", self.state(state)),
+        }
+    }
+
+    /// Returns the index of the longest edge of the machine for each of `edges`; none where no period executes it.
+    pub fn longest_edges(&self) -> Vec<Option<usize>> {
+        let mut longest = vec![None; self.edges.all.len()];
+        for index in 0..self.machine.edges().len() {
+            if let Some(known) = self.text_edge(index).and_then(|it| longest.get_mut(it)) {
+                let time = |index: usize| self.machine.edges().get(index).map(|edge| edge.cost);
+                *known = known.filter(|known| time(*known) >= time(index)).or(Some(index));
+            }
+        }
+        longest
+    }
+
+    /// Returns the time of the longest edge of the machine for each of `edges`; none where no period executes it.
+    pub fn longest_times(&self) -> impl Iterator<Item = Option<Time>> {
+        self.longest_edges().into_iter().map(|index| Some(self.machine.edges().get(index?)?.cost))
     }
 
     /// Returns how long the edge of this index waits.
@@ -172,7 +225,9 @@ pub(crate) fn psm_with<'db>(
     if let Some(unusable) = times.unusable_component(of) {
         return Err(vec![Refusal::new(Reason::Table(unusable), Location::name_of(of))]);
     }
-    Evaluator::new(db, of, behaviour, times, level, what_if).psm()
+    let project = tables.project(db);
+    let product = core_of(db, project, of).and_then(|core| product_of(db, project, core).clone());
+    Evaluator::new(db, of, behaviour, times, level, what_if).psm(product)
 }
 
 /// Returns what a component executes, without times, or why that is not known.
@@ -360,7 +415,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         Some(sum.then(part)?.total)
     }
 
-    fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    fn psm(mut self, product: Option<Arc<Product<'db>>>) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
         let programs = self.programs();
         let overhead = self.overhead();
@@ -376,7 +431,13 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         if !self.refusals.is_empty() {
             return Err(self.refusals);
         }
-        let (machine, waits) = self.machines(&taken)?;
+        let overhead = overhead.unwrap_or_default();
+        let programs: Vec<Time> =
+            programs.into_iter().map(|it| it.map_or(Time::ZERO, |it| it.execution)).collect();
+        let Executed { machine, waits, programs, greatest } = match &product {
+            Some(product) => self.with_values(product, overhead)?,
+            None => self.without_values(&taken, programs)?,
+        };
         let (component_time, unusable_component_time) =
             match self.times.component_time(self.component, self.level) {
                 Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
@@ -384,37 +445,119 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 Lookup::Unusable(why) => (None, Some(why)),
             };
         let id = |program: &TimedProgram<'db>| program.id.clone();
-        let programs = behaviour
-            .programs
-            .iter()
-            .map(id)
-            .zip(programs.into_iter().map(|it| it.map_or(Time::ZERO, |it| it.execution)));
         let operations = self.operations.into_iter().map(|it| it.map(|it| it.execution));
         Ok(Psm {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine,
+            product,
             waits,
             edges: behaviour.edges.clone(),
-            programs: programs.collect(),
+            programs: behaviour.programs.iter().map(id).zip(programs).collect(),
+            greatest,
             operations: behaviour.operations.iter().map(id).zip(operations).collect(),
-            overhead: overhead.unwrap_or_default(),
+            overhead,
             component_time,
             unusable_component_time,
             assumed: self.assumed.into_iter().collect(),
         })
     }
 
-    /// Returns the machine of edges that take so much, and its waits.
-    fn machines(&self, taken: &[Taken]) -> Result<(StateMachine, Option<Arc<Waits>>), Vec<Refusal<'db>>> {
+    /// Returns the machine whose states are those of the text.
+    fn without_values(&self, taken: &[Taken], programs: Vec<Time>) -> Result<Executed, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
+        let ends: Vec<(usize, usize)> =
+            behaviour.edges.all.iter().map(|edge| (edge.source, edge.target)).collect();
+        let (machine, waits) = self.machines(behaviour.states.len(), &ends, taken)?;
+        let greatest = behaviour.edges.all.get(machine.greatest_edge());
+        let greatest = greatest.into_iter().flat_map(|edge| behaviour.edges.programs(edge));
+        let greatest = greatest.filter_map(|index| Some((index, *programs.get(index)?))).collect();
+        Ok(Executed { machine, waits, programs, greatest })
+    }
+
+    /// Returns the machine whose states have values of variables.
+    fn with_values(&mut self, product: &Product<'db>, overhead: Time) -> Result<Executed, Vec<Refusal<'db>>> {
+        // It also has programs that no period executes.
+        let assumed = self.assumed.clone();
+        let costs = self.product(product);
+        self.assumed = assumed;
+        let cost = |of: u32| costs.get(of as usize).copied().flatten();
+        let taken = product.edges.iter().map(|edge| Taken::executing(overhead).then(cost(edge.cost)?));
+        let too_long = || {
+            let reason = Reason::TooLong(TooLong::Program);
+            vec![Refusal::new(reason, Location::name_of(self.component))]
+        };
+        let taken = taken.collect::<Option<Vec<Taken>>>().ok_or_else(too_long)?;
+        let ends: Vec<(usize, usize)> = product.edges.iter().map(|edge| (edge.source, edge.target)).collect();
+        let (machine, waits) = self.machines(product.states.len(), &ends, &taken)?;
+        let mut programs = vec![Time::ZERO; self.behaviour.programs.len()];
+        for (index, node) in (0..).zip(&product.costs) {
+            if let (ProductCost::Program(program, _), Some(taken)) = (node, cost(index))
+                && let Some(longest) = programs.get_mut(*program)
+            {
+                *longest = (*longest).max(taken.execution);
+            }
+        }
+        let root = product.edges.get(machine.greatest_edge()).map(|edge| edge.cost);
+        let executed = root.into_iter().flat_map(|root| longest_of(product, &cost, root));
+        let greatest = executed.filter_map(|index| match product.costs.get(index as usize) {
+            Some(ProductCost::Program(program, _)) => Some((*program, cost(index)?.execution)),
+            _ => None,
+        });
+        Ok(Executed { greatest: greatest.collect(), machine, waits, programs })
+    }
+
+    /// Returns what each cost of a product takes, where an edge needs it.
+    fn product(&mut self, product: &Product<'db>) -> Vec<Option<Taken>> {
+        let behaviour = self.behaviour;
+        let timed = |it: &TimedProgram<'db>| match self.in_table(&it.id) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+            Lookup::Absent | Lookup::Unusable(_) => None,
+        };
+        let programs: Vec<Option<Time>> = behaviour.programs.iter().map(timed).collect();
+        let operations: Vec<Option<Time>> = behaviour.operations.iter().map(timed).collect();
+        let in_table = |cost: &ProductCost<'db>| match cost {
+            ProductCost::Program(index, _) => programs.get(*index).copied().flatten(),
+            ProductCost::Operation(index, _) => operations.get(*index).copied().flatten(),
+            _ => None,
+        };
+        // What each takes, and what codels wait in it: they count where a table has the time of a program, but none of its codels.
+        let mut found: Vec<(Option<Taken>, Option<Taken>)> = Vec::with_capacity(product.costs.len());
+        for cost in &product.costs {
+            let of = |index: &u32| found.get(*index as usize).copied().unwrap_or_default();
+            let both = |one: &u32, other: &u32, join: fn(Taken, Taken) -> Option<Taken>| {
+                let (one, other) = (of(one), of(other));
+                let joined = |one: Option<Taken>, other: Option<Taken>| join(one?, other?);
+                (joined(one.0, other.0), joined(one.1, other.1))
+            };
+            found.push(match cost {
+                ProductCost::One(cost) => (self.cost(cost), self.waits_in(cost)),
+                ProductCost::Sum(one, other) => both(one, other, Taken::then),
+                ProductCost::Greatest(one, other) => both(one, other, |one, other| Some(one.or(other))),
+                ProductCost::Program(_, inner) | ProductCost::Operation(_, inner) => {
+                    let (all, waits) = of(inner);
+                    let timed = in_table(cost).map(|time| Taken::executing(time).then(waits?));
+                    (timed.unwrap_or(all), waits)
+                }
+            });
+        }
+        found.into_iter().map(|(all, _)| all).collect()
+    }
+
+    /// Returns the machine of edges with these ends that take so much, and its waits.
+    fn machines(
+        &self,
+        states: usize,
+        ends: &[(usize, usize)],
+        taken: &[Taken],
+    ) -> Result<(StateMachine, Option<Arc<Waits>>), Vec<Refusal<'db>>> {
         let machine = |costs: &[Time]| {
-            let edges = behaviour.edges.all.iter().zip(costs).map(|(edge, &cost)| mauve_timing::Edge {
-                source: edge.source as u32,
-                target: edge.target as u32,
+            let edges = ends.iter().zip(costs).map(|(&(source, target), &cost)| mauve_timing::Edge {
+                source: source as u32,
+                target: target as u32,
                 cost,
             });
-            StateMachine::new(behaviour.states.len() as u32, edges.collect()).map_err(|error| {
+            StateMachine::new(states as u32, edges.collect()).map_err(|error| {
                 vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
             })
         };
@@ -495,13 +638,17 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Taken> {
-        let timed = Timed::Program(self.component, program.id.in_table());
-        let lookup = match (self.what_if)(&timed) {
+    /// Returns the time of a whole program in the tables.
+    fn in_table(&self, program: &ProgramId) -> Lookup<'db> {
+        let timed = Timed::Program(self.component, program.in_table());
+        match (self.what_if)(&timed) {
             Some(time) => Lookup::Known(time),
             None => self.times.time(&timed, self.level),
-        };
-        match lookup {
+        }
+    }
+
+    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Taken> {
+        match self.in_table(&program.id) {
             Lookup::Known(time) | Lookup::Assumed(time) => self.with_waits(time, &program.cost),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::Unusable(why) => {
@@ -657,6 +804,12 @@ pub fn worst_path<'db>(
     let project = tables.project(db);
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, tables, component, level) else { return Vec::new() };
+    if let Some(product) = &psm.product {
+        let behaviour = behaviour_of(db, project, core);
+        let times = times_of(db, tables, component);
+        let costs = Evaluator::new(db, component, behaviour, times, level, &|_| None).product(product);
+        return path_of_product(db, psm, product, &costs, program);
+    }
     let times = timetable_of(db, tables);
     let is_in_table = |it: &ProgramId| times.program_time(component, it, level) != Lookup::Absent;
     let program = behaviour_of(db, project, core).programs.get(program).filter(|it| !is_in_table(&it.id));
@@ -708,6 +861,52 @@ pub(crate) fn entry_of_greatest_time<'db>(
         let (_, key, codel) = timed.max_by(|one, other| (one.0, &one.1).cmp(&(other.0, &other.1)))?;
         entry_of(&Timed::Codel(codel), &key)
     })
+}
+
+/// Returns the programs that an execution of a product's cost consists of along its longest path, or what one of these does, in the
+/// order of execution.
+fn longest_of(product: &Product<'_>, cost: &dyn Fn(u32) -> Option<Taken>, root: u32) -> Vec<u32> {
+    let (mut found, mut open) = (Vec::new(), vec![root]);
+    while let Some(index) = open.pop() {
+        match product.costs.get(index as usize) {
+            Some(ProductCost::Sum(one, other)) => open.extend([*other, *one]),
+            Some(ProductCost::Greatest(one, other)) => {
+                let total = |it: u32| cost(it).map(|it| it.total);
+                open.push(if total(*other) > total(*one) { *other } else { *one });
+            }
+            Some(_) => found.push(index),
+            None => {}
+        }
+    }
+    found
+}
+
+/// [`worst_path`] of the program in the greatest edge.
+fn path_of_product<'db>(
+    db: &'db dyn ModelDb,
+    psm: &Psm<'db>,
+    product: &Product<'db>,
+    costs: &[Option<Taken>],
+    program: usize,
+) -> Vec<(String, Time)> {
+    let cost = |of: u32| costs.get(of as usize).copied().flatten();
+    let Some(edge) = product.edges.get(psm.machine.greatest_edge()) else { return Vec::new() };
+    let executed = longest_of(product, &cost, edge.cost);
+    let inner = executed.into_iter().find_map(|index| match product.costs.get(index as usize) {
+        Some(ProductCost::Program(it, inner)) if *it == program => Some(*inner),
+        _ => None,
+    });
+    let named = |index: u32| {
+        let name = match product.costs.get(index as usize)? {
+            ProductCost::One(Cost::Codel(codel)) => codel.qualified(db),
+            ProductCost::One(Cost::Access(port)) => port.to_string(),
+            ProductCost::Operation(index, _) => psm.operations.get(*index)?.0.to_string(),
+            _ => return None,
+        };
+        Some((name, cost(index)?.execution))
+    };
+    // Of a program whose time is in a table, no codel has a time.
+    inner.into_iter().flat_map(|inner| longest_of(product, &cost, inner)).filter_map(named).collect()
 }
 
 fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {

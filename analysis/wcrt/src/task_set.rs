@@ -77,7 +77,9 @@ impl<'db> DeployedTasks<'db> {
 
     /// Returns the initial state of each activity's machine.
     pub fn initial_states(&self) -> Vec<Option<u32>> {
-        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(psm.as_ref()?.initial).ok();
+        // The first state of a product is initial.
+        let initial = |psm: &Psm<'_>| if psm.product.is_some() { 0 } else { psm.initial };
+        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(initial(psm.as_ref()?)).ok();
         self.psms.iter().map(initial).collect()
     }
 
@@ -85,16 +87,18 @@ impl<'db> DeployedTasks<'db> {
     pub fn edge(&self, slice: &Slice) -> Option<(&Psm<'db>, &Edge)> {
         let Executed::Edge(edge) = slice.executed else { return None };
         let psm = self.psms.get(slice.activity)?.as_deref()?;
-        Some((psm, psm.edges.all.get(edge)?))
+        Some((psm, psm.edges.all.get(psm.text_edge(edge)?)?))
     }
 
     /// Returns the edges of the machine of an activity that begin and end in these states.
     pub fn edges_within(&self, activity: usize, states: &[&str]) -> Option<Vec<usize>> {
         let psm = self.psms.get(activity)?.as_deref()?;
         let is_in = |state| states.contains(&psm.state(state));
-        let edges = psm.edges.all.iter().enumerate();
-        let within = edges.filter(|(_, edge)| is_in(edge.source) && is_in(edge.target));
-        Some(within.map(|(index, _)| index).collect())
+        let within = |index: &usize| {
+            let edge = psm.text_edge(*index).and_then(|it| psm.edges.all.get(it));
+            edge.is_some_and(|edge| is_in(edge.source) && is_in(edge.target))
+        };
+        Some((0..psm.machine.edges().len()).filter(within).collect())
     }
 
     /// Returns the operation whose call a slice executes, and its client; none where it executes an edge.

@@ -154,7 +154,7 @@ fn list<'db>(
         match psm_of(db, tables, component, level) {
             Ok(psm) => {
                 let time = psm.machine.edges().iter().map(|edge| edge.cost).max().unwrap_or(Time::ZERO);
-                let (states, edges) = (psm.states.len(), psm.machine.edges().len());
+                let (states, edges) = (psm.states.len(), psm.edges.all.len());
                 let name_with_times = format!("{shown}{}", times_of(times));
                 rows.push(vec![name_with_times, states.to_string(), edges.to_string(), time.number()]);
                 documents.push(json!({
@@ -218,25 +218,25 @@ fn show<'db>(
             let states: Vec<Value> = states
                 .map(|(name, first)| json!({ "state": name.as_str(), "first": programs(first) }))
                 .collect();
-            let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-            let edge = |(index, (edge, described)): (usize, (&mauve_timing::Edge, &mauve_hir::Edge))| {
+            let edge = |(longest, described): (Option<usize>, &mauve_hir::Edge)| {
+                let edge = longest.and_then(|index| psm.machine.edges().get(index));
                 let mut document = json!({
-                    "source": state(edge.source),
-                    "target": state(edge.target),
+                    "source": psm.state(described.source),
+                    "target": psm.state(described.target),
                     "transition": described.transition.as_ref().map(|name| name.as_str()),
-                    "time": milliseconds(edge.cost),
+                    "time": edge.map(|edge| milliseconds(edge.cost)),
                     "first": described.first,
                     "then": programs(&described.then),
                 });
                 // What of `time` its codels wait, if they do.
-                if let Some(wait) = psm.wait_of(index).filter(|wait| *wait > Time::ZERO)
+                if let Some(wait) = longest.and_then(|it| psm.wait_of(it)).filter(|wait| *wait > Time::ZERO)
                     && let Some(fields) = document.as_object_mut()
                 {
                     fields.insert("wait".to_owned(), milliseconds(wait));
                 }
                 document
             };
-            let edges = psm.machine.edges().iter().zip(&psm.edges.all).enumerate();
+            let edges = psm.longest_edges().into_iter().zip(&psm.edges.all);
             let edges: Vec<Value> = edges.map(edge).collect();
             let component_time = psm.component_time.map(milliseconds);
             crate::json::text(&json!({

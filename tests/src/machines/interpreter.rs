@@ -89,6 +89,17 @@ impl<'a, W: World> Interpreter<'a, W> {
         Interpreter { world, component, codels, core, machine }
     }
 
+    /// Returns the variables of the core, then those of the state machine, with their values.
+    pub(super) fn values(&self) -> Vec<(&'a str, Value)> {
+        self.core.iter().chain(&self.machine).map(|it| (it.name, it.value.clone())).collect()
+    }
+
+    /// Gives all these variables values.
+    pub(super) fn set_values(&mut self, values: Vec<(&'a str, Value)>) {
+        let all = self.core.iter_mut().chain(&mut self.machine);
+        all.zip(values).for_each(|(held, (_, value))| held.value = value);
+    }
+
     /// Computes the initial values of the core's variables.
     pub(super) fn initialise_core(&mut self) -> Step<()> {
         for (index, variable) in self.component.core.variables.iter().enumerate() {

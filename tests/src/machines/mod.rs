@@ -6,21 +6,27 @@
 //! | `interpreter.rs` | executes programs in a `World` |
 //! | `run.rs` | the world of a run with random inputs: the actions of a component, line by line |
 //! | `periods.rs` | the world of every path through a period: the cost of each transition |
+//! | `counters.rs` | components whose programs count and switch modes |
+//! | `walks.rs` | the world of the steps between concrete values of variables, and what each costs |
 //! | `rig.rs` | the C++ around generated packages: codels, and the program that runs the components |
 //!
 //! These files depend neither on the analyser nor on the generator.
 
+mod counters;
 mod interpreter;
 mod periods;
 mod rig;
 mod run;
+mod walks;
 
 use crate::model::{Core, Declaration, Expr, File, Form, Model, Port, Program, Shell, Signature, State};
 use crate::{Options, Random, random_model_of};
 
+pub use counters::counting;
 pub use periods::{Times, edges};
 pub use rig::{codels_source, program_source};
 pub use run::expected_run;
+pub use walks::{Step as WalkStep, Walk, walk};
 
 /// How many periods a run has.
 pub const TICKS: usize = 40;

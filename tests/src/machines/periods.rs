@@ -13,13 +13,24 @@ const MOST_PATHS: usize = 1 << 14;
 /// The times of timing tables, at the level that their last column has.
 #[derive(Debug, Clone, Default)]
 pub struct Times {
-    codels: BTreeMap<String, u64>,
-    programs: BTreeMap<String, u64>,
+    pub(super) codels: BTreeMap<String, u64>,
+    pub(super) programs: BTreeMap<String, u64>,
     /// Of each period.
-    overhead: u64,
+    pub(super) overhead: u64,
 }
 
 impl Times {
+    /// Returns the key of a program in a table.
+    pub(super) fn key(component: &str, Key { state, name, keyword }: Key<'_>) -> String {
+        let key = match (state, name) {
+            ("", "") => keyword.to_owned(),
+            ("", operation) => operation.to_owned(),
+            (state, "") => format!("{state}.{keyword}"),
+            (state, transition) => format!("{state}.{transition}.{keyword}"),
+        };
+        format!("machines.{component}/{key}")
+    }
+
     /// Returns the times in the tables of a model.
     pub fn of(model: &Model) -> Times {
         let mut times = Times::default();
@@ -87,15 +98,9 @@ impl World for Path<'_> {
     }
 
     /// A table may have a time for the program itself.
-    fn end(&mut self, Key { state, name, keyword }: Key<'_>) {
-        let key = match (state, name) {
-            ("", "") => keyword.to_owned(),
-            ("", operation) => operation.to_owned(),
-            (state, "") => format!("{state}.{keyword}"),
-            (state, transition) => format!("{state}.{transition}.{keyword}"),
-        };
+    fn end(&mut self, key: Key<'_>) {
         let before = self.begun.pop().unwrap();
-        if let Some(time) = self.times.programs.get(&format!("machines.{}/{key}", self.component.name)) {
+        if let Some(time) = self.times.programs.get(&Times::key(&self.component.name, key)) {
             self.cost = before + time;
         }
     }

@@ -52,7 +52,7 @@ pub(crate) fn verdicts_in(db: &Database, workspace: Workspace, method: Method, l
     out
 }
 
-/// A line for each edge of a component's machine.
+/// A line for each edge of a component's machine in the text, with its longest time.
 pub(crate) fn machine(fixture: &str, component: &str) -> String {
     let db = Database::default();
     machine_in(&db, workspace(&db, fixture), component)
@@ -64,10 +64,10 @@ pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -
     let mut out = String::new();
     match psm_of(db, first_tables(db, project, decl), decl, LEVEL) {
         Ok(psm) => {
-            for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
-                let state = |number: u32| &psm.states[number as usize];
-                let name = described.transition.as_ref().map_or("stay", |name| name.as_str());
-                let _ = writeln!(out, "{} {name} {}: {}", state(edge.source), state(edge.target), edge.cost);
+            for (time, edge) in psm.longest_times().zip(&psm.edges.all) {
+                let Some(time) = time else { continue };
+                let name = edge.transition.as_ref().map_or("stay", |name| name.as_str());
+                let _ = writeln!(out, "{} {name} {}: {time}", psm.state(edge.source), psm.state(edge.target));
             }
         }
         Err(refusals) => {

@@ -806,15 +806,15 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 }
 
-fn is_logic(operator: BinaryOperator) -> bool {
+pub(crate) fn is_logic(operator: BinaryOperator) -> bool {
     matches!(operator, BinaryOperator::And | BinaryOperator::Or)
 }
 
 /// An operator of a left-deep expression, its right operand and its source.
-type Operator<'a> = (BinaryOperator, &'a Expr, SourceId);
+pub(crate) type Operator<'a> = (BinaryOperator, &'a Expr, SourceId);
 
 /// Returns the first operand of an expression, and its operators, the last one first: a long sum is no deep recursion.
-fn spine(expr: &Expr, is_part: impl Fn(BinaryOperator) -> bool) -> (&Expr, Vec<Operator<'_>>) {
+pub(crate) fn spine(expr: &Expr, is_part: impl Fn(BinaryOperator) -> bool) -> (&Expr, Vec<Operator<'_>>) {
     let (mut first, mut operators) = (expr, Vec::new());
     while let Expr::Binary(operator, left, right, id) = first
         && is_part(*operator)
@@ -849,7 +849,7 @@ fn value_of(literal: &Literal) -> Values {
 }
 
 /// Returns the code of a program of a core, and its body; `states` has the index of the state of each name.
-pub(super) fn code_of<'a>(
+pub(crate) fn code_of<'a>(
     core: &'a Core,
     states: &FxHashMap<&Name, usize>,
     id: &ProgramId,

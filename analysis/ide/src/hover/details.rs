@@ -7,7 +7,7 @@ use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{Feature, HookKind, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, flat_of,
-    inference_of_core, line_of, names_of, shell, type_of, values_in_effect,
+    inference_of_core, line_of, names_of, product_of, shell, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
@@ -52,7 +52,12 @@ pub(super) fn details<'db>(
         SymbolKind::Property | SymbolKind::Constant => {
             resolved_type(db, project, of, id, shown) + &block(values(db, project, of, id))
         }
-        SymbolKind::Variable => resolved_type(db, project, of, id, shown),
+        SymbolKind::Variable => {
+            let product = if of.kind(db) == Kind::Core { product_of(db, project, of).as_ref() } else { None };
+            let values = product.and_then(|product| product.values.iter().find(|(it, _)| *it == id));
+            let values = values.map_or_else(String::new, |(_, values)| format!("values: {values}\n\n"));
+            resolved_type(db, project, of, id, shown) + &values
+        }
         SymbolKind::Instance => {
             let (connections, responses) = summary::of_instance(db, project, (of, id), explained, format);
             match block(connections) {
@@ -221,11 +226,11 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
                 lines.push(format!("  {:>12}  {program}", time.to_string()));
             }
         }
-        let edges = psm.machine.edges().iter().zip(&psm.edges.all).filter(|(edge, described)| {
-            psm.states.get(edge.source as usize) == Some(&state)
+        let edges = psm.longest_times().zip(&psm.edges.all).filter(|(_, described)| {
+            psm.states.get(described.source) == Some(&state)
                 && (transition.is_none() || described.transition == transition)
         });
-        let longest: Option<Time> = edges.map(|(edge, _)| edge.cost).max();
+        let longest: Option<Time> = edges.filter_map(|(time, _)| time).max();
         match longest {
             Some(Time::ZERO) => lines.push("  no execution time".to_owned()),
             Some(time) => lines.push(format!("  {:>12}  longest period", time.to_string())),

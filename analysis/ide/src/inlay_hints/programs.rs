@@ -170,8 +170,8 @@ fn costs_of<'db>(
         let place = if is_update { Place::Update } else { Place::Method(program.clone()) };
         costs.times.entry(place).or_insert(*time);
     }
-    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
-        let source = edge.source as usize;
+    for (time, described) in psm.longest_times().zip(&psm.edges.all) {
+        let (Some(time), source) = (time, described.source) else { continue };
         let Some(state) = psm.states.get(source).filter(|state| numbers.get(state) == Some(&source)) else {
             continue;
         };
@@ -179,7 +179,7 @@ fn costs_of<'db>(
         let transition = transition.map(|it| Place::Transition((state.clone(), it.clone())));
         for place in [Place::State(state.clone())].into_iter().chain(transition) {
             let known = costs.times.entry(place).or_default();
-            *known = (*known).max(edge.cost);
+            *known = (*known).max(time);
         }
     }
     Some(costs)
