@@ -60,6 +60,7 @@ local function new_task(name)
       return done("mauve_released_by", name, ...)
     end,
     mauve_runs_as = function(_, ...) check(2, ...) return done("mauve_runs_as", name, ...) end,
+    mauve_runs_on = function(_, ...) check(1, ...) return done("mauve_runs_on", name, ...) end,
     mauve_set = function(_, ...) check(2, ...) return done("mauve_set", name, ...) end,
     setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,
     getProperty = function(_, ...)

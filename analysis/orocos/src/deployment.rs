@@ -283,7 +283,7 @@ fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> mau
     // An activity without an affinity runs on the CPUs of the analysis.
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
-    let cpus = affinity.filter(|cpus| !cpus.is_empty() && u32::try_from(cpus.0).is_ok());
+    let cpus = affinity.filter(|cpus| !cpus.is_empty());
     mauve_timing::Task { cpus, ..resolved.task.clone() }
 }
 

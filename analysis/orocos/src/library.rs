@@ -1,6 +1,5 @@
 //! The packages of a project, one for each library with generated files, and their dependencies.
 
-use mauve_timing::CpuSet;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -8,8 +7,8 @@ use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
-    component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
-    inference_of_core, names_of, platform_of, shell_of, type_of,
+    component, config_file, config_of, core, core_of, deployed, external_types, features_of,
+    inference_of_core, names_of, shell_of, type_of,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -57,8 +56,6 @@ pub enum ProblemKind {
     },
     /// The declaration of a component is incomplete.
     IncompleteComponent,
-    /// An affinity names CPUs above 32, the last one that Orocos knows.
-    UnsupportedCpus(CpuSet),
     /// The table of a type in `mauve.toml` does not name its type in C++.
     UnmappedType(Name),
     /// The C++ type of this type, as written in the model, is unknown.
@@ -256,7 +253,6 @@ impl<'db> LibraryReader<'db> {
         }
         self.check_files(&all);
         all.iter().for_each(|library| self.check_types(library));
-        all.iter().flat_map(|library| &library.deployments).for_each(|&it| self.check_affinities(it));
         let all = self.ordered(all);
         Libraries { places: place(&all), all }
     }
@@ -320,17 +316,6 @@ impl<'db> LibraryReader<'db> {
             types.into_iter().for_each(|(of, ty)| self.check_type(of, ty));
             if component_is_broken(db, component) {
                 self.report(ProblemKind::IncompleteComponent, Location::name_of(component));
-            }
-        }
-    }
-
-    /// Reports affinities with CPUs above 32: Orocos has 32 bits for the CPUs of a thread.
-    fn check_affinities(&mut self, of: Decl<'db>) {
-        let platform = platform_of(self.db, self.project.workspace(self.db));
-        for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
-            let cpus = platform.cpus_of(activity);
-            if let Some((field, cpus)) = cpus.filter(|(_, cpus)| u32::try_from(cpus.0).is_err()) {
-                self.report(ProblemKind::UnsupportedCpus(cpus), Location::Source(of, field.value_id));
             }
         }
     }

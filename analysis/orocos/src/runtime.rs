@@ -14,6 +14,7 @@ const FILES: &[(&str, &str)] = files![
     "CMakeLists.txt",
     "README.md",
     "include/mauve/clock.hpp",
+    "include/mauve/cpus.hpp",
     "include/mauve/execution.hpp",
     "include/mauve/lock.hpp",
     "include/mauve/robot.hpp",

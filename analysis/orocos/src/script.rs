@@ -114,7 +114,7 @@ fn activities(thread: &[&Task]) -> Vec<String> {
     }
     all.extend(thread.iter().map(|task| {
         let priority = task.activity.priority.real_time().unwrap_or_default();
-        let mask = task.activity.cpus.unwrap_or_default().0;
+        let mask = task.activity.cpus.and_then(mask).unwrap_or_default();
         let call = format!("task({}):mauve_runs_as({priority}, {mask})", lua_string(&task.name));
         step(&call, &format!("start {}", task.name))
     }));
@@ -140,11 +140,23 @@ fn activity(task: &Task) -> Vec<String> {
         let call = format!("deployer:setWaitPeriodPolicy({quoted}, rtt.globals.ORO_WAIT_REL)");
         all.push(step(&call, &what));
     }
-    if let Some(CpuSet(mask)) = activity.cpus {
+    if let Some(cpus) = activity.cpus {
         let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
-        all.push(step(&format!("task({quoted}):setCpuAffinity({mask})"), &what));
+        let call = mask(cpus).map_or_else(
+            || {
+                let numbers: Vec<String> = cpus.iter().map(|cpu| cpu.to_string()).collect();
+                format!("mauve_runs_on({})", lua_string(&numbers.join(", ")))
+            },
+            |mask| format!("setCpuAffinity({mask})"),
+        );
+        all.push(step(&format!("task({quoted}):{call}"), &what));
     }
     all
+}
+
+/// Returns the mask of these CPUs, if Orocos has a bit for each: it has 32.
+fn mask(cpus: CpuSet) -> Option<u32> {
+    u32::try_from(cpus.0).ok()
 }
 
 /// Returns the topics of ports, and comments about the ports that have none.

@@ -46,6 +46,9 @@ class MauveTask : public RTT::TaskContext {
         .doc("Checks the scheduling of the component's thread. If it differs, the component does not start.")
         .arg("priority", "the expected SCHED_FIFO priority; 0 for SCHED_OTHER")
         .arg("cpus", "the expected CPUs, one bit for each; 0 for any");
+    addOperation("mauve_runs_on", &MauveTask::mauve_runs_on, this, RTT::OwnThread)
+        .doc("Restricts the component's thread to these CPUs. Orocos knows only the first 32.")
+        .arg("cpus", "their numbers, from 0 on: 40, 41");
     addOperation("mauve_has_buffer", &MauveTask::mauve_has_buffer, this, RTT::ClientThread)
         .doc("The connection of this input has a buffer, which the component clears when it starts.")
         .arg("port", "the name of an input");
@@ -70,6 +73,15 @@ class MauveTask : public RTT::TaskContext {
     if (getActivity() != nullptr && getActivity()->thread() != nullptr) getActivity()->thread()->setMaxOverrun(-1);
 #endif
     return is_scheduled_;
+  }
+
+  // Executed by the component's own thread. `mauve_runs_as` checks it.
+  bool mauve_runs_on(const std::string& cpus) {
+    CPU_ZERO(&only_);
+    std::istringstream in(cpus);
+    for (unsigned int cpu = 0; in >> cpu && cpu < CPU_SETSIZE; in.ignore()) CPU_SET(cpu, &only_);
+    has_only_ = true;
+    return pthread_setaffinity_np(pthread_self(), sizeof only_, &only_) == 0;
   }
 
   // Executed by the deployer's thread, before the component starts.
@@ -382,6 +394,7 @@ class MauveTask : public RTT::TaskContext {
         has_others = true;
       }
     }
+    if (has_only_ && !CPU_EQUAL(&cpus, &only_)) out << "it may not run on its CPUs only (do they exist?); ";
     if (cpus_ != 0 && (may != cpus_ || has_others)) {
       out << "its CPU affinity is 0x" << std::hex << may << " instead of 0x" << cpus_
           << " (do these CPUs exist?); ";
@@ -416,6 +429,9 @@ class MauveTask : public RTT::TaskContext {
   bool is_scheduled_ = false;
   int priority_ = 0;
   unsigned int cpus_ = 0;
+  // The CPUs of `mauve_runs_on`, if it was called.
+  cpu_set_t only_ = {};
+  bool has_only_ = false;
   bool is_first_period_ = false;
   double begin_ = 0;
   double release_ = 0;

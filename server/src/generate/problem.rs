@@ -1,6 +1,5 @@
 //! The messages about what prevents the generation of packages, for the command line and for editors.
 
-use mauve_diagnostics::cpu_names;
 use mauve_orocos::{Artifact, ManifestError, PlanError, ProblemKind};
 
 /// Returns what is wrong in a project, and what to do.
@@ -20,9 +19,6 @@ pub(crate) fn problem_message(problem: &ProblemKind) -> String {
             )
         }
         ProblemKind::IncompleteComponent => "this component is not complete".to_owned(),
-        ProblemKind::UnsupportedCpus(mask) => {
-            format!("Orocos supports CPUs 1 to 32, and this is {}", cpu_names(*mask))
-        }
         ProblemKind::UnmappedType(name) => {
             format!("`[types.{name}]` in mauve.toml does not say what `{name}` is in C++: add `cpp`")
         }

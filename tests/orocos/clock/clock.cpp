@@ -43,7 +43,7 @@ struct Task : RTT::base::RunnableInterface {
 }  // namespace
 
 int main() {
-  std::uint64_t cpus = 0;
+  std::uint64_t cpus = 0, own_cpus = 0;
   mauve::Nanoseconds end = 0;
   std::cin >> cpus >> end;
   mauve::VirtualClock clock(cpus);
@@ -53,7 +53,8 @@ int main() {
   mauve::Nanoseconds offset = 0;
   std::size_t count = 0;
   int burst = -1, source = -1, leader = -1;
-  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> scheduling.cpus >> burst >> source >> leader >> count) {
+  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> own_cpus >> burst >> source >> leader >> count) {
+    scheduling.cpus = own_cpus;
     tasks.emplace_back(new Task(std::to_string(tasks.size()), scheduling));
     Task& task = *tasks.back();
     task.offset = offset;

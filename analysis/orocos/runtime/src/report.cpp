@@ -73,7 +73,7 @@ std::string two_digits(Nanoseconds time) {
 std::string reason(const Row& late, const std::vector<Row>& rows, const Causes& causes) {
   const auto may_delay = [&](std::size_t instance) {
     const Row& row = rows[instance];
-    return row.priority >= late.priority && (row.cpus == 0 || late.cpus == 0 || (row.cpus & late.cpus) != 0);
+    return row.priority >= late.priority && (row.cpus.none() || late.cpus.none() || (row.cpus & late.cpus).any());
   };
   std::string waiting, locked, longer, port;
   for (const CodelRow& it : causes.codels) {

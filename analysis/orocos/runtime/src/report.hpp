@@ -10,6 +10,7 @@
 #include "chains.hpp"
 #include "context.hpp"
 #include "mauve/clock.hpp"
+#include "mauve/cpus.hpp"
 #include "other_threads.hpp"
 
 namespace mauve {
@@ -19,8 +20,8 @@ struct Row {
   std::string instance;
   // 0 in the background.
   int priority;
-  // A bit for each; 0 for any.
-  std::uint64_t cpus;
+  // None: any.
+  Cpus cpus;
   Nanoseconds period, deadline;
   // `no_bound` if there is none.
   Nanoseconds bound;

@@ -70,7 +70,7 @@ struct ActivityData {
   std::string instance;
   Nanoseconds period;
   int priority;
-  std::uint64_t cpus;
+  Cpus cpus;
   Nanoseconds offset, deadline, bound;
   // The instance whose thread executes it, if it is another one, and the input whose data release it, if some do.
   std::string thread, input;
@@ -111,10 +111,11 @@ std::string joined(const std::vector<std::string>& texts) {
   return out;
 }
 
-std::string numbers_of(std::uint64_t cpus) {
+// The numbers of these CPUs, the first one of which is `first`.
+std::string numbers_of(const Cpus& cpus, std::size_t first) {
   std::vector<std::string> numbers;
-  for (int cpu = 0; cpu < 64; ++cpu) {
-    if (cpus >> cpu & 1) numbers.push_back(std::to_string(cpu + 1));
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+    if (cpus[cpu]) numbers.push_back(std::to_string(cpu + first));
   }
   return joined(numbers);
 }
@@ -176,7 +177,7 @@ struct Robot::State {
   void end_releases();
   void release_until(Nanoseconds end);
   int greatest_priority() const;
-  std::uint64_t all_cpus() const;
+  Cpus all_cpus() const;
 
   const std::string deployment, build;
   std::vector<InstanceData> instances;
@@ -275,22 +276,23 @@ int Robot::State::greatest_priority() const {
   return greatest;
 }
 
-std::uint64_t Robot::State::all_cpus() const {
-  std::uint64_t cpus = 0;
+Cpus Robot::State::all_cpus() const {
+  Cpus cpus;
   for (const ActivityData& it : activities) cpus |= it.cpus;
   for (const OtherData& it : others) cpus |= it.scheduling.cpus;
-  return cpus == 0 ? 1 : cpus;
+  return cpus.none() ? Cpus(1) : cpus;
 }
 
 // Without them the threads would run all the same, and later than the analysis says.
 void Robot::State::check_rights() const {
   const int priority = greatest_priority();
   if (priority == 0) return;
-  std::uint64_t missing = 0;
+  Cpus missing;
   cpu_set_t present;
   if (sched_getaffinity(0, sizeof present, &present) == 0) {
-    for (int cpu = 0; cpu < 64; ++cpu) {
-      if ((all_cpus() >> cpu & 1) && !CPU_ISSET(cpu, &present)) missing |= std::uint64_t(1) << cpu;
+    missing = all_cpus();
+    for (std::size_t cpu = 0; cpu < missing.size(); ++cpu) {
+      if (CPU_ISSET(cpu, &present)) missing.reset(cpu);
     }
   }
   int error = 0;
@@ -308,8 +310,8 @@ void Robot::State::check_rights() const {
                  " (`ulimit -r` allows " + std::to_string(limit.rlim_cur) +
                  "): allow it with `rtprio` in /etc/security/limits.conf, or run as root" + otherwise);
   }
-  if (missing != 0) {
-    throw Cannot("CPU " + numbers_of(missing) + " of the deployment is not available to this program" + otherwise);
+  if (missing.any()) {
+    throw Cannot("CPU " + numbers_of(missing, 1) + " of the deployment is not available to this program" + otherwise);
   }
 }
 
@@ -331,10 +333,10 @@ void Robot::State::create_activities() {
   for (const ActivityData& it : activities) {
     RTT::TaskContext& task = this->task(it.instance);
     auto* const activity = new RTT::Activity(it.priority > 0 ? ORO_SCHED_RT : ORO_SCHED_OTHER, it.priority,
-                                             1e-9 * static_cast<double>(it.period), static_cast<unsigned>(it.cpus), nullptr,
-                                             it.instance);
+                                             1e-9 * static_cast<double>(it.period), 0u, nullptr, it.instance);
     PeriodicThread& thread = activity->thread();
     thread.set_period(it.period);
+    thread.set_cpus(it.cpus);
     thread.hold();
     thread.set_deadline(it.deadline);
     if (it.priority == 0) thread.release_after_beginnings();
@@ -373,7 +375,10 @@ void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& th
 void Robot::State::check_threads() {
   bool is_fine = true;
   for (const ActivityData& it : activities) {
-    is_fine = tell<int, unsigned int>(it.instance, "mauve_runs_as", it.priority, static_cast<unsigned int>(it.cpus)) && is_fine;
+    const bool is_mask = (it.cpus >> 32).none();
+    if (!is_mask) tell<const std::string&>(it.instance, "mauve_runs_on", numbers_of(it.cpus, 0));
+    const unsigned int mask = is_mask ? static_cast<unsigned int>(it.cpus.to_ulong()) : 0;
+    is_fine = tell<int, unsigned int>(it.instance, "mauve_runs_as", it.priority, mask) && is_fine;
   }
   if (!is_fine) throw Cannot("threads are not scheduled as analysed, see above");
 }
@@ -645,7 +650,7 @@ void Robot::operation(const std::string& required, const std::string& provided) 
   state_->operations.push_back({required, provided, 0});
 }
 
-void Robot::activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
+void Robot::activity(const std::string& instance, std::int64_t period, int priority, const Cpus& cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
   state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", "", 0});
 }
@@ -689,7 +694,7 @@ void Robot::program_time(const std::string& component, const std::string& state,
 
 void Robot::overhead(std::int64_t time) { state_->overhead = time; }
 
-void Robot::other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, std::uint64_t cpus) {
+void Robot::other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, const Cpus& cpus) {
   state_->others.push_back({name, {priority, period, cpus}, time});
 }
 

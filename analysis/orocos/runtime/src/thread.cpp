@@ -31,17 +31,28 @@ __attribute__((noinline)) void touch_stack() {
   asm volatile("" : : "r"(stack) : "memory");
 }
 
-cpu_set_t set_of(std::uint64_t cpus) {
+cpu_set_t set_of(const Cpus& cpus) {
   cpu_set_t set;
   CPU_ZERO(&set);
-  for (unsigned cpu = 0; cpu < 64; ++cpu) {
-    if (cpus >> cpu & 1) CPU_SET(cpu, &set);
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+    if (cpus[cpu]) CPU_SET(cpu, &set);
   }
   return set;
 }
 
+Cpus cpus_in(const cpu_set_t& set) {
+  Cpus cpus;
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) cpus.set(cpu, CPU_ISSET(cpu, &set) != 0);
+  return cpus;
+}
+
+// The number of a set in a trace, which has 64 bits; -1 for a greater one.
+std::int64_t number_of(const Cpus& cpus) {
+  return (cpus >> 63).none() ? static_cast<std::int64_t>(cpus.to_ullong()) : -1;
+}
+
 // Some of a mask's CPUs may be missing: the kernel would accept the others.
-bool set_cpus_of(pthread_t thread, std::uint64_t cpus) {
+bool set_cpus_of(pthread_t thread, const Cpus& cpus) {
   const cpu_set_t wanted = set_of(cpus);
   cpu_set_t before, after;
   if (pthread_getaffinity_np(thread, sizeof before, &before) != 0) return false;
@@ -68,7 +79,6 @@ struct PeriodicThread::State {
     context.worker = &worker;
     context.instance = name;
     period = scheduling.period;
-    cpus = scheduling.cpus;
   }
 
   void run();
@@ -108,7 +118,6 @@ struct PeriodicThread::State {
   std::atomic<int> number{0};
   std::atomic<bool> stops{false}, is_triggered{false};
   std::atomic<Nanoseconds> period{0};
-  std::atomic<std::uint64_t> cpus{0};
   // The instant of the first release; `never` as long as nobody knows it.
   std::atomic<Nanoseconds> first{never};
   std::atomic<Nanoseconds> end{never};
@@ -138,10 +147,9 @@ void PeriodicThread::State::prepare() {
   if (pthread_setschedparam(pthread_self(), scheduler, &parameter) != 0 && scheduler == SCHED_FIFO) {
     RTT::log(RTT::Info) << worker.name << " may not use SCHED_FIFO, and runs with SCHED_OTHER" << RTT::endlog();
   }
-  const std::uint64_t mask = cpus;
-  if (mask != 0 && !set_cpus_of(pthread_self(), mask)) {
-    RTT::log(RTT::Info) << worker.name << " keeps its CPUs: some of 0x" << std::hex << mask << " do not exist"
-                           << RTT::endlog();
+  const Cpus& wanted = worker.scheduling.cpus;
+  if (wanted.any() && !set_cpus_of(pthread_self(), wanted)) {
+    RTT::log(RTT::Info) << worker.name << " keeps its CPUs: some of the wanted ones do not exist" << RTT::endlog();
   }
   touch_stack();
 }
@@ -298,19 +306,13 @@ TraceRecord PeriodicThread::State::period_record(Nanoseconds release) const {
   record.release = release;
   if (timeline().is_virtual()) {
     record.priority = context.worker->scheduling.priority;
-    record.cpus = static_cast<std::int64_t>(leader->cpus.load());
+    record.cpus = number_of(context.worker->scheduling.cpus);
     return record;
   }
   sched_param parameter = {};
   if (sched_getparam(0, &parameter) == 0) record.priority = parameter.sched_priority;
   cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) == 0) {
-    std::uint64_t mask = 0;
-    for (unsigned cpu = 0; cpu < 64; ++cpu) {
-      if (CPU_ISSET(cpu, &set)) mask |= std::uint64_t(1) << cpu;
-    }
-    record.cpus = static_cast<std::int64_t>(mask);
-  }
+  if (sched_getaffinity(0, sizeof set, &set) == 0) record.cpus = number_of(cpus_in(set));
   record.cpu = sched_getcpu();
   return record;
 }
@@ -389,25 +391,22 @@ void PeriodicThread::set_period(Nanoseconds period) {
   timeline().wake(state_->worker);
 }
 
-std::uint64_t PeriodicThread::cpus() const {
+Cpus PeriodicThread::cpus() const {
   cpu_set_t set;
   // The thread of the library has this handle while it is joinable.
   if (!is_active() || timeline().is_virtual() ||
       pthread_getaffinity_np(state_->leader->thread.native_handle(), sizeof set, &set) != 0) {
-    return state_->cpus == 0 ? ~std::uint64_t(0) : state_->cpus.load();
+    const Cpus& wanted = state_->worker.scheduling.cpus;
+    return wanted.none() ? Cpus().set() : wanted;
   }
-  std::uint64_t cpus = 0;
-  for (unsigned cpu = 0; cpu < 64; ++cpu) {
-    if (CPU_ISSET(cpu, &set)) cpus |= std::uint64_t(1) << cpu;
-  }
-  return cpus;
+  return cpus_in(set);
 }
 
-bool PeriodicThread::set_cpus(std::uint64_t cpus) {
-  const bool is_set = cpus != 0 && (timeline().is_virtual() || !is_active() ||
-                                    set_cpus_of(state_->leader->thread.native_handle(), cpus));
-  if (is_set) state_->cpus = cpus;
-  return is_set;
+bool PeriodicThread::set_cpus(const Cpus& cpus) {
+  if (cpus.none()) return false;
+  if (is_active()) return timeline().is_virtual() || set_cpus_of(state_->leader->thread.native_handle(), cpus);
+  state_->worker.scheduling.cpus = cpus;
+  return true;
 }
 
 void PeriodicThread::hold() { state_->is_held = true; }

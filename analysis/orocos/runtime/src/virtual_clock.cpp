@@ -7,7 +7,7 @@
 namespace mauve {
 namespace {
 
-enum { cpu_count = 64 };
+enum { cpu_count = Cpus().size() };
 
 typedef decltype(Worker::simulated) Simulated;
 
@@ -90,11 +90,11 @@ void VirtualClock::place() {
   for (Worker* worker : ready) {
     if (worker->simulated.is_on_cpu) before[worker->simulated.cpu] = worker;
   }
-  std::uint64_t free = cpus_;
+  Cpus free = cpus_;
   for (Worker* worker : ready) {
     Simulated& simulated = worker->simulated;
-    const std::uint64_t wanted = worker->scheduling.cpus;
-    const std::uint64_t allowed = free & (wanted == 0 ? ~std::uint64_t(0) : wanted);
+    const Cpus& wanted = worker->scheduling.cpus;
+    const Cpus allowed = wanted.none() ? free : free & wanted;
     // An idle CPU, or else that of the worker with the lowest priority; of several, the one where it executed last.
     const auto cost = [&](int cpu) {
       const Worker* const other = before[cpu];
@@ -103,12 +103,12 @@ void VirtualClock::place() {
     };
     int chosen = -1;
     for (int cpu = 0; cpu < cpu_count; ++cpu) {
-      if ((allowed >> cpu & 1) && (chosen < 0 || cost(cpu) < cost(chosen))) chosen = cpu;
+      if (allowed[static_cast<std::size_t>(cpu)] && (chosen < 0 || cost(cpu) < cost(chosen))) chosen = cpu;
     }
     simulated.is_on_cpu = chosen >= 0;
     if (chosen < 0) continue;
     simulated.cpu = chosen;
-    free &= ~(std::uint64_t(1) << chosen);
+    free.reset(static_cast<std::size_t>(chosen));
   }
 }
 

@@ -24,7 +24,7 @@ namespace mauve {
 // a job that ends at the release of another one is not preempted by it.
 class VirtualClock : public Timeline {
  public:
-  explicit VirtualClock(std::uint64_t cpus) : cpus_(cpus) {}
+  explicit VirtualClock(const Cpus& cpus) : cpus_(cpus) {}
 
   bool is_virtual() const override { return true; }
   Nanoseconds now() const override { return now_; }
@@ -56,7 +56,7 @@ class VirtualClock : public Timeline {
   void place();
   Worker* next_with_code() const;
 
-  const std::uint64_t cpus_;
+  const Cpus cpus_;
   std::mutex mutex_;
   std::condition_variable started_, idle_;
   // In the order in which they were started.

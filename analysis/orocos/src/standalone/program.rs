@@ -8,7 +8,7 @@
 //! ```
 
 use mauve_hir::{Decl, Value};
-use mauve_timing::Time;
+use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
@@ -63,8 +63,8 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
             [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos());
         let [period, time] = [period, time.saturating_mul(other.burst.max(1))].map(|it| it.to_string());
         let priority = other.priority.real_time().unwrap_or_default().to_string();
-        let cpus = format!("{:#x}", other.cpus.unwrap_or_default().0);
-        let arguments = [cpp_string(&other.name), period, time, priority, cpus];
+        let cpus = other.cpus.unwrap_or_default();
+        let arguments = [cpp_string(&other.name), period, time, priority, cpu_set(cpus)];
         call("other_work", &arguments)
     });
     let chains = expected_chains(db, project, of, Query::shown(db, project), MOST_CHAINS);
@@ -123,7 +123,7 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
         cpp_string(&task.name),
         task.period().as_nanos().to_string(),
         priority.unwrap_or_default().to_string(),
-        activity.cpus.map_or("0".to_owned(), |cpus| format!("{:#x}", cpus.0)),
+        activity.cpus.map_or("0".to_owned(), cpu_set),
         activity.offset.unwrap_or_default().as_nanos().to_string(),
         nanoseconds(priority.and(activity.deadline)),
         nanoseconds(bound.flatten()),
@@ -134,6 +134,17 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
         call("release_by", &[cpp_string(&task.name), cpp_string(port), burst])
     });
     about.into_iter().chain([call("activity", &arguments)]).chain(released_by).collect()
+}
+
+/// Returns a set of CPUs: a mask, or the numbers of more CPUs than C++ has bits for.
+fn cpu_set(cpus: CpuSet) -> String {
+    match u64::try_from(cpus.0) {
+        Ok(mask) => format!("{mask:#x}"),
+        Err(_) => {
+            let numbers: Vec<String> = cpus.iter().map(|cpu| cpu.to_string()).collect();
+            format!("mauve::cpus({{{}}})", numbers.join(", "))
+        }
+    }
 }
 
 /// Returns the calls for a chain.

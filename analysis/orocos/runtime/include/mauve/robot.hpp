@@ -5,6 +5,8 @@
 #include <memory>
 #include <string>
 
+#include "mauve/cpus.hpp"
+
 // The build file of standalone programs says it.
 #ifndef MAUVE_BUILD
 #define MAUVE_BUILD ""
@@ -34,9 +36,9 @@ class Robot {
   void connect(const std::string& output, const std::string& input, int buffer);
   // Connects a required operation with a provided one.
   void operation(const std::string& required, const std::string& provided);
-  // Creates the activity of an instance: its period; its priority, 0 in the background; its CPUs, a bit each, 0 for any; the
+  // Creates the activity of an instance: its period; its priority, 0 in the background; its CPUs, none for any; the
   // offset of its first release; its deadline and response time.
-  void activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
+  void activity(const std::string& instance, std::int64_t period, int priority, const Cpus& cpus, std::int64_t offset,
                 std::int64_t deadline, std::int64_t response);
 
   // The periods of this instance are executed in the thread of another one, after those of all that are already.
@@ -59,7 +61,7 @@ class Robot {
   void program_time(const std::string& component, const std::string& state, const std::string& transition,
                     const std::string& program, std::int64_t time);
   void overhead(std::int64_t time);
-  void other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, std::uint64_t cpus);
+  void other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, const Cpus& cpus);
 
   // Runs the deployment as the arguments say; `--help` lists them. Returns the exit code of the program: 0; 1 if a deadline was
   // missed, or an instance is in the exception state; 2 if it could not start.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "mauve/clock.hpp"
+#include "mauve/cpus.hpp"
 #include "rtt/base/RunnableInterface.hpp"
 
 namespace RTT {
@@ -25,8 +26,8 @@ struct Scheduling {
   int priority;
   // 0 for a thread that is triggered only.
   Nanoseconds period;
-  // One bit for each CPU; 0 for any.
-  std::uint64_t cpus;
+  // None: any.
+  Cpus cpus;
 };
 
 // What the periods of a thread were like. Its thread writes, all threads may read.
@@ -63,8 +64,8 @@ class PeriodicThread {
 
   Nanoseconds period() const;
   void set_period(Nanoseconds period);
-  std::uint64_t cpus() const;
-  bool set_cpus(std::uint64_t cpus);
+  Cpus cpus() const;
+  bool set_cpus(const Cpus& cpus);
 
   // Before `start`: the first release is not one period after the start, but comes with `release_at`.
   void hold();

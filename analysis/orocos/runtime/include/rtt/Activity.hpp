@@ -54,7 +54,7 @@ class Activity : public base::ActivityInterface {
     return true;
   }
 
-  unsigned getCpuAffinity() const override { return static_cast<unsigned>(thread_.cpus()); }
+  unsigned getCpuAffinity() const override { return static_cast<unsigned>((thread_.cpus() & mauve::Cpus(~0u)).to_ulong()); }
   bool setCpuAffinity(unsigned mask) override { return thread_.set_cpus(mask); }
 
   bool isSelf() const override { return thread_.is_self(); }
