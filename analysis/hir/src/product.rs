@@ -339,13 +339,15 @@ impl<'db> Interpreter<'_, 'db> {
     fn initial(&mut self, body: BodyId, variables: &'db [Variable], mut paths: Paths<()>) -> Paths<()> {
         self.enter(body);
         for variable in variables {
-            let id = self.indices.get(&variable.name.id).copied();
-            if let (Some(value), Some(id)) = (&variable.value, id) {
-                paths = self.after(paths, |this, (), values| {
-                    let value = this.value(value, values);
-                    this.assigned(id, value)
-                });
-            }
+            let Some(&id) = self.indices.get(&variable.name.id) else { continue };
+            paths = self.after(paths, |this, (), values| {
+                // Without an initial value, it may keep what it had or be reset.
+                let value = match &variable.value {
+                    Some(value) => this.value(value, values),
+                    None => one(None, values),
+                };
+                this.assigned(id, value)
+            });
         }
         paths
     }
