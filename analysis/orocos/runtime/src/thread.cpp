@@ -92,10 +92,11 @@ struct PeriodicThread::State {
   void note_arrival();
   Nanoseconds release_by_data() const;
   void note_release(Nanoseconds at, Nanoseconds length);
-  // The release of the oldest period that has not ended, or else of the next one.
+  // The release of the oldest period that has not ended, or else of the next one; `never` if there is none before the end.
   Nanoseconds oldest_release() const {
-    const Nanoseconds known = open.load(std::memory_order_relaxed);
-    return leader->port == nullptr ? known : std::min(known, leader->release_by_data());
+    Nanoseconds oldest = open.load(std::memory_order_relaxed);
+    if (leader->port != nullptr && leader->is_active) oldest = std::min(oldest, leader->release_by_data());
+    return oldest < leader->end ? oldest : never;
   }
 
   // Whose thread executes the periods: its own one, or that of another, with the next one that this thread executes.
@@ -426,10 +427,7 @@ void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = dea
 void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
 const Statistics& PeriodicThread::statistics() const { return state_->statistics; }
 
-bool PeriodicThread::has_open_period() const {
-  const Nanoseconds open = state_->oldest_release();
-  return open <= now() && open < state_->leader->end;
-}
+bool PeriodicThread::has_open_period() const { return state_->oldest_release() <= now(); }
 
 bool PeriodicThread::is_late() const {
   const Nanoseconds open = state_->oldest_release();
