@@ -60,7 +60,15 @@ fn message(error: &TaskSetError) -> String {
             format!("`{key}` has more than 15 digits: write the number in quotes")
         }
         TaskSetError::Zero(key) => format!("`{key}` is 0: expected more"),
-        TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
+        TaskSetError::NoCount { key, text, least } => {
+            format!("`{key}` is `{text}`: expected a whole number from {least} on")
+        }
+        TaskSetError::NotPeriodic(key) => {
+            format!("`{key}`: only for a `task` with neither `sporadic` nor `burst`")
+        }
+        TaskSetError::OtherInThread { key, thread } => {
+            format!("the thread `{thread}` has one `{key}`: give all of its tasks the same")
+        }
         TaskSetError::LateOffset => "the offset is not less than the period".to_owned(),
         TaskSetError::NoPriority(text) => format!("priority `{text}`: expected 1 to 99, or `background`"),
         TaskSetError::NoCpu(text) => format!("`cpus` names `{text}`: expected 1 to the number of CPUs"),
@@ -131,7 +139,9 @@ mod tests {
             of_task(not_a_time("-5", TimeError::Negative)),
             of_task(TaskSetError::ManyDigits("period")),
             of_task(TaskSetError::Zero("period")),
-            of_task(TaskSetError::LateDeadline),
+            of_task(TaskSetError::NoCount { key: "burst", text: "0".to_owned(), least: 1 }),
+            of_task(TaskSetError::NotPeriodic("offset")),
+            of_task(TaskSetError::OtherInThread { key: "period", thread: "drivers".to_owned() }),
             of_task(TaskSetError::LateOffset),
             of_task(TaskSetError::NoPriority("100".to_owned())),
             of_task(TaskSetError::NoCpu("0".to_owned())),
@@ -162,7 +172,9 @@ mod tests {
             task `pilot`: `period` is `-5`: a time cannot be negative
             task `pilot`: `period` has more than 15 digits: write the number in quotes
             task `pilot`: `period` is 0: expected more
-            task `pilot`: the deadline exceeds the period
+            task `pilot`: `burst` is `0`: expected a whole number from 1 on
+            task `pilot`: `offset`: only for a `task` with neither `sporadic` nor `burst`
+            task `pilot`: the thread `drivers` has one `period`: give all of its tasks the same
             task `pilot`: the offset is not less than the period
             task `pilot`: priority `100`: expected 1 to 99, or `background`
             task `pilot`: `cpus` names `0`: expected 1 to the number of CPUs

@@ -101,7 +101,7 @@ fn check_sums<'db>(
         let length = window.length.as_nanos();
         let parts = window.own.as_nanos().max(1) + interference + window.blocking.as_nanos();
         assert_eq!(parts, length, "{what}, {query:?}: {it:?}");
-        let released = (window.job - 1) * it.period.unwrap().as_nanos();
+        let released = it.release_of(window.job).unwrap().as_nanos();
         assert_eq!(response.as_nanos(), length + it.jitter.as_nanos() - released, "{what}: {it:?}");
     }
     counted

@@ -635,6 +635,10 @@ fn schema_and_reader_agree_on_task_sets() {
         ),
         ("/not_analysed", json!(["a task is lost"])),
         ("front/cpus", json!(2)),
+        ("front/deadline", json!(101)),
+        ("front/thread", json!("drivers")),
+        ("/other/0/burst", json!(3)),
+        ("/other/0/sporadic", json!(true)),
         ("/other/0/time", json!("0.123456789012345678901")),
     ] {
         let agreed = agree(&with(path, value.clone()));
@@ -677,6 +681,10 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/deadline", json!(0)),
         ("front/jitter", json!(-1)),
         ("front/offset", json!(-1)),
+        ("front/burst", json!(0)),
+        ("front/sporadic", json!("yes")),
+        ("front/thread", json!(1)),
+        ("front/clock", json!(-1)),
         ("front/period", json!("long")),
         ("front/time", json!(5)),
         ("front/machine", json!([])),
@@ -715,8 +723,9 @@ fn schema_and_reader_agree_on_task_sets() {
         ("/machine/0/time", json!([8, 7])),
         ("/machine/0/time", json!([8])),
         ("/machine/0/time", json!([8, null])),
-        ("/deadline", json!(101)),
         ("/offset", json!(100)),
+        ("/burst", json!(2)),
+        ("/sporadic", json!(true)),
         ("/cpus", json!([3])),
         ("/jitter", json!("5 us")),
     ] {

@@ -206,6 +206,21 @@ mod tests {
     }
 
     #[test]
+    fn the_tasks_of_the_same_thread() {
+        let thread = |cost| Task { thread: Some(1), ..simple(1, 6, None, cost) };
+        let tasks = [thread(1), thread(2), simple(2, 12, None, 4), thread(1)];
+        for method in [Method::Classic, Method::Psm, Method::Exact] {
+            assert_eq!(parts(&tasks, 1, method), [(0, 1, 1), (2, 1, 4)]);
+            assert_eq!(parts(&tasks, 3, method), [(0, 1, 1), (1, 1, 2), (2, 1, 4)]);
+        }
+        // Each job of a burst, of a task that the second job of a thread also waits for.
+        let burst = Task { burst: 3, ..simple(2, 12, None, 2) };
+        let tasks = [thread(1), thread(1), burst];
+        assert_eq!(parts(&tasks, 0, Method::Psm), [(2, 3, 6)]);
+        assert_eq!(parts(&tasks, 1, Method::Psm), [(0, 1, 1), (2, 3, 6)]);
+    }
+
+    #[test]
     fn a_task_without_a_job_in_the_window_does_not_interfere() {
         let tasks = [simple(2, 10, Some(0), 4), simple(1, 10, Some(5), 4)];
         assert_eq!(parts(&tasks, 1, Method::Psm), []);

@@ -160,8 +160,8 @@ impl<'a> Member<'a> {
 
     /// Returns the earliest nominal release of a job of a window, from 1, counted from J before its start.
     pub(crate) fn release(&self, job: u64) -> Result<u64, NoBoundReason> {
-        let release = (job.saturating_sub(1) / self.burst).checked_mul(self.period);
-        release.and_then(|release| release.checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
+        let release = self.task.release_of(job);
+        release.and_then(|it| it.as_nanos().checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
     }
 
     /// Returns the number of jobs that are released in a window, b·⌈(t + J − delay)/T⌉; with a horizon, in its first part.

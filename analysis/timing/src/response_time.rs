@@ -1254,8 +1254,30 @@ mod tests {
             }
         }
 
+        /// A thread delays its tasks no more than equal priorities would, and the others as much.
         #[test]
-        fn each_method_is_never_above_the_one_before(tasks in any_tasks()) {
+        fn a_thread_is_no_worse_than_equal_priorities(
+            tasks in any_tasks(),
+            mates in 2..4usize,
+            method in prop::sample::select(&[Method::Classic, Method::Psm, Method::Ibf][..]),
+        ) {
+            let on_one_cpu = tasks.into_iter().filter(|task| task.cpus().is_one()).collect();
+            let thread = testing::with_thread(on_one_cpu, mates, 1);
+            let alone: Vec<Task> = thread.iter().map(|it| Task { thread: None, ..it.clone() }).collect();
+            let found = [thread, alone].map(|tasks| analyse(&tasks, Options { method, ..PSM }).responses);
+            for (index, (thread, alone)) in found[0].iter().zip(&found[1]).enumerate() {
+                prop_assert!(bound(thread) <= bound(alone));
+                prop_assert!(index < mates || bound(thread) == bound(alone));
+            }
+        }
+
+        #[test]
+        fn each_method_is_never_above_the_one_before(
+            tasks in any_tasks(),
+            mates in 0..4usize,
+            burst in 1..4u64,
+        ) {
+            let tasks = testing::with_thread(tasks, mates, burst);
             let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
             let found = methods.map(|method| analyse(&tasks, Options { method, ..PSM }));
             for (before, after) in found.iter().zip(&found[1..]) {
@@ -1266,7 +1288,8 @@ mod tests {
         }
 
         #[test]
-        fn the_story_of_each_method_adds_up(tasks in any_tasks()) {
+        fn the_story_of_each_method_adds_up(tasks in any_tasks(), mates in 0..4usize, burst in 1..4u64) {
+            let tasks = testing::with_thread(tasks, mates, burst);
             for method in [Method::Ibf, Method::Exact, Method::Best] {
                 let options = Options { method, ..PSM };
                 for (index, response) in analyse(&tasks, options).responses.iter().enumerate() {
@@ -1274,7 +1297,7 @@ mod tests {
                     let parts = interference(&tasks, options, index, response);
                     let interference: u64 = parts.iter().map(|part| part.time.as_nanos()).sum();
                     prop_assert_eq!(window.own.as_nanos().max(1) + interference, window.length.as_nanos());
-                    let released = (window.job - 1) * tasks[index].period.unwrap().as_nanos();
+                    let released = tasks[index].release_of(window.job).unwrap().as_nanos();
                     let end = window.length.as_nanos() + tasks[index].jitter.as_nanos();
                     prop_assert_eq!(bound(response), end - released);
                 }

@@ -214,6 +214,12 @@ impl Task {
         is_of_thread && is_periodic && is_released_together && is_scheduled_alike
     }
 
+    /// Returns the earliest nominal release of a job of a window, from 1, counted from that of the first one; `None` if it does not
+    /// fit, or without a period.
+    pub fn release_of(&self, job: u64) -> Option<Time> {
+        self.period?.checked_mul(job.saturating_sub(1) / self.burst())
+    }
+
     /// Returns the long-run mean of a burst of jobs, from that of one job. What does not fit is at least the whole CPU.
     pub(crate) fn mean_of_burst(&self, mean: CycleMean) -> CycleMean {
         match mean.cost.checked_mul(self.burst()) {

@@ -106,7 +106,16 @@ pub struct TaskEntry {
     /// T.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period: Option<Number>,
-    /// D, not later than the period; the period, if it is left out.
+    /// Whether T is the least distance of releases only: data or an interrupt releases the task.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub sporadic: bool,
+    /// The greatest number of releases in any window of length T; 1, if it is left out. With more, the task is sporadic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub burst: Option<Number>,
+    /// The thread that executes its jobs and those of the other tasks with this thread, one of each in a period, in their order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thread: Option<String>,
+    /// D; the period, if it is left out.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "number::known")]
     pub deadline: Option<Number>,
     /// J, the greatest delay of a release.
@@ -115,6 +124,9 @@ pub struct TaskEntry {
     /// The offset of its releases in the period, less than the period, if its clock is synchronised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset: Option<Number>,
+    /// The number of the clock that the offset counts on; 0, if it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<Number>,
     /// 1 to 99, or `background`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub priority: Option<Number>,

@@ -21,6 +21,18 @@ pub(crate) fn simple(priority: u32, period: u64, cost: u64) -> Task {
     task(priority, period, StateMachine::single(Time::from_nanos(cost)))
 }
 
+/// Lets one thread execute the first tasks of a set, with what the first one has; and releases the last one in bursts.
+pub(crate) fn with_thread(mut tasks: Vec<Task>, mates: usize, burst: u64) -> Vec<Task> {
+    let first = tasks.first().cloned().unwrap_or_default();
+    for task in tasks.iter_mut().take(mates) {
+        *task = Task { demand: task.demand.clone(), thread: Some(1), ..first.clone() };
+    }
+    if let Some(last) = tasks.last_mut().filter(|last| last.thread.is_none()) {
+        (last.burst, last.offset) = (burst, None);
+    }
+    tasks
+}
+
 /// Machines of up to `states` states, with costs below `costs`; with one-way parts, parallel edges and self-loops.
 pub(crate) fn machines(states: u32, costs: u64) -> impl Strategy<Value = StateMachine> {
     (1..=states).prop_flat_map(move |states| {

@@ -155,6 +155,15 @@ mod tests {
     }
 
     #[test]
+    fn a_thread_and_a_burst() {
+        let thread = |cost| Task { thread: Some(1), ..simple(1, 20, cost) };
+        let burst = Task { burst: 2, ..simple(0, 40, 3) };
+        let set = Tasks::new(vec![simple(2, 10, 2), thread(1), thread(5), burst]);
+        let expected = [2, 3, 8, 16].map(|bound| Some((bound, bound)));
+        assert_eq!([0, 1, 2, 3].map(|of| bound_and_simulated(&set, of)), expected);
+    }
+
+    #[test]
     fn late_releases_and_offsets() {
         let mut activities = vec![simple(2, 10, 2), simple(1, 20, 6), simple(1, 20, 1)];
         activities[0].jitter = Time::from_nanos(3);
@@ -263,7 +272,8 @@ mod tests {
         }
 
         #[test]
-        fn it_attains_what_is_exact(activities in activities()) {
+        fn it_attains_what_is_exact(activities in activities(), mates in 0..3usize, burst in 1..4u64) {
+            let activities = crate::testing::with_thread(activities, mates, burst);
             let is_late = |it: &Task| it.offset.is_some() && it.jitter > Time::ZERO;
             let is_attained = !activities.iter().any(is_late);
             let set = Tasks::new(activities);

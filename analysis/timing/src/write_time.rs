@@ -126,6 +126,20 @@ mod tests {
     }
 
     #[test]
+    fn the_tasks_before_it_in_its_thread() {
+        let thread = |cost| Task { thread: Some(1), ..simple(1, 30, cost) };
+        let tasks = || vec![simple(2, 10, 4), thread(2), thread(3), thread(6)];
+        let writes = [(1, 2, 6), (2, 1, 9), (2, 3, 9), (3, 1, 19), (3, 4, 19)];
+        assert_eq!(times(tasks(), &writes, Method::Best), [6, 7, 9, 10, 17]);
+        // A second period of the thread may be in the window, and a second job of a burst.
+        let mut late = tasks();
+        late[1..].iter_mut().for_each(|task| task.period = Some(ns(18)));
+        assert_eq!(times(late, &[(1, 1, 6)], Method::Best), [6]);
+        let burst = Task { burst: 2, ..simple(1, 30, 2) };
+        assert_eq!(times(vec![burst], &[(0, 1, 4)], Method::Best), [4]);
+    }
+
+    #[test]
     fn waits_and_full_cpus_end() {
         let executed = crate::StateMachine::single(ns(1));
         let (demand, waits) = Waits::with_demand(executed, &[ns(9)], Some(1), None).unwrap();

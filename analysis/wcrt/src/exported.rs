@@ -51,7 +51,11 @@ pub fn task_set_of<'db>(
             period: resolved.period.map(Number::from),
             deadline: resolved.deadline.map(Number::from),
             jitter: Some(resolved.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
+            sporadic: resolved.is_sporadic,
+            burst: burst(&resolved.task),
+            thread: resolved.thread.map(|_| resolved.activity.to_string()),
             offset: resolved.offset.map(Number::from),
+            clock: Some(resolved.clock).filter(|clock| *clock > 0).map(|clock| Number::Whole(clock.into())),
             priority: match resolved.priority {
                 Priority::RealTime(priority) => Some(Number::Whole(priority.into())),
                 Priority::Background => Some(Number::Text("background".to_owned())),
@@ -65,6 +69,8 @@ pub fn task_set_of<'db>(
     let other = |it: &Task| TaskEntry {
         name: it.name.to_string(),
         period: it.period.map(Number::from),
+        sporadic: it.is_sporadic,
+        burst: burst(it),
         jitter: Some(it.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
         priority: it.priority.real_time().map(|priority| Number::Whole(priority.into())),
         // Without CPUs, it may run on all.
@@ -85,6 +91,10 @@ pub fn task_set_of<'db>(
         lock: exported_locks(system, &locks),
         ..set
     }
+}
+
+fn burst(task: &Task) -> Option<Number> {
+    Some(task.burst()).filter(|burst| *burst > 1).map(Number::Whole)
 }
 
 /// Returns the locks, with the times for which their users hold them at each level. Their users are the same at all levels.
@@ -311,6 +321,7 @@ impl<'db> DeployedTasks<'db> {
                 task: task.clone(),
                 instance: entry.name.as_str().into(),
                 component_name: entry.component.as_str().into(),
+                thread: entry.thread.as_deref().map(Into::into),
                 reasons: refusals.map(|it| stated(&it.reason)).collect(),
                 own: psm.as_ref().map(|psm| psm.machine.greatest_cost()),
                 assumed: psm.as_ref().map_or_else(Vec::new, |_| file.assumed(entry)),

@@ -76,6 +76,8 @@ pub struct ActivityReport<'db> {
     pub component_name: Name,
     /// Its component, where that is known; none in an exported file.
     pub component: Option<Decl<'db>>,
+    /// The name of its thread, if that executes other activities too.
+    pub thread: Option<Name>,
     /// Its location; none in an exported file.
     pub at: Option<Location<'db>>,
     /// Why its priority counts as unknown although one is written.

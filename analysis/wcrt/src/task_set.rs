@@ -58,6 +58,7 @@ impl<'db> DeployedTasks<'db> {
             instance: resolved.instance.clone(),
             component_name: resolved.component_name.clone(),
             component: resolved.component,
+            thread: resolved.thread.map(|_| resolved.activity.clone()),
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
             reasons: executed.refusals_of(resolved, index, query.method).collect(),

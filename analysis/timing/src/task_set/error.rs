@@ -36,8 +36,12 @@ pub enum TaskSetError {
     ManyDigits(&'static str),
     /// The value of this key is not greater than 0.
     Zero(&'static str),
-    /// The deadline is later than the period.
-    LateDeadline,
+    /// The value of this key is not a whole number, or less than this.
+    NoCount { key: &'static str, text: String, least: u32 },
+    /// The task has this key, which only a periodic one may have.
+    NotPeriodic(&'static str),
+    /// The value of this key is not that of the first task in the same thread.
+    OtherInThread { key: &'static str, thread: String },
     /// The offset is not less than the period.
     LateOffset,
     /// This is no priority.

@@ -92,6 +92,10 @@ impl<'a> Reader<'a> {
             self.operation(number, entry, &indices).map_err(|error| error.of("operation", &entry.name))
         };
         let activities = all("task", &self.set.task, Self::task)?;
+        for (entry, task) in self.set.task.iter().zip(&activities) {
+            let first = task.thread.and_then(|first| activities.get(first as usize)).unwrap_or(task);
+            check_mates(entry, task, first).map_err(|error| error.of("task", &entry.name))?;
+        }
         let others = all("other", &self.set.other, Self::other)?;
         let mut read = Tasks::new(activities).with_platform(others, self.set.rt_throttling == Some(true));
         read.operations = self.set.operation.iter().enumerate().map(operation).collect::<Result<_>>()?;
@@ -113,11 +117,15 @@ impl<'a> Reader<'a> {
                 return Err(TaskSetError::Zero(key));
             }
         }
-        if period.is_some() && deadline > period {
-            return Err(TaskSetError::LateDeadline);
-        }
         if period.is_some() && offset >= period {
             return Err(TaskSetError::LateOffset);
+        }
+        let burst = u64::from(count("burst", &entry.burst, 1)?);
+        if entry.sporadic || burst > 1 {
+            let has = [("offset", entry.offset.is_some()), ("thread", entry.thread.is_some())];
+            if let Some((key, _)) = has.into_iter().find(|(_, has)| *has) {
+                return Err(TaskSetError::NotPeriodic(key));
+            }
         }
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
         let mut cpus = entry.cpus.as_ref().map(cpu_set).transpose()?;
@@ -153,12 +161,23 @@ impl<'a> Reader<'a> {
             period,
             deadline,
             jitter: time("jitter", &entry.jitter)?.unwrap_or_default(),
+            burst,
+            is_sporadic: entry.sporadic,
+            thread: self.thread(entry),
             offset,
+            clock: count("clock", &entry.clock, 0)?,
             cpus,
             demand: if self.has_reason(entry, self.method) { Demand::Unknown } else { demand },
             waits,
             ..Task::default()
         })
+    }
+
+    /// Returns the number of the thread of a task: that of its first task.
+    fn thread(&self, entry: &TaskEntry) -> Option<u32> {
+        let thread = entry.thread.as_ref()?;
+        let first = self.set.task.iter().position(|it| it.thread.as_ref() == Some(thread));
+        first.and_then(|first| u32::try_from(first).ok())
     }
 
     fn lock(&self, entry: &LockEntry, indices: &HashMap<&str, usize>) -> Result<Lock> {
@@ -189,8 +208,13 @@ impl<'a> Reader<'a> {
         // With a reason of its own, nothing says what it takes at most.
         let time = task.demand.own(Method::Classic).filter(|_| entry.not_analysed.is_empty());
         let time = time.ok_or_else(|| missing("time"))?;
-        let (jitter, cpus) = (task.jitter, task.cpus.or(Some(self.cpus)));
-        Ok(Task { name: task.name, jitter, cpus, ..Task::new(priority, period, StateMachine::single(time)) })
+        if entry.thread.is_some() {
+            return Err(TaskSetError::NotPeriodic("thread"));
+        }
+        let cpus = task.cpus.or(Some(self.cpus));
+        let single = Task::new(priority, period, StateMachine::single(time));
+        let (burst, is_sporadic) = (task.burst, task.is_sporadic);
+        Ok(Task { name: task.name, jitter: task.jitter, burst, is_sporadic, cpus, ..single })
     }
 
     fn operation(
@@ -383,6 +407,29 @@ fn check_list(set: &TaskSet, key: &'static str, times: &Numbers) -> Result<()> {
         true => Ok(()),
         false => Err(TaskSetError::FallingTimes(key)),
     }
+}
+
+/// The tasks of a thread have what the thread has, as far as it is known.
+fn check_mates(entry: &TaskEntry, task: &Task, first: &Task) -> Result<()> {
+    let differs = |key: Option<bool>| key == Some(true);
+    let priorities = task.priority.real_time().zip(first.priority.real_time());
+    let differing = [
+        ("period", differs(task.period.zip(first.period).map(|(one, other)| one != other))),
+        ("jitter", task.jitter != first.jitter),
+        ("priority", differs(priorities.map(|(one, other)| one != other))),
+        ("cpus", differs(task.cpus.zip(first.cpus).map(|(one, other)| one != other))),
+    ];
+    match (differing.into_iter().find(|(_, differs)| *differs), &entry.thread) {
+        (Some((key, _)), Some(thread)) => Err(TaskSetError::OtherInThread { key, thread: thread.clone() }),
+        _ => Ok(()),
+    }
+}
+
+/// Returns a whole number; 0, if it is left out.
+fn count(key: &'static str, number: &Option<Number>, least: u32) -> Result<u32> {
+    let Some(number) = number else { return Ok(0) };
+    let whole = number.whole().and_then(|whole| u32::try_from(whole).ok()).filter(|whole| *whole >= least);
+    whole.ok_or_else(|| TaskSetError::NoCount { key, text: number.to_string(), least })
 }
 
 fn time_of(set: &TaskSet, key: &'static str, number: &Number, rounding: Rounding) -> Result<Time> {

@@ -312,6 +312,11 @@ fn what_is_refused_of_a_task() {
             ("front/offset", json!(1000)),
             ("front/jitter", json!(1001)),
             ("front/jitter", json!(-1)),
+            ("front/sporadic", json!(true)),
+            ("front/burst", json!(2)),
+            ("rear/sporadic", json!(true)),
+            ("front/thread", json!("drivers")),
+            ("front/clock", json!(-1)),
             ("front/name", json!("rear")),
             ("front/name", json!(null)),
             ("front/priod", json!(5)),
@@ -362,14 +367,19 @@ fn what_is_refused_of_a_task() {
             Syntax { message: "expected a number", line: 93 }
             Of { section: "task", name: "front", error: Missing { key: "period", level: Level { bits: 4562254508917369340 } } }
             Of { section: "task", name: "front", error: Zero("deadline") }
-            Of { section: "task", name: "front", error: LateDeadline }
+            fine
             Syntax { message: "expected a number", line: 54 }
             Of { section: "task", name: "front", error: LateOffset }
             fine
             Of { section: "task", name: "front", error: InvalidTime { key: "jitter", text: "-1", unit: Nanoseconds, error: Negative } }
+            Of { section: "task", name: "front", error: NotPeriodic("offset") }
+            Of { section: "task", name: "front", error: NotPeriodic("offset") }
+            fine
+            fine
+            Of { section: "task", name: "front", error: NoCount { key: "clock", text: "-1", least: 0 } }
             Repeated("task", "rear")
             Syntax { message: "invalid type: null, expected a string", line: 82 }
-            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
+            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
             Of { section: "task", name: "front", error: TimeAndMachine }
             Of { section: "task", name: "front", error: Missing { key: "time", level: Level { bits: 4562254508917369340 } } }
             Of { section: "task", name: "front", error: NoState("Busy") }
@@ -394,6 +404,32 @@ fn what_is_refused_of_a_task() {
             fine
         "#]],
     );
+}
+
+#[test]
+fn threads_bursts_and_sporadic_tasks() {
+    let text = "name,period,deadline,time,priority,sporadic,burst,thread\n\
+        idle,10,,1,3,,,\na,10,30,1,2,,,my drivers\nb,10,,2,2,false,1,my drivers\nc,10,,1,1,true,,\nd,10,,1,1,,3,\n";
+    let set = TaskSet::parse(text, Notation::Csv).unwrap();
+    let read = set.at(level(1e-4), Method::Psm).unwrap();
+    let found: Vec<_> = read.activities().iter().map(|it| (it.thread, it.is_sporadic, it.burst)).collect();
+    let expected = [(None, false, 0), (Some(1), false, 0), (Some(1), false, 1), (None, true, 0)];
+    assert_eq!(found, [expected.as_slice(), &[(None, false, 3)]].concat());
+    assert_eq!(read.activities()[1].deadline, Some(Time::from_nanos(30_000_000)));
+    let other = |key: &str| format!("OtherInThread {{ key: \"{key}\", thread: \"my drivers\" }}");
+    for (from, to, error) in [
+        ("b,10,", "b,20,", other("period")),
+        (",2,2,f", ",2,4,f", other("priority")),
+        ("b,10,,2,2,false", "b,10,,2,2,true", "NotPeriodic(\"thread\")".to_owned()),
+        (",3,", ",0,", "NoCount { key: \"burst\", text: \"0\", least: 1 }".to_owned()),
+        (",3,", ",1.5,", "NoCount { key: \"burst\", text: \"1.5\", least: 1 }".to_owned()),
+    ] {
+        // The last of them.
+        let at = text.rfind(from).unwrap();
+        let changed = format!("{}{to}{}", &text[..at], &text[at + from.len()..]);
+        let found = refused(&changed, Notation::Csv);
+        assert!(found.contains(&error), "{found}\n{error}");
+    }
 }
 
 /// The message of a text that is refused, or the name of the first task.
@@ -476,7 +512,7 @@ fn what_is_refused_of_a_text() {
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
-        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
+        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
         "name,period,machine\n\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 3 }
         "name,period,machine\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 2 }
         "name,period,time,priority\n\"a\nb\",9,1,1\n": Of { section: "task", name: "a\nb", error: ControlCharacter("a\nb") }

@@ -286,10 +286,12 @@ impl Random {
                 system
             }
             Kind::ThreadsWithMore => {
-                let tasks = self.within(2, 3);
-                let cpus = self.within(1, 3);
-                let mut system = self.tasks(tasks, cpus.min(2), 4 - tasks);
-                match self.below(3) {
+                let what = self.below(3);
+                // With four, one that waits may delay one of lower priority that is in no thread.
+                let tasks = self.within(2, if what == 1 { 4 } else { 3 });
+                let cpus = if tasks == 4 { 1 } else { self.within(1, 3) };
+                let mut system = self.tasks(tasks, cpus.min(2), 4 - tasks.min(3));
+                match what {
                     0 => {
                         system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
                         let calls = [Calls::AtNextPeriod, Calls::BetweenPeriods][self.below(2) as usize];
