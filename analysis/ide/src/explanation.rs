@@ -67,6 +67,8 @@ struct Explanation<'a, 'db> {
     reasons: Vec<Why>,
     /// The activities that overload its CPU, if these are the reason.
     overload: Option<Overload<'db>>,
+    /// How it is released, unless that is in each period.
+    released: Option<String>,
     /// Which activities are counted, the assumptions about the platform, and the precision: a clause each.
     notes: Vec<String>,
     sum: Option<Sum<'db>>,
@@ -84,6 +86,8 @@ struct Row<'db> {
     name: Name,
     /// The location of an activity.
     at: Option<Location<'db>>,
+    /// Where it is in the thread of the explained activity, or how it is released, in words.
+    note: Option<String>,
     priority: Option<u32>,
     /// The number of jobs or periods.
     count: u64,
@@ -204,7 +208,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         let has_states = |psm: &&Psm<'_>| query.method != Method::Classic && psm.machine.states() > 1;
         let machine = origin.psm.filter(has_states);
         let machine = machine.filter(|_| report.activities.iter().any(|it| delays(activity, it)));
-        let is_critical = activity.jitter == Time::ZERO && !has_start;
+        let is_critical = activity.jitter == Time::ZERO && !has_start && activity.burst() == 1;
         Some(Explanation {
             activity,
             query,
@@ -212,6 +216,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
             is_assumed: with_assumptions.get(index).copied().unwrap_or_default(),
             reasons: reasons(db, report, activity),
             overload: Overload::new(report, activity, origin.throttling == Some(true)),
+            released: releases(&activity.task),
             notes,
             sum,
             own,
@@ -318,7 +323,7 @@ impl<'db> Overload<'db> {
         };
         let of_other = |it: &Task| {
             let (time, period) = it.greatest_cost().zip(it.period)?;
-            let share = Share(time.as_nanos() as f64 / period.as_nanos() as f64);
+            let share = Share(time.as_nanos() as f64 * it.burst() as f64 / period.as_nanos() as f64);
             Some(Load { of: Row::other(it), period: it.period, share })
         };
         let others = report.others().iter().filter(|it| is_counted(it));
@@ -331,7 +336,21 @@ impl<'db> Overload<'db> {
     }
 }
 
+/// Returns how a task is released, unless that is in each period.
+fn releases(task: &Task) -> Option<String> {
+    match task.burst() {
+        _ if task.is_periodic() => None,
+        1 => Some("released by data".to_owned()),
+        burst => Some(format!("in bursts of {burst}")),
+    }
+}
+
 impl<'db> Row<'db> {
+    /// Returns its note in parentheses.
+    fn noted(&self) -> String {
+        self.note.as_ref().map_or_else(String::new, |note| format!(" ({note})"))
+    }
+
     fn named(name: &str) -> Self {
         Row { name: name.into(), ..Row::default() }
     }
@@ -339,12 +358,14 @@ impl<'db> Row<'db> {
     fn activity(it: &ActivityReport<'db>) -> Self {
         let (at, is_assumed) = (it.at.clone(), !it.assumed.is_empty());
         let priority = it.priority.real_time();
-        Row { name: it.instance.clone(), at, priority, each: it.own, is_assumed, ..Row::default() }
+        let note = releases(&it.task);
+        Row { name: it.instance.clone(), at, note, priority, each: it.own, is_assumed, ..Row::default() }
     }
 
     fn other(it: &Task) -> Self {
         let priority = it.priority.real_time();
-        Row { priority, each: it.greatest_cost(), ..Row::named(&name_of_other(&it.name)) }
+        let (each, note) = (it.greatest_cost(), releases(it));
+        Row { priority, each, note, ..Row::named(&name_of_other(&it.name)) }
     }
 }
 
@@ -362,7 +383,13 @@ impl<'db> Sum<'db> {
         }
         let interrupt = || db.unwind_if_revision_cancelled();
         let others = report.others().iter().map(Row::other);
-        let rows = others.chain(report.activities.iter().map(Row::activity));
+        let rows = others.chain(report.activities.iter().enumerate().map(|(other, it)| {
+            let before = if other < index { "before" } else { "after" };
+            let thread = it.thread.as_ref().filter(|_| it.is_mate(activity));
+            let in_thread = thread.map(|thread| format!("{before} it in the thread `{thread}`"));
+            let row = Row::activity(it);
+            Row { note: in_thread.or(row.note), ..row }
+        }));
         let by_name: HashMap<Name, Row<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
         let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {
             let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Row::named(&it.instance));
@@ -409,9 +436,9 @@ impl<'db> Sum<'db> {
 
 impl Released {
     fn of(activity: &ActivityReport<'_>) -> Released {
-        let released = activity.window.as_ref().zip(activity.period).and_then(|(window, period)| {
-            // The nominal release is at delay − J + (q − 1)·T.
-            period.checked_mul(window.job - 1)?.checked_add(window.delay)
+        let released = activity.window.as_ref().and_then(|window| {
+            // The nominal release is at delay − J + (q − 1)·T; in bursts of b, + ⌊(q − 1)/b⌋·T.
+            activity.release_of(window.job)?.checked_add(window.delay)
         });
         let Some(released) = released else { return Released::AtStart };
         match (released.checked_sub(activity.jitter), activity.jitter.checked_sub(released)) {
@@ -426,9 +453,9 @@ impl Crossed {
     const SHOWN_ITERATIONS: usize = 12;
 
     fn new(activity: &ActivityReport<'_>) -> Option<Crossed> {
-        let (window, period) = (activity.window.as_ref()?, activity.period?);
+        let window = activity.window.as_ref()?;
         // The deadline of job q is delay − J + (q − 1)·T + D after the start of the window.
-        let deadline = period.checked_mul(window.job - 1)?.checked_add(activity.deadline?)?;
+        let deadline = activity.release_of(window.job)?.checked_add(activity.deadline?)?;
         let deadline = deadline.checked_add(window.delay)?.checked_sub(activity.jitter)?;
         let iteration = window.iterations.iter().position(|&length| length > deadline)? + 1;
         let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();

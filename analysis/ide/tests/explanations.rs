@@ -6,12 +6,14 @@
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use expect_test::expect;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Location, ModelDb, Workspace, names_of, projects};
-use mauve_ide::{HoverFormat, explain_response, hover};
+use mauve_ide::{HoverFormat, explain_response, explain_response_of, hover};
 use mauve_tests::{Random, files_in, fixture, models};
+use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{Level, Method, Rounding, Time};
-use mauve_wcrt::{ActivityReport, Query, Reason, response_times, tables_of};
+use mauve_wcrt::{ActivityReport, Query, Reason, response_times, response_times_of, tables_of};
 
 use crate::project_with;
 
@@ -323,4 +325,55 @@ fn every_figure_adds_up() {
     println!("{calls} with calls, {overheads} with overhead, {others} with other work");
     assert!(later_jobs >= 10);
     assert!(starts.min(jitters).min(calls).min(overheads).min(others) * 100 > windows);
+}
+
+/// What a thread executes before and after, and how others are released.
+#[test]
+fn threads_bursts_and_releases_by_data_are_named() {
+    let text = "name,period,time,priority,sporadic,burst,thread\n\
+        imu,10,1,2,,,drivers\ngps,10,2,2,,,drivers\ncan,20,1,3,,3,\nlog,100,5,1,true,,\nplan,100,1,1,,,\n";
+    let db = Database::default();
+    let set = TaskSet::parse(text, Notation::Csv).unwrap();
+    let query = Query { level: set.level(), method: Method::Exact, horizon: None };
+    let report = response_times_of(&set, query).unwrap();
+    let of = |task: usize| explain_response_of(&db, &set, &report, task, query);
+    expect![[r#"
+        gps (component unknown) at 1e-4, method exact
+          met: response time 6 ms, deadline 10 ms, period 10 ms
+          assumes real-time throttling off
+
+        execution time of its own job: 2 ms
+        interference:
+                  1 ms     1 job   imu (before it in the thread `drivers`)
+                  3 ms     3 jobs  can (in bursts of 3)
+
+        execution time 2 ms: update
+
+        response time at the critical instant: 6 ms
+
+        can (component unknown) at 1e-4, method exact
+          met: response time 3 ms, deadline 20 ms, period 20 ms (in bursts of 3)
+          assumes real-time throttling off
+
+        job 3 of the busy window has the largest response time: it ends 3 ms after the start of the window
+        execution time of its own 3 jobs: 3 ms
+
+        execution time 1 ms: update
+
+        plan (component unknown) at 1e-4, method exact
+          met: response time 15 ms, deadline 100 ms, period 100 ms
+          assumes real-time throttling off
+
+        execution time of its own job: 1 ms
+        interference:
+                  2 ms     2 jobs  imu
+                  4 ms     2 jobs  gps
+                  3 ms     3 jobs  can (in bursts of 3)
+                  5 ms     1 job   log (released by data)
+
+        execution time 1 ms: update
+
+        response time at the critical instant: 15 ms
+    "#]]
+    .assert_eq(&[1, 2, 4].map(of).join("\n"));
 }

@@ -103,7 +103,7 @@ fn capitalised(text: &str) -> String {
 /// Returns the name of an activity with its link and the mark of assumed times.
 fn named(db: &dyn ModelDb, of: &Row<'_>, links: Links<'_>) -> String {
     let assumed = if of.is_assumed { " (with assumed times)" } else { "" };
-    format!("{}{assumed}", markdown::link(db, links, &of.name, of.at.as_ref()))
+    format!("{}{}{assumed}", markdown::link(db, links, &of.name, of.at.as_ref()), inline(&of.noted()))
 }
 
 fn priority(of: Option<u32>) -> String {
@@ -243,7 +243,8 @@ fn details(facts: &Explanation<'_, '_>) -> Vec<String> {
     let times = [("period", activity.period), ("deadline", activity.deadline), ("jitter", jitter)];
     let times = times.into_iter().filter_map(|(name, time)| Some(format!("{name} {}", time?)));
     let method = format!("method {}", facts.method());
-    let first: Vec<String> = component.into_iter().chain(times).chain([method]).collect();
+    let released = facts.released.clone();
+    let first: Vec<String> = component.into_iter().chain(times).chain(released).chain([method]).collect();
     let mut found = vec![first.join(", ")];
     found.extend(facts.notes.iter().map(|note| inline(note)));
     found.extend(facts.busy_window());

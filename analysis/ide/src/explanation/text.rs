@@ -51,6 +51,7 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     let (response, deadline) = (time(activity.response), time(activity.deadline));
     let (verdict, period) = (activity.verdict.name(), time(activity.period));
     let _ = write!(out, "  {verdict}: response time {response}, deadline {deadline}, period {period}");
+    out.extend(facts.released.iter().map(|released| format!(" ({released})")));
     if activity.jitter > Time::ZERO {
         let _ = write!(out, ", jitter {}", activity.jitter);
     }
@@ -121,7 +122,7 @@ fn interference(facts: &Explanation<'_, '_>, sum: &Sum<'_>) -> String {
     out.extend(shown.into_iter().map(|it| {
         let counted = if it.count == 1 { "job" } else { "jobs" };
         let assumed = if it.is_assumed { "  (with assumed times)" } else { "" };
-        row(it.time, format!("{:>4} {counted:<4}  {}{assumed}", it.count, it.name))
+        row(it.time, format!("{:>4} {counted:<4}  {}{}{assumed}", it.count, it.name, it.noted()))
     }));
     if others > 0 {
         out += &row(of_others, format!("of {others} more activities, none with more interference"));
