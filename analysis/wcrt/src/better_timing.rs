@@ -201,7 +201,9 @@ impl<'db> TimingSearch<'db> {
                     priority_of(activity, if other == index { number } else { greatest })
                 });
                 let what_if: Vec<WhatIfField> = fields.iter().cloned().chain(others).collect();
-                if is_met(&self.ask(&what_if)?, candidate) {
+                let report = self.ask(&what_if)?;
+                let mates = self.system.activities.iter().filter(|it| it.is_mate(candidate));
+                if is_met(&report, candidate) && mates.into_iter().all(|mate| is_met(&report, mate)) {
                     chosen = Some(index);
                     break;
                 }
@@ -301,11 +303,12 @@ impl<'db> TimingSearch<'db> {
         found.is_complete().then_some(found.good)
     }
 
-    /// Returns a period, and the deadline with it where one is written and is the period now, or would be later.
+    /// Returns a period, and the deadline with it where one is written and is the period now, or only then would be later.
     fn with_period(&self, activity: &ResolvedActivity<'db>, period: Time) -> Vec<WhatIfField> {
         let mut fields = vec![field(activity, ActivityField::Period, period.number())];
+        let is_later_then = activity.deadline < activity.period && activity.deadline > Some(period);
         if self.written_deadline(activity).is_some()
-            && (activity.deadline == activity.period || activity.deadline > Some(period))
+            && (activity.deadline == activity.period || is_later_then)
         {
             fields.push(field(activity, ActivityField::Deadline, period.number()));
         }
@@ -319,7 +322,8 @@ fn deadline(activity: &ResolvedActivity<'_>) -> Option<BetterTiming> {
     Some(BetterTiming::Change(TimingChange::DeadlineAsPeriod(period), fields))
 }
 
-/// Activities that may delay each other, and the priorities that they have among them.
+/// Activities that may delay each other, and the priorities that they have among them. Of the activities of a thread, which have one
+/// priority, it has the first.
 struct Group<'a, 'db> {
     cpus: CpuSet,
     activities: Vec<&'a ResolvedActivity<'db>>,
@@ -331,7 +335,10 @@ struct Group<'a, 'db> {
 /// unknown, or where there are more activities than priorities.
 fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
     let mut groups: Vec<Group<'a, 'db>> = Vec::new();
-    for activity in system.activities.iter().filter(|it| it.priority != Priority::Background) {
+    let is_counted = |it: &&ResolvedActivity<'db>| {
+        it.priority != Priority::Background && is_first_of_thread(&system.activities, it)
+    };
+    for activity in system.activities.iter().filter(is_counted) {
         let is_known = activity.priority != Priority::Unknown && activity.deadline.is_some();
         let cpus = activity.cpus.filter(|_| is_known)?;
         let mut joined = Group { cpus, activities: Vec::new(), numbers: Vec::new() };
@@ -352,6 +359,11 @@ fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
         };
     }
     Some(groups)
+}
+
+/// Whether an activity is the first one that its thread executes.
+fn is_first_of_thread(activities: &[ResolvedActivity<'_>], activity: &ResolvedActivity<'_>) -> bool {
+    activities.iter().find(|it| it.is_mate(activity)).is_none_or(|first| first.instance == activity.instance)
 }
 
 impl<'a, 'db> Group<'a, 'db> {
@@ -570,6 +582,41 @@ mod tests {
             activity c { priority = 1 period = 200 deadline = 150 }";
         let expected = ["a deadline = 100", "a period = 47"];
         assert_eq!(changes(activities, "fa = 40\nfc = 20\n", Some(0)), expected);
+    }
+
+    #[test]
+    fn the_activities_of_a_thread_change_together() {
+        let with = |thread: &str, c: &str| {
+            format!("activity drivers {{ instances = [a, b] {thread} }} activity c {{ {c} }}")
+        };
+        // One of them stands for the thread.
+        let inverted = with("priority = 1 period = 60", "priority = 5 period = 90");
+        assert_eq!(changes(&inverted, TIMES, None), ["a priority = 5, c priority = 1"]);
+        for index in [0, 1] {
+            let found = changes(&inverted, TIMES, Some(index));
+            assert!(
+                found.contains(&format!("{} priority = 5, c priority = 1", ["a", "b"][index])),
+                "{found:?}"
+            );
+        }
+        // `b` ends after 30 ms of `c`, 10 of `a` and 20 of its own.
+        let late = with("priority = 1 period = 90", "priority = 2 period = 80");
+        assert_eq!(changes(&late, TIMES, Some(1)), ["b period = 60.1"]);
+        // `a` alone would meet its deadline below `c`, and `b` does not.
+        let db = Database::default();
+        let activities =
+            with("priority = 1 period = 100 deadline = 50", "priority = 2 period = 100 deadline = 35");
+        let (project, of) = deployed(&db, &activities, TIMES);
+        let mut search = TimingSearch::new(&db, project, of, Query::shown(&db, project)).unwrap();
+        let found = search.optimal(&groups(search.system).unwrap());
+        assert_eq!(found, Some(BetterTiming::NoPriorities(vec!["c".into(), "a".into()])));
+    }
+
+    #[test]
+    fn a_deadline_beyond_the_period_stays() {
+        let activities = "activity a { priority = 2 period = 100 deadline = 150 }
+            activity b { priority = background } activity c { priority = background }";
+        assert_eq!(changes(activities, "fa = 40\n", Some(0)), ["a period = 40"]);
     }
 
     #[test]

@@ -67,8 +67,8 @@ pub fn new_activities<'db>(
     let is_written = has_affinity || system.cpus.len() > 1;
     let mut cpus = cpus_of(db, project, of, system);
     let periods: FxHashMap<&Name, Time> =
-        system.activities.iter().filter_map(|it| Some((&it.instance, it.period?))).collect();
-    let all = most_frequent(system.activities.iter().filter_map(|it| it.period));
+        system.activities.iter().filter_map(|it| Some((&it.instance, period_of(it)?))).collect();
+    let all = most_frequent(system.activities.iter().filter_map(period_of));
     let mut near: FxHashMap<&Name, Vec<Time>> = FxHashMap::default();
     for link in deployed(db, project, of).map_or(&[][..], |(flat, _)| &flat.links) {
         let ends = [(&link.source.0, &link.target.0), (&link.target.0, &link.source.0)];
@@ -87,6 +87,11 @@ pub fn new_activities<'db>(
         }
     });
     new.collect()
+}
+
+/// Returns the period of an activity, unless data releases it.
+fn period_of(activity: &ResolvedActivity<'_>) -> Option<Time> {
+    activity.period.filter(|_| activity.is_periodic())
 }
 
 /// A CPU of a deployment.

@@ -196,3 +196,45 @@ fn stale<'db>(
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::system_of;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
+
+    /// The activities that the facts of a deployment of `a`, `b` and `c` name.
+    fn named(activities: &str) -> Vec<String> {
+        let db = Database::default();
+        let text = format!(
+            "shell S {{ }} core K(S) {{ update = {{ }} }} component C(S, K)
+            architecture R {{ instance a: C instance b: C instance c: C }}
+            deployment D {{ architecture R {activities} }}"
+        );
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), text)]);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let activities = &system_of(&db, project, of).activities;
+        let facts = priority_facts(&db, project, of, activities);
+        let name = |it: &TimingFact<'_>| match &it.kind {
+            TimingFactKind::EqualPriorities { instance, others, .. } => {
+                let others = others.iter().map(|(other, _)| other.as_str()).collect::<Vec<_>>();
+                format!("{instance} as {}", others.join(", "))
+            }
+            TimingFactKind::NotDeadlineMonotonic { activity, other, .. } => {
+                format!("{} not {}", activity.instance, other.instance)
+            }
+            other => format!("{other:?}"),
+        };
+        facts.iter().map(name).collect()
+    }
+
+    #[test]
+    fn a_thread_has_one_priority() {
+        let thread = "activity drivers { instances = [a, b] priority = 2 period = 100 }";
+        assert_eq!(named(&format!("{thread} activity c {{ priority = 3 period = 50 }}")), [] as [&str; 0]);
+        assert_eq!(named(&format!("{thread} activity c {{ priority = 2 period = 50 }}")), ["c as drivers"]);
+        assert_eq!(named(&format!("{thread} activity c {{ priority = 1 period = 50 }}")).len(), 1);
+    }
+}

@@ -62,7 +62,8 @@ pub struct ActivitySensitivity {
     pub slack: Option<Time>,
     /// The first affected activity whose deadline is not proved with the present period.
     pub unproved: Option<Name>,
-    /// The least period. The written deadline stays, but is at most the period; without one, the period is the deadline.
+    /// The least period. The written deadline stays, but is at most the period, unless it is later now; without one, the period is
+    /// the deadline.
     pub limit: Limit,
     /// Whether the activity executes operations for others: then not every period between the present one and the limit
     /// need be proved.
@@ -179,10 +180,15 @@ pub fn period_sensitivity<'db>(
     let report = response_times(db, project, deployment, query).activities.get(index)?;
     let slack = report.deadline.zip(report.response).and_then(|(deadline, it)| deadline.checked_sub(it));
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let search = LimitSearch { variants, of: &[index] };
-    let base = search.variants.with_times(&FxHashSet::default(), &|_| None);
-    let serves = base.operations.iter().any(|operation| operation.provider == index);
-    let found = search.least_period(&base, index, activity);
+    let base = variants.with_times(&FxHashSet::default(), &|_| None);
+    // Those of one thread have one period.
+    let is_of_thread = |other: &usize| {
+        *other == index || base.activities().get(*other).is_some_and(|it| it.is_mate(activity))
+    };
+    let of: Vec<usize> = (0..base.activities().len()).filter(is_of_thread).collect();
+    let search = LimitSearch { variants, of: &of };
+    let serves = base.operations.iter().any(|operation| of.contains(&operation.provider));
+    let found = search.least_period(&base, activity);
     let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
     let instance = activity.instance.clone();
     Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
@@ -321,7 +327,6 @@ impl<'db> LimitSearch<'_, 'db> {
     fn least_period(
         &self,
         base: &Tasks,
-        index: usize,
         activity: &ResolvedActivity<'db>,
     ) -> Result<(Option<Name>, Limit), Limit> {
         let Variants { db, deployment, .. } = self.variants;
@@ -337,10 +342,12 @@ impl<'db> LimitSearch<'_, 'db> {
         let with = |period: Time| {
             let mut set = base.clone();
             set.activities_mut().iter_mut().for_each(|it| it.offset = None);
-            if let Some(changed) = set.activities_mut().get_mut(index) {
+            for &index in self.of {
+                let Some(changed) = set.activities_mut().get_mut(index) else { continue };
+                let stays = |deadline: &Time| is_written && *deadline > Time::from_nanos(now);
+                let deadline = if is_written { changed.deadline } else { Some(period) };
+                changed.deadline = deadline.map(|it| if stays(&it) { it } else { it.min(period) });
                 changed.period = Some(period);
-                changed.deadline =
-                    if is_written { changed.deadline.map(|it| it.min(period)) } else { Some(period) };
             }
             set
         };
@@ -775,6 +782,31 @@ architecture C { instance o: CO }
             }
         }
         assert!(checked > 300 && free > 50, "{checked} {free}");
+    }
+
+    /// With 22 ms, the thread executes 5 + 7 ms twice in the 44 ms of `c`. Its deadline is later than its period now.
+    #[test]
+    fn the_least_period_of_a_thread_and_of_late_deadlines() {
+        let db = Database::default();
+        let text = "shell S { } codel fa(): int codel fb(): int codel fc(): int
+            core A(S) { update = { fa(); } } core B(S) { update = { fb(); } } core C(S) { update = { fc(); } }
+            component KA(S, A) component KB(S, B) component KC(S, C)
+            architecture R { instance a: KA instance b: KB instance c: KC }
+            deployment D { architecture R
+              activity drivers { instances = [a, b] priority = 2 period = 100 deadline = 150 }
+              activity c { priority = 1 period = 100 deadline = 44 } }";
+        let files = [
+            ("/robot.mal", text),
+            ("/mauve.toml", "timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false\n"),
+            ("/times.toml", "[codel]\nfa = 5\nfb = 7\nfc = 20\n"),
+        ];
+        let files = files.map(|(path, text)| (path.into(), text.to_owned()));
+        let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let found = sensitivity(&db, project, of, Query::shown(&db, project));
+        let least: Vec<_> = found.activities.iter().map(|it| it.limit.time()).collect();
+        let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
+        assert_eq!(least, [ms(22), ms(22), ms(32)]);
     }
 
     /// The same for the time that a codel without one may take.

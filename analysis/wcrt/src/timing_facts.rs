@@ -113,6 +113,7 @@ fn overloads<'db>(
         (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
         let share_of = |it: &&Task| {
             let (time, period) = it.greatest_cost().zip(it.period)?;
+            let time = time.checked_mul(it.burst())?;
             Some((time.as_nanos() as f64 / period.as_nanos() as f64, time, period))
         };
         let contributing = report
@@ -129,7 +130,8 @@ fn overloads<'db>(
             continue;
         }
         overload.table = greatest.component.and_then(|it| entry_of_greatest_time(db, tables, it, level));
-        if let Some(alone) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
+        let of_burst = greatest.own.and_then(|own| own.checked_mul(greatest.burst()));
+        if let Some(alone) = of_burst.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
             *at = greatest.at.clone();
             overload.alone = Some(alone);
         }
