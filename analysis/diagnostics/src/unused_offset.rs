@@ -1,7 +1,7 @@
 //! # unused-offset
 //!
 //! An activity has an offset that the analysis ignores: its clock is not synchronised with others, so the phase of its releases
-//! is unknown; its period is no whole number of nanoseconds, as that of 30 Hz; or it is a background activity.
+//! is unknown; its period is not a whole number of nanoseconds, as that of 30 Hz; or it is a background activity.
 //!
 //! ```mauve
 //! shell S { }
