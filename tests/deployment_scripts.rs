@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
-use mauve_tests::deployer::run;
+use mauve_tests::deployer::{Argument, run};
 use mauve_tests::{models, scratch, texts_in, write};
 
 fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
@@ -67,6 +67,65 @@ fn orocos_scripts_say_what_failed() {
         let count = |function: &str| calls.iter().filter(|call| call.function == function).count();
         let is_started = failing.starts_with("start");
         assert_eq!((count("start"), count("stop")), if is_started { (2, 1) } else { (0, 0) }, "{failing}");
+    }
+}
+
+/// Data releases `b`. The last instance of a shared thread has it, executes the others in the order of the list, starts after them
+/// and stops before them; here it also provides an operation to one of them.
+#[test]
+fn orocos_scripts_have_releases_by_data_and_shared_threads() {
+    let model = "shell S { input port heard: int  output port told: int }\ncore K(S) { update = { } }\ncomponent C(S, K)\n\
+         shell GiverShell { provide ask(): int }\ncore GiverCore(GiverShell) { provide ask(): int = { return 1; }  update = { } }\n\
+         component Giver(GiverShell, GiverCore)\n\
+         shell TakerShell { require ask(): int }\ncore TakerCore(TakerShell) { update = { } }\n\
+         component Taker(TakerShell, TakerCore)\n\
+         architecture A { instance giver: Giver  instance a: C  instance b: C  instance taker: Taker\n\
+         connection a.told -> [4] b.heard  operation giver.ask -> taker.ask }\n\
+         deployment D { architecture A\n\
+         activity all { instances = [taker, a, giver]  priority = 2  period = 10  affinity = 1 }\n\
+         activity b { priority = 3  trigger = heard  least = 30  burst = 2  affinity = 1 } }\n";
+    let files = vec![("/robot.mal".into(), model.to_owned())];
+    let packages = generated("/".into(), files);
+    let (calls, error) = run(script(&packages), "");
+    assert_eq!(error, None);
+    let of = |functions: &[&str]| -> Vec<String> {
+        let calls = calls.iter().filter(|call| functions.contains(&call.function.as_str()));
+        let shown = |argument: &Argument| match argument {
+            Argument::Text(text) => text.clone(),
+            Argument::Number(number) => number.to_string(),
+            Argument::Bool(value) => value.to_string(),
+        };
+        let line = |arguments: &[Argument]| arguments.iter().map(shown).collect::<Vec<_>>().join(" ");
+        calls.map(|call| format!("{} {}", call.function, line(&call.arguments))).collect()
+    };
+    assert_eq!(
+        of(&["mauve_released_by", "connect"]),
+        ["mauve_released_by b heard 0.03 2", "connect a.told b.heard CIRCULAR_BUFFER 4"]
+    );
+    assert_eq!(
+        of(&["setActivity", "setMasterSlaveActivity", "mauve_executes", "setCpuAffinity", "mauve_runs_as"]),
+        [
+            "setActivity giver 0.01 2 ORO_SCHED_RT",
+            "setCpuAffinity giver 1",
+            "setMasterSlaveActivity giver taker",
+            "mauve_executes giver taker",
+            "setMasterSlaveActivity giver a",
+            "mauve_executes giver a",
+            "mauve_runs_as taker 2 1",
+            "mauve_runs_as a 2 1",
+            "mauve_runs_as giver 2 1",
+            "setActivity b 0 3 ORO_SCHED_RT",
+            "setCpuAffinity b 1",
+            "mauve_runs_as b 3 1",
+        ]
+    );
+    assert_eq!(of(&["start"]), ["start a", "start b", "start taker", "start giver"]);
+    for (failing, says) in [
+        ("mauve_released_by b", "Cannot let data release b\nNothing runs."),
+        ("setMasterSlaveActivity giver", "Cannot execute taker in the thread of giver\nNothing runs."),
+    ] {
+        let (_, error) = run(script(&packages), failing);
+        assert!(error.as_ref().is_some_and(|error| error.contains(says)), "{failing}: {error:?}");
     }
 }
 

@@ -219,6 +219,82 @@ fn orocos_what_a_full_buffer_drops_is_counted() {
     assert_eq!(count(&equal), [200, 200, 0]);
 }
 
+/// Data releases a chain of instances, three share a thread, and the first job of `planner` ends after its next release.
+const RELEASES: &str = "\
+library robot {
+  codel look(): int
+  codel find(in seen: int): int
+  codel turn(in by: int): int
+  codel watch(): int
+  codel plan(): int
+  shell EyeShell { output port seen: int }
+  core EyeCore(EyeShell) { update = { write(seen, look()); } }
+  component Eye(EyeShell, EyeCore)
+  shell FinderShell { input port seen: int  output port found: int }
+  core FinderCore(FinderShell) { var last: int = 0  update = { read(seen, last); write(found, find(last)); } }
+  component Finder(FinderShell, FinderCore)
+  shell WheelShell { input port found: int }
+  core WheelCore(WheelShell) { var last: int = 0  update = { read(found, last); turn(last); } }
+  component Wheel(WheelShell, WheelCore)
+  shell SideShell { }
+  core SideCore(SideShell) { update = { watch(); } }
+  component Side(SideShell, SideCore)
+  core PlannerCore(SideShell) {
+    statemachine {
+      initial state Long { run = { plan(); } transition go to Short1 }
+      state Short1 { transition go to Short2 }
+      state Short2 { transition go to Long }
+    }
+  }
+  component Planner(SideShell, PlannerCore)
+  architecture Robot {
+    instance left: Side  instance right: Side  instance back: Side
+    instance planner: Planner  instance wheel: Wheel  instance finder: Finder  instance eye: Eye
+    connection eye.seen -> [4] finder.seen
+    connection finder.found -> wheel.found
+  }
+  deployment Bench {
+    architecture Robot
+    activity eye { affinity = 1  priority = 30  period = 20 }
+    activity finder { affinity = 1  priority = 20  trigger = seen  least = 30 }
+    activity wheel { affinity = 1  priority = 40  trigger = found  least = 15  burst = 2  deadline = 20 }
+    activity sides { affinity = 1  priority = 50  period = 10  instances = [right, left, back] }
+    activity planner { affinity = 1  priority = 10  period = 30  deadline = 80 }
+  }
+}
+";
+
+const RELEASES_TIMES: &str = "unit = \"ms\"\n[codel]\n\"robot.look\" = 1\n\"robot.find\" = 3\n\"robot.turn\" = 1\n\
+     \"robot.watch\" = 0.5\n\"robot.plan\" = 32\n";
+
+#[test]
+fn orocos_releases_by_data_and_shared_threads_keep_their_bounds() {
+    let folder = folder("releases");
+    let configuration = "[timing]\ntables = \"times.toml\"\n[platform]\ncpus = 1\nrt_throttling = false\n";
+    write(&folder, &[("robot.mal", RELEASES), ("mauve.toml", configuration), ("times.toml", RELEASES_TIMES)]);
+    let trace = folder.join("trace");
+    let arguments = ["--simulate-time", "--for", "30s", "--trace", trace.to_str().unwrap()];
+    let ran = mauve_run(&folder, &folder.join("cache"), &arguments);
+    let (out, err) = (text(&ran.stdout), text(&ran.stderr));
+    assert_eq!((ran.status.code(), err.contains("error")), (Some(0), false), "{out}\n{err}");
+    assert_within_bounds(&out, 7);
+    let rows: BTreeMap<String, Row> = rows(&out).into_iter().map(|row| (row.instance.clone(), row)).collect();
+    // Each value has a job of the finder, as far as the gap and the buffer allow: one in 30 ms. All of its values have one of the wheel.
+    assert_eq!((rows["eye"].periods, rows["finder"].periods, rows["wheel"].periods), (1500, 1000, 1000));
+    // The order of the list; and no job of the planner is dropped, although one of three ends after the next release.
+    assert_eq!(["right", "left", "back"].map(|it| rows[it].response), [0.5, 1.0, 1.5], "{out}");
+    assert!(rows["planner"].periods == 1000 && rows["planner"].response > 30.0, "{out}");
+    let found = checked(&trace, &folder);
+    assert_eq!(found["findings"].as_array().map(Vec::len), Some(0), "{found}");
+
+    // With a longer gap in the model than in the robot, the releases are too early.
+    write(&folder, &[("robot.mal", RELEASES.replace("least = 30", "least = 31").as_str())]);
+    let found = checked(&trace, &folder);
+    let kinds: Vec<&str> =
+        found["findings"].as_array().unwrap().iter().filter_map(|it| it["code"].as_str()).collect();
+    assert_eq!(kinds, ["gap"], "{found}");
+}
+
 /// A robot whose codels do what the environment says. Its deadlines are long, so that a virtual machine that pauses for a moment
 /// meets them.
 const ROBOT: &str = "\
