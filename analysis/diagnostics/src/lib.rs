@@ -21,7 +21,7 @@ use mauve_hir::{
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, declared_locks, facts_if, missing_time_facts, priority_facts, system_of,
-    table_facts, timing_facts,
+    table_facts, timing_facts, trigger_facts,
 };
 
 mod foreign_syntax;
@@ -310,6 +310,8 @@ codes! {
     unused_deadline: UNUSED_DEADLINE = Warning "unused-deadline";
     unused_jitter: UNUSED_JITTER = Warning "unused-jitter";
     unused_offset: UNUSED_OFFSET = Warning "unused-offset";
+    never_triggered: NEVER_TRIGGERED = Error "never-triggered";
+    unread_trigger: UNREAD_TRIGGER = Warning "unread-trigger";
     deadline_missed: DEADLINE_MISSED = Error "deadline-missed";
     chain_late: CHAIN_LATE = Error "chain-late";
     chain_broken: CHAIN_BROKEN = Warning "chain-broken";
@@ -579,6 +581,7 @@ pub fn declaration_diagnostics<'db>(
             let in_table = overloading_times::in_table(db, decl, fact, &diagnostic);
             std::iter::once(diagnostic).chain(in_table).map(Arc::new)
         }));
+        found.extend(timing_diagnostics(db, project, &trigger_facts(db, project, decl)));
         found.extend(of_chains::chain_diagnostics(db, project, decl));
     }
     found.into_boxed_slice()

@@ -52,6 +52,10 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::StaleData { reader, writer, port, writer_at } => {
             stale_data::report(at, [reader, writer], port, writer_at)
         }
+        Fact::NeverTriggered { instance, port, writer } => {
+            never_triggered::report(at, [instance, port], writer.as_ref())
+        }
+        Fact::TriggerNotRead { instance, port } => unread_trigger::report(at, instance, port),
         Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),
         Fact::RepeatedTime { key, first } => invalid_table::repeated(db, at, key, first),
         Fact::UnknownTimingKey { kind, key, near, fixed } => {

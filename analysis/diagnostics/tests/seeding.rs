@@ -47,6 +47,7 @@ const OPERATORS: &[(&str, Operator)] = &[
     ("missing-activity", missing_activity),
     ("missing-field", missing_field),
     ("missing-value", missing_value),
+    ("never-triggered", never_triggered),
     ("no-effect", no_effect),
     ("not-assignable", not_assignable),
     ("operation-definition", operation_definition),
@@ -1512,6 +1513,19 @@ fn conflicting_fields(seed: &mut Seed) -> Option<()> {
     activity.fields.extend(fields);
     let last = activity.fields.last_mut()?;
     last.0 = marked(&last.0);
+    Some(())
+}
+
+/// Data releases an activity, at a port whose connection is missing.
+fn never_triggered(seed: &mut Seed) -> Option<()> {
+    let all: Vec<Link> = seed.architectures().into_iter().flat_map(|it| it.connections.clone()).collect();
+    let Link { target: (instance, port), .. } = seed.of(all)?;
+    let is_it = |it: &Link| it.target.0 == instance && it.target.1 == port;
+    let activity = seed.deployment()?.activities.iter_mut().find(|it| it.instance == instance)?;
+    activity.fields.retain(|it| !matches!(it.0.as_str(), "offset" | "rate"));
+    activity.fields.iter_mut().find(|it| it.0 == "period")?.0 = "least".to_owned();
+    activity.fields.push(("trigger".to_owned(), marked(&port)));
+    seed.architectures().into_iter().for_each(|it| it.connections.retain(|it| !is_it(it)));
     Some(())
 }
 

@@ -87,6 +87,10 @@ pub enum TimingFactKind<'db> {
     },
     /// A component runs before another one of the same period that writes its input.
     StaleData { reader: Name, writer: Name, port: Name, writer_at: Location<'db> },
+    /// Data at this port releases an activity, and nobody writes it; with the output that is connected to it.
+    NeverTriggered { instance: Name, port: Name, writer: Option<(Name, Name)> },
+    /// Data at this port releases an activity, whose core never reads it.
+    TriggerNotRead { instance: Name, port: Name },
 
     /// A table has an error.
     InvalidTable(TableFault),

@@ -23,6 +23,7 @@
 //! | `bisection.rs` | searches for the value with which the first deadline is missed: variants, budget, bisection |
 //! | `sensitivity.rs` | how far each time may grow, and each period shrink |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
+//! | `triggers.rs` | activities that data never releases |
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `chains.rs` | how long data takes from sensors to actuators |
@@ -63,6 +64,7 @@ mod table_set;
 mod task_set;
 mod timetable;
 mod timing_facts;
+mod triggers;
 pub mod unblocked;
 mod what_if;
 
@@ -99,4 +101,5 @@ pub use timetable::{
     observed_in, pattern_of_path, table, table_facts, table_files, table_pattern, timetable_of,
 };
 pub use timing_facts::timing_facts;
+pub use triggers::trigger_facts;
 pub use what_if::WhatIfField;
