@@ -6,13 +6,207 @@
 
 use std::collections::BTreeSet;
 
+use expect_test::{Expect, expect};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, names_of, projects};
 use mauve_tests::machines::{Library, Times, Walk, WalkStep, counting, edges, walk};
 use mauve_timing::{StateMachine, Time};
 use mauve_wcrt::{Psm, first_tables, psm_of};
 
-use crate::common::LEVEL;
+use crate::common::{LEVEL, verdicts, workspace};
+
+const TABLES: &str = "
+codel sense(): bool
+codel plan(): void
+codel move(): void
+codel pick(out it: int): void
+shell S { provide reset(): void  property limit: int = 3  input port source: int }
+component C(S, K)
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+sense = 1
+plan = 10
+move = 2
+pick = 3
+";
+
+/// A line for each edge of the machine of a core with values: where periods begin and end, and what they cost at most.
+fn edges_of(core: &str) -> String {
+    let core = match core.contains("provide reset") {
+        true => core.to_owned(),
+        false => core.replacen('{', "{ provide reset() = { }", 1),
+    };
+    let db = Database::default();
+    let workspace = workspace(&db, &format!("core K(S) {core}{TABLES}"));
+    let project = projects(&db, workspace)[0];
+    let of = names_of(&db, project).anywhere(Kind::Component, "C")[0];
+    let psm = psm_of(&db, first_tables(&db, project, of), of, LEVEL).as_ref().unwrap();
+    let name = |state: u32| psm.state_with_values(state as usize);
+    let edges = psm.machine.edges().iter();
+    edges.map(|edge| format!("{} → {}: {}\n", name(edge.source), name(edge.target), edge.cost)).collect()
+}
+
+fn check(core: &str, expected: Expect) {
+    expected.assert_eq(&edges_of(core));
+}
+
+#[test]
+fn a_counter_plans_in_every_third_period() {
+    check(
+        "{ var left: int = 0  update = { move(); if left == 0 then { plan(); left = 2; } else { left = left - 1; } } }",
+        expect![[r#"
+            update (left = 0) → update (left = 2): 12 ms
+            update (left = 2) → update (left = 1): 2 ms
+            update (left = 1) → update (left = 0): 2 ms
+        "#]],
+    );
+}
+
+#[test]
+fn a_robot_with_a_counter_keeps_its_deadlines() {
+    let robot = "core K(S) { var left: int = 1  provide reset() = { }
+  update = { move(); if left > 0 then { left = left - 1; } else { plan(); left = 9; } } }
+core L(T) { update = { plan(); plan(); } }
+shell T { }
+component Low(T, L)
+architecture A { instance fast: C  instance slow: Low }
+deployment D { architecture A
+  activity fast { priority = 2  period = 12  affinity = 1 }
+  activity slow { priority = 1  period = 60  affinity = 1 } }";
+    expect![[r#"
+        fast met 12 ms
+        slow met 36 ms
+    "#]]
+    .assert_eq(&verdicts(&format!("{robot}{TABLES}")));
+}
+
+#[test]
+fn a_mode_excludes_the_branches_of_others() {
+    check(
+        "{ statemachine { var busy: bool = false
+          initial state Idle { run = { if sense() && busy then { plan(); } busy = false; }  transition go to Work { busy = true; } }
+          state Work { run = { if busy then { move(); } else { plan(); } }  transition back if !busy || sense() to Idle } } }",
+        expect![[r#"
+            Idle (busy = false) → Work (busy = true): 1 ms
+            Work (busy = true) → Idle (busy = true): 3 ms
+            Work (busy = true) → Work (busy = true): 3 ms
+            Idle (busy = true) → Work (busy = true): 11 ms
+        "#]],
+    );
+}
+
+#[test]
+fn what_others_give_is_any_value() {
+    // A codel, a port and a property.
+    check(
+        "{ var n: int = 1  update = { if n == 1 then { plan(); } n = 2; pick(n); } }",
+        expect![[r#"
+        update (n = 1) → update: 13 ms
+        update → update: 13 ms
+    "#]],
+    );
+    check(
+        "{ var n: int = 1  update = { if n == 1 then { plan(); } n = 2; read(source, n); } }",
+        expect![[r#"
+        update (n = 1) → update: 10 ms
+        update → update: 10 ms
+    "#]],
+    );
+    check(
+        "{ var n: int = 1  update = { if n == 1 then { plan(); } n = 2; if sense() then { n = limit; } } }",
+        expect![[r#"
+            update (n = 1) → update: 11 ms
+            update (n = 1) → update (n = 2): 11 ms
+            update → update: 11 ms
+            update → update (n = 2): 11 ms
+            update (n = 2) → update: 1 ms
+            update (n = 2) → update (n = 2): 1 ms
+        "#]],
+    );
+    // Clients call the operation between two periods, and the core itself during one.
+    let operation = "provide reset() = { n = 1; }";
+    check(
+        &format!(
+            "{{ var n: int = 2  {operation}  update = {{ if n == 1 then {{ plan(); }} n = 2; if n == 1 then {{ move(); }} }} }}"
+        ),
+        expect![[r#"
+            update → update: 10 ms
+        "#]],
+    );
+    check(
+        &format!(
+            "{{ var n: int = 2  {operation}  update = {{ n = 3; reset(); if n == 3 then {{ plan(); }} }} }}"
+        ),
+        expect![[r#"
+            update → update: 0 ms
+        "#]],
+    );
+}
+
+#[test]
+fn a_restart_keeps_the_variables_of_the_core() {
+    check(
+        "{ var n: int = 0  stop = { n = 7; }  statemachine { var m: int = 1
+          initial state Idle { run = { if n == 7 then { plan(); } else if m == 1 then { move(); } }  transition go to On { n = 5; m = 2; } }
+          state On { run = { if m == 1 then { plan(); } } } } }",
+        expect![[r#"
+            Idle (n = 0, m = 1) → On (n = 5, m = 2): 2 ms
+            On (n = 5, m = 2) → On (n = 5, m = 2): 0 ms
+            Idle (n = 7, m = 1) → On (n = 5, m = 2): 10 ms
+        "#]],
+    );
+    // A start resets what has no initial value, or keeps it.
+    check(
+        "{ configure = { m = 1; }  statemachine { var m: int
+          initial state Idle { run = { if m == 1 then { plan(); } else { move(); } m = 1; } } } }",
+        expect![[r#"
+            Idle → Idle (m = 1): 10 ms
+            Idle (m = 1) → Idle (m = 1): 10 ms
+        "#]],
+    );
+}
+
+#[test]
+fn an_integer_that_overflows_has_any_value() {
+    check(
+        "{ var n: int = 2147483646  update = { if n < 0 then { plan(); n = 2147483646; } else { n = n + 1; } } }",
+        expect![[r#"
+            update (n = 2147483646) → update (n = 2147483647): 0 ms
+            update (n = 2147483647) → update: 0 ms
+            update → update (n = 2147483646): 10 ms
+            update → update: 0 ms
+        "#]],
+    );
+}
+
+#[test]
+fn beyond_the_limit_the_variable_of_most_values_has_any() {
+    let edges = edges_of(
+        "{ var n: int = 0  var mode: bool = false
+          update = { if n < 100000 then { n = n + 1; } else { n = 0; } mode = !mode; if mode then { plan(); } } }",
+    );
+    expect![[r#"
+        update (mode = false) → update (mode = true): 10 ms
+        update (mode = true) → update (mode = false): 0 ms
+    "#]]
+    .assert_eq(&edges);
+    // 4,000 values are followed.
+    let edges =
+        edges_of("{ var n: int = 0  update = { if n < 3999 then { n = n + 1; } else { n = 0; plan(); } } }");
+    assert_eq!(edges.lines().count(), 4000);
+}
+
+#[test]
+fn a_table_with_the_time_of_a_program_has_that_of_all_its_paths() {
+    let core = "core K(S) { var n: int = 0  provide reset() = { }  update = { if n == 0 then { plan(); n = 1; } else { n = 0; } } }";
+    let tables = format!("{}[program]\n\"C/update\" = 4\n", TABLES.replace("plan = 10\n", ""));
+    expect![[r#"
+        update stay update: 4 ms
+    "#]]
+    .assert_eq(&crate::common::machine(&format!("{core}{tables}"), "C"));
+}
 
 /// Whether a state of the machine stands for a place.
 fn is_at(psm: &Psm<'_>, number: usize, (state, values): &(String, Vec<(String, String)>)) -> bool {

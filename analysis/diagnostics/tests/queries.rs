@@ -210,6 +210,29 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
 }
 
 #[test]
+fn only_an_edit_of_its_core_runs_the_product_of_a_core() {
+    let mut robot = robot();
+    let counting = "update = { if left == 0 then { one(); left = 3; } else { left = left - 1; } }";
+    for (path, text) in &mut robot {
+        if path.ends_with("parts.mal") {
+            *text = text.replace("update = { one(); }", &format!("var left: int = 0 {counting}"));
+            *text += "component Q(S, Other)\n";
+        }
+        if path.ends_with("model.mal") {
+            *text = text.replace("architecture B { instance b: C }", "architecture B { instance b: Q }");
+        }
+    }
+    let products = |path: &str, from: &str, to: &str| {
+        executed(&robot, path, from, to).get("product_of").copied().unwrap_or(0)
+    };
+    assert_eq!(products("/parts.mal", "left = 3;", "left = 4;"), 1);
+    assert_eq!(products("/parts.mal", "left = 3;", "left = 3; // periods"), 0);
+    assert_eq!(products("/times.toml", "two = 2", "two = 3"), 0);
+    assert_eq!(products("/times.toml", "one = 1", "one = 3"), 0);
+    assert_eq!(products("/model.mal", "period = 10", "period = 11"), 0);
+}
+
+#[test]
 fn a_saved_table_runs_no_names_and_no_behaviours() {
     let counts = executed(&robot(), "/times.toml", "two = 2", "two = 3");
     let expected = [

@@ -911,6 +911,25 @@ codel.drive = 4
     }
 
     #[test]
+    fn a_variable_that_is_followed_says_its_values() {
+        let model = "codel f(): void shell S { } core K(S) { var le$0ft: int = 0
+            update = { if left == 0 then { f(); left = 9; } else { left = left - 1; } } }";
+        check(
+            model,
+            expect![[r#"
+            left
+            ---
+            ```mauve
+            var left: int = 0
+            ```
+
+            values: 0 … 9
+
+        "#]],
+        );
+    }
+
+    #[test]
     fn white_space_and_comments_have_no_hover() {
         check("codel f(): int $0 // here", expect![[r#""#]]);
     }
