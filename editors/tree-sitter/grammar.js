@@ -111,7 +111,9 @@ export default grammar({
     _deployment_item: ($) => choice($.target, $.activity, $.setting),
     target: ($) => seq('architecture', $.type),
     activity: ($) => seq('activity', $._word_ref, list($.field)),
-    field: ($) => seq($._word_ref, '=', $._expr),
+    // Only a rate has a unit.
+    field: ($) => seq($._word_ref, '=', choice(seq($._expr, optional(alias('Hz', $.identifier))), $.value_list)),
+    value_list: ($) => seq('[', optional(separated($._expr)), ']'),
 
     block: ($) => list($._statement),
     _statement: ($) =>

@@ -4,7 +4,7 @@
 //! tells whether a node is complete.
 
 use crate::keywords::{ActivityField, Direction};
-use crate::{SyntaxNode, SyntaxToken, TextRange, significant_tokens};
+use crate::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, significant_tokens};
 
 pub use crate::generated::AstNode;
 pub use crate::generated::nodes::*;
@@ -49,7 +49,7 @@ impl Field {
     pub fn value_range(&self) -> Option<TextRange> {
         let list = self.value_list().map(|list| list.syntax().text_range());
         let value = self.expr().map(|value| value.syntax().text_range()).or(list)?;
-        Some(self.ident_token().map_or(value, |unit| value.cover(unit.text_range())))
+        Some(token(self.syntax(), SyntaxKind::IDENT).map_or(value, |unit| value.cover(unit.text_range())))
     }
 }
 

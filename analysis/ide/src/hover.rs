@@ -82,16 +82,18 @@ fn of_activity<'db>(
     let token = word_at(db, file, offset)?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
-    let keyword = activity.syntax().text_range().start();
-    if !name.contains_inclusive(offset) && token.text_range().start() != keyword {
-        return None;
-    }
+    let whole = activity.syntax().text_range();
+    let is_head = name.contains_inclusive(offset) || token.text_range().start() == whole.start();
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
     let tables = tables_of(db, project, deployment);
-    let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
+    // On its name, all instances that it executes; on that of an instance in its list, this one.
+    let is_here = |it: &ActivityReport<'_>| {
+        let at = it.at.as_ref().map(|at| at.range(db)).filter(|at| whole.contains_range(*at));
+        at.is_some_and(|at| is_head || at == token.text_range())
+    };
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
     let explanations = activities.map(|(activity, _)| match format {
         HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),

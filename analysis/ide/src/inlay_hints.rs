@@ -332,7 +332,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨9 ms⟩
                 deployment D {⟨2 of 2 met at 1e-4⟩⟨CPU 1 nearly full (97.0 %)⟩
-                activity driver { priority = 2 period = 10 deadline = 100 }⟨✓ 9 / 10 ms⟩
+                activity driver { priority = 2 period = 10 deadline = 100 }⟨✓ 9 / 100 ms⟩
                 activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨✓ 700 / 1000 ms⟩
             "#]],
         );

@@ -20,6 +20,7 @@ use mauve_hir::{
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
@@ -348,6 +349,12 @@ impl<'db> Finder<'db> {
         let Some(target) = first_target_of(self.db, self.project, self.of) else { return };
         for activity in &data.activities {
             activity.instances.iter().for_each(|instance| self.instance(target, instance));
+            let trigger = activity.field(ActivityField::Trigger).and_then(|it| it.value.as_name());
+            if let Some((port, instance)) = trigger.zip(activity.instances.first()) {
+                let instance = flat_of(self.db, self.project, target).instance(&instance.name);
+                let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
+                shell.into_iter().for_each(|shell| self.feature(shell, port, Role::Read));
+            }
         }
         self.settings(target, &data.settings);
     }

@@ -277,6 +277,8 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
             modifiers = modifiers.with(TokenModifier::Readonly).with(TokenModifier::DefaultLibrary);
             TokenKind::Status
         }
+        // The unit of a rate.
+        SyntaxKind::IDENT if parent.is_some_and(|it| it.kind() == SyntaxKind::FIELD) => TokenKind::Number,
         SyntaxKind::IDENT => return,
         kind if kind.is_word() && parent.is_some_and(|it| it.kind() != SyntaxKind::ERROR) => {
             TokenKind::Keyword

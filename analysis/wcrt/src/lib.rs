@@ -59,6 +59,7 @@ mod response;
 mod sends;
 mod sensitivity;
 mod served;
+mod serving;
 mod system;
 mod table_set;
 mod task_set;

@@ -2,7 +2,7 @@
 //! that CPU has, and the period of its neighbours.
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project, deployed, deployment};
+use mauve_hir::{Decl, ModelDb, PLACES, Project, deployed, deployment};
 use mauve_timing::{CpuSet, Priority, Time};
 use rustc_hash::FxHashMap;
 
@@ -61,8 +61,9 @@ pub fn new_activities<'db>(
 ) -> Vec<NewActivity> {
     let system = system_of(db, project, of);
     let data = deployment(db, of);
-    let has_affinity =
-        data.is_some_and(|it| it.activities.iter().any(|it| it.field(ActivityField::Affinity).is_some()));
+    let has_affinity = data.is_some_and(|it| {
+        it.activities.iter().any(|it| PLACES.iter().any(|place| it.field(*place).is_some()))
+    });
     // Without an affinity, an activity may run on all CPUs, which is not analysed.
     let is_written = has_affinity || system.cpus.len() > 1;
     let mut cpus = cpus_of(db, project, of, system);

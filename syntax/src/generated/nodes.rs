@@ -369,7 +369,6 @@ node!(Field FIELD {
     eq_token: token EQ;
     expr: child Expr;
     value_list: child ValueList;
-    ident_token: token IDENT;
 });
 
 node!(ValueList VALUE_LIST {

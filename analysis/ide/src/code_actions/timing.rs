@@ -137,8 +137,7 @@ fn deployment_of<'db>(actions: &Actions<'_, 'db>, start: TextSize) -> Option<Dec
 
 /// Returns the diagnostics of an activity that another timing may fix.
 fn diagnostics_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding<'db>> {
-    const CODES: [&str; 4] =
-        ["deadline-missed", "not-deadline-monotonic", "equal-priorities", "deadline-exceeds-period"];
+    const CODES: [&str; 3] = ["deadline-missed", "not-deadline-monotonic", "equal-priorities"];
     if !actions.wants(ActionKind::QuickFix) {
         return Vec::new();
     }
@@ -652,20 +651,6 @@ mod tests {
             expect![[r#"
                 Deadline-monotonic order: a R 5 → 35 ms, 3 of 3 met (fix)
                 Period and deadline → 35 ms: a R 5 ms, 3 of 3 met, 1 warning
-            "#]],
-        );
-    }
-
-    #[test]
-    fn a_deadline_later_than_the_period_may_be_the_period() {
-        let deployment = "deployment D { architecture A
-            activity $0laser { priority = 2 period = 50 deadline = 80 }
-            activity pilot { priority = 1 period = 200 deadline = 150 }
-        }";
-        check(
-            &robot(&[("laser", "40"), ("pilot", "30")], deployment, ""),
-            expect![[r#"
-                Period → 80 ms: laser R 40 ms, 2 of 2 met (fix)
             "#]],
         );
     }

@@ -4,10 +4,14 @@ use std::collections::BTreeSet;
 
 use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
-use mauve_hir::{ACTIVITY_FIELDS, Decl, FieldEntry, Type, deployment, likely_declaration};
+use mauve_hir::{
+    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of,
+    likely_declaration, platform_of,
+};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
+use mauve_timing::CpuSet;
 
 use mauve_wcrt::{NewActivity, new_activities, system_of};
 
@@ -90,8 +94,11 @@ impl<'db> Completer<'_, 'db> {
     fn without_activity(&self) -> Vec<(Name, Option<Decl<'db>>)> {
         let Some(target) = self.target() else { return Vec::new() };
         let activities = self.at.list.children().filter_map(ast::Activity::cast);
-        let known: BTreeSet<String> =
+        let mut known: BTreeSet<String> =
             self.others(activities.filter_map(|activity| activity.name_ref())).into_iter().collect();
+        let data = self.decl.and_then(|of| deployment(self.db, of));
+        let of_lists = data.into_iter().flat_map(|data| &data.activities).filter(|it| it.instances.len() > 1);
+        known.extend(of_lists.flat_map(|it| &it.instances).map(|it| it.name.to_string()));
         let all = self.instances(target).into_iter();
         let missing = all.filter(|(name, ..)| !known.contains(name.as_str()));
         missing.map(|(name, component, _)| (name, component)).collect()
@@ -112,49 +119,102 @@ impl<'db> Completer<'_, 'db> {
 
     pub(super) fn activity_field(&mut self) {
         let kinds = self.at.kinds();
-        match kinds.as_slice() {
-            [] => self.fields(),
-            [_, EQ] => {
-                let name = self.at.item.first().map(|name| name.text().to_owned()).unwrap_or_default();
-                match ActivityField::from_keyword(&name) {
-                    Some(ActivityField::Priority) => {
-                        let note = "not real-time, and not analysed";
-                        self.add(Completion::new(CompletionKind::Value, BACKGROUND).note(note));
-                    }
-                    Some(ActivityField::Affinity) => self.cpus(),
-                    _ => {}
-                }
-                self.value_of(Some(Type::INT));
+        let name = self.at.item.first().map(|name| name.text().to_owned()).unwrap_or_default();
+        let field = ActivityField::from_keyword(&name);
+        match (kinds.as_slice(), field) {
+            ([], _) => self.fields(),
+            ([_, EQ], Some(ActivityField::Priority)) => {
+                let note = "not real-time, and not analysed";
+                self.add(Completion::new(CompletionKind::Value, BACKGROUND).note(note));
             }
+            ([_, EQ], Some(ActivityField::Affinity)) => self.cpus(|cpu| CpuSet::of(cpu).0.to_string()),
+            ([_, EQ], Some(ActivityField::Cpus)) => {
+                self.cpus(|cpu| format!("[{}]", cpu + 1));
+                for (set, cpus) in &platform_of(self.db, self.project.workspace(self.db)).cpu_sets {
+                    self.add(Completion::new(CompletionKind::Constant, set.as_str()).note(cpu_names(*cpus)));
+                }
+            }
+            ([_, EQ, L_BRACK, ..], Some(ActivityField::Cpus)) => self.cpus(|cpu| (cpu + 1).to_string()),
+            ([_, EQ], Some(ActivityField::Trigger)) => self.triggers(),
+            ([_, EQ, L_BRACK, ..], Some(ActivityField::Instances)) => self.listed_instances(),
+            ([_, EQ], Some(ActivityField::Instances)) => self.skeleton("[…]", "[$1]"),
+            ([_, EQ], Some(ActivityField::Rate)) => self.skeleton("30 Hz", "${1:30} Hz"),
+            ([_, EQ], _) => self.value_of(Some(Type::INT)),
             _ if self.at.may_begin => self.fields(),
             _ => {}
         }
     }
 
-    fn cpus(&mut self) {
-        let all = self.decl.map(|of| system_of(self.db, self.project, of).cpus);
-        for cpu in all.unwrap_or_default().each() {
-            self.add(Completion::new(CompletionKind::Value, cpu.0.to_string()).note(cpu_names(cpu)));
+    fn cpus(&mut self, written: impl Fn(u32) -> String) {
+        let all = self.decl.map_or(CpuSet::NONE, |of| system_of(self.db, self.project, of).cpus);
+        for cpu in all.iter() {
+            let note = cpu_names(CpuSet::of(cpu));
+            self.add(Completion::new(CompletionKind::Value, written(cpu)).note(note));
         }
     }
 
-    /// Offers the fields that the activity does not have: the required ones first, then the affinity, which projects with
-    /// several CPUs require.
+    /// Returns the name of the activity at the cursor.
+    fn activity_name(&self) -> Option<String> {
+        let activity = ast::Activity::cast(self.at.list.clone())?;
+        Some(activity.name_ref()?.syntax().text().to_string())
+    }
+
+    /// Offers the input ports of the instance.
+    fn triggers(&mut self) {
+        let (Some(target), Some(name)) = (self.target(), self.activity_name()) else { return };
+        let instances = self.instances(target).into_iter().filter(|(instance, ..)| *instance == *name);
+        for (port, (shell, feature)) in instances.flat_map(|(_, _, features)| features) {
+            if feature.kind == FeatureKind::Input {
+                let subject = Subject::of(self.db, shell, Some(port.clone()));
+                self.add(Completion::new(CompletionKind::Port, port.as_str()).subject(subject));
+            }
+        }
+    }
+
+    /// Offers the instances that no activity executes.
+    fn listed_instances(&mut self) {
+        let (Some(of), Some(target)) = (self.decl, self.target()) else { return };
+        let activities = deployment(self.db, of).map_or(&[][..], |data| &data.activities);
+        for (name, component, _) in self.instances(target) {
+            if !activities.iter().any(|it| it.executes(&name)) {
+                self.add(self.of_instance(target, &name, component).rank(0));
+            }
+        }
+    }
+
+    /// Offers the fields that the activity does not have and that go with those that it has: the required ones first, then the
+    /// affinity, which projects with several CPUs require.
     fn fields(&mut self) {
         let fields = self.at.list.children().filter_map(ast::Field::cast);
         let known = self.others(fields.filter_map(|field| field.name_ref()));
+        let has = |field: ActivityField| known.iter().any(|known| known == field.keyword());
+        let name = self.activity_name().unwrap_or_default();
+        let is_instance =
+            self.target().is_some_and(|of| flat_of(self.db, self.project, of).instance(&name).is_some());
+        let fits = |field: ActivityField| match field {
+            ActivityField::Instances if is_instance => false,
+            field if FIELDS_OF_TRIGGER.contains(&field) && !has(ActivityField::Trigger) => false,
+            field => EXCLUSIVE_FIELDS
+                .iter()
+                .all(|[one, other]| !(field == *one && has(*other) || field == *other && has(*one))),
+        };
         let (required, optional): (Vec<_>, Vec<_>) =
             ACTIVITY_FIELDS.iter().partition(|it| it.default.is_none());
         for (rank, entry) in required.into_iter().chain(optional).enumerate() {
             let FieldEntry { field, values, default, .. } = entry;
             let name = field.keyword();
-            if !known.iter().any(|known| known == name) {
+            if !has(*field) && fits(*field) {
                 let note = match default {
                     Some(default) => format!("{values}; by default {default}"),
                     None => (*values).to_owned(),
                 };
                 let item = Completion::new(CompletionKind::Property, name).note(note).rank(rank as u8);
-                self.add(item.completed(self.at.right == EQ, format!("{name} = $1")));
+                let snippet = match field {
+                    ActivityField::Instances => format!("{name} = [$1]"),
+                    ActivityField::Rate => format!("{name} = ${{1:30}} Hz"),
+                    _ => format!("{name} = $1"),
+                };
+                self.add(item.completed(self.at.right == EQ, snippet));
             }
         }
     }
@@ -223,8 +283,7 @@ deployment D {{
             "activity two { priority = 2 $0 }",
             expect![[r#"
                 1 period (in milliseconds) ⇒ "period = $1"
-                2 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
-                3 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
+                3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
             "#]],
         );
         check(
@@ -238,6 +297,88 @@ deployment D {{
             "activity two { affinity = $0 }",
             expect![[r#"
             1 1 (CPU 1)
+        "#]],
+        );
+    }
+
+    #[test]
+    fn fields_and_values_of_triggers_and_lists() {
+        let check = |activity: &str, expected: Expect| {
+            let text = format!(
+                "
+shell S {{ input port scan: int  output port track: int }}
+core K(S) {{}}
+component C(S, K)
+architecture Robot {{ instance one: C  instance two: C  instance three: C }}
+deployment D {{
+  architecture Robot
+  activity one {{ priority = 1 period = 10 }}
+  {activity}
+}}
+//- /mauve.toml
+[platform]
+cpus = 2
+[platform.cpu_sets]
+big = [2]
+"
+            );
+            expected.assert_eq(&offered(&text, 9));
+        };
+        check(
+            "activity two { trigger = $0 }",
+            expect![[r#"
+            1 scan
+        "#]],
+        );
+        check(
+            "activity two { cpus = $0 }",
+            expect![[r#"
+            1 [1] (CPU 1)
+            1 [2] (CPU 2)
+            1 big (CPU 2)
+        "#]],
+        );
+        check(
+            "activity two { cpus = [1, $0] }",
+            expect![[r#"
+            1 1 (CPU 1)
+            1 2 (CPU 2)
+        "#]],
+        );
+        check(
+            "activity pair { instances = [two, $0] priority = 2 period = 10 }",
+            expect![[r#"
+            0 three: C
+        "#]],
+        );
+        check(
+            "activity pair { priority = 2 $0 }",
+            expect![[r#"
+            1 period (in milliseconds) ⇒ "period = $1"
+            2 instances (the instances that one thread executes in order, such as [imu, gps]; by default the instance of its name) ⇒ "instances = [$1]"
+            3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
+            4 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
+            5 trigger (the input port whose data releases it; by default its clock) ⇒ "trigger = $1"
+            7 rate (releases per second, such as 30 Hz, instead of a period; by default what `period` says) ⇒ "rate = ${1:30} Hz"
+            9 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
+        "#]],
+        );
+        check(
+            "activity two { priority = 2 trigger = scan $0 }",
+            expect![[r#"
+            1 period (in milliseconds) ⇒ "period = $1"
+            3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
+            4 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
+            6 least (the least time between two releases by data, in milliseconds; by default what `period` says) ⇒ "least = $1"
+            7 rate (releases per second, such as 30 Hz, instead of a period; by default what `period` says) ⇒ "rate = ${1:30} Hz"
+            8 burst (the greatest number of releases by data in a period; by default 1) ⇒ "burst = $1"
+            9 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
+        "#]],
+        );
+        check(
+            "activity two { priority = 2 rate = $0 }",
+            expect![[r#"
+            1 30 Hz (30 Hz) ⇒ "${1:30} Hz"
         "#]],
         );
     }

@@ -441,6 +441,7 @@ library nav {
             2 [chains.Name] (how long data may take)
             2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
+            2 [platform.cpu_sets] (names of CPUs)
             2 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
@@ -457,6 +458,7 @@ library nav {
             0 [chains.Name] (how long data may take)
             0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
+            0 [platform.cpu_sets] (names of CPUs)
             0 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
@@ -465,6 +467,8 @@ library nav {
         expect![[r#"
             0 name ⇒ "name = "
             0 period ⇒ "period = "
+            0 rate ⇒ "rate = "
+            0 burst ⇒ "burst = "
             0 time ⇒ "time = "
             0 cpus ⇒ "cpus = "
             0 jitter ⇒ "jitter = "

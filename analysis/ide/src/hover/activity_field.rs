@@ -3,11 +3,11 @@
 
 use mauve_diagnostics::{cpu_names, utilisation};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
+use mauve_hir::{Decl, File, ModelDb, PERIODS, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{TextSize, tokens_at};
-use mauve_timing::{Task, name_of_other};
+use mauve_timing::{Task, Time, name_of_other};
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
 use super::format::{Hover, and_more};
@@ -27,12 +27,17 @@ pub(super) fn of_field(
     let fields = tokens.filter(is_meant).filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
     let field = fields.last()?;
     let kind = field.field()?;
-    let name = field.syntax().ancestors().find_map(ast::Activity::cast)?.name_ref()?.syntax().text_range();
-    let deployment = declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
+    let whole = field.syntax().ancestors().find_map(ast::Activity::cast)?.syntax().text_range();
+    let deployment = declaration_at(db, file, whole).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     let activities = &system_of(db, project, deployment).activities;
-    let activity = activities.iter().find(|it| it.at.range(db) == name)?;
+    let activity = activities.iter().find(|it| whole.contains_range(it.at.range(db)))?;
     let markdown = match kind {
-        ActivityField::Affinity => affinity(db, project, deployment, activity)?,
+        ActivityField::Affinity | ActivityField::Cpus => affinity(db, project, deployment, activity)?,
+        ActivityField::Rate => computed("A period of", activity.period?, activity.is_exact),
+        ActivityField::Deadline if is_quotient(&field) => computed("A deadline of", activity.deadline?, true),
+        _ if is_quotient(&field) && PERIODS.contains(&kind) => {
+            computed("A period of", activity.period?, activity.is_exact)
+        }
         ActivityField::Priority => {
             let report = response_times(db, project, deployment, Query::shown(db, project));
             priority(activity, activities, report.others())?
@@ -40,6 +45,15 @@ pub(super) fn of_field(
         _ => return None,
     };
     Some(Hover { range: field.syntax().text_range(), markdown })
+}
+
+fn is_quotient(field: &ast::Field) -> bool {
+    matches!(field.expr(), Some(ast::Expr::BinaryExpr(_)))
+}
+
+/// `A period of 33.333333 ms, rounded down.`
+fn computed(what: &str, time: Time, is_exact: bool) -> String {
+    format!("{what} {time}{}.\n", if is_exact { "" } else { ", rounded down" })
 }
 
 /// `CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 62.0 %, CPU 3 40.0 %.`
@@ -79,6 +93,7 @@ fn priority(
         let name = other.instance.to_string();
         match other.priority {
             _ if other.at == activity.at => {}
+            _ if other.thread.is_some() && other.thread == activity.thread => {}
             Priority::RealTime(priority) if priority >= own => above.push((priority, name)),
             Priority::Unknown => unknown.push(format!("{name} (unknown)")),
             Priority::RealTime(_) | Priority::Background => {}
@@ -177,6 +192,131 @@ platform.cpus = 4
             priority = 10
             ---
             Higher or equal priority on CPUs 1 and 3: laser 30, pilot 20, arm 20.
+        "#]],
+        );
+    }
+
+    #[test]
+    fn rates_lists_and_quotients() {
+        let check = |mark: &str, expected: Expect| {
+            let model = "
+codel work(): int
+shell S { input port scan: int  output port track: int }
+core K(S) { update = { work(); } }
+component C(S, K)
+architecture A { instance laser: C  instance pilot: C  instance arm: C  instance camera: C  connection laser.track -> camera.scan }
+deployment D {
+  architecture A
+  activity pair { cpus = [1, 3] instances = [laser, pilot] priority = 30 rate = 30 Hz deadline = 100/7 }
+  activity arm { cpus = big priority = 20 period = 1000/40 }
+  activity camera { priority = 10 trigger = scan least = 40 }
+}
+//- /mauve.toml
+assume.codel = \"2 ms\"
+platform.rt_throttling = false
+platform.cpus = 4
+platform.cpu_sets.big = [2]
+";
+            let offset = model.find(mark).unwrap();
+            let text = format!("{}$0{}", &model[..offset], &model[offset..]);
+            let fixture = Fixture::new(&text);
+            let shown = fixture.hover().unwrap();
+            let text = fixture.file.text(&fixture.db);
+            expected.assert_eq(&format!("{}\n---\n{}", &text[shown.range], shown.markdown));
+        };
+        check(
+            "30 Hz",
+            expect![[r#"
+            rate = 30 Hz
+            ---
+            A period of 33.333333 ms, rounded down.
+        "#]],
+        );
+        check(
+            "100/7",
+            expect![[r#"
+            deadline = 100/7
+            ---
+            A deadline of 14.285714 ms.
+        "#]],
+        );
+        check(
+            "1000/40",
+            expect![[r#"
+            period = 1000/40
+            ---
+            A period of 25 ms.
+        "#]],
+        );
+        check(
+            "[1, 3]",
+            expect![[r#"
+            cpus = [1, 3]
+            ---
+            CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPUs 1, 2, 3 and 4 25.0 % of 400 %.
+        "#]],
+        );
+        check(
+            "big priority",
+            expect![[r#"
+            cpus = big
+            ---
+            CPU 2 (mask 2). Utilisation: CPUs 1, 2, 3 and 4 25.0 % of 400 %.
+        "#]],
+        );
+        check(
+            "priority = 30",
+            expect![[r#"
+            priority
+            ---
+            `priority`: The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all activities of lower priority on its CPU.
+
+            Highest priority on CPUs 1 and 3.
+        "#]],
+        );
+        check(
+            "scan least",
+            expect![[r#"
+            scan
+            ---
+            ```mauve
+            input port scan: int
+            ```
+
+            ```text
+            laser.scan is not connected
+            pilot.scan is not connected
+            arm.scan is not connected
+            laser.track -> camera.scan
+            ```
+        "#]],
+        );
+        check(
+            "pilot] priority",
+            expect![[r#"
+            pilot
+            ---
+            **Deadline met: 4 ms ≤ 14.285714 ms, 10.285714 ms slack** at 1e-4, with assumed times
+
+            |  | priority | jobs | time |  |
+            | :-- | :-: | --: | --: | :-- |
+            | own time | 30 | 1 × 2 ms | 2 ms | ██████████ |
+            | [`laser`](file:///model.mal#L8) (with assumed times) | 30 | 1 × 2 ms | 2 ms | ██████████ |
+            | **response time** |  |  | **4 ms** |  |
+
+            costliest period: 2 ms, `update`
+
+            - `update` 2 ms: `work` 2 ms (assumed)
+
+            ---
+
+            - component `C`, period 33.333333 ms, deadline 14.285714 ms, method exact
+            - on CPUs 1 and 3 as if they were one CPU: activities have different affinities with several CPUs there
+
+            ```mauve
+            instance pilot: C
+            ```
+
         "#]],
         );
     }

@@ -46,7 +46,12 @@ pub(super) fn of_deployment<'db>(
     let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
     let offset_of = |resolved: &ResolvedActivity<'_>| {
         // A duplicate, or an instance without an activity, has a diagnostic instead.
-        beside(text, nodes.get(&resolved.at.range(db).start())?.syntax())
+        let at = resolved.at.range(db);
+        match nodes.get(&at.start()) {
+            Some(activity) => beside(text, activity.syntax()),
+            // An instance in a list.
+            None => (resolved.at != name).then_some(at.end()),
+        }
     };
     let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
     let figures = report.activities.iter().zip(report.with_assumptions());
