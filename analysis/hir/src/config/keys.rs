@@ -334,6 +334,9 @@ fn is_name(text: &str) -> bool {
     !text.is_empty() && !text.starts_with([' ', '\u{a0}']) && !text.contains(char::is_control)
 }
 
+/// What is wrong with a rate beside a period, as a predicate of its key.
+pub(super) const BESIDE_PERIOD: &str = "cannot be beside `period`: delete one";
+
 /// The valid values of a list of CPUs, as a predicate of its key.
 pub(super) const CPU_LIST: &str = "is a list of CPUs, numbered from 1 to 128, such as [1, 2]";
 

@@ -8,8 +8,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    self, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS,
-    SEVERITIES, Section,
+    self, BESIDE_PERIOD, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK,
+    REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
 };
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind,
@@ -248,7 +248,7 @@ impl ConfigReader<'_> {
         self.keys(&mut other, section, keys, values);
         let has = |name: &str| values.contains_key(name) || name == "period" && values.contains_key("rate");
         if let Some((_, rate)) = other.period.and(values.get_key_value("rate")) {
-            let (key, expected) = ("rate".to_owned(), "cannot be beside `period`: delete one".to_owned());
+            let (key, expected) = ("rate".to_owned(), BESIDE_PERIOD.to_owned());
             self.error(MistakeKind::WrongValue { key, expected, error: None }, rate.span());
         }
         // An unknown key may be a misspelt one.
