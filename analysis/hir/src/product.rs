@@ -148,6 +148,9 @@ type Values = BTreeMap<VariableId, i32>;
 /// What paths end with, with the values then, and their cost: an index in [`Product::costs`].
 type Paths<E> = Vec<(E, Values, u32)>;
 
+/// Where a component is next, with the values then, and the edge that it executes, with its cost.
+type Next = (Place, Values, Option<(usize, u32)>);
+
 /// The value of an expression; `None` if it may be any.
 type Known = Option<i32>;
 
@@ -227,7 +230,7 @@ impl<'db> Interpreter<'_, 'db> {
         let (mut next, mut running) = (0, 0);
         while let Some((place, values)) = all.get(next).cloned() {
             self.db.unwind_if_revision_cancelled();
-            let mut found: Vec<(Place, Values, Option<(usize, u32)>)> = Vec::new();
+            let mut found: Vec<Next> = Vec::new();
             for (place, paths) in self.hooks(place, &values) {
                 found.extend(paths.into_iter().map(|(_, values, _)| (place, values, None)));
             }

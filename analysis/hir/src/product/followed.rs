@@ -112,9 +112,12 @@ fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, grou
         }
     }
     let Uses { deciding, sources, assigned, .. } = &mut reader.found;
-    (deciding.sort_unstable(), deciding.dedup());
-    (sources.sort_unstable(), sources.dedup());
-    (assigned.sort_unstable(), assigned.dedup());
+    deciding.sort_unstable();
+    deciding.dedup();
+    sources.sort_unstable();
+    sources.dedup();
+    assigned.sort_unstable();
+    assigned.dedup();
     reader.found
 }
 
