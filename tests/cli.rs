@@ -13,6 +13,7 @@ mod first_steps;
 mod fixes;
 mod graph;
 mod hostile;
+
 mod marks;
 mod pwcet;
 mod release;

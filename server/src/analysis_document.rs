@@ -257,6 +257,8 @@ fn activity_document(
         method: activity.method.map_or(query.method, |(method, _)| method).to_string(),
         // Whether the budget of a better method was exhausted.
         [exhausted]: activity.method.filter(|(_, is_exhausted)| *is_exhausted).map(|_| true),
+        // Whether it waits only while each of its CPUs executes an activity of higher or equal priority.
+        [waits_for_all_cpus]: matches!(activity.rule, Some(CpuRule::Global(_))).then_some(true),
         // The CPUs whose activities are counted, where these are not those of the affinity.
         [counted_cpus]: activity.rule.map(CpuRule::cpus).filter(|cpus| Some(*cpus) != activity.cpus),
         own: activity.own.map(milliseconds),

@@ -127,6 +127,8 @@ struct Sum<'db> {
     overhead: Time,
     calls: Vec<CallsReport>,
     interference: Vec<Row<'db>>,
+    /// What of it is not waited for, as several CPUs execute it at once.
+    at_once: Time,
     /// The time for which lower priorities hold locks.
     blocking: Time,
     released: Released,
@@ -221,7 +223,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
             sum,
             own,
             crossed: Crossed::new(activity),
-            critical: activity.first_job.filter(|_| is_critical),
+            critical: activity.first_job.filter(|_| is_critical && !is_on_all_cpus(activity)),
             trace: machine.and_then(Trace::new),
         })
     }
@@ -306,7 +308,15 @@ pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Optio
             "on {} as if they were one CPU: activities have different affinities with several CPUs there",
             cpu_names(rule.cpus())
         )),
+        CpuRule::Global(cpus) => Some(format!(
+            "on {}: it waits only while each of them executes an activity of higher or equal priority",
+            cpu_names(cpus)
+        )),
     }
+}
+
+fn is_on_all_cpus(activity: &ActivityReport<'_>) -> bool {
+    matches!(activity.rule, Some(CpuRule::Global(_)))
 }
 
 impl<'db> Overload<'db> {
@@ -395,9 +405,13 @@ impl<'db> Sum<'db> {
             let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Row::named(&it.instance));
             Row { count: it.jobs, time: it.time, ..of }
         });
+        let interference: Vec<Row<'db>> = interference.collect();
         let jobs = window.map_or(1, |window| window.job);
         let own = window.map(|window| window.own).or(activity.own).unwrap_or_default();
         let own = own.max(Time::from_nanos(1));
+        let waited = window.filter(|_| is_on_all_cpus(activity)).and_then(|it| it.length.checked_sub(own));
+        let sum = interference.iter().try_fold(Time::ZERO, |sum, it| sum.checked_add(it.time));
+        let at_once = sum.zip(waited).and_then(|(sum, waited)| sum.checked_sub(waited));
         let calls = activity.calls.iter().map(|it| {
             let (calls, time) = (it.calls.checked_mul(jobs)?, it.time.checked_mul(jobs)?);
             Some(CallsReport { calls, time, ..it.clone() })
@@ -410,7 +424,8 @@ impl<'db> Sum<'db> {
                 .and_then(|it| it.overhead.checked_mul(jobs))
                 .unwrap_or_default(),
             calls: calls.collect::<Option<Vec<CallsReport>>>().unwrap_or_default(),
-            interference: interference.collect(),
+            interference,
+            at_once: at_once.unwrap_or_default(),
             blocking: window.map_or(Time::ZERO, |window| window.blocking),
             released: Released::of(activity),
         })

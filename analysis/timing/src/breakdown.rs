@@ -55,6 +55,13 @@ impl<'a> Breakdown<'a> {
         if length == Time::ZERO {
             return Vec::new();
         }
+        if let CpuRule::Global(cpus) = rule {
+            let late = window.map_or(&[] as &[_], |window| &window.late);
+            let response = |of: usize| late.iter().find(|(task, _)| *task == of).map(|(_, time)| *time);
+            let own = self.lanes.members.iter().position(|member| member.index == of);
+            let global = own.map(|own| self.lanes.global(own, cpus, &response));
+            return global.map_or_else(Vec::new, |mut global| global.interference(length.as_nanos()));
+        }
         let found = self.in_window(of, rule, window, |lane, place| {
             let mut found = match method {
                 Method::Exact => by_paths(place, lane),
@@ -86,7 +93,7 @@ impl<'a> Breakdown<'a> {
         rule: CpuRule,
         window: &Window,
     ) -> Option<(BusyJob, Vec<Path>)> {
-        let has_paths = self.options.method >= Method::Exact;
+        let has_paths = self.options.method >= Method::Exact && !matches!(rule, CpuRule::Global(_));
         self.in_window(of, rule, Some(window), |lane, place| {
             let of = lane.members.get(place).index;
             let combined = if has_paths { lane.analyse(|member| member.index == of).pop() } else { None };

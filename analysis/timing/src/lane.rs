@@ -172,6 +172,31 @@ impl<'a> Member<'a> {
         bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
     }
 
+    /// Returns the number of jobs that execute in a `window` if each of them ends within `response`, and for how long they do, if
+    /// none executes for more than `most`. In n jobs, the first and the last one together have the part of the window and
+    /// `response` that is not between the releases of these: so have n − 1, with T more.
+    pub(crate) fn carried(
+        &mut self,
+        window: u64,
+        response: u64,
+        most: u64,
+    ) -> Result<(u64, u64), NoBoundReason> {
+        let length = window.checked_add(response).ok_or(NoBoundReason::Overflow)?;
+        let bursts = length.div_ceil(self.period);
+        let jobs = bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)?;
+        let curve = self.executed.as_mut().map_or(&mut self.curve, |(executed, _)| executed);
+        let mut demand = |jobs: u64| Ok(curve.demand(jobs)?.min(jobs.saturating_mul(most)));
+        if self.burst > 1 {
+            return Ok((jobs, demand(jobs)?));
+        }
+        let rest = length - jobs.saturating_sub(1) * self.period;
+        let mut clipped = |jobs: u64, rest: u64| {
+            Ok(demand(jobs)?.min(demand(jobs.saturating_sub(2))?.saturating_add(rest)))
+        };
+        let fewer = clipped(jobs.saturating_sub(1), rest.saturating_add(self.period))?;
+        Ok((jobs, clipped(jobs, rest)?.max(fewer)))
+    }
+
     /// See [`Paths::requests`].
     pub(crate) fn requests(&mut self, jobs: u64) -> Option<Rc<Requests>> {
         let machine = self.machine;

@@ -237,7 +237,9 @@ impl<'a> Lane<'_, 'a> {
                 Bound::NoBound(NoBoundReason::Waits)
             }
             CpuRule::Cpu(cpu) if !load.several_cpus => Bound::Unbounded { cpu },
-            CpuRule::Cpu(_) | CpuRule::Linked(_) => Bound::NoBound(NoBoundReason::SeveralCpus),
+            CpuRule::Cpu(_) | CpuRule::Linked(_) | CpuRule::Global(_) => {
+                Bound::NoBound(NoBoundReason::SeveralCpus)
+            }
         };
         let mut budget = self.budget();
         let member = self.members.at(place);

@@ -35,6 +35,7 @@
 //! | `paths.rs` | paths through a machine, and the totals of their edges |
 //! | `exact.rs` | the search over combinations of paths |
 //! | `lane.rs` | one CPU, or linked CPUs as one: its tasks, and what they ask for in a window |
+//! | `global.rs` | tasks that may use each of several CPUs |
 //! | `lane_analysis.rs` | the analysis of one CPU |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `waits.rs` | waits as jitter |
@@ -60,6 +61,7 @@ mod cpu_set;
 mod cycle_mean;
 mod exact;
 mod execution_bound;
+mod global;
 mod lane;
 mod lane_analysis;
 mod level;

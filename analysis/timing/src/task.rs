@@ -308,6 +308,9 @@ pub enum CpuRule {
     /// Those of higher or equal priority that share these CPUs, as if they were one: where tasks have different
     /// sets of several CPUs, Linux may let one wait while a CPU of its set runs a task of lower priority.
     Linked(CpuSet),
+    /// Those of higher or equal priority that may run on one of these CPUs, all of which the task may use: it waits only while
+    /// each of the CPUs executes one of them. For tasks with one set of several CPUs.
+    Global(CpuSet),
 }
 
 impl CpuRule {
@@ -315,7 +318,7 @@ impl CpuRule {
     pub fn cpus(self) -> CpuSet {
         match self {
             CpuRule::Cpu(cpu) => CpuSet::of(cpu),
-            CpuRule::Linked(cpus) => cpus,
+            CpuRule::Linked(cpus) | CpuRule::Global(cpus) => cpus,
         }
     }
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`chains`] | the ages of data in every schedule of small systems |
 //! | [`literature`] | equality with `response-time-analysis` |
+//! | [`public_sets`] | published task sets: never longer |
 //! | [`reachability`] | every schedule of small systems |
 //! | [`robot`] | every figure of the paper |
 //! | [`simulation`] | random schedules of larger systems |
@@ -13,6 +14,7 @@
 
 mod chains;
 mod literature;
+mod public_sets;
 mod reachability;
 mod robot;
 mod simulation;

@@ -175,13 +175,17 @@ impl<'db> TimingSearch<'db> {
 
     /// Returns the priorities with which every deadline is proved, if they exist (Audsley's algorithm): from the lowest
     /// priority up, an activity that meets its deadline below all that have no priority yet gets it. The algorithm is
-    /// optimal, since a response time depends on which activities have higher priorities, and not on their order.
+    /// optimal, since a response time depends on which activities have higher priorities, and not on their order. On all of several
+    /// CPUs it depends on the response times of these too: then, that nothing was found proves nothing.
     fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<BetterTiming> {
         let mut fields = Vec::new();
         for group in groups {
             match self.optimal_of(group)? {
                 Ok(found) => fields.extend(found),
-                Err(names) => return Some(BetterTiming::NoPriorities(names)),
+                Err(names) => {
+                    let is_proved = group.activities.iter().all(|it| it.cpus.is_some_and(CpuSet::is_one));
+                    return is_proved.then_some(BetterTiming::NoPriorities(names));
+                }
             }
         }
         self.ask(&fields).filter(Report::schedulable)?;

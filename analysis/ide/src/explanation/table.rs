@@ -167,6 +167,9 @@ fn sum_table(
     if sum.blocking > Time::ZERO {
         line("lower priorities that hold locks", "", "", sum.blocking);
     }
+    if sum.at_once > Time::ZERO {
+        out += &row(&["on several CPUs at once", "", "", &format!("−{}", sum.at_once), ""]);
+    }
     let (what, by) = match sum.released {
         Released::AtStart => ("", String::new()),
         Released::After(by) => ("start of the busy window until the release", format!("−{by}")),

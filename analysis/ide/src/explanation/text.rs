@@ -72,6 +72,9 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     }
     if let Some(sum) = &facts.sum {
         out += &interference(facts, sum);
+        if sum.at_once > Time::ZERO {
+            let _ = writeln!(out, "executed on several CPUs at once: −{}", sum.at_once);
+        }
         if sum.blocking > Time::ZERO {
             let _ = writeln!(out, "blocking by lower priorities that hold locks: {}", sum.blocking);
         }

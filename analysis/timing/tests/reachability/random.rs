@@ -55,6 +55,10 @@ enum Kind {
     Sporadic,
     /// One to three CPUs, with such tasks, and sometimes a thread or an operation.
     SporadicWithMore,
+    /// Two or three CPUs that each task may use, sometimes with release jitter.
+    AllCpus,
+    /// The same, with tasks on one of them, waits, a thread or tasks that are released at any distance.
+    AllCpusWithMore,
 }
 
 /// SplitMix64.
@@ -329,6 +333,36 @@ impl Random {
                 self.release_at_any_distance(&mut system);
                 system
             }
+            Kind::AllCpus => {
+                let tasks = self.within(3, 4);
+                let mut system = self.tasks(tasks, 2, 5 - tasks);
+                self.use_all(&mut system);
+                if self.one_in(4) {
+                    self.delay_releases(&mut system);
+                }
+                system.jobs_may_end_early = self.one_in(2);
+                system
+            }
+            Kind::AllCpusWithMore => {
+                let mut system = self.tasks(3, 2, 1);
+                self.use_all(&mut system);
+                match self.below(4) {
+                    0 => self.wait(&mut system),
+                    1 => self.join(&mut system),
+                    2 => self.release_at_any_distance(&mut system),
+                    _ => system.tasks.push(self.task(3, 1, 1)),
+                }
+                system
+            }
+        }
+    }
+
+    /// Lets all tasks use the same CPUs, and gives most of them priorities of their own.
+    fn use_all(&mut self, system: &mut System) {
+        let (cpus, has_order) = (if self.one_in(6) { 0b111 } else { 0b11 }, !self.one_in(4));
+        for (place, task) in (0..).zip(&mut system.tasks) {
+            task.cpus = cpus;
+            task.priority = if has_order { 4 - place } else { task.priority };
         }
     }
 
@@ -464,6 +498,8 @@ struct Totals {
     /// Tasks on several CPUs that have a bound and wait for others; and those whose bound is attained as well.
     waiting_on_several_cpus: u64,
     attained_on_several_cpus: u64,
+    /// Those whose bound counts what all of several CPUs execute.
+    on_all_cpus: u64,
     /// Tasks whose greatest response is later than a bound would be without jitter, bursts, threads and operations.
     later_than_plain: u64,
     /// Bounds that are claimed to be the greatest response time.
@@ -496,12 +532,13 @@ impl fmt::Display for Totals {
         }
         write!(
             f,
-            " ({} claimed); {} less because of offsets; {} later than the period; {} with several CPUs that wait, {} of \
+            " ({} claimed); {} less because of offsets; {} later than the period; {} on all of several CPUs; {} with several CPUs that wait, {} of \
              these attained; {} later because of jitter, bursts, threads, operations, waits or locks; {} with waits as jitter, {} of these attained; {} delayed \
              by locks, {} of these attained",
             self.claimed_exact,
             self.less_by_offsets,
             self.late,
+            self.on_all_cpus,
             self.waiting_on_several_cpus,
             self.attained_on_several_cpus,
             self.later_than_plain,
@@ -566,6 +603,7 @@ impl Totals {
             }
             let tightest = bounds.exact(place).or(bounds.greatest(place));
             self.late += u64::from(tightest > Some(task.period));
+            self.on_all_cpus += u64::from(bounds.is_on_all_cpus[place]);
             if !task.cpus.is_power_of_two() && greatest > task.greatest_cost() {
                 self.waiting_on_several_cpus += 1;
                 self.attained_on_several_cpus += u64::from(tightest == Some(greatest));
@@ -598,8 +636,15 @@ pub(crate) fn systems_or(number: u64) -> u64 {
 }
 
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
-    let is_larger =
-        matches!(kind, Kind::Threads | Kind::ThreadsWithMore | Kind::Sporadic | Kind::SporadicWithMore);
+    let is_larger = matches!(
+        kind,
+        Kind::Threads
+            | Kind::ThreadsWithMore
+            | Kind::Sporadic
+            | Kind::SporadicWithMore
+            | Kind::AllCpus
+            | Kind::AllCpusWithMore
+    );
     let systems = systems_or(if is_larger { FEWER_SYSTEMS } else { SYSTEMS });
     let mut random = Random(seed);
     let mut totals = Totals::default();
@@ -794,6 +839,20 @@ fn no_schedule_of_sporadic_tasks_is_above_a_bound() {
 fn no_schedule_of_sporadic_tasks_on_several_cpus_is_above_a_bound() {
     let totals = explore_random_systems(Kind::SporadicWithMore, 23);
     assert!(totals.attained[3] * 4 > totals.bounds && totals.later_than_plain * 10 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_on_all_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::AllCpus, 24);
+    assert!(totals.on_all_cpus * 5 > totals.bounds && totals.attained_on_several_cpus * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_on_all_cpus_with_more_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::AllCpusWithMore, 25);
+    assert!(
+        totals.on_all_cpus * 10 > totals.bounds && totals.attained_on_several_cpus * 20 > totals.explored
+    );
 }
 
 /// Locks delay many tasks, for as long as the analysis says, and some have no bound because of them.

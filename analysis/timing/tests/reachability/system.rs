@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use mauve_timing::{
-    Blocking, Bound, CpuSet, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority, Protocol,
-    Response, SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
+    Blocking, Bound, CpuRule, CpuSet, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority,
+    Protocol, Response, SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
 };
 
 /// The methods of the analyser, from the least to the most precise.
@@ -335,10 +335,13 @@ impl System {
         let has = |holds: &dyn Fn(&Window) -> bool| {
             exact.iter().map(|it| it.window.as_ref().is_some_and(holds)).collect()
         };
-        let has_late = has(&|window| !window.late.is_empty());
+        let is_on_all_cpus: Vec<bool> =
+            exact.iter().map(|it| matches!(it.rule, CpuRule::Global(_))).collect();
+        let mut has_late: Vec<bool> = has(&|window| !window.late.is_empty());
+        has_late.iter_mut().zip(&is_on_all_cpus).for_each(|(late, on_all)| *late &= !on_all);
         let has_blocking = has(&|window| window.blocking > Time::ZERO);
         let by_method = [classic, psm, ibf, exact].map(|all| all.iter().map(bound).collect());
-        Bounds { by_method, is_exact, has_late, has_blocking, refused }
+        Bounds { by_method, is_exact, is_on_all_cpus, has_late, has_blocking, refused }
     }
 }
 
@@ -360,6 +363,8 @@ pub(crate) struct Bounds {
     by_method: [Vec<Option<u64>>; 4],
     /// For each task, whether its bound by [`Method::Exact`] is claimed to be the greatest response time.
     pub(crate) is_exact: Vec<bool>,
+    /// For each task, whether that bound counts what all of several CPUs execute.
+    pub(crate) is_on_all_cpus: Vec<bool>,
     /// For each task, whether waits count as jitter in its window by [`Method::Exact`].
     pub(crate) has_late: Vec<bool>,
     /// For each task, whether jobs of lower priority delay it in that window.
