@@ -120,9 +120,12 @@ pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
     if p.at(DOT) && !p.begins_line() {
         let more = u8::from(p.nth(1) == INT_NUMBER && !p.nth_begins_line(1));
         drop_as(p, Foreign::Fraction, 1 + more);
-    } else if p.at(IDENT)
+        return;
+    }
+    let is_hertz = p.may_have_hertz && p.at_hertz();
+    if p.at(IDENT)
         && !p.begins_line()
-        && !(p.may_have_hertz && p.at_hertz())
+        && !is_hertz
         && !matches!(p.nth(1), EQ | COLON | L_PAREN | DOT)
         && p.nth_is_foreign(0, Word::Unit)
     {

@@ -781,10 +781,10 @@ impl<'a> Engine<'a> {
     /// Chooses one of the `possible` CPUs for a task: its own, its last one if that is idle, another `idle` one, or the one with
     /// the task of lowest priority.
     fn choose(&self, task: &Thread, possible: CpuSet, idle: CpuSet) -> u32 {
-        if let Some(last) = task.last_cpu {
-            if task.is_running && possible.contains(last) || idle.contains(last) {
-                return last;
-            }
+        if let Some(last) = task.last_cpu
+            && (task.is_running && possible.contains(last) || idle.contains(last))
+        {
+            return last;
         }
         if let Some(cpu) = idle.first().or(possible.first().filter(|_| possible.is_one())) {
             return cpu;
