@@ -8,7 +8,8 @@
 //!
 //! **Wⱼ.** Each job of j ends within Rⱼ, its bound, so that ⌈(L + Rⱼ)/Tⱼ⌉ = n jobs at most execute in L. The first of n jobs
 //! executes until Rⱼ after its release and the last one from its own on, so both together in at most L + Rⱼ − (n − 1)·Tⱼ: see
-//! [`Member::carried`]. A task without a bound may execute all the time. Waits of j are no execution: only Rⱼ has them.
+//! [`Member::carried`]. A task without a bound, or one that executes calls of
+//! operations between its jobs, may execute all the time. Waits of j are no execution: only Rⱼ has them.
 //!
 //! **Carry-in.** Let L begin earlier, at the first instant from which on all m CPUs execute hp(i) until the release. Just before it,
 //! one CPU does not. So fewer than m tasks of higher priority than i that may use this CPU are ready (N. Guan et al., RTSS 2009):
@@ -87,8 +88,9 @@ impl<'a> Lanes<'a> {
         let unknown = of_unknown.filter(|task| task.cpus().meets(cpus)).map(|task| task.priority).max();
         let is_wanted = |member: &Member<'_>| {
             let task = member.task;
-            let has_own_thread = member.thread.is_empty() && task.burst() == 1 && member.blocking == 0;
-            task.cpus() == cpus && has_own_thread && unknown.is_none_or(|unknown| task.priority > unknown)
+            let has_own_thread = task.thread.is_none() && task.burst() == 1 && !task.has_calls;
+            let is_alone = has_own_thread && member.blocking == 0;
+            task.cpus() == cpus && is_alone && unknown.is_none_or(|unknown| task.priority > unknown)
         };
         let priority = |member: &usize| self.members[*member].task.priority;
         let mut wanted: Vec<usize> =
@@ -167,11 +169,16 @@ impl<'a> Lanes<'a> {
         };
         let other = |member: usize| {
             let it = &self.members[member];
-            let is_ready = it.task.waits.is_none() && it.thread.is_empty() && it.blocking == 0;
+            let is_ready = it.task.waits.is_none() && it.task.thread.is_none() && it.blocking == 0;
+            // A call may be executed between two jobs.
+            let has_calls = it.task.has_calls;
             Other {
                 member,
-                response: response(it.index).map(Time::as_nanos),
-                always_carries: !is_ready || it.task.cpus() != cpus || it.task.priority == priority,
+                response: response(it.index).filter(|_| !has_calls).map(Time::as_nanos),
+                always_carries: !is_ready
+                    || has_calls
+                    || it.task.cpus() != cpus
+                    || it.task.priority == priority,
                 most_of_job: u64::MAX,
             }
         };
@@ -376,6 +383,14 @@ mod tests {
         let mut unknown = tasks();
         unknown.push(on(0b10, Task { demand: crate::Demand::Unknown, ..simple(9, 100, 1) }));
         assert_eq!(second(&unknown), None);
+        // A task that executes calls between its jobs; for others, it is one that may execute all the time.
+        let mut calls = tasks();
+        calls[1].has_calls = true;
+        assert_eq!(second(&calls), None);
+        let mut calls = on_all(0b11, &[(1, 10), (2, 10), (3, 10)]);
+        assert_eq!(responses(&calls)[2], Some(4));
+        calls[0].has_calls = true;
+        assert_eq!(responses(&calls)[2], Some(5));
     }
 
     #[test]
