@@ -471,6 +471,14 @@ mod tests {
     }
 
     #[test]
+    fn each_of_the_most_cpus_has_a_task() {
+        let set = set((0..CpuSet::MOST).map(|cpu| simple(1, 20, 1 << cpu, 9)).collect());
+        let schedule = set.simulate(&worst(20), &|| ());
+        let ends = schedule.jobs.iter().filter(|job| job.end == Some(Time::from_nanos(9)));
+        assert_eq!(ends.count(), 128);
+    }
+
+    #[test]
     fn jobs_without_a_cost_take_no_time() {
         let set = set(vec![simple(1, 10, 1, 0), simple(2, 5, 1, 2)]);
         check(

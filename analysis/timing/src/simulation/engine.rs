@@ -220,7 +220,7 @@ struct Engine<'a> {
     cpus: Vec<Cpu>,
     groups: Vec<Group>,
     /// The groups to assign to CPUs again, a bit for each.
-    changed: u64,
+    changed: u128,
     /// The instant of the next release of each task, with its index.
     releases: BinaryHeap<Reverse<(u64, usize)>>,
     /// The ends of the waits, each with the index of the task.
