@@ -65,8 +65,11 @@ const mauve::Worker* worker() {
 
 // The first CPU that the thread may use. Much happens at one virtual instant, and the events of one CPU stay in their order.
 int event_cpu() {
-  const std::uint64_t cpus = worker() == nullptr ? 0 : worker()->scheduling.cpus;
-  return cpus == 0 ? 0 : __builtin_ctzll(cpus);
+  const mauve::Cpus cpus = worker() == nullptr ? mauve::Cpus(1) : worker()->scheduling.cpus;
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+    if (cpus[cpu]) return static_cast<int>(cpu);
+  }
+  return 0;
 }
 
 }  // namespace
@@ -113,8 +116,9 @@ int sched_getparam(pid_t thread, sched_param* parameter) noexcept {
 int sched_getaffinity(pid_t thread, std::size_t size, cpu_set_t* set) noexcept {
   if (thread == 0 && worker() != nullptr) {
     CPU_ZERO_S(size, set);
-    for (int cpu = 0; cpu < 64; ++cpu) {
-      if ((worker()->scheduling.cpus >> cpu & 1) != 0) CPU_SET_S(cpu, size, set);
+    const mauve::Cpus& cpus = worker()->scheduling.cpus;
+    for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+      if (cpus[cpu]) CPU_SET_S(cpu, size, set);
     }
     return 0;
   }
