@@ -111,8 +111,13 @@ export default grammar({
     _deployment_item: ($) => choice($.target, $.activity, $.setting),
     target: ($) => seq('architecture', $.type),
     activity: ($) => seq('activity', $._word_ref, list($.field)),
-    // Only a rate has a unit.
-    field: ($) => seq($._word_ref, '=', choice(seq($._expr, optional(alias('Hz', $.identifier))), $.value_list)),
+    field: ($) =>
+      choice(
+        seq($._word_ref, '=', choice($._expr, $.value_list)),
+        // Only a rate has a unit.
+        seq(alias($._rate, $.name_ref), '=', choice(seq($._expr, optional(alias('Hz', $.identifier))), $.value_list)),
+      ),
+    _rate: ($) => alias('rate', $.identifier),
     value_list: ($) => seq('[', optional(separated($._expr)), ']'),
 
     block: ($) => list($._statement),

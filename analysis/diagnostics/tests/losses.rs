@@ -632,6 +632,7 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         "missing-activity",
         "missing-field",
         "missing-value",
+        "never-triggered",
         "operation-signature",
         "outside-interval",
         "refuted-time",
