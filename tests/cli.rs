@@ -14,6 +14,7 @@ mod fixes;
 mod graph;
 mod hostile;
 
+mod many_cpus;
 mod marks;
 mod pwcet;
 mod release;

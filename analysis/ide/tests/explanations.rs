@@ -143,7 +143,8 @@ fn check(text: &str, seen: &mut Seen) {
         _ => ns(between(text, &format!("execution time of its own {jobs} jobs: "), "\n").unwrap()),
     };
     // A job without demand counts as 1 ns.
-    let length = own.max(1) + block(text, "\ninterference:").unwrap_or(0);
+    let at_once = between(text, "executed on several CPUs at once: −", "\n").map_or(0, ns);
+    let length = own.max(1) + block(text, "\ninterference:").unwrap_or(0) - at_once;
     seen.windows += 1;
     if let Some(ends) = between(text, "it ends ", " after the start of the window") {
         assert_eq!(ns(ends), length);
