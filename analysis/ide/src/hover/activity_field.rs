@@ -294,30 +294,30 @@ platform.cpu_sets.big = [2]
         check(
             "pilot] priority",
             expect![[r#"
-            pilot
-            ---
-            **Deadline met: 4 ms ≤ 14.285714 ms, 10.285714 ms slack** at 1e-4, with assumed times
+                pilot
+                ---
+                **Deadline met: 4 ms ≤ 14.285714 ms, 10.285714 ms slack** at 1e-4, with assumed times
 
-            |  | priority | jobs | time |  |
-            | :-- | :-: | --: | --: | :-- |
-            | own time | 30 | 1 × 2 ms | 2 ms | ██████████ |
-            | [`laser`](file:///model.mal#L8) (with assumed times) | 30 | 1 × 2 ms | 2 ms | ██████████ |
-            | **response time** |  |  | **4 ms** |  |
+                |  | priority | jobs | time |  |
+                | :-- | :-: | --: | --: | :-- |
+                | own time | 30 | 1 × 2 ms | 2 ms | ██████████ |
+                | [`laser`](file:///model.mal#L8) (before it in the thread `pair`) (with assumed times) | 30 | 1 × 2 ms | 2 ms | ██████████ |
+                | **response time** |  |  | **4 ms** |  |
 
-            costliest period: 2 ms, `update`
+                costliest period: 2 ms, `update`
 
-            - `update` 2 ms: `work` 2 ms (assumed)
+                - `update` 2 ms: `work` 2 ms (assumed)
 
-            ---
+                ---
 
-            - component `C`, period 33.333333 ms, deadline 14.285714 ms, method exact
-            - on CPUs 1 and 3 as if they were one CPU: activities have different affinities with several CPUs there
+                - component `C`, period 33.333333 ms, deadline 14.285714 ms, method exact
+                - on CPUs 1 and 3 as if they were one CPU: activities have different affinities with several CPUs there
 
-            ```mauve
-            instance pilot: C
-            ```
+                ```mauve
+                instance pilot: C
+                ```
 
-        "#]],
+            "#]],
         );
     }
 }
