@@ -74,7 +74,7 @@ fn orocos_scripts_say_what_failed() {
 /// and stops before them; here it also provides an operation to one of them.
 #[test]
 fn orocos_scripts_have_releases_by_data_and_shared_threads() {
-    let model = "shell S { input port heard: int  output port told: int }\ncore K(S) { update = { } }\ncomponent C(S, K)\n\
+    let model = "shell S { input port heard: int  output port told: int }\ncore K(S) { update = { write(told, 1); } }\ncomponent C(S, K)\n\
          shell GiverShell { provide ask(): int }\ncore GiverCore(GiverShell) { provide ask(): int = { return 1; }  update = { } }\n\
          component Giver(GiverShell, GiverCore)\n\
          shell TakerShell { require ask(): int }\ncore TakerCore(TakerShell) { update = { } }\n\
