@@ -344,7 +344,7 @@ fn nothing_is_generated_from_a_model_with_errors() {
     assert_eq!(generate(&mut client, &text.uri).unwrap_err(), reason);
     let error = execute(&mut client, json!([text.uri, "D"])).unwrap_err();
     assert_eq!((&error["code"], &error["message"]), (&json!(-32803), &json!(reason)));
-    client.edit(&mut text, "period = 100", "period = 100 deadline = 200");
+    client.edit(&mut text, "period = 100", "period = 100 jitter = -1");
     client.diagnostics(&text);
     let error = execute(&mut client, json!([text.uri, "D"])).unwrap_err().to_string();
     assert!(error.contains("errors first. The first is: robot.mal:"), "{error}");
