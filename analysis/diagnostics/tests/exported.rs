@@ -11,7 +11,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_tests::{random_model, texts_in};
 use mauve_timing::task_set::{Notation, Number, Numbers, TaskSet};
-use mauve_timing::{Demand, Level, Method, Status, Time};
+use mauve_timing::{CpuRule, Demand, Level, Method, Status, Time};
 use mauve_wcrt::{
     Query, Reason, Report, exported_component, first_tables, psm_of, response_times, response_times_of,
     tables_of, task_set_of, timetable_of,
@@ -99,6 +99,9 @@ fn check_sums<'db>(
         assert!(window.job > 1 || Some(window.own) == it.own, "{what}: {it:?}");
         let interference: u64 = breakdown.of(index).iter().map(|part| part.time.as_nanos()).sum();
         let length = window.length.as_nanos();
+        // Several CPUs execute it at once.
+        let at_once = if let Some(CpuRule::Global(cpus)) = it.rule { u64::from(cpus.len()) } else { 1 };
+        let interference = interference.div_ceil(at_once);
         let parts = window.own.as_nanos().max(1) + interference + window.blocking.as_nanos();
         assert_eq!(parts, length, "{what}, {query:?}: {it:?}");
         let released = it.release_of(window.job).unwrap().as_nanos();

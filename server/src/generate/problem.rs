@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn types_and_cpus_that_are_not_known() {
+    fn types_that_are_not_known() {
         let model = "codel f(in a: own, in b: pkg.Other): void\n//- /mauve.toml\n[types.own]\n";
         assert_eq!(
             messages(model),
@@ -130,12 +130,6 @@ mod tests {
                  `header` to \
                  mauve.toml, or `use` its message package",
             ]
-        );
-        let model = "shell S { } core K(S) { update = { } } component C(S, K) architecture A { instance c: C } \
-            deployment D { architecture A activity c { affinity = 0x300000000 priority = 1 period = 10 } }";
-        assert_eq!(
-            messages(model),
-            ["0x300000000: Orocos supports CPUs 1 to 32, and this is CPUs 33 and 34"]
         );
     }
 

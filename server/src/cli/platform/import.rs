@@ -152,7 +152,7 @@ mod tests {
         let mut found = Measured::default();
         let noise = |cpu, sample, greatest| Noise { cpu, sample, greatest, count: 60 };
         found.add(Recording::Noise(vec![noise(0, 1_000_000_000, 91_000), noise(1, 1_000_000_000, 0)]));
-        found.add(Recording::Noise(vec![noise(0, 950_000_000, 7000), noise(70, 1_000_000_000, 5)]));
+        found.add(Recording::Noise(vec![noise(0, 950_000_000, 7000), noise(140, 1_000_000_000, 5)]));
         found.add(Recording::Latency { greatest: 27_000, count: 3000 });
         found.add(Recording::Latency { greatest: 15_500, count: 3000 });
         let text = found.text();
@@ -161,7 +161,7 @@ mod tests {
         // No noise is no entry, whose time would be 0.
         assert_eq!(text.matches("[[platform.other]]").count(), 1, "{text}");
         assert!(text.contains("[overhead]\ndispatch = 0.027\n"), "{text}");
-        assert!(text.contains("# - CPUs other than 1, 2, 71\n"), "{text}");
-        assert!(text.contains("rarer than 1 in 2000 wake-ups") && text.contains("beyond the 64"), "{text}");
+        assert!(text.contains("# - CPUs other than 1, 2, 141\n"), "{text}");
+        assert!(text.contains("rarer than 1 in 2000 wake-ups") && text.contains("beyond the 128"), "{text}");
     }
 }
