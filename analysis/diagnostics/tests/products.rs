@@ -192,10 +192,10 @@ fn beyond_the_limit_the_variable_of_most_values_has_any() {
         update (mode = true) → update (mode = false): 0 ms
     "#]]
     .assert_eq(&edges);
-    // 1,000 values are followed.
+    // 4,000 values are followed.
     let edges =
-        edges_of("{ var n: int = 0  update = { if n < 999 then { n = n + 1; } else { n = 0; plan(); } } }");
-    assert_eq!(edges.lines().count(), 1000);
+        edges_of("{ var n: int = 0  update = { if n < 3999 then { n = n + 1; } else { n = 0; plan(); } } }");
+    assert_eq!(edges.lines().count(), 4000);
 }
 
 #[test]

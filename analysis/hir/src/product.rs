@@ -43,9 +43,9 @@ use followed::{followed_of, is_small, shared};
 const MAX_STATES: usize = 4096;
 const MAX_EDGES: usize = 1 << 16;
 /// The most statements, operands and paths that one attempt interprets.
-const MAX_STEPS: usize = 60_000;
+const MAX_STEPS: usize = 400_000;
 /// The most of all attempts: the last one begins below it.
-const MAX_ALL_STEPS: usize = 90_000;
+const MAX_ALL_STEPS: usize = 1_000_000;
 
 /// The states of a core together with the values of its followed variables, without times.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]

@@ -10,7 +10,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::body::{Body, BodyId, Code, bodies_of, by_group, core_scope, statements};
 use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
-use crate::item_tree::{BinaryOperator, Direction, Expr, Statement};
+use crate::item_tree::{BinaryOperator, Direction, Expr, Statement, UnaryOperator};
+use crate::passage::{is_logic, spine};
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, VariableId};
 use crate::source::Decl;
@@ -28,8 +29,8 @@ pub(super) struct Followed {
 /// How the programs of a group of bodies use variables of few values.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Uses {
-    /// Those that conditions depend on.
-    deciding: Vec<VariableId>,
+    /// The variables of each comparison or other operand of a condition, whose value may be known if all of them are.
+    deciding: Vec<Vec<VariableId>>,
     /// A variable, and another one that its value depends on.
     sources: Vec<(VariableId, VariableId)>,
     /// Those that programs assign, and whether the value may be known.
@@ -51,14 +52,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     for &(target, source) in all.iter().flat_map(|uses| &uses.sources) {
         sources.entry(target).or_default().push(source);
     }
-    let mut deciding: FxHashSet<VariableId> = FxHashSet::default();
-    let mut open: Vec<VariableId> = all.iter().flat_map(|uses| &uses.deciding).copied().collect();
-    while let Some(variable) = open.pop() {
-        if deciding.insert(variable) {
-            open.extend(sources.get(&variable).into_iter().flatten());
-        }
-    }
-    if deciding.is_empty() {
+    if all.iter().all(|uses| uses.deciding.is_empty()) {
         return Followed::default();
     }
     let assigned = || all.iter().flat_map(|uses| &uses.assigned);
@@ -72,6 +66,16 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     for (variable, it) in shared(shared_variables(db, project, of)) {
         if initial.contains(&it.name.id) && !is_assigned.contains(&variable) {
             variables.insert(variable);
+        }
+    }
+    // A condition with a variable that is never known decides nothing: a counter up to it would only have many values.
+    let deciding = all.iter().flat_map(|uses| &uses.deciding);
+    let mut open: Vec<VariableId> =
+        deciding.filter(|it| it.iter().all(|it| variables.contains(it))).flatten().copied().collect();
+    let mut deciding: FxHashSet<VariableId> = FxHashSet::default();
+    while let Some(variable) = open.pop() {
+        if deciding.insert(variable) {
+            open.extend(sources.get(&variable).into_iter().flatten());
         }
     }
     let mut variables: Vec<VariableId> = variables.intersection(&deciding).copied().collect();
@@ -146,7 +150,7 @@ impl<'db> Reader<'_, 'db> {
         for statement in statements(&program.statements) {
             match statement {
                 Statement::If { condition, .. } => self.decides(condition),
-                Statement::Return(_, Some(value)) if is_operation => self.decides(value),
+                Statement::Return(_, Some(value)) if is_operation => self.passes(value),
                 Statement::Assign(target, value) => {
                     let target = self.inference.binding(target.id);
                     self.assign(target.and_then(|it| self.small(it)), value);
@@ -175,22 +179,45 @@ impl<'db> Reader<'_, 'db> {
         self.inference.binding(name.id).and_then(|it| self.small(it))
     }
 
+    /// Notes the variables of each operand of a condition whose value may be known.
     fn decides(&mut self, condition: &Expr) {
-        let found = condition.descendants().filter_map(|it| self.name(it)).collect::<Vec<_>>();
-        self.found.deciding.extend(found);
+        match condition {
+            Expr::Unary(UnaryOperator::Not, inner, _) => self.decides(inner),
+            Expr::Binary(BinaryOperator::And | BinaryOperator::Or, ..) => {
+                let (first, operands) = spine(condition, is_logic);
+                self.decides(first);
+                operands.into_iter().for_each(|(_, operand, _)| self.decides(operand));
+            }
+            _ if self.may_be_known(condition) => {
+                let variables = condition.descendants().filter_map(|it| self.name(it)).collect();
+                self.found.deciding.push(variables);
+            }
+            _ => {}
+        }
+    }
+
+    /// Notes the variables of a value that an operation gets or returns: its caller, or its own conditions, may depend on each.
+    fn passes(&mut self, value: &Expr) {
+        let variables = value.descendants().filter_map(|it| Some(vec![self.name(it)?])).collect::<Vec<_>>();
+        self.found.deciding.extend(variables);
+    }
+
+    /// Whether the value of an expression is known if those of its variables are.
+    fn may_be_known(&self, value: &Expr) -> bool {
+        value.descendants().all(|it| match it {
+            Expr::Name(_) => self.name(it).is_some(),
+            Expr::Call { callee, .. } => {
+                matches!(self.inference.callee(callee.id), Some(Callee::Operation(_)))
+            }
+            it => !matches!(it, Expr::Missing | Expr::Incomplete(_)),
+        })
     }
 
     fn assign(&mut self, target: Option<VariableId>, value: &Expr) {
         let Some(target) = target else { return };
         let sources = value.descendants().filter_map(|it| self.name(it)).map(|source| (target, source));
         self.found.sources.extend(sources.collect::<Vec<_>>());
-        let is_known = value.descendants().all(|it| match it {
-            Expr::Name(_) => self.name(it).is_some(),
-            Expr::Call { callee, .. } => {
-                matches!(self.inference.callee(callee.id), Some(Callee::Operation(_)))
-            }
-            it => !matches!(it, Expr::Missing | Expr::Incomplete(_)),
-        });
+        let is_known = self.may_be_known(value);
         self.found.assigned.push((target, is_known));
     }
 
@@ -211,7 +238,7 @@ impl<'db> Reader<'_, 'db> {
                         self.found.assigned.push((target, is_own));
                     }
                     if is_own {
-                        self.decides(argument);
+                        self.passes(argument);
                     }
                 }
             }
