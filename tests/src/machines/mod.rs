@@ -14,6 +14,7 @@
 
 mod counters;
 mod interpreter;
+mod path;
 mod periods;
 mod rig;
 mod run;

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::interpreter::{Interpreter, Key, Step, World};
+use super::path::Path;
 use super::{Component, Library, Value};
 use crate::model::{Model, Signature};
 
@@ -53,19 +54,10 @@ impl Times {
     }
 }
 
-/// One path through a period.
-struct Path<'a> {
-    component: &'a Component,
-    times: &'a Times,
-    /// Whether each condition so far holds. Those that come later do not.
-    choices: Vec<bool>,
-    met: usize,
-    cost: u64,
-    /// The costs at the beginnings of the programs under way.
-    begun: Vec<u64>,
-}
+/// A path through a period, in which only literals have values.
+struct Literals<'a>(Path<'a>);
 
-impl World for Path<'_> {
+impl World for Literals<'_> {
     fn literal(&self, value: Value) -> Value {
         match value {
             Value::Bool(_) | Value::Int(_) => value,
@@ -82,11 +74,7 @@ impl World for Path<'_> {
     }
 
     fn choose(&mut self) -> bool {
-        if self.met == self.choices.len() {
-            self.choices.push(false);
-        }
-        self.met += 1;
-        self.choices[self.met - 1]
+        self.0.choose()
     }
 
     fn property(&self, _: &str) -> Value {
@@ -94,19 +82,15 @@ impl World for Path<'_> {
     }
 
     fn begin(&mut self, _: Key<'_>) {
-        self.begun.push(self.cost);
+        self.0.begin();
     }
 
-    /// A table may have a time for the program itself.
     fn end(&mut self, key: Key<'_>) {
-        let before = self.begun.pop().unwrap();
-        if let Some(time) = self.times.programs.get(&Times::key(&self.component.name, key)) {
-            self.cost = before + time;
-        }
+        self.0.end(key);
     }
 
     fn codel(&mut self, codel: &Signature, _: &[Value]) -> Vec<Value> {
-        self.cost += self.times.codels[&format!("machines.{}", codel.name)];
+        self.0.codel(codel);
         codel.results().map(|_| Value::Unknown).collect()
     }
 
@@ -139,15 +123,15 @@ pub fn edges(library: &Library, component: &Component, times: &Times) -> Option<
             if tries > MOST_PATHS {
                 return None;
             }
-            let path = Path { component, times, choices, met: 0, cost: times.overhead, begun: Vec::new() };
-            let mut interpreter = Interpreter::new(path, component, &library.codels);
+            let path = Path::new(component, times, choices);
+            let mut interpreter = Interpreter::new(Literals(path), component, &library.codels);
             let fired = match state {
                 Some(state) => interpreter.period(state).ok()?,
                 None => interpreter.hook("update").ok().map(|_| None)?,
             };
             let source = state.map_or("update", |it| &it.name);
             let (name, target) = fired.map_or(("stay", source), |it| (&it.name, &it.target));
-            let path = interpreter.world;
+            let Literals(path) = interpreter.world;
             let cost = greatest.entry(format!("{source} {name} {target}")).or_default();
             *cost = path.cost.max(*cost);
             if let Some(transition) = fired
@@ -155,13 +139,8 @@ pub fn edges(library: &Library, component: &Component, times: &Times) -> Option<
             {
                 open.push(Some(component.state(&transition.target)));
             }
-            // The last condition that did not hold does, and those behind it are open again.
-            choices = path.choices;
-            while choices.last() == Some(&true) {
-                choices.pop();
-            }
-            match choices.last_mut() {
-                Some(last) => *last = true,
+            match path.next() {
+                Some(next) => choices = next,
                 None => break,
             }
         }

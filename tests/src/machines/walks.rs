@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::{Interpreter, Key, Stop, World};
+use super::path::Path;
 use super::{Component, Library, Times, Value};
 use crate::model::{Signature, State};
 
@@ -34,20 +35,13 @@ pub struct Step {
     pub cost: u64,
 }
 
-/// One path.
-struct Path<'a> {
-    component: &'a Component,
-    times: &'a Times,
+/// A path in which codels, ports and other components choose among a few values.
+struct FewValues<'a> {
+    path: Path<'a>,
     property: i64,
-    /// Whether each condition so far holds. Those that come later do not.
-    choices: Vec<bool>,
-    met: usize,
-    cost: u64,
-    /// The costs at the beginnings of the programs under way.
-    begun: Vec<u64>,
 }
 
-impl Path<'_> {
+impl FewValues<'_> {
     fn value(&mut self, ty: &str) -> Value {
         match ty {
             "int" => {
@@ -64,7 +58,7 @@ impl Path<'_> {
     }
 }
 
-impl World for Path<'_> {
+impl World for FewValues<'_> {
     fn literal(&self, value: Value) -> Value {
         value
     }
@@ -78,11 +72,7 @@ impl World for Path<'_> {
     }
 
     fn choose(&mut self) -> bool {
-        if self.met == self.choices.len() {
-            self.choices.push(false);
-        }
-        self.met += 1;
-        self.choices[self.met - 1]
+        self.path.choose()
     }
 
     fn property(&self, _: &str) -> Value {
@@ -90,18 +80,15 @@ impl World for Path<'_> {
     }
 
     fn begin(&mut self, _: Key<'_>) {
-        self.begun.push(self.cost);
+        self.path.begin();
     }
 
     fn end(&mut self, key: Key<'_>) {
-        let before = self.begun.pop().unwrap();
-        if let Some(time) = self.times.programs.get(&Times::key(&self.component.name, key)) {
-            self.cost = before + time;
-        }
+        self.path.end(key);
     }
 
     fn codel(&mut self, codel: &Signature, _: &[Value]) -> Vec<Value> {
-        self.cost += self.times.codels[&format!("machines.{}", codel.name)];
+        self.path.codel(codel);
         codel.results().map(|ty| self.value(ty)).collect()
     }
 
@@ -127,7 +114,7 @@ impl World for Path<'_> {
 type Values<'a> = Vec<(&'a str, Value)>;
 
 /// A path that executes a step.
-type Run<'a> = Interpreter<'a, Path<'a>>;
+type Run<'a> = Interpreter<'a, FewValues<'a>>;
 
 struct Walker<'a> {
     library: &'a Library,
@@ -207,10 +194,9 @@ impl<'a> Walker<'a> {
         let (mut found, mut choices) = (Vec::new(), Vec::new());
         for _ in 0..MOST_OF_STEP {
             self.paths += 1;
-            let (component, times, property) = (self.component, self.times, self.property);
-            let cost = times.overhead;
-            let path = Path { component, times, property, choices, met: 0, cost, begun: Vec::new() };
-            let mut run = Interpreter::new(path, component, &self.library.codels);
+            let path = Path::new(self.component, self.times, choices);
+            let path = FewValues { path, property: self.property };
+            let mut run = Interpreter::new(path, self.component, &self.library.codels);
             if !values.is_empty() {
                 run.set_values(values.to_vec());
             }
@@ -218,14 +204,10 @@ impl<'a> Walker<'a> {
             let values = run.values();
             // Of an undefined step, nothing is known.
             if let Ok(result) = result {
-                found.push((values, result, run.world.cost));
+                found.push((values, result, run.world.path.cost));
             }
-            choices = run.world.choices;
-            while choices.last() == Some(&true) {
-                choices.pop();
-            }
-            match choices.last_mut() {
-                Some(last) => *last = true,
+            match run.world.path.next() {
+                Some(next) => choices = next,
                 None => break,
             }
         }
