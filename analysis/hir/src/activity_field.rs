@@ -135,7 +135,7 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
                   Without offset: 0." },
 ];
 
-/// The fields of which an activity has only one: both say the same, or the second one has no meaning with the first.
+/// Pairs of fields that an activity cannot have together: both say the same, or the second one has no meaning beside the first.
 pub const EXCLUSIVE_FIELDS: [[ActivityField; 2]; 6] = [
     [ActivityField::Affinity, ActivityField::Cpus],
     [ActivityField::Period, ActivityField::Rate],
@@ -165,7 +165,7 @@ pub fn similar_field(name: &str) -> Option<ActivityField> {
     renamed.or_else(|| ActivityField::from_keyword(mauve_syntax::similar(name, ActivityField::KEYWORDS)?))
 }
 
-/// Returns the fields of which an activity has one, to say what this field says.
+/// Returns the fields that say the same as this one, with itself: an activity has one of them.
 pub fn same_fields(field: &ActivityField) -> &[ActivityField] {
     let sets = [PERIODS.as_slice(), PLACES.as_slice()];
     sets.into_iter().find(|set| set.contains(field)).unwrap_or(std::slice::from_ref(field))

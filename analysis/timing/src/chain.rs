@@ -164,8 +164,9 @@ struct Step {
     /// The instant of a release, and the clock.
     offset: Option<(u64, u32)>,
     ahead: Ahead,
-    /// The time of the releases that read what is ahead, and of those from the first one that sees the data to the one that writes.
+    /// The time of the releases that read what is ahead of the data.
     reads: u64,
+    /// The time from the release that reads the data to the one that writes it.
     periods: u64,
     /// The time from the release of the job that writes to the first release of the next step that sees the write.
     run: u64,
@@ -210,7 +211,7 @@ impl Tasks {
         let age_at_write = chain.last().zip(parts.last()).and_then(|(step, last)| {
             let (task, period) = self.real_time(step)?;
             let until_read = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?))?;
-            // A job before the one that sees the change.
+            // The last job that does not see the change is released so long before the one that does.
             let since = match task.is_periodic() {
                 true => period,
                 false if last.buffer == Time::ZERO => last.wait.as_nanos(),

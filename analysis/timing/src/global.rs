@@ -46,9 +46,9 @@ struct Other {
     member: usize,
     /// R, if that is known.
     response: Option<u64>,
-    /// Whether it is one of those of which any number may carry in.
+    /// Whether it counts with carry-in in any case, beside the m − 1 others.
     always_carries: bool,
-    /// V
+    /// V: the most that a job of it executes while the task waits.
     most_of_job: u64,
 }
 

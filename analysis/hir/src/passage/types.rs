@@ -47,7 +47,7 @@ pub struct Passages<'db> {
     pub writes: Vec<(Name, Result<u32, Skip<'db>>)>,
     /// The most releases from any instant until the next read of each input port that is read.
     pub reads: Vec<(Name, Result<u32, Skip<'db>>)>,
-    /// The input ports of which that also holds from the first job on: it leaves nothing in a buffer.
+    /// The input ports for which that also holds from the first job on: that job leaves nothing in a buffer.
     pub read_at_start: Vec<Name>,
 }
 

@@ -31,7 +31,7 @@ pub(super) struct Followed {
 struct Uses {
     /// The variables of each comparison or other operand of a condition, whose value may be known if all of them are.
     deciding: Vec<Vec<VariableId>>,
-    /// A variable, and another one that its value depends on.
+    /// A variable, and another one on which its value depends.
     sources: Vec<(VariableId, VariableId)>,
     /// Those that programs assign, and whether the value may be known.
     assigned: Vec<(VariableId, bool)>,

@@ -473,7 +473,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Makes a task ready if it has work, or another one of its thread, unless the thread is busy.
+    /// Makes a task ready if it has work; otherwise another task of its thread that has some. A thread under way goes on.
     fn wake(&mut self, index: usize) {
         if self.threads[index].mates.iter().any(|&mate| self.threads[mate].part.is_some()) {
             return;
