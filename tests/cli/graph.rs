@@ -17,7 +17,7 @@ fn the_robot_in_all_forms() {
     let text = graph(&["p3dx"]);
     assert_eq!(text.code, 0, "{}", text.err);
     assert!(text.out.starts_with("P3dxDeployment at 1e-4: "), "{}", text.out);
-    assert!(text.out.contains("│ ! 997 / 1000 ms · 29.7 %"), "{}", text.out);
+    assert!(text.out.contains("│ ! 997 / 1000 ms · 29.4 %"), "{}", text.out);
     let svg = graph(&["p3dx", "--format", "svg"]).out;
     assert!(svg.starts_with("<svg ") && svg.contains("prefers-color-scheme: dark"), "{svg}");
     assert!(graph(&["p3dx", "--format", "dot"]).out.starts_with("digraph "));

@@ -182,6 +182,31 @@ fn an_integer_that_overflows_has_any_value() {
 }
 
 #[test]
+fn a_counter_without_a_limit_has_any_value_far_from_the_numbers_of_the_text() {
+    let edges = edges_of(
+        "{ var seen: int = 0  update = { if sense() then { seen = 0; } else { seen = seen + 1; } if seen == 0 then { plan(); } } }",
+    );
+    let last: Vec<&str> = edges.lines().rev().take(4).collect();
+    assert_eq!(edges.lines().count(), 40);
+    expect![[r#"
+        [
+            "update → update: 1 ms",
+            "update → update (seen = 0): 11 ms",
+            "update (seen = 18) → update: 1 ms",
+            "update (seen = 18) → update (seen = 0): 11 ms",
+        ]
+    "#]]
+    .assert_debug_eq(&last);
+    // A product, and an initial value, are numbers of the text.
+    for core in [
+        "{ var n: int = 0  update = { if n < 10 * 20 then { n = n + 1; } else { n = 0; plan(); } } }",
+        "{ var n: int = 200  update = { if n > 0 then { n = n - 1; } else { reset(); } } provide reset() = { plan(); } }",
+    ] {
+        assert_eq!(edges_of(core).lines().count(), 201, "{core}");
+    }
+}
+
+#[test]
 fn beyond_the_limit_the_variable_of_most_values_has_any() {
     let edges = edges_of(
         "{ var n: int = 0  var mode: bool = false

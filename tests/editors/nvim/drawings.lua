@@ -64,7 +64,7 @@ local graph
 check('the architecture, with response times', function()
   vim.cmd('Mauve graph')
   graph = wait_for_drawing('graph')
-  wait_for_text(graph, 'P3dxDeployment at 1e-4', '│ navigation: Navigation', '! 997 / 1000 ms · 29.7 %')
+  wait_for_text(graph, 'P3dxDeployment at 1e-4', '│ navigation: Navigation', '! 997 / 1000 ms · 29.4 %')
   equal(false, vim.wo.wrap)
   equal(false, vim.bo.modifiable)
 end)

@@ -10,13 +10,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::body::{Body, BodyId, Code, bodies_of, by_group, core_scope, statements};
 use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
-use crate::item_tree::{BinaryOperator, Direction, Expr, Statement, UnaryOperator};
+use crate::item_tree::{BinaryOperator, Direction, Expr, Literal, Statement, UnaryOperator};
 use crate::passage::{is_logic, spine};
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, VariableId};
 use crate::source::Decl;
 use crate::structure::structure_of;
 use crate::types::Type;
+use crate::values::whole_number;
 
 /// The variables that are followed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -24,6 +25,8 @@ pub(super) struct Followed {
     pub(super) variables: Vec<VariableId>,
     /// Those that operations assign, which clients may call between two jobs.
     pub(super) by_operations: Vec<VariableId>,
+    /// Values further from 0 may be any: a counter without a limit has few others.
+    pub(super) greatest: i32,
 }
 
 /// How the programs of a group of bodies use variables of few values.
@@ -36,6 +39,8 @@ struct Uses {
     /// Those that programs assign, and whether the value may be known.
     assigned: Vec<(VariableId, bool)>,
     by_operations: Vec<VariableId>,
+    /// See [`greatest_number`].
+    greatest: i32,
 }
 
 /// Returns whether a variable of this type is one of few values.
@@ -60,9 +65,9 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         assigned().filter(|(_, is_known)| *is_known).map(|(variable, _)| *variable).collect();
     // A variable that no program assigns keeps its initial value.
     let is_assigned: FxHashSet<VariableId> = assigned().map(|(variable, _)| *variable).collect();
-    let initial = structure_of(db, of).into_iter().flat_map(|it| it.shared_variables());
+    let declared = || structure_of(db, of).into_iter().flat_map(|it| it.shared_variables());
     let initial: FxHashSet<_> =
-        initial.filter(|it| it.value.is_some() && !it.calls_in_value()).map(|it| it.name.id).collect();
+        declared().filter(|it| it.value.is_some() && !it.calls_in_value()).map(|it| it.name.id).collect();
     for (variable, it) in shared(shared_variables(db, project, of)) {
         if initial.contains(&it.name.id) && !is_assigned.contains(&variable) {
             variables.insert(variable);
@@ -84,7 +89,9 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         all.iter().flat_map(|uses| &uses.by_operations).copied().collect();
     by_operations.sort_unstable();
     by_operations.dedup();
-    Followed { variables, by_operations }
+    let initial = declared().filter_map(|it| it.value.as_ref()).map(greatest_number);
+    let greatest = all.iter().map(|uses| uses.greatest).chain(initial).max().unwrap_or_default();
+    Followed { variables, by_operations, greatest: greatest.saturating_mul(2).saturating_add(16) }
 }
 
 /// Returns the shared variables with their identities.
@@ -106,8 +113,11 @@ fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, grou
         let first = reader.found.assigned.len();
         for (_, code) in body.code() {
             reader.code(code, matches!(body, Body::Operation(_)));
-            for call in expressions(code).flat_map(Expr::descendants) {
-                reader.call(call, &|callee, count| directions_of(db, scope, callee, count));
+            for expression in expressions(code) {
+                reader.found.greatest = reader.found.greatest.max(greatest_number(expression));
+                for call in expression.descendants() {
+                    reader.call(call, &|callee, count| directions_of(db, scope, callee, count));
+                }
             }
         }
         if matches!(id, BodyId::Operation(_)) {
@@ -132,6 +142,15 @@ fn expressions(code: Code<'_>) -> impl Iterator<Item = &Expr> {
         Code::Guard(guard) => (&[][..], Some(&guard.condition)),
     };
     statements(program).filter_map(Statement::expression).chain(guard)
+}
+
+/// Returns the product of the literals of an expression, without those that are 0: `60 * 10` is 600.
+fn greatest_number(expression: &Expr) -> i32 {
+    let numbers = expression.descendants().filter_map(|it| match it {
+        Expr::Literal(Literal::Int(text), _) => whole_number(text),
+        _ => None,
+    });
+    numbers.fold(1, |product, number| product.saturating_mul(number.saturating_abs().max(1)))
 }
 
 struct Reader<'a, 'db> {
