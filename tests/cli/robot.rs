@@ -135,7 +135,7 @@ fn the_shape_of_the_document() {
     assert_eq!(result["significance"], 1e-4);
     assert_eq!(result["schedulable"], true);
     assert_eq!(result["cpus"][0]["mask"], 1);
-    assert!((result["cpus"][0]["utilisation"].as_f64().unwrap() - 0.997).abs() < 1e-12);
+    assert!((result["cpus"][0]["utilisation"].as_f64().unwrap() - 0.9941).abs() < 1e-12);
     let activities = result["activities"].as_array().unwrap();
     assert_eq!(activities.len(), 10, "every instance has a row");
     let navigation = activities.iter().find(|activity| activity["instance"] == "navigation").unwrap();

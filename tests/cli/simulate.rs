@@ -25,12 +25,12 @@ fn the_schedule_of_the_sample_robot() {
           instance         CPU    priority  period  deadline  jobs  average  greatest  bound  of bound
           p3dx_driver        1          10     100       100   100    7.725     9.989     10    99.9 %  ✓ met
           hokuyo             1           9     100       100    99   31.785    42.987     53    81.1 %  ✓ met
-          switch             1           8     100       100   100    2.378     6.528     56    11.7 %  ✓ met
+          switch             1           8     100       100   100    1.690     6.528     56    11.7 %  ✓ met
           pose               1           7     100       100   100    0.765     0.988     57     1.7 %  ✓ met
           guidance           1           6     100       100   100    1.093     2.772     60     4.6 %  ✓ met
           control            1           5     100       100   100    2.327     2.998     63     4.8 %  ✓ met
-          teleop             1           4     100       100   100    4.692     9.061     70    12.9 %  ✓ met
-          navigation         1           2    1000      1000    10  255.652   562.994    997    56.5 %  ✓ met
+          teleop             1           4     100       100   100    4.668     9.061     70    12.9 %  ✓ met
+          navigation         1           2    1000      1000     9  114.106   558.023    997    56.0 %  ✓ met
           gmapping           2           3    1000      1000    10  159.082   735.221    789    93.2 %  ✓ met
           exploration  1 and 2  background       —         —     —        —         —      —         —  background
           a simulation shows some of the possible schedules: only the bounds hold for all
@@ -137,7 +137,7 @@ fn a_gantt_chart() {
 
 #[test]
 fn trace_events_are_the_schedule() {
-    let arguments = ["p3dx", "--significance", "1e-6", "--for", "3s", "--full-times", "--simultaneous"];
+    let arguments = ["p3dx", "--significance", "1e-8", "--for", "3s", "--full-times", "--simultaneous"];
     let of_events = run(&[&arguments[..], &["--format", "perfetto"]].concat());
     let schedule = document(&run(&[&arguments[..], &["--format", "json"]].concat()));
     assert_eq!((of_events.code, of_events.err.as_str()), (1, ""));
@@ -179,7 +179,7 @@ fn trace_events_are_the_schedule() {
     assert_eq!(named("release"), jobs.len());
     assert_eq!(named("deadline missed"), jobs.iter().filter(|job| job["missed"] == true).count());
     // Microseconds with three decimals.
-    assert!(of_events.out.contains("\"ts\":13000.000,\"dur\":45000.000,"), "{}", of_events.out);
+    assert!(of_events.out.contains("\"ts\":29000.000,\"dur\":46000.000,"), "{}", of_events.out);
 }
 
 const UNKNOWN: [(&str, &str); 2] = [

@@ -450,7 +450,7 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
     columns(&header, &rows)
 }
 
-/// `CPU 1 utilisation: 99.7 % · CPU 2: 78.9 %`
+/// `CPU 1 utilisation: 99.4 % · CPU 2: 78.9 %`
 fn utilisations(report: &Report<'_>) -> String {
     let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };

@@ -57,9 +57,6 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     for &(target, source) in all.iter().flat_map(|uses| &uses.sources) {
         sources.entry(target).or_default().push(source);
     }
-    if all.iter().all(|uses| uses.deciding.is_empty()) {
-        return Followed::default();
-    }
     let assigned = || all.iter().flat_map(|uses| &uses.assigned);
     let mut variables: FxHashSet<VariableId> =
         assigned().filter(|(_, is_known)| *is_known).map(|(variable, _)| *variable).collect();
@@ -84,6 +81,9 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         }
     }
     let mut variables: Vec<VariableId> = variables.intersection(&deciding).copied().collect();
+    if variables.is_empty() {
+        return Followed::default();
+    }
     variables.sort_unstable();
     let mut by_operations: Vec<VariableId> =
         all.iter().flat_map(|uses| &uses.by_operations).copied().collect();
