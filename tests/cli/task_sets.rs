@@ -292,10 +292,16 @@ fn remove_programs(document: &mut Value) {
     match document {
         Value::Object(members) => {
             members.remove("programs");
-            members.values_mut().for_each(remove_programs);
+            for (name, value) in members {
+                match value {
+                    Value::String(state) if ["source", "target", "name"].contains(&name.as_str()) => {
+                        *state = without_values(state);
+                    }
+                    value => remove_programs(value),
+                }
+            }
         }
         Value::Array(items) => items.iter_mut().for_each(remove_programs),
-        Value::String(text) => *text = without_values(text),
         _ => {}
     }
 }

@@ -6,8 +6,9 @@
 //! ```
 //!
 //! The programs of a period are interpreted from each state and valuation that the generated code may reach. A value that is not
-//! known (the result of a codel, what a port has, an integer that overflows or is far from each literal) is any: a condition on it takes both branches. So each
-//! execution of a period is an edge of the product, and costs at most what the edge does. Independent of times.
+//! known (the result of a codel, what a port has, an integer that overflows or is far from each literal) is any: a condition on it
+//! takes both branches. So each execution of a period is an edge of the product, and costs at most what the edge does. Independent
+//! of times.
 //!
 //! The number of states, edges and steps is limited. Beyond a limit, the variable with the most values may have any, and so on.
 
@@ -122,7 +123,7 @@ pub fn product_of<'db>(
         states: core.machines.first().map_or_else(FxHashMap::default, |it| it.state_indices()),
         followed: followed.variables.iter().copied().collect(),
         by_operations: &followed.by_operations,
-        greatest: followed.greatest,
+        farthest: followed.farthest,
         aliases: FxHashMap::default(),
         group: 0,
         inference: inference_of(db, project, of, 0),
@@ -191,7 +192,8 @@ struct Interpreter<'a, 'db> {
     states: FxHashMap<&'db Name, usize>,
     followed: FxHashSet<VariableId>,
     by_operations: &'a [VariableId],
-    greatest: i32,
+    /// See [`Followed::farthest`](followed::Followed::farthest).
+    farthest: i32,
     /// The variables behind the parameters that operations change.
     aliases: FxHashMap<VariableId, VariableId>,
     /// The group of bodies of the current program.
@@ -527,7 +529,7 @@ impl<'db> Interpreter<'_, 'db> {
     /// Gives a variable the value that each path ends with.
     fn assigned(&mut self, id: VariableId, paths: Paths<Known>) -> Paths<()> {
         self.after(paths, |this, value, mut values| {
-            let is_near = |value: &i32| value.unsigned_abs() <= this.greatest.unsigned_abs();
+            let is_near = |value: &i32| value.unsigned_abs() <= this.farthest.unsigned_abs();
             let value = value.filter(|value| this.followed.contains(&id) && is_near(value));
             this.see(id, value);
             set(&mut values, id, value);

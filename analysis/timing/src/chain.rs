@@ -166,7 +166,7 @@ struct Step {
     ahead: Ahead,
     /// The time of the releases that read what is ahead of the data.
     reads: u64,
-    /// The time from the release that reads the data to the one that writes it.
+    /// From the release of the job that reads the data to the release of the job that writes it.
     periods: u64,
     /// The time from the release of the job that writes to the first release of the next step that sees the write.
     run: u64,
@@ -211,7 +211,7 @@ impl Tasks {
         let age_at_write = chain.last().zip(parts.last()).and_then(|(step, last)| {
             let (task, period) = self.real_time(step)?;
             let until_read = parts.iter().try_fold(0u64, |sum, part| sum.checked_add(part.total()?))?;
-            // The last job that does not see the change is released so long before the one that does.
+            // The time between the releases of two jobs: the last one with the old data, and the first one with the new data.
             let since = match task.is_periodic() {
                 true => period,
                 false if last.buffer == Time::ZERO => last.wait.as_nanos(),

@@ -25,8 +25,8 @@ pub(super) struct Followed {
     pub(super) variables: Vec<VariableId>,
     /// Those that operations assign, which clients may call between two jobs.
     pub(super) by_operations: Vec<VariableId>,
-    /// Values further from 0 may be any: a counter without a limit has few others.
-    pub(super) greatest: i32,
+    /// Numbers that are farther from 0 count as any value, so that a counter without a limit has few others.
+    pub(super) farthest: i32,
 }
 
 /// How the programs of a group of bodies use variables of few values.
@@ -34,12 +34,12 @@ pub(super) struct Followed {
 struct Uses {
     /// The variables of each comparison or other operand of a condition, whose value may be known if all of them are.
     deciding: Vec<Vec<VariableId>>,
-    /// A variable, and another one on which its value depends.
+    /// The target and the source of an assignment: the value of the first one depends on the second one.
     sources: Vec<(VariableId, VariableId)>,
     /// Those that programs assign, and whether the value may be known.
     assigned: Vec<(VariableId, bool)>,
     by_operations: Vec<VariableId>,
-    /// See [`greatest_number`].
+    /// The greatest of [`greatest_number`] of their expressions.
     greatest: i32,
 }
 
@@ -91,7 +91,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     by_operations.dedup();
     let initial = declared().filter_map(|it| it.value.as_ref()).map(greatest_number);
     let greatest = all.iter().map(|uses| uses.greatest).chain(initial).max().unwrap_or_default();
-    Followed { variables, by_operations, greatest: greatest.saturating_mul(2).saturating_add(16) }
+    Followed { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(16) }
 }
 
 /// Returns the shared variables with their identities.
