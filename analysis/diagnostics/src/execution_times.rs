@@ -1,7 +1,7 @@
 //! Measured execution times in words: what a test assumes, why an estimate has a warning, and why there is none.
 
 use mauve_pwcet::{
-    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, NoEstimate, Warning, rounded_up,
+    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
 };
 use mauve_timing::Time;
 
@@ -95,44 +95,49 @@ fn rejected(check: &Check) -> String {
     }
 }
 
-/// Returns why executions give no estimate, and what to do.
+/// Returns why executions give no tail, and what to do.
 ///
 /// ```
-/// use mauve_pwcet::NoEstimate;
-/// let text = mauve_diagnostics::measurement_refusal(&NoEstimate::TooFew { count: 3 });
+/// use mauve_pwcet::Refusal;
+/// let text = mauve_diagnostics::measurement_refusal(&Refusal::TooFew { count: 3 });
 /// assert_eq!(text, "3 executions are too few for a tail: measure at least 200, better 5000");
 /// ```
-pub fn measurement_refusal(refusal: &NoEstimate) -> String {
+pub fn measurement_refusal(refusal: &Refusal) -> String {
     match refusal {
-        NoEstimate::TooFew { count } => format!(
+        Refusal::TooFew { count } => format!(
             "{} too few for a tail: measure at least {LEAST_EXECUTIONS}, better 5000",
             if *count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
         ),
-        NoEstimate::Constant { time: constant } => format!(
+        Refusal::Constant { time: constant } => format!(
             "all executions took exactly {}: a real clock gives different times; write the time by hand if it is the worst case",
             time(*constant as f64)
         ),
-        NoEstimate::TooCoarse { distinct, resolution, counted } => {
-            let bounds: Vec<String> = counted.iter().flatten().map(|&it| time(it).to_string()).collect();
-            let counted = match bounds.is_empty() {
-                true => "no level has enough executions to count its bound".to_owned(),
-                false => format!("the bounds of the least strict levels are counted, with one step added ({})", bounds.join(", ")),
-            };
-            format!(
-                "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; {counted}; for stricter levels, measure more, or with a finer clock",
-                time(*resolution as f64)
-            )
-        }
-        NoEstimate::NoFit => {
+        Refusal::TooCoarse { distinct, resolution } => format!(
+            "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; for stricter levels than those that are counted, measure more, or with a finer clock",
+            time(*resolution as f64)
+        ),
+        Refusal::NoFit => {
             "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
         }
-        NoEstimate::NoBound { level } => format!(
-            "no bound at {level:e} that a codel could take: measure more, or leave the level out"
+        Refusal::Absurd { ratio } => format!(
+            "the bound is {} times the longest execution: leave the level out, or measure more",
+            rounded_up(*ratio)
         ),
-        NoEstimate::InfiniteMean { shape } => format!(
+        Refusal::InfiniteMean { shape } => format!(
             "the tail has no mean (ξ = {shape:.2}): no time holds; look for outliers, several modes, or an interrupted measurement"
         ),
     }
+}
+
+/// Returns why a level has no bound, and how many executions it needs.
+///
+/// ```
+/// use mauve_pwcet::{NoBound, Refusal};
+/// let text = mauve_diagnostics::no_bound(&NoBound { refusal: Refusal::Absurd { ratio: 1500.0 }, needed: 29_956 });
+/// assert_eq!(text, "the bound is 1500 times the longest execution: leave the level out, or measure more; 29956 executions need no tail");
+/// ```
+pub fn no_bound(of: &NoBound) -> String {
+    format!("{}; {} executions need no tail", measurement_refusal(&of.refusal), of.needed)
 }
 
 /// Nanoseconds with four digits, rounded up.

@@ -29,7 +29,7 @@ mod reasons;
 mod render;
 
 pub use configuration::time_error as time_error_message;
-pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning};
+pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning, no_bound};
 pub use proof::{exceeded, is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};

@@ -33,6 +33,11 @@ pub fn counted_bounds(executions: &[u64], levels: &[f64]) -> Vec<Option<f64>> {
     levels.iter().map(bound).collect()
 }
 
+/// Returns how many executions a level needs for a bound that is counted: with them, one exceeds its time in 95 of 100 samples.
+pub(crate) fn needed(level: f64) -> u64 {
+    ((1.0 - CONFIDENCE).ln() / (-level).ln_1p()).ceil() as u64
+}
+
 /// Returns the rank, from 1, of the least of `count` times that is above the quantile with the confidence: the number of times below
 /// the quantile has a binomial distribution. `None` if no time is.
 pub(crate) fn upper_rank(count: usize, probability: f64, confidence: f64) -> Option<usize> {
@@ -77,6 +82,12 @@ mod tests {
         assert_eq!(upper_rank(400, 0.007_47, 0.95), Some(400));
         assert_eq!(upper_rank(400, 0.007_45, 0.95), None);
         assert_eq!(upper_rank(0, 0.5, 0.95), None);
+        for level in [0.5, 0.007_47, 1e-4] {
+            let needed = needed(level) as usize;
+            assert!(
+                upper_rank(needed, level, 0.95).is_some() && upper_rank(needed - 1, level, 0.95).is_none()
+            );
+        }
         assert_eq!(counted_bounds(&[], &[0.5]), [None]);
         assert_eq!(counted_bounds(&[u64::MAX; 9], &[0.5, 0.1]), [Some(u64::MAX as f64), None]);
     }

@@ -3,12 +3,13 @@
 use crate::bootstrap;
 use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
-use crate::counted::counted_bounds;
+use crate::counted::{counted_bounds, needed};
 use crate::distributions::chi_square;
 use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{Times, resolution};
+use crate::refusal::{ABSURD, NoBound, NoEstimate, Refusal};
 use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, TailModel, excesses};
 
 /// What an estimate is asked for.
@@ -66,14 +67,12 @@ pub struct LevelEstimate {
     pub level: f64,
     /// The estimate: on perfect data, too low in half of all cases.
     pub point: f64,
-    /// The 95 % upper confidence bound: the time for tables, rounded up to the resolution of the clock.
-    pub upper: f64,
+    /// The 95 % upper confidence bound: the time for tables, rounded up to the resolution of the clock; or why there is none.
+    pub bound: Result<f64, NoBound>,
     /// Whether it is extrapolated from the tail, not counted in the sample.
     pub is_extrapolated: bool,
     /// The level times the number of executions: how many of them should exceed the time.
     pub depth: f64,
-    /// The bound divided by the high-water mark.
-    pub ratio: f64,
     /// The same estimate from block maxima, and its upper bound.
     pub block_maxima: Option<(f64, f64)>,
 }
@@ -136,42 +135,6 @@ pub enum Warning {
     },
 }
 
-/// Why there is no estimate.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoEstimate {
-    /// Fewer executions than [`LEAST_EXECUTIONS`].
-    TooFew {
-        /// How many there are.
-        count: usize,
-    },
-    /// All executions took the same time, in nanoseconds.
-    Constant {
-        /// That time.
-        time: u64,
-    },
-    /// There are too few distinct times for a distribution.
-    TooCoarse {
-        /// How many distinct times there are.
-        distinct: usize,
-        /// The resolution of the clock, in nanoseconds.
-        resolution: u64,
-        /// For each level of the options, the bound that is counted without a tail, in nanoseconds.
-        counted: Vec<Option<f64>>,
-    },
-    /// No distribution fits the longest executions.
-    NoFit,
-    /// A bound is longer than any time of a codel.
-    NoBound {
-        /// Its level.
-        level: f64,
-    },
-    /// The tail is so heavy that it has no mean: ξ ≥ 1.
-    InfiniteMean {
-        /// ξ.
-        shape: f64,
-    },
-}
-
 /// A bound that is so many times the high-water mark gives a warning.
 pub const FAR: f64 = 10.0;
 
@@ -197,45 +160,47 @@ pub fn rounded_up(nanoseconds: f64) -> u64 {
     whole.div_ceil(step).saturating_mul(step)
 }
 
-/// No longer bound is a time of a codel, in nanoseconds: 30 years.
-const LONGEST_BOUND: f64 = 1e18;
-
 /// Estimates the times that an execution exceeds with the probabilities of the levels.
 ///
 /// `executions` are in nanoseconds, in the order in which they were measured.
 ///
 /// # Errors
 ///
-/// The executions do not support any estimate.
+/// No tail fits the executions: the levels that can be counted have bounds nevertheless.
 pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEstimate> {
     let count = executions.len();
+    let refused = |refusal| {
+        let bounds = counted_bounds(executions, &options.levels).into_iter().zip(&options.levels);
+        let bound =
+            |(bound, &level): (Option<f64>, &f64)| bound.ok_or(NoBound { refusal, needed: needed(level) });
+        Err(NoEstimate { refusal, bounds: bounds.map(bound).collect() })
+    };
     if count < LEAST_EXECUTIONS {
-        return Err(NoEstimate::TooFew { count });
+        return refused(Refusal::TooFew { count });
     }
     let resolution = resolution(executions);
     let least = executions.iter().copied().min().unwrap_or_default();
     let greatest = executions.iter().copied().max().unwrap_or_default();
     if resolution == 0 {
-        return Err(NoEstimate::Constant { time: greatest });
+        return refused(Refusal::Constant { time: greatest });
     }
     let mut values = executions.to_vec();
     values.sort_unstable();
     values.dedup();
     let distinct = values.len();
     if distinct < LEAST_DISTINCT {
-        let counted = counted_bounds(executions, &options.levels);
-        return Err(NoEstimate::TooCoarse { distinct, resolution, counted });
+        return refused(Refusal::TooCoarse { distinct, resolution });
     }
     let times = Times::new(executions, resolution, options.seed);
     let Some(tail) = Tail::select(&times, options.model) else {
-        return Err(NoEstimate::NoFit);
+        return refused(Refusal::NoFit);
     };
     if tail.model.shape >= 1.0 {
-        return Err(NoEstimate::InfiniteMean { shape: tail.model.shape });
+        return refused(Refusal::InfiniteMean { shape: tail.model.shape });
     }
     let block_maxima = block_maxima(&times);
     let seen = Seen { count, greatest, resolution };
-    let levels = level_estimates(&options.levels, &times, &tail, block_maxima.as_ref(), seen)?;
+    let levels = level_estimates(&options.levels, &times, &tail, block_maxima.as_ref(), seen);
     let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
     let curve = curve(&times, &tail, strictest);
     let hold_out = hold_out(&times, options.model);
@@ -281,7 +246,7 @@ fn level_estimates(
     tail: &Tail,
     block_maxima: Option<&BlockMaxima>,
     Seen { count, greatest, resolution }: Seen,
-) -> Result<Vec<LevelEstimate>, NoEstimate> {
+) -> Vec<LevelEstimate> {
     let greatest = greatest as f64;
     let mut greatest_bound = 0.0_f64;
     let mut levels = vec![None; all.len()];
@@ -296,20 +261,22 @@ fn level_estimates(
         let seen = if tail.is_counted(level) { 0.0 } else { greatest };
         let upper = tail.upper_bound(times, level).max(seen) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
-        if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
-            return Err(NoEstimate::NoBound { level });
-        }
+        let ratio = greatest_bound / greatest;
+        let refusal = Refusal::Absurd { ratio };
         levels[index] = Some(LevelEstimate {
             level,
             point: tail.exceeded_with(times, level),
-            upper: greatest_bound,
+            bound: if ratio <= ABSURD {
+                Ok(greatest_bound)
+            } else {
+                Err(NoBound { refusal, needed: needed(level) })
+            },
             is_extrapolated: tail.is_extrapolated(level),
             depth,
-            ratio: greatest_bound / greatest,
             block_maxima: block_maxima.map(|it| it.exceeded_with(level)),
         });
     }
-    Ok(levels.into_iter().flatten().collect())
+    levels.into_iter().flatten().collect()
 }
 
 /// Returns the tail from its threshold to a probability, with four points for each power of ten.
@@ -365,8 +332,10 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
             now: now.point,
         }));
     }
-    let far = estimate.levels.iter().filter(|it| it.ratio > FAR).max_by(|a, b| a.level.total_cmp(&b.level));
-    warnings.extend(far.map(|it| Warning::Far { level: it.level, ratio: it.ratio }));
+    let ratios =
+        estimate.levels.iter().filter_map(|it| Some((it.level, it.bound.ok()? / estimate.greatest as f64)));
+    let far = ratios.filter(|(_, ratio)| *ratio > FAR).max_by(|a, b| a.0.total_cmp(&b.0));
+    warnings.extend(far.map(|(level, ratio)| Warning::Far { level, ratio }));
     if model == TailModel::Exponential && tail.free.shape > 0.0 {
         warnings.push(Warning::ExponentialByChoice { shape: tail.free.shape });
     }
@@ -402,13 +371,36 @@ mod tests {
             let found = estimate(&executions, &options(&levels)).unwrap();
             assert!(greatest > 1.4e7);
             for it in &found.levels[1..] {
-                assert!(it.upper >= greatest, "{slow} slow executions, {:e}: {}", it.level, it.upper);
+                assert!(
+                    it.bound.is_ok_and(|it| it >= greatest) || it.bound.is_err() && it.level == 1e-9,
+                    "{slow} slow executions: {it:?}"
+                );
             }
             // 20 should exceed this one: the mode is rarer.
-            assert!(found.levels[0].upper < 6e6, "{}", found.levels[0].upper);
+            assert!(found.levels[0].bound.unwrap() < 6e6, "{:?}", found.levels[0]);
             assert!(!found.warnings.is_empty(), "{slow} slow executions");
         }
         let found = estimate(&with_rare_mode(0), &options(&levels)).unwrap();
         assert_eq!(found.warnings, []);
+    }
+
+    /// 3 of 300 executions are a hundred times as long: the deepest levels have no bound, the others keep theirs.
+    #[test]
+    fn an_absurd_bound_leaves_the_other_levels() {
+        let executions: Vec<u64> = (0..300_u64)
+            .map(|it| {
+                let share = (it * 211 % 300) as f64 / 300.0 + 0.001_6;
+                (1e4 - 1e4 * share.ln() + if it % 100 == 7 { 1e5 * (1.0 + it as f64 / 100.0) } else { 0.0 })
+                    as u64
+            })
+            .collect();
+        let levels = [0.02, 1e-3, 1e-4, 1e-9];
+        let found = estimate(&executions, &options(&levels)).unwrap();
+        let bound = |index: usize| found.levels[index].bound;
+        assert!(bound(0).is_ok() && bound(1).is_ok(), "{:?}", found.levels);
+        let Err(NoBound { refusal: Refusal::Absurd { ratio }, needed }) = bound(3) else {
+            panic!("{:?}", found.levels)
+        };
+        assert!(ratio > 1000.0 && needed == 2_995_732_273, "{ratio} {needed}");
     }
 }

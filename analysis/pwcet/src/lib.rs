@@ -3,7 +3,8 @@
 //! [`trace`] reads recorded traces, [`samples`] keeps their execution times. [`estimate`] takes the execution times of one codel, in the order in which they were measured, and returns for each level the
 //! time that an execution exceeds with that probability: a point estimate, and a 95 % upper confidence bound, which is the time for
 //! timing tables. An [`Estimate`] also has all that the times rest on: tests, fits, a hold-out, the convergence, and warnings.
-//! Where the executions support no tail, the result is a [`NoEstimate`]; those of a coarse clock have the bounds that can be counted.
+//! Each level has a bound or a [`NoBound`], which says why. Where the executions support no tail, the result is a [`NoEstimate`], with
+//! the bounds that can be counted.
 //!
 //! **What a number claims.** If executions are independent and have one distribution whose tail is exponential or generalised
 //! Pareto above the threshold, the bound is above the true quantile in at least 95 of 100 measurements: `tests/coverage.rs` counts.
@@ -29,6 +30,7 @@
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
+//! | `refusal.rs` | [`Refusal`]: why there is no tail, or a level has no bound |
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `program.rs` | [`program::program`]: the programs of other people, in the absolute folders of `PATH` |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
@@ -65,6 +67,7 @@ mod measurement;
 mod order;
 pub mod program;
 mod random;
+mod refusal;
 pub mod samples;
 mod simplex;
 mod tail;
@@ -76,12 +79,13 @@ pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
 pub use counted::counted_bounds;
 pub use estimate::{
-    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, NoEstimate, Options, Warning,
-    estimate, rounded_up,
+    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Warning, estimate,
+    rounded_up,
 };
 pub use exceedances::exceedance_probability;
 pub use gev::{BlockMaxima, Gev};
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
 pub use measurement::{InstanceMeasurement, Measurement, measure};
+pub use refusal::{ABSURD, NoBound, NoEstimate, Refusal};
 pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail, TailModel};

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::estimate::{Estimate, NoEstimate, Options, estimate};
+use crate::estimate::{Estimate, Options, estimate};
+use crate::refusal::{NoBound, NoEstimate, Refusal};
 use crate::samples::{Samples, SamplesError, SeriesId};
 
 /// What was measured of one codel or program.
@@ -45,15 +46,16 @@ impl Measurement {
     }
 
     /// Returns the time of each level of the options, in nanoseconds: the longest upper bound of an instance. `None` for a level at
-    /// which no instance has a bound, or one is [`withheld_by`](Self::withheld_by) an instance without one; empty if no instance has
-    /// any.
+    /// which no instance has a bound, or one is [`withheld_by`](Self::withheld_by) an instance without one.
     pub fn times(&self) -> Vec<Option<f64>> {
         let time = |level: usize| match self.withheld_by(level) {
             Some(_) => None,
-            None => self.instances.iter().filter_map(|it| it.bound(level)).reduce(f64::max),
+            None => self.instances.iter().filter_map(|it| it.bound(level)?.ok()).reduce(f64::max),
         };
-        let levels = self.instances.iter().map(InstanceMeasurement::levels).max();
-        (0..levels.unwrap_or_default()).map(time).collect()
+        (0..)
+            .take_while(|&level| self.instances.iter().any(|it| it.bound(level).is_some()))
+            .map(time)
+            .collect()
     }
 
     /// Returns the instance that leaves the codel without a time at a level. It has no bound there, and an execution in it took
@@ -61,36 +63,31 @@ impl Measurement {
     /// than the others is taken to be like them.
     pub fn withheld_by(&self, level: usize) -> Option<&InstanceMeasurement> {
         let greatest = |it: &InstanceMeasurement| it.executions.iter().copied().max();
-        let bounded = self.instances.iter().filter(|it| it.bound(level).is_some());
+        let bounded = self.instances.iter().filter(|it| matches!(it.bound(level), Some(Ok(_))));
         let longest = bounded.filter_map(greatest).max()?;
-        let is_slower = |it: &InstanceMeasurement| match it.result {
-            Ok(_) => false,
-            Err(NoEstimate::InfiniteMean { .. } | NoEstimate::NoBound { .. } | NoEstimate::NoFit) => true,
-            Err(NoEstimate::TooFew { .. } | NoEstimate::Constant { .. } | NoEstimate::TooCoarse { .. }) => {
+        let is_slower = |it: &InstanceMeasurement| match it.refusal(level) {
+            None => false,
+            // What is wrong is that there are too few executions.
+            Some(Refusal::TooFew { .. } | Refusal::Constant { .. } | Refusal::TooCoarse { .. }) => {
                 greatest(it) > Some(longest)
             }
+            Some(_) => true,
         };
-        self.instances.iter().find(|it| it.bound(level).is_none() && is_slower(it))
+        self.instances.iter().find(|it| is_slower(it))
     }
 }
 
 impl InstanceMeasurement {
-    /// Returns the 95 % upper bound of a level of the options, in nanoseconds: estimated, or counted.
-    pub fn bound(&self, level: usize) -> Option<f64> {
+    /// Returns the 95 % upper bound of a level of the options, in nanoseconds, or why there is none.
+    pub fn bound(&self, level: usize) -> Option<Result<f64, NoBound>> {
         match &self.result {
-            Ok(estimate) => estimate.levels.get(level).map(|it| it.upper),
-            Err(NoEstimate::TooCoarse { counted, .. }) => counted.get(level).copied().flatten(),
-            Err(_) => None,
+            Ok(estimate) => estimate.levels.get(level).map(|it| it.bound),
+            Err(refused) => refused.bounds.get(level).copied(),
         }
     }
 
-    /// Returns how many levels may have a bound.
-    fn levels(&self) -> usize {
-        match &self.result {
-            Ok(estimate) => estimate.levels.len(),
-            Err(NoEstimate::TooCoarse { counted, .. }) => counted.len(),
-            Err(_) => 0,
-        }
+    fn refusal(&self, level: usize) -> Option<Refusal> {
+        self.bound(level)?.err().map(|it| it.refusal)
     }
 }
 
@@ -201,7 +198,7 @@ mod tests {
         let [left, right] = &plan.instances[..] else { panic!("{plan:?}") };
         assert_eq!((left.executions.len(), &left.runs[..], &right.runs[..]), (1500, &[0, 900][..], &[0][..]));
         let of = |it: &InstanceMeasurement| {
-            it.result.as_ref().unwrap().levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>()
+            it.result.as_ref().unwrap().levels.iter().map(|it| it.bound.ok()).collect::<Vec<_>>()
         };
         assert!(of(left) < of(right));
         assert_eq!(plan.times(), of(right));
@@ -213,13 +210,13 @@ mod tests {
     fn a_slow_instance_without_an_estimate_takes_the_time_away() {
         let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
-        assert_eq!(plan.instances[1].result, Err(NoEstimate::TooFew { count: 3 }));
+        assert_eq!(plan.instances[1].refusal(0), Some(Refusal::TooFew { count: 3 }));
         assert_eq!((plan.times(), plan.withheld_by(1)), (vec![None; 2], Some(&plan.instances[1])));
 
         let mut files = [file("d", 3, &[("left", 900, 1e5), ("right", 3, 1e4)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         let left = plan.instances[0].result.as_ref().unwrap();
-        assert_eq!(plan.times(), left.levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>());
+        assert_eq!(plan.times(), left.levels.iter().map(|it| it.bound.ok()).collect::<Vec<_>>());
     }
 
     #[test]
@@ -255,7 +252,7 @@ mod tests {
         let mut files = [coarse("g", 13_000), file("h", 5, &[("left", 900, 1e5)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         let left = plan.instances[0].result.as_ref().unwrap();
-        assert_eq!(plan.times(), left.levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>());
+        assert_eq!(plan.times(), left.levels.iter().map(|it| it.bound.ok()).collect::<Vec<_>>());
         let mut files = [coarse("i", 90_000_000), file("j", 5, &[("left", 900, 1e5)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         assert_eq!((plan.times()[1], plan.withheld_by(1)), (None, Some(&plan.instances[1])));

@@ -71,9 +71,10 @@ fn coverage(law: Quantile, count: usize, runs: u64) -> Coverage {
     let all: Vec<_> = (0..runs).into_par_iter().map(one).collect();
     let found: Vec<_> = all.iter().flatten().collect();
     let share = |count: usize, of: usize| count as f64 / of as f64;
-    let is_too_low = |it: &Estimate| it.levels.iter().any(|at| at.upper < law(at.level));
+    let is_too_low = |it: &Estimate| it.levels.iter().any(|at| at.bound.is_ok_and(|it| it < law(at.level)));
     let level = |(index, &level): (usize, &f64)| {
-        let ratios: Vec<f64> = found.iter().map(|it| it.levels[index].upper / law(level)).collect();
+        let ratios: Vec<f64> =
+            found.iter().filter_map(|it| Some(it.levels[index].bound.ok()? / law(level))).collect();
         let covered = share(ratios.iter().filter(|&&it| it >= 1.0).count(), ratios.len());
         (covered, ratios.iter().sum::<f64>() / ratios.len() as f64)
     };

@@ -90,7 +90,7 @@ impl Verdict {
     fn of(measured: &Measured<'_>) -> Verdict {
         let (warnings, refusal) = match &measured.measurement.result {
             Ok(estimate) => (estimate.warnings.iter().map(measurement_warning).collect(), None),
-            Err(refusal) => (Vec::new(), Some(measurement_refusal(refusal))),
+            Err(it) => (Vec::new(), Some(measurement_refusal(&it.refusal))),
         };
         let is_over_budget = tables::is_over_budget(measured);
         Verdict { refusal, warnings, is_over_budget }
@@ -163,12 +163,14 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
         match (&measured.measurement.result, &verdict.refusal) {
             (Ok(estimate), _) => {
                 for level in &estimate.levels {
-                    let _ = write!(
-                        out,
-                        "<td class=\"number\">{}<small>{}</small></td>",
-                        unit.bound(level.upper),
-                        figures::ratio(level.ratio)
-                    );
+                    let cell = match level.bound {
+                        Ok(bound) => {
+                            let ratio = figures::ratio(bound / estimate.greatest as f64);
+                            format!("{}<small>{ratio}</small>", unit.bound(bound))
+                        }
+                        Err(_) => "–".to_owned(),
+                    };
+                    let _ = write!(out, "<td class=\"number\">{cell}</td>");
                 }
             }
             (Err(_), refusal) => {
@@ -265,11 +267,13 @@ fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], uni
     figures.extend(time(ascending.first()).map(|it| ("least", it)));
     figures.extend(time(ascending.get(ascending.len() / 2)).map(|it| ("median", it)));
     figures.extend(ascending.last().map(|&time| ("high-water mark", unit.bound(time as f64))));
-    let strictest =
-        |estimate: &Estimate| estimate.levels.iter().copied().min_by(|a, b| a.level.total_cmp(&b.level));
-    let bound = measured.measurement.result.as_ref().ok().and_then(strictest).map(|it| {
-        (format!("bound at {}", figures::level(it.level)), unit.bound(it.upper), figures::ratio(it.ratio))
-    });
+    let strictest = |estimate: &Estimate| {
+        let bounds = estimate.levels.iter().filter_map(|it| Some((it.level, it.bound.ok()?)));
+        let (level, bound) = bounds.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let ratio = figures::ratio(bound / estimate.greatest as f64);
+        Some((format!("bound at {}", figures::level(level)), unit.bound(bound), ratio))
+    };
+    let bound = measured.measurement.result.as_ref().ok().and_then(strictest);
     let _ = write!(out, "<dl class=\"keys\">");
     for (name, value) in figures {
         let _ = write!(out, "<div><dt>{name}</dt><dd>{value}</dd></div>");

@@ -252,7 +252,7 @@ fn times_of_tail(
     budget: Option<(usize, f64)>,
     frame: &Frame,
 ) -> Axis {
-    let bounds = estimate.levels.iter().map(|it| it.upper).chain(curve.iter().map(|it| it.upper));
+    let bounds = estimate.levels.iter().filter_map(|it| it.bound.ok()).chain(curve.iter().map(|it| it.upper));
     let (least, greatest) = (estimate.least as f64, estimate.greatest as f64);
     let mut high = bounds.filter(|it| it.is_finite()).fold(greatest, f64::max);
     // A much longer budget would leave no room for the tail.
@@ -275,9 +275,10 @@ fn level_marks(
     at: impl Fn(f64, f64) -> (f64, f64),
 ) {
     const HEIGHT: f64 = 20.0;
-    let mut levels: Vec<_> = estimate.levels.iter().collect();
-    levels.sort_by(|a, b| b.level.total_cmp(&a.level));
-    let marks: Vec<(f64, f64)> = levels.iter().map(|it| at(it.upper, it.level)).collect();
+    let mut levels: Vec<_> =
+        estimate.levels.iter().filter_map(|it| Some((it.level, it.bound.ok()?))).collect();
+    levels.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let marks: Vec<(f64, f64)> = levels.iter().map(|&(level, bound)| at(bound, level)).collect();
     let most = ((frame.bottom - frame.top) / HEIGHT) as usize;
     let every = levels.len().div_ceil(most.max(1)).max(1);
     // Labels move down until they do not overlap, and up where there is no room left.
@@ -295,13 +296,13 @@ fn level_marks(
     }
     let mut leaders = String::new();
     for (index, label) in &labels {
-        let (Some((x, y)), Some(level)) = (marks.get(*index), levels.get(*index)) else { continue };
+        let (Some((x, y)), Some(&(level, bound))) = (marks.get(*index), levels.get(*index)) else { continue };
         let _ = write!(leaders, "M{x:.1} {y:.1}H{:.1}L{:.1} {label:.1}", frame.right, frame.right + 6.0);
         plot.line(&format!(
             "<text class=\"value\" x=\"{:.1}\" y=\"{label:.1}\" dy=\".35em\"><tspan class=\"alt\">{}: </tspan>{}</text>",
             frame.right + 9.0,
-            figures::level(level.level),
-            of.unit.bound(level.upper)
+            figures::level(level),
+            of.unit.bound(bound)
         ));
     }
     plot.paths(&[("leader", leaders), ("bound", marks.into_iter().map(diamond).collect())]);
@@ -353,7 +354,8 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
             let &(point, upper) = it.levels.get(index)?;
             Some((it.count as f64, point, upper))
         });
-        let last = estimate.levels.get(index).map(|it| (estimate.count as f64, it.point, it.upper));
+        let last = estimate.levels.get(index);
+        let last = last.and_then(|it| Some((estimate.count as f64, it.point, it.bound.ok()?)));
         parts.chain(last).filter(|it| it.2.is_finite()).collect()
     };
     let all: Vec<Vec<(f64, f64, f64)>> = shown.iter().map(|&index| series(index)).collect();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{check_assumption, check_name};
+use mauve_diagnostics::{check_assumption, check_name, no_bound};
 use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate, Options, TailModel};
 use mauve_timing::Time;
 
@@ -35,7 +35,10 @@ pub(super) fn is_over_budget(measured: &Measured<'_>) -> bool {
     };
     match measured.table.get(index) {
         Some(&time) => time > budget,
-        None => estimate.levels.get(index).is_some_and(|it| it.upper > budget.as_nanos() as f64),
+        None => estimate
+            .levels
+            .get(index)
+            .is_some_and(|it| it.bound.is_ok_and(|bound| bound > budget.as_nanos() as f64)),
     }
 }
 
@@ -103,9 +106,11 @@ fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: 
         column("level", "level", |(_, it): &Level| figures::level(it.level)),
         column("estimate", NUMBER, |(_, it): &Level| unit.number(it.point)),
         column("95\u{a0}% upper<br/>bound", NUMBER, |(_, it): &Level| {
-            format!("<b>{}</b>", unit.bound_number(it.upper))
+            or_none(it.bound.ok().map(|bound| format!("<b>{}</b>", unit.bound_number(bound))))
         }),
-        column("ratio", NUMBER, |(_, it): &Level| figures::ratio(it.ratio)),
+        column("ratio", NUMBER, |(_, it): &Level| {
+            or_none(it.bound.ok().map(|bound| figures::ratio(bound / estimate.greatest as f64)))
+        }),
     ];
     if !measured.table.is_empty() {
         columns.push(column("timing<br/>table", NUMBER, |(index, _): &Level| {
@@ -133,7 +138,10 @@ fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: 
         }));
     }
     columns.push(column("expected<br/>p·n", NUMBER, |(_, it): &Level| significant(it.depth)));
-    columns.push(column("the bound is", "words", |(_, it): &Level| depth(it.is_extrapolated, it.depth)));
+    columns.push(column("the bound is", "words", |(_, it): &Level| match it.bound {
+        Ok(_) => depth(it.is_extrapolated, it.depth),
+        Err(why) => text(&no_bound(&why)),
+    }));
     let levels: Vec<Level> = estimate.levels.iter().copied().enumerate().collect();
     let caption = format!("Times in {}; the ratio is that of the bound to the high-water mark.", unit.name);
     table(out, "Levels", &caption, &columns, &levels);

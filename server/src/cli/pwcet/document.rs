@@ -1,6 +1,6 @@
 //! The estimates as a JSON document.
 
-use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning};
+use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning, no_bound};
 use mauve_pwcet::trace::{SpanKind, port_of};
 use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
@@ -48,7 +48,7 @@ fn instance(levels: &[Level], it: &InstanceMeasurement) -> impl Serialize + use<
         instance: it.instance.clone(),
         executions: it.executions.len(),
         runs: it.runs.len(),
-        refused: it.result.as_ref().err().map(measurement_refusal),
+        refused: it.result.as_ref().err().map(|it| measurement_refusal(&it.refusal)),
         estimate: it.result.as_ref().ok().map(|it| estimate(levels, it)),
     }
 }
@@ -58,10 +58,11 @@ fn estimate(levels: &[Level], it: &Estimate) -> impl Serialize + use<> {
         object! {
             level: level.as_f64(),
             estimate: ms(at.point),
-            bound: ms(at.upper),
+            bound: at.bound.ok().map(ms),
+            refused: at.bound.err().map(|it| no_bound(&it)),
             is_extrapolated: at.is_extrapolated,
             depth: at.depth,
-            ratio: at.ratio,
+            ratio: at.bound.ok().map(|bound| bound / it.greatest as f64),
             block_maxima: at.block_maxima.map(|(point, upper)| object! { estimate: ms(point), bound: ms(upper) }),
         }
     });

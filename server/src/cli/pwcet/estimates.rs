@@ -1,6 +1,6 @@
 //! The estimates of codels and programs, with what they are compared with.
 
-use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_diagnostics::{measurement_refusal, measurement_warning, no_bound};
 use mauve_pwcet::{Measurement, Options};
 use mauve_timing::{Level, Time};
 
@@ -53,10 +53,14 @@ impl Measured {
                 Ok(estimate) => {
                     let warnings = estimate.warnings.iter().map(measurement_warning);
                     remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
+                    let first = estimate.levels.iter().find_map(|it| Some((it.level, it.bound.err()?)));
+                    remarks.extend(
+                        first.map(|(level, why)| format!("{of}no time at {level:e}: {}", no_bound(&why))),
+                    );
                 }
-                Err(refusal) => {
+                Err(refused) => {
                     let is_withheld = |level| self.measurement.withheld_by(level) == Some(instance);
-                    let has_none = (0..self.times.len()).all(|level| instance.bound(level).is_none());
+                    let has_none = refused.bounds.iter().all(Result::is_err);
                     let then = match () {
                         () if (0..self.times.len()).any(is_withheld) => {
                             ": the codel has no time, since its time there is unknown"
@@ -66,7 +70,7 @@ impl Measured {
                         }
                         () => "",
                     };
-                    remarks.push(format!("{of}{}{then}", measurement_refusal(refusal)));
+                    remarks.push(format!("{of}{}{then}", measurement_refusal(&refused.refusal)));
                 }
             }
         }

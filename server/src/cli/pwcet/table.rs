@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, rounded_up};
+use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, Refusal, rounded_up};
 use mauve_timing::{Level, Time};
 
 use super::estimates::{Estimates, Measured};
@@ -88,7 +88,10 @@ fn high_water(it: &Measured) -> String {
 
 /// Returns whether all instances have too few executions.
 fn has_few(it: &Measured) -> bool {
-    it.measurement.instances.iter().all(|it| matches!(it.result, Err(NoEstimate::TooFew { .. })))
+    it.measurement
+        .instances
+        .iter()
+        .all(|it| matches!(it.result, Err(NoEstimate { refusal: Refusal::TooFew { .. }, .. })))
 }
 
 /// Returns what is wrong with a codel: first its budget.

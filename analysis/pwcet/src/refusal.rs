@@ -1,0 +1,56 @@
+//! Why there is no tail, or why a level has no bound: values that others say in words.
+
+/// Why no tail gives bounds. Levels that can be counted have theirs nevertheless.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refusal {
+    /// Fewer executions than [`LEAST_EXECUTIONS`](crate::LEAST_EXECUTIONS).
+    TooFew {
+        /// How many there are.
+        count: usize,
+    },
+    /// All executions took the same time, in nanoseconds.
+    Constant {
+        /// That time.
+        time: u64,
+    },
+    /// There are too few distinct times for a distribution.
+    TooCoarse {
+        /// How many distinct times there are.
+        distinct: usize,
+        /// The resolution of the clock, in nanoseconds.
+        resolution: u64,
+    },
+    /// No distribution fits the longest executions.
+    NoFit,
+    /// The tail is so heavy that it has no mean: ξ ≥ 1.
+    InfiniteMean {
+        /// ξ.
+        shape: f64,
+    },
+    /// The bound of this level is more than [`ABSURD`] times the greatest execution.
+    Absurd {
+        /// The bound divided by the greatest execution.
+        ratio: f64,
+    },
+}
+
+/// No bound that is so many times the greatest execution is a time of a codel.
+pub const ABSURD: f64 = 1000.0;
+
+/// Why a level has no bound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoBound {
+    /// Why the tail gives none.
+    pub refusal: Refusal,
+    /// With so many executions, the level is counted and needs no tail.
+    pub needed: u64,
+}
+
+/// No tail fits the executions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoEstimate {
+    /// Why.
+    pub refusal: Refusal,
+    /// For each level of the options, the bound in nanoseconds that is counted without a tail.
+    pub bounds: Vec<Result<f64, NoBound>>,
+}
