@@ -37,6 +37,7 @@
 //! | `lane.rs` | one CPU, or linked CPUs as one: its tasks, and what they ask for in a window |
 //! | `global.rs` | tasks that may use each of several CPUs |
 //! | `lane_analysis.rs` | the analysis of one CPU |
+//! | `lateness.rs` | [`lateness`]: how probable a late job is |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `waits.rs` | waits as jitter |
 //! | `lock.rs` | [`Lock`]: its users, and what it may do to a task |
@@ -64,6 +65,7 @@ mod execution_bound;
 mod global;
 mod lane;
 mod lane_analysis;
+mod lateness;
 mod level;
 mod lock;
 mod locks;
@@ -94,6 +96,7 @@ pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::CpuSet;
 pub use cycle_mean::CycleMean;
+pub use lateness::{Excess, Executions, Lateness, NoLateness, lateness};
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};
 pub use longest_way::{Pass, Way};

@@ -3,6 +3,7 @@
 //! | module | what it tests |
 //! |---|---|
 //! | [`chains`] | the ages of data in every schedule of small systems |
+//! | [`lateness`] | missions in which executions take longer now and then |
 //! | [`literature`] | equality with `response-time-analysis` |
 //! | [`public_sets`] | published task sets: never longer |
 //! | [`reachability`] | every schedule of small systems |
@@ -13,6 +14,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod chains;
+mod lateness;
 mod literature;
 mod public_sets;
 mod reachability;
