@@ -16,6 +16,7 @@ mod hostile;
 
 mod many_cpus;
 mod marks;
+mod probability;
 mod pwcet;
 mod release;
 mod robot;

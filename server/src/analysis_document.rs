@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use mauve_diagnostics::{errors_of, exceeded, missing_proof, reasons_of, timing_reason};
+use mauve_diagnostics::{
+    errors_of, exceeded, miss_conditions, missing_proof, reasons_of, supported, timing_reason,
+};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Acceptance, Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects,
@@ -12,8 +14,8 @@ use mauve_hir::{
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
-    ActivityReport, Basis, InterferenceReport, Limit, Query, Report, Sensitivity, TableSet, basis_of,
-    response_times, tables_of, timetable_of,
+    ActivityReport, Basis, InterferenceReport, Limit, MissProbability, Query, Report, Sensitivity, Support,
+    TableSet, basis_of, probabilities_of, response_times, support, tables_of, timetable_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -34,6 +36,8 @@ pub(crate) struct Deployed<'db> {
     pub(crate) sensitivities: Vec<Sensitivity<'db>>,
     /// The number of errors in its project: with an error, no deadline is proved.
     pub(crate) errors: usize,
+    /// Whether probabilities were requested.
+    pub(crate) has_probabilities: bool,
     /// The accepted instances of `mauve.toml`.
     pub(crate) accepted: BTreeMap<Name, &'db Acceptance>,
 }
@@ -87,7 +91,17 @@ impl<'db> Deployed<'db> {
         let accepted = activities.filter_map(|activity| reason(&activity.instance)).collect();
         let sensitivities = Vec::new();
         let (name, declared) = (deployment.name(db), Some(deployment));
-        Deployed { db, name, declared, origin, reports, sensitivities, errors, accepted }
+        Deployed {
+            db,
+            name,
+            declared,
+            origin,
+            reports,
+            sensitivities,
+            errors,
+            has_probabilities: false,
+            accepted,
+        }
     }
 
     /// The reason for which the missing proof of an activity is accepted; `None` if it is proved.
@@ -150,6 +164,24 @@ impl<'db> Deployed<'db> {
         }
     }
 
+    /// What the levels of its reports support, if its times depend on them. A task set does not say how often its tasks execute
+    /// codels.
+    pub(crate) fn supports(&self) -> Vec<Support> {
+        let (Origin::Model(tables), Some(declared)) = (self.origin, self.declared) else { return Vec::new() };
+        let of = |level| support(self.db, tables.project(self.db), declared, level);
+        self.reports.iter().filter_map(|(query, _)| of(query.level)).collect()
+    }
+
+    /// How probable it is that each activity is late; none for a task set.
+    pub(crate) fn probabilities(&self) -> &'db [Option<MissProbability>] {
+        match (self.origin, self.declared) {
+            (Origin::Model(tables), Some(declared)) => {
+                probabilities_of(self.db, tables.project(self.db), declared)
+            }
+            _ => &[],
+        }
+    }
+
     /// The codels whose times are assumed.
     pub(crate) fn assumed(&self) -> impl Iterator<Item = &str> {
         let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
@@ -161,13 +193,20 @@ impl<'db> Deployed<'db> {
 const MOST_INTERFERENCE: usize = 100;
 
 pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
+    let probabilities = if it.has_probabilities { it.probabilities() } else { &[] };
     let query = it.reports.first().map(|(query, _)| query);
     let results = it.reports.iter().enumerate().map(|(index, (query, report))| {
         let interrupt = || it.db.unwind_if_revision_cancelled();
         let mut breakdown = report.breakdown(&interrupt);
         let activities = report.activities.iter().enumerate();
         let activities = activities.map(|(index, activity)| {
-            activity_document(it, *query, activity, breakdown.greatest_of(index, MOST_INTERFERENCE))
+            let probability = probabilities.get(index).and_then(Option::as_ref);
+            activity_document(
+                it,
+                *query,
+                (activity, probability),
+                breakdown.greatest_of(index, MOST_INTERFERENCE),
+            )
         });
         object! {
             significance: query.level.as_f64(),
@@ -194,6 +233,17 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         rt_throttling: it.rt_throttling(),
         // The number of errors in its project: with an error, no deadline is proved.
         [errors]: Some(it.errors).filter(|errors| *errors > 0),
+        // How many executions may exceed their times at the first level; a task set does not say it.
+        [support]: it.declared.zip(query).map(|(_, query)| {
+            let support = it.supports().first().copied();
+            let executions = support.map_or(0.0, |it| it.executions_per_hour);
+            object! {
+                level: query.level.as_f64(),
+                executions_per_hour: executions,
+                exceedances_per_hour: support.map_or(0.0, Support::exceedances_per_hour),
+                [words]: support.map(supported),
+            }
+        }),
         // Real-time work that is not in the model, and interferes too.
         [other]: non_empty(others.map(other_document)),
         // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.
@@ -220,7 +270,7 @@ pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
 fn activity_document(
     of: &Deployed<'_>,
     query: Query,
-    activity: &ActivityReport<'_>,
+    (activity, probability): (&ActivityReport<'_>, Option<&MissProbability>),
     (interference, interference_left): (Vec<InterferenceReport>, usize),
 ) -> impl Serialize + use<> {
     let interference = interference
@@ -278,6 +328,15 @@ fn activity_document(
         [interference_left]: Some(interference_left).filter(|left| *left > 0),
         // Codels that no table has, with the times that `[assume]` gives them.
         [assumed]: non_empty(assumed),
+        // Only with `--probability`: how probable a late job is, at most, in an hour and, if no deadline was missed before, of one job.
+        [probability]: probability.map(|it| {
+            object! {
+                miss_per_job: it.per_job,
+                miss_per_hour: it.per_hour,
+                rule: it.rule(),
+                conditions: miss_conditions(it),
+            }
+        }),
         reasons: reasons_of(of.db, activity),
     }
 }
@@ -365,7 +424,7 @@ pub(crate) fn levels<'db>(
     deployment: Decl<'db>,
     asked: Option<&Significance>,
 ) -> Vec<Level> {
-    let shown = Query::shown(db, project).level;
+    let shown = Query::shown(db, project, deployment).level;
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {

@@ -18,6 +18,7 @@ mod options;
 mod own_output;
 mod parse;
 mod platform;
+mod probability;
 mod psm;
 mod pwcet;
 mod replay;

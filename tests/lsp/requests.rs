@@ -221,6 +221,41 @@ fn a_schedule_is_that_behind_a_response_time() {
 }
 
 #[test]
+fn the_probability_of_a_late_job_follows_the_text() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let params = json!({"textDocument": {"uri": text.uri}});
+    // Without an instance, the one with the greatest probability.
+    let found = client.call("mauve/probability", params).unwrap();
+    assert_eq!((&found["instance"], &found["reasons"]), (&json!("navigation"), &json!([])));
+    assert_eq!(found["instances"].as_array().unwrap().len(), 9);
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    let of_hokuyo = |client: &mut Client, mut params: Value| {
+        params["drawing"] = json!("text");
+        let found = client.call("mauve/probability", params).unwrap();
+        assert_eq!(found["instance"], "hokuyo");
+        found["drawing"].as_str().unwrap().to_owned()
+    };
+    let drawing = of_hokuyo(&mut client, text.at("activity hokuyo"));
+    assert!(
+        drawing.starts_with("hokuyo of P3dxDeployment: late at most 7.2e-4 times an hour\n"),
+        "{drawing}"
+    );
+    assert!(drawing.contains("    1e-9  no bound, longer in an hour with at most 7.2e-5\n"), "{drawing}");
+    // It takes 58 ms at 1e-6, and 63 ms at 1e-7.
+    client.edit(
+        &mut text,
+        "priority = 9   period = 100   deadline = 100",
+        "priority = 9   period = 100   deadline = 60",
+    );
+    let drawing = of_hokuyo(&mut client, text.at("activity hokuyo"));
+    assert!(
+        drawing.starts_with("hokuyo of P3dxDeployment: late at most 7.2e-2 times an hour\n"),
+        "{drawing}"
+    );
+}
+
+#[test]
 fn chains_of_a_deployment_follow_the_text() {
     let mut client = robot();
     let config = client.open_file(&models().join("p3dx/mauve.toml"));

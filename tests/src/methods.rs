@@ -168,6 +168,7 @@ pub const METHODS: &[Method] = &[
     at("mauve/graph", OWN, position),
     at("mauve/stateMachine", OWN, position),
     at("mauve/schedule", OWN, position),
+    at("mauve/probability", OWN, position),
     at("mauve/chains", OWN, position),
     at("mauve/executionTimes", OWN, position),
     at("mauve/syntaxTree", OWN, document),

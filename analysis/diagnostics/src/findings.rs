@@ -197,10 +197,11 @@ fn own_diagnostics<'db>(
 fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Arc<Diagnostic<'db>>]> {
     let facts = project_facts(db, project).iter().chain(unused_facts(db, project));
     let mut found: Vec<Arc<Diagnostic<'db>>> = facts.map(|fact| render(db, project, fact).into()).collect();
-    let missing = missing_time_facts(db, project, Query::shown(db, project));
+    let missing = missing_time_facts(db, project);
     found.extend(timing_diagnostics(db, project, missing));
     let of_locks = declared_locks(db, project).facts.iter().cloned();
-    let of_tables: Vec<TimingFact<'db>> = table_facts(db, project).into_iter().chain(of_locks).collect();
+    let of_config = of_locks.chain(required_facts(db, project));
+    let of_tables: Vec<TimingFact<'db>> = table_facts(db, project).into_iter().chain(of_config).collect();
     let mut in_tables = timing_diagnostics(db, project, &of_tables);
     in_tables.sort_by_key(|it| match it.at {
         Location::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),

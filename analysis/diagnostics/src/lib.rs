@@ -20,18 +20,20 @@ use mauve_hir::{
     projects, relative_path, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
-    Query, TimingFact, WhatIfField, declared_locks, facts_if, missing_time_facts, priority_facts, system_of,
-    table_facts, timing_facts, trigger_facts,
+    Query, TimingFact, WhatIfField, declared_locks, facts_if, missing_time_facts, priority_facts,
+    required_facts, system_of, table_facts, timing_facts, trigger_facts,
 };
 
 mod foreign_syntax;
 mod reasons;
 mod render;
+mod support;
 
 pub use configuration::time_error as time_error_message;
 pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning, no_bound};
 pub use proof::{exceeded, is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
+pub use support::{late_at_most, miss_conditions, miss_rule, probability_rounded_up, supported};
 pub use syntax_error::{message as syntax_error_message, tree_of};
 pub use table_error::table_error_message;
 pub use task_set_error::task_set_error_message;
@@ -568,7 +570,7 @@ pub fn declaration_diagnostics<'db>(
     let reported = declaration_facts(db, project, decl).iter().filter(|fact| !fact.is_follow_up);
     found.extend(reported.map(|fact| Arc::new(render(db, project, fact))));
     if let Some(system) = system {
-        let facts = timing_facts(db, project, decl, Query::shown(db, project));
+        let facts = timing_facts(db, project, decl, Query::shown(db, project, decl));
         let mut of_priorities = priority_facts(db, project, decl, &system.activities);
         of_priorities.retain(|fact| !proof::is_moot(fact, &facts));
         found.extend(timing_diagnostics(db, project, &of_priorities));

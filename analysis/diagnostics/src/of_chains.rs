@@ -13,7 +13,7 @@ pub(super) fn chain_diagnostics<'db>(
     deployment: Decl<'db>,
 ) -> Vec<Arc<Diagnostic<'db>>> {
     let Some((flat, _)) = deployed(db, project, deployment) else { return Vec::new() };
-    let chains = chains_of(db, project, deployment, Query::shown(db, project));
+    let chains = chains_of(db, project, deployment, Query::shown(db, project, deployment));
     let mut found = Vec::new();
     for (link, hop) in flat.links.iter().zip(&chains.hops) {
         let ConnectionReport { overwritten, stays_full, never_read, faster, .. } = hop;

@@ -68,7 +68,7 @@ pub(crate) fn acceptance<'db>(
     for instance in instances {
         let Some(acceptance) = accepted(db, project, deployment, instance) else { return Ok(None) };
         if let Some(ceiling) = exceeded(acceptance, || {
-            let report = response_times(db, project, deployment, Query::shown(db, project));
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
             report.activities.iter().find(|it| it.instance == *instance)?.response
         }) {
             return Err(ceiling);

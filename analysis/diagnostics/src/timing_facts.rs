@@ -91,6 +91,9 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::UnmeasuredAccess { ports } => unmeasured_access::report(at, ports),
         Fact::OutdatedMeasurement { key, changed } => outdated_measurement::report(at, key, changed),
         Fact::DoubtfulMeasurement { key, warnings } => doubtful_measurement::report(at, key, warnings),
+        Fact::LackingLevel { deployment, lacking } => {
+            invalid_configuration::lacking_level(db, project, at, *deployment, lacking)
+        }
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
         Fact::NoTimes { tables, codels, others } => missing_time::no_table(db, at, *tables, *codels, others),
         Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),

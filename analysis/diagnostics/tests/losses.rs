@@ -503,7 +503,7 @@ fn a_text_of_which_a_change_was_lost_says_nothing() {
     let verdicts = |db: &Database| -> Vec<&str> {
         let project = projects(db, workspace)[0];
         let deployment = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
-        let report = response_times(db, project, deployment, Query::shown(db, project));
+        let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
         report.activities.iter().map(|activity| activity.verdict.name()).collect()
     };
     let before = verdicts(&db);

@@ -414,3 +414,56 @@ fn an_edit_of_the_sample_robot_runs_few_queries() {
         ],
     );
 }
+
+/// [`robot`] with a time that depends on the level.
+fn with_levels() -> Vec<(PathBuf, String)> {
+    let mut texts = robot();
+    for (_, text) in texts.iter_mut().filter(|(path, _)| path.ends_with("times.toml")) {
+        *text = format!("levels = [1e-4, 1e-6]\n{}", text.replace("two = 2", "two = [2, 3]"));
+    }
+    texts
+}
+
+/// The queries of numbers of executions and of probabilities that an edit runs again.
+fn probable(path: &str, from: &str, to: &str) -> Vec<(String, usize)> {
+    let asked = |db: &Database, workspace: Workspace| {
+        for &project in projects(db, workspace) {
+            for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+                assert!(mauve_wcrt::support(db, project, decl, Level::TEN_TO_MINUS_FOUR).is_some());
+                assert!(mauve_wcrt::probabilities_of(db, project, decl).iter().all(Option::is_some));
+            }
+        }
+    };
+    let mut db = Database::with_log();
+    let workspace = Workspace::of_texts(&db, "/".into(), with_levels());
+    asked(&db, workspace);
+    db.take_log();
+    let file = workspace.file(&db, Path::new(path)).unwrap();
+    let old = file.text(&db).to_string();
+    assert!(old.contains(from), "{from:?} is not in {path}");
+    file.set_text(&mut db, old.replacen(from, to, 1).into());
+    asked(&db, workspace);
+    let mut counts = BTreeMap::new();
+    let ours = ["levelled", "counts_of", "probabilities_of", "response_times"];
+    for query in db.take_log().executed.into_iter().filter(|query| ours.contains(&query.as_str())) {
+        *counts.entry(query).or_default() += 1;
+    }
+    counts.into_iter().collect()
+}
+
+#[test]
+fn an_edit_counts_executions_again_only_where_their_number_changes() {
+    let counts = |expected: &[(&str, usize)]| -> Vec<(String, usize)> {
+        expected.iter().map(|(query, count)| ((*query).to_owned(), *count)).collect()
+    };
+    assert_eq!(probable("/model.mal", "deployment D {", "// a comment\ndeployment D {"), counts(&[]));
+    // A period: the response times of its deployment at each level, and its probabilities.
+    let of_deployment = [("probabilities_of", 1), ("response_times", 2)];
+    assert_eq!(probable("/model.mal", "period = 10", "period = 11"), counts(&of_deployment));
+    // A time at one level: not the number of executions.
+    let of_time = [("levelled", 1), ("probabilities_of", 2), ("response_times", 2)];
+    assert_eq!(probable("/times.toml", "[2, 3]", "[2, 4]"), counts(&of_time));
+    // A program: one component.
+    let of_program = [("counts_of", 1), ("probabilities_of", 2), ("response_times", 4)];
+    assert_eq!(probable("/parts.mal", "run = { one(); }", "run = { one(); two(); }"), counts(&of_program));
+}

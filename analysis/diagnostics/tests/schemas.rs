@@ -215,6 +215,7 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         KeyKind::Level(_) => {
             "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()
         }
+        KeyKind::Required(_) => pattern(r"^\s*[0-9.eE+-]+\s+per\s+([0-9.eE+-]+\s*)?(h|hour|hours|min|s)\s*$"),
         KeyKind::Time(_) => pattern(TIME),
         KeyKind::Period(_) => {
             let number = TIME.split_once(r"\s*(ns").map_or("", |(number, _)| number.trim_start_matches('^'));

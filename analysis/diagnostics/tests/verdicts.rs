@@ -70,7 +70,7 @@ fn reported<T>(fixture: &str, of: impl FnOnce(&Report<'_>) -> T) -> T {
     let db = Database::default();
     let project = projects(&db, workspace(&db, fixture))[0];
     let decl = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-    of(response_times(&db, project, decl, Query::shown(&db, project)))
+    of(response_times(&db, project, decl, Query::shown(&db, project, decl)))
 }
 
 /// How many deadlines are met, unknown, and there.
@@ -1566,7 +1566,7 @@ fn an_overloaded_cpu_is_one_error_with_all_its_activities() {
         let workspace = workspace(&db, &format!("{ROBOT}{}{TIMES}", activities(&a, &b, &c)));
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let report = response_times(&db, project, deployment, Query::shown(&db, project));
+        let report = response_times(&db, project, deployment, Query::shown(&db, project, deployment));
         let is_unbounded = |it: &&mauve_wcrt::ActivityReport<'_>| it.verdict.name() == "unbounded";
         let mut unbounded: Vec<_> =
             report.activities.iter().filter(is_unbounded).filter_map(|it| it.at.clone()).collect();

@@ -9,7 +9,7 @@ pub(crate) use reader::read;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{CpuSet, Level, Protocol, Time, TimeError};
+use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError, Unit};
 
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -32,6 +32,10 @@ pub struct Config {
     pub significance: Option<Level>,
     /// The range of the significance.
     pub significance_span: Option<Range<usize>>,
+    /// `[timing] required`: how often executions may exceed their times, which chooses the level instead.
+    pub required: Option<Required>,
+    /// `[timing] dependent`: codels whose executions depend on earlier ones.
+    pub dependent: Vec<(String, Range<usize>)>,
     /// `[assume] codel`: the execution time of a codel without an entry in the tables.
     pub assume: Option<Time>,
     /// `[platform] cpus`.
@@ -88,6 +92,41 @@ pub struct DeploymentConfig {
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
     pub accepted: Vec<Acceptance>,
+    /// `required`, instead of `[timing] required`.
+    pub required: Option<Required>,
+}
+
+/// `"1e-6 per hour"`, `"1e-6 per 8 h"`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Required {
+    /// The greatest probability that an execution of the mission exceeds its time.
+    pub probability: Level,
+    /// The length of the mission.
+    pub mission: Time,
+    /// Both, as they are written.
+    pub written: String,
+    /// Their range.
+    pub span: Range<usize>,
+}
+
+impl Required {
+    /// Reads a probability per mission.
+    fn parse(text: &str, span: Range<usize>) -> Option<Required> {
+        let (probability, mission) = text.split_once(" per ")?;
+        let mission = mission.trim();
+        let (count, unit) = mission.split_at(mission.find(char::is_alphabetic)?);
+        let seconds = match unit {
+            "h" | "hour" | "hours" => 3600,
+            "min" => 60,
+            "s" => 1,
+            _ => return None,
+        };
+        let count = if count.is_empty() { "1" } else { count.trim() };
+        let mission = Time::parse(count, Unit::Seconds, Rounding::Up).ok()?.checked_mul(seconds)?;
+        let probability = Level::from_f64(probability.trim().parse().ok()?)?;
+        let written = text.trim().to_owned();
+        (mission > Time::ZERO).then_some(Required { probability, mission, written, span })
+    }
 }
 
 /// `[clocks.base]`
@@ -286,6 +325,11 @@ impl Config {
     pub fn all_times(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
         let of_deployments = self.deployment_tables.values().flat_map(|it| &it.observed);
         self.all_tables().chain(&self.observed).chain(of_deployments)
+    }
+
+    /// Returns whether it chooses levels by how often executions may exceed their times.
+    pub fn has_required(&self) -> bool {
+        self.required.is_some() || self.deployments.values().any(|it| it.required.is_some())
     }
 
     /// Returns the displayed level: `[timing] significance`, otherwise 10⁻⁴.

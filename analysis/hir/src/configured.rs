@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::config::{Acceptance, Chain, Config, DeploymentConfig};
+use crate::config::{Acceptance, Chain, Config, DeploymentConfig, Required};
 use crate::fact::{EndKind, Fact, FactKind};
 use crate::features::{Features, core_of};
 use crate::flat::{Flat, flat_of, target_of};
@@ -22,10 +22,29 @@ pub fn accepted<'db>(
     deployment: Decl<'db>,
     instance: &str,
 ) -> Option<&'db Acceptance> {
+    let mut sections = sections_of(db, project, deployment);
+    sections.find_map(|section| section.accepted.iter().find(|it| it.instance == instance))
+}
+
+/// Returns how often executions of a deployment may exceed their times: `[deployment.NAME] required`, otherwise `[timing] required`.
+pub fn required_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Option<&'db Required> {
+    let own = sections_of(db, project, deployment).find_map(|section| section.required.as_ref());
+    own.or(config_of(db, project.workspace(db)).required.as_ref())
+}
+
+/// Returns the sections `[deployment.NAME]` of a deployment.
+fn sections_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> impl Iterator<Item = &'db DeploymentConfig> {
     let deployments = &config_of(db, project.workspace(db)).deployments;
     let of_name = deployments.get(deployment.name(db).as_str());
-    let mut sections = of_name.into_iter().chain(deployments.get(&deployment.qualified(db)));
-    sections.find_map(|section| section.accepted.iter().find(|it| it.instance == instance))
+    of_name.into_iter().chain(deployments.get(&deployment.qualified(db)))
 }
 
 /// Returns the name of the section `[timing.deployment.NAME]` with the timing tables of a deployment: the qualified name of the

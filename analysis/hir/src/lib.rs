@@ -98,10 +98,10 @@ pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
     Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, Maintainer,
-    Mistake, MistakeKind, keys as config_keys, toml_key,
+    Mistake, MistakeKind, Required, keys as config_keys, toml_key,
 };
 pub use configured::{
-    OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,
+    OwnerOfTables, accepted, check as check_configuration, owner_of_tables, required_of, section_with_tables,
 };
 pub use cost::{Cost, codels_in, operations_in, sends_in};
 pub use db::{Database, File, Log, ModelDb, OnDisk, Problem, Trees, Workspace, normalised, relative_path};

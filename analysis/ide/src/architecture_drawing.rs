@@ -399,7 +399,7 @@ mod tests {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
-        let graph = graph(&db, project, of, Query::shown(&db, project), TIGHT_SLACK).unwrap();
+        let graph = graph(&db, project, of, Query::shown(&db, project, of), TIGHT_SLACK).unwrap();
         make(&db, &graph)
     }
 

@@ -5,6 +5,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+use mauve_diagnostics::supported;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, architecture, declarations, is_model, names_of, resolve_type,
@@ -12,8 +13,8 @@ use mauve_hir::{
 };
 use mauve_syntax::TextRange;
 use mauve_timing::Level;
-use mauve_wcrt::Query;
 use mauve_wcrt::chains::chains_of;
+use mauve_wcrt::{Query, support};
 
 use crate::connections::deployments;
 use crate::implementation::codel_file;
@@ -81,8 +82,10 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
         match decl.kind(db) {
             Kind::Deployment => {
                 if let Some(project) = project {
-                    let Query { level, .. } = Query::shown(db, project);
-                    add(format!("Level {level} ▾"), LensAction::ChooseSignificance(level));
+                    let Query { level, .. } = Query::shown(db, project, decl);
+                    let supported = support(db, project, decl, level).map(supported);
+                    let title = supported.unwrap_or_else(|| format!("Level {level}"));
+                    add(format!("{title} ▾"), LensAction::ChooseSignificance(level));
                 }
                 add("Generate Orocos".to_owned(), LensAction::Generate(decl.qualified(db)));
                 if let Some(target) = project.and_then(|project| target_of(db, project, decl)) {
@@ -118,7 +121,7 @@ fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     let own =
         deployments(db, project).into_iter().filter(|(_, flat)| flat.architectures.first() == Some(&of));
     let title = |(deployment, _): (Decl<'db>, _)| {
-        let chains = chains_of(db, project, deployment, Query::shown(db, project));
+        let chains = chains_of(db, project, deployment, Query::shown(db, project, deployment));
         let known = chains.all.iter().filter(|it| it.latency.is_some()).count();
         let late = chains.all.iter().filter(|it| it.latency.is_some() && !it.is_within_limit());
         let late = match late.count() {
@@ -239,7 +242,7 @@ architecture B { import A  instance c: P }
                 Q: State machine -> draw StateMachine
                 Unused: not used in any instance
                 Unused: State machine -> draw StateMachine
-                D: Level 1e-4 ▾ -> choose instead of 1e-4
+                D: at 1e-4, about 3.6 executions an hour may exceed their times ▾ -> choose instead of 1e-4
                 D: Generate Orocos -> generate D
                 D: Architecture -> /model.mal 210..211 A
                 D: Graph -> draw Architecture

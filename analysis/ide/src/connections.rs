@@ -25,7 +25,7 @@ pub(crate) fn connections_in<'db>(
         if !flat.architectures.contains(&architecture) {
             continue;
         }
-        let reports = connections_of(db, project, deployment, Query::shown(db, project));
+        let reports = connections_of(db, project, deployment, Query::shown(db, project, deployment));
         let links = flat.links.iter().zip(reports).enumerate();
         let here = links.filter(|(_, (link, _))| !link.operation && link.is_in(architecture));
         found.extend(here.map(|(index, (link, report))| Connected { deployment, index, link, report }));

@@ -8,11 +8,11 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, names_of};
 use mauve_syntax::TextSize;
 use mauve_timing::{Level, Time, Unit};
-use mauve_wcrt::{Lookup, Query, TableSet, table_sets, timetable_of};
+use mauve_wcrt::{Lookup, TableSet, level_shown, table_sets, timetable_of};
 
-use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
-use crate::execution_report::step;
+use crate::drawing::Drawing;
 use crate::occurrences::{Definition, names_at};
+use crate::probability_plot::{Plot, PlotPoint};
 
 /// The execution times of a codel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub fn exceedance<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
 
 fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Exceedance {
     let table = timetable_of(db, tables);
-    let shown = Query::shown(db, tables.project(db)).level;
+    let shown = level_shown(db, tables.project(db));
     let mut known = table.levels.clone();
     if !known.contains(&shown) {
         known.push(shown);
@@ -134,87 +134,21 @@ fn text(of: &Exceedance) -> String {
 }
 
 fn svg(of: &Exceedance) -> String {
-    const LEFT: f64 = 86.0;
-    const TOP: f64 = 56.0;
-    const WIDTH: f64 = 560.0;
-    let decades = of.levels.iter().map(|(level, _)| -level.as_f64().log10()).fold(1.0, f64::max).ceil();
-    let height = (decades * 34.0).clamp(170.0, 420.0);
-    let greatest = of.levels.iter().map(|(_, time)| time.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
-    // At most ten marks.
-    let step = step(greatest / 9.0);
-    let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
-    let x = |milliseconds: f64| LEFT + WIDTH * milliseconds / end;
-    let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
-    let title = title(of);
-    let size = ((LEFT + WIDTH + 60.0).max(text_width(&title, 14.0, true) + 48.0), TOP + height + 64.0);
-    let mut out = svg_head(size, "x=\"24\" y=\"30\"", &title);
-    for decade in 0..=decades as u32 {
-        let at = number(y(10_f64.powi(-(decade as i32))));
-        let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
-             text-anchor=\"end\">{label}</text>",
-            number(LEFT),
-            number(LEFT + WIDTH),
-            number(LEFT - 10.0),
-        );
-    }
-    let ticks = (end / step).round() as u32;
-    for tick in 0..=ticks {
-        let value = f64::from(tick) * step;
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            number(TOP),
-            number(TOP + height),
-            number(TOP + height + 20.0),
-            Time::from_nanos((value * 1e6).round() as u64).number(),
-            x = number(x(value)),
-        );
-    }
-    let _ = writeln!(
-        out,
-        "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">execution time in ms</text>",
-        number(LEFT + WIDTH / 2.0),
-        number(TOP + height + 44.0)
-    );
-    // Between two levels, no smaller probability is known than the first one.
-    let mut curve = String::new();
-    for (level, time) in &of.levels {
-        let (at, down) = (number(x(time.as_f64(Unit::Milliseconds))), number(y(level.as_f64())));
-        if curve.is_empty() {
-            curve = format!("M{} {}", number(LEFT), number(TOP));
-        }
-        let _ = write!(curve, "H{at}V{down}");
-    }
-    if !curve.is_empty() {
-        let _ = writeln!(out, "<path class=\"curve\" d=\"{curve}H{}\"/>", number(LEFT + WIDTH));
-    }
-    for (index, (level, time)) in of.levels.iter().enumerate() {
-        let (at, down) = (x(time.as_f64(Unit::Milliseconds)), y(level.as_f64()));
-        let label = format!("{time} at {level}");
-        // To the left of the curve, where there is room.
-        let has_room = at - LEFT > text_width(&label, 12.0, true) + 16.0;
-        let (label_x, anchor) = if has_room { (at - 9.0, "end") } else { (at + 9.0, "start") };
-        let shown = if *level == of.shown { " worst" } else { "" };
-        let _ = writeln!(
-            out,
-            "<g class=\"level{shown}\" data-level=\"{index}\"><title>{label}: an execution takes longer with a probability of at most \
-             {level}</title><circle class=\"tip\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/><text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{}</text></g>",
-            number(at),
-            number(down),
-            number(label_x),
-            number(down - 6.0),
-            svg_text(&label),
-        );
-    }
-    out + "</svg>\n"
+    let points = of.levels.iter().map(|(level, time)| PlotPoint {
+        time: *time,
+        probability: level.as_f64(),
+        label: format!("{time} at {level}"),
+        title: format!("{time} at {level}: an execution takes longer with a probability of at most {level}"),
+        is_shown: *level == of.shown,
+    });
+    let (title, points) = (title(of), points.collect());
+    Plot { title, axis: "execution time in ms", points, deadline: None, curve: &[] }.svg()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::execution_report::step;
     use crate::fixture::{Fixture, project_of};
     use expect_test::expect;
 

@@ -13,14 +13,15 @@ pub use format::{Hover, HoverFormat};
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::unusable_time;
+use mauve_diagnostics::{late_at_most, miss_conditions, miss_rule, supported, unusable_time};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_timing::Measured;
 use mauve_wcrt::{
-    ActivityReport, Lookup, Query, TableSet, files_of, response_times, table, tables_of, timetable_of,
+    ActivityReport, Lookup, Query, TableSet, files_of, level_shown, probabilities_of, response_times,
+    support, table, tables_of, timetable_of,
 };
 
 use crate::definition::definition_of;
@@ -86,7 +87,7 @@ fn of_activity<'db>(
     let is_head = name.contains_inclusive(offset) || token.text_range().start() == whole.start();
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
-    let query = Query::shown(db, project);
+    let query = Query::shown(db, project, deployment);
     let report = response_times(db, project, deployment, query);
     let tables = tables_of(db, project, deployment);
     // On its name, all instances that it executes; on that of an instance in its list, this one.
@@ -95,14 +96,25 @@ fn of_activity<'db>(
         at.is_some_and(|at| is_head || at == token.text_range())
     };
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
-    let explanations = activities.map(|(activity, _)| match format {
-        HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),
-        HoverFormat::Text => {
-            let text = explain_response(db, tables, report, activity, query);
-            markdown::block("text", text.trim_end())
-        }
+    let explanations = activities.map(|(activity, _)| {
+        let explanation = match format {
+            HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),
+            HoverFormat::Text => {
+                let text = explain_response(db, tables, report, activity, query);
+                markdown::block("text", text.trim_end())
+            }
+        };
+        let probability = probabilities_of(db, project, deployment).get(activity).and_then(Option::as_ref);
+        let late = |it| {
+            let conditions = miss_conditions(it).join(", and ");
+            format!("{} ({}), if {conditions}\n\n", late_at_most(it), miss_rule(it))
+        };
+        explanation + "\n" + &probability.map(late).unwrap_or_default()
     });
-    let markdown: String = explanations.map(|it| format!("{it}\n")).collect();
+    let mut markdown: String = explanations.collect();
+    if let Some(support) = support(db, project, deployment, query.level).filter(|_| !markdown.is_empty()) {
+        let _ = writeln!(markdown, "{}\n", supported(support));
+    }
     // On the keyword, an editor marks the keyword.
     let range = if name.contains_inclusive(offset) { name } else { token.text_range() };
     (!markdown.is_empty()).then_some((range, deployment, markdown))
@@ -210,7 +222,7 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
 /// Returns a line for each level of the tables.
 fn times_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> String {
     let table = timetable_of(db, tables);
-    let shown = Query::shown(db, tables.project(db)).level;
+    let shown = level_shown(db, tables.project(db));
     let mut levels = table.levels.clone();
     if !levels.contains(&shown) {
         levels.push(shown);
@@ -322,6 +334,10 @@ deployment D {
 
                 - component `Planner`, period 100 ms, deadline 100 ms, method best
                 - response time at the critical instant: 121 ms
+
+                may be late in each hour (the deadline is met at 1e-3), if the hour begins without unfinished jobs, and each execution exceeds its times at most as probably as the tables say
+
+                at 1e-4, about 3.6 executions an hour may exceed their times
 
                 ```mauve
                 instance planner: Planner

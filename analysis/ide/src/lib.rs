@@ -37,6 +37,8 @@
 //! | `chain_drawing.rs` | chains as a drawing |
 //! | `worst_schedule.rs` | the schedule behind a response time, or with the longest way of data that is found |
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
+//! | `probability.rs` | how probable it is that an activity is late, as a drawing |
+//! | `probability_plot.rs` | a probability over a time, as SVG |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
@@ -77,6 +79,8 @@ mod machine_view;
 mod markdown;
 mod occurrences;
 mod position;
+mod probability;
+mod probability_plot;
 mod program;
 mod project;
 mod references;
@@ -119,6 +123,7 @@ pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{EarlierFigures, HintOptions, InlayHint, hash_of_hints, inlay_hints};
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::{Links, code as markdown_code};
+pub use probability::draw_probability;
 pub use project::{has_name_at, name_of_root, projects_with};
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};

@@ -13,10 +13,10 @@ pub(crate) fn limits_of_codel<'db>(
     project: Project<'db>,
     codel: Decl<'db>,
 ) -> Vec<String> {
-    let query = Query::shown(db, project);
     let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
     let lines = deployments.filter_map(|deployment| {
         let of = Timed::Codel(codel);
+        let query = Query::shown(db, project, deployment);
         let found = time_sensitivity(db, project, deployment, of, query).as_ref()?;
         Some(line(found, &markdown::code(deployment.name(db))))
     });

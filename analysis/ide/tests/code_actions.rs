@@ -79,7 +79,7 @@ fn state(db: &Database, workspace: Workspace) -> State {
     let mut response_times = String::new();
     for &project in projects(db, workspace) {
         for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
-            for it in &self::response_times(db, project, decl, Query::shown(db, project)).activities {
+            for it in &self::response_times(db, project, decl, Query::shown(db, project, decl)).activities {
                 let (name, verdict) = (&it.instance, it.verdict.name());
                 let _ = writeln!(response_times, "{name} {verdict} {:?} {:?}", it.own, it.response);
             }

@@ -269,8 +269,8 @@ fn workspace(db: &Database, model: &str, table: &str) -> Workspace {
 fn check_all(db: &Database, workspace: Workspace) -> usize {
     let mut count = 0;
     for &project in projects(db, workspace) {
-        let query = Query::shown(db, project);
         for &of in names_of(db, project).all.iter() {
+            let query = Query::shown(db, project, of);
             let svg = match of.kind(db) {
                 Kind::Deployment | Kind::Architecture => {
                     let Some(graph) = graph(db, project, of, query, TIGHT_SLACK) else { continue };
@@ -338,7 +338,8 @@ fn boxes_keep_their_places_when_times_change() {
         let workspace = workspace(&db, &model, table);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let graph = graph(&db, project, deployment, Query::shown(&db, project), TIGHT_SLACK).unwrap();
+        let graph =
+            graph(&db, project, deployment, Query::shown(&db, project, deployment), TIGHT_SLACK).unwrap();
         let svg = draw_graph(&db, &graph, Drawing::Svg);
         assert!(svg.contains("✓") || svg.contains("✗") || svg.contains("?"), "{svg}");
         Drawn::of(&svg).frames

@@ -252,7 +252,7 @@ fn check_table(markdown: &str, report: &ActivityReport<'_>, seen: &mut SeenTable
 fn check_tables(db: &Database, workspace: Workspace, seen: &mut SeenTables) {
     for &project in projects(db, workspace) {
         for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
-            let report = response_times(db, project, deployment, Query::shown(db, project));
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
             for activity in &report.activities {
                 let Some(at) = &activity.at else { continue };
                 let (file, offset) = (at.file(db), at.range(db).start());

@@ -218,7 +218,7 @@ fn responses(db: &Database, workspace: Workspace) -> Vec<String> {
     for &project in projects(db, workspace) {
         let all = names_of(db, project).all.iter().copied();
         for deployment in all.filter(|it| it.kind(db) == Kind::Deployment) {
-            let report = response_times(db, project, deployment, Query::shown(db, project));
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
             found.extend(report.activities.iter().filter_map(|it| Some(it.response?.number())));
         }
     }

@@ -62,7 +62,8 @@ impl Opened {
         }
         for &project in projects(db, self.workspace) {
             for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
-                for activity in &response_times(db, project, decl, Query::shown(db, project)).activities {
+                for activity in &response_times(db, project, decl, Query::shown(db, project, decl)).activities
+                {
                     let of = replaced(&activity.instance, from, to);
                     let (own, response) = (activity.own, activity.response);
                     said.push(format!("{of}: {own:?} {response:?} {}", activity.verdict.name()));

@@ -176,6 +176,13 @@ pub struct Measured {
     pub warnings: Vec<String>,
 }
 
+impl Measured {
+    /// Whether the measurement rejects that executions are independent.
+    pub fn is_dependent(&self) -> bool {
+        self.warnings.iter().any(|it| it.contains("depend on"))
+    }
+}
+
 impl Table {
     /// The time at `level`; `None` where `times` are of other levels.
     pub fn time(&self, times: &Times, level: Level) -> Option<Time> {

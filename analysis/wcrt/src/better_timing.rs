@@ -452,7 +452,7 @@ mod tests {
     fn changes(activities: &str, times: &str, index: Option<usize>) -> Vec<String> {
         let db = Database::default();
         let (project, of) = deployed(&db, activities, times);
-        let query = Query::shown(&db, project);
+        let query = Query::shown(&db, project, of);
         let found = match index {
             Some(index) => better_activity(&db, project, of, index, query),
             None => better_priorities(&db, project, of, query),
@@ -477,7 +477,7 @@ mod tests {
         let activities = "activity a { priority = 1 period = 10 } activity b { priority = 2 period = 20 }
             activity c { priority = 3 period = 50 }";
         let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
-        let query = Query::shown(&db, project);
+        let query = Query::shown(&db, project, of);
         let mut search = TimingSearch::new(&db, project, of, query).unwrap();
         let (now, system) = (search.now, search.system);
         assert!(!now.schedulable());
@@ -611,7 +611,7 @@ mod tests {
         let activities =
             with("priority = 1 period = 100 deadline = 50", "priority = 2 period = 100 deadline = 35");
         let (project, of) = deployed(&db, &activities, TIMES);
-        let mut search = TimingSearch::new(&db, project, of, Query::shown(&db, project)).unwrap();
+        let mut search = TimingSearch::new(&db, project, of, Query::shown(&db, project, of)).unwrap();
         let found = search.optimal(&groups(search.system).unwrap());
         assert_eq!(found, Some(BetterTiming::NoPriorities(vec!["c".into(), "a".into()])));
     }

@@ -122,6 +122,8 @@ pub enum TimingFactKind<'db> {
     /// A measurement has warnings, in words.
     DoubtfulMeasurement { key: String, warnings: Vec<String> },
 
+    /// The tables of a deployment have no level that is rare enough for `required`.
+    LackingLevel { deployment: Decl<'db>, lacking: LackingLevel },
     /// A table has no times at the level of the report.
     NoTimesAtLevel(Level, TableLevels),
     /// No codel has a time in these tables: the number of codels without one, and the other deployments that execute some of
@@ -135,6 +137,17 @@ pub enum TimingFactKind<'db> {
     DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
     /// An activity is not analysed for reasons that no other fact reports.
     NotAnalysed { instance: Name, reasons: Vec<Refusal<'db>> },
+}
+
+/// The tables have no level that is rare enough for `required`.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct LackingLevel {
+    /// A level that is, a power of ten.
+    pub needed: Level,
+    /// The number of executions in the mission whose times depend on the level.
+    pub executions: u64,
+    /// A table without such a level.
+    pub table: TableLevels,
 }
 
 /// What a recording showed that contradicts the tables or `mauve.toml`.

@@ -17,6 +17,9 @@
 //! | `sends.rs` | the calls that a component sends to its required operations |
 //! | `served.rs` | the operations that activities execute for others |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file |
+//! | `executions.rs` | how many executions may exceed their times, what a level supports, and the level that `required` chooses |
+//! | `probability.rs` | how probable it is that an activity is late |
+//! | `path_fold.rs` | what jobs execute, folded to a number or a distribution |
 //! | `response.rs`, `report.rs` | its response times |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
@@ -45,13 +48,16 @@ mod bisection;
 pub mod chains;
 mod component_tables;
 mod execution_times;
+mod executions;
 mod exported;
 mod fact;
 mod locks;
 mod missing_times;
 mod new_activity;
 pub mod observed;
+mod path_fold;
 mod priorities;
+mod probability;
 mod psm;
 mod reason;
 mod report;
@@ -72,16 +78,18 @@ mod what_if;
 pub use basis::{Basis, basis_of};
 pub use component_tables::{first_tables, tables_for};
 pub use execution_times::{ExecutionTimes, execution_times};
+pub use executions::{Support, executions_of, required_facts, support};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
-    Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload, Recorded,
-    TableSection, TimingFact, TimingFactKind, Unbounded,
+    Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, LackingLevel, Missed, MissingTime,
+    Overload, Recorded, TableSection, TimingFact, TimingFactKind, Unbounded,
 };
 pub use locks::{DeclaredLock, DeclaredLocks, declared_locks};
 pub use mauve_timing::Priority;
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
+pub use probability::{MissProbability, probabilities_of};
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
     ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PatternError, Prose, Reason, Refusal,

@@ -112,7 +112,7 @@ fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: 
 
 /// Returns the codels that a component may execute in its thread; `None` if its programs are not known.
 #[salsa::tracked(returns(ref))]
-fn codels_of<'db>(
+pub(crate) fn codels_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,

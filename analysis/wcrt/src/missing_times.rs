@@ -122,11 +122,7 @@ fn missing_times<'db>(
 
 /// Returns the facts about missing times: each once for all deployments of the project with the same tables.
 #[salsa::tracked(returns(ref))]
-pub fn missing_time_facts<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    query: Query,
-) -> Vec<TimingFact<'db>> {
+pub fn missing_time_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<TimingFact<'db>> {
     let mut deployments: FxHashMap<TableSet<'db>, Vec<Decl<'db>>> = FxHashMap::default();
     for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
         deployments.entry(tables_of(db, project, decl)).or_default().push(decl);
@@ -134,7 +130,7 @@ pub fn missing_time_facts<'db>(
     let mut found = Vec::new();
     for &tables in table_sets(db, project) {
         let deployments = deployments.get(&tables).map_or(&[] as &[_], Vec::as_slice);
-        found.extend(missing_in(db, tables, deployments, query));
+        found.extend(missing_in(db, tables, deployments));
     }
     found
 }
@@ -144,17 +140,17 @@ fn missing_in<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     deployments: &[Decl<'db>],
-    query: Query,
 ) -> Vec<TimingFact<'db>> {
     // An incomplete table may have the times that seem to be missing.
     if incomplete_tables(db, tables).is_some() {
         return Vec::new();
     }
     let project = tables.project(db);
-    let deployments = deployments.iter().map(|&it| (it, missing_times(db, project, it, query)));
+    let missing = |it: Decl<'db>| missing_times(db, project, it, Query::shown(db, project, it));
+    let deployments = deployments.iter().map(|&it| (it, missing(it)));
     let deployments: Vec<(Decl<'db>, Vec<MissingTime<'db>>)> = deployments.collect();
     let mut found = Vec::new();
-    found.extend(missing_level(db, tables, &deployments, query));
+    found.extend(missing_level(db, tables, &deployments));
     let mut lacking = deployments.iter().filter(|(_, missing)| !missing.is_empty());
     if timetable_of(db, tables).is_empty()
         && let Some((first, _)) = lacking.next()
@@ -166,7 +162,7 @@ fn missing_in<'db>(
         found.push(TimingFact::new(Location::name_of(*first), none));
         return found;
     }
-    found.extend(missing_codels(db, project, &deployments, query));
+    found.extend(missing_codels(db, project, &deployments));
     found
 }
 
@@ -176,21 +172,22 @@ fn missing_level<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     deployments: &[(Decl<'db>, Vec<MissingTime<'db>>)],
-    query: Query,
 ) -> Option<TimingFact<'db>> {
     let project = tables.project(db);
-    let table = timetable_of(db, tables).without_level(query.level)?;
-    let is_not_analysed = |&deployment: &Decl<'db>| {
-        let activities = &response_times(db, project, deployment, query).activities;
-        activities.iter().any(|it| it.verdict == Status::NotAnalysed)
+    let without_level = |&(deployment, _): &(Decl<'db>, _)| {
+        let query = Query::shown(db, project, deployment);
+        let table = timetable_of(db, tables).without_level(query.level)?;
+        let mut activities = response_times(db, project, deployment, query).activities.iter();
+        let is_not_analysed = activities.any(|it| it.verdict == Status::NotAnalysed);
+        is_not_analysed.then_some((deployment, query.level, table))
     };
-    let first = deployments.iter().map(|(deployment, _)| *deployment).find(is_not_analysed)?;
+    let (first, level, table) = deployments.iter().find_map(without_level)?;
     let workspace = project.workspace(db);
     let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
     // A level that was selected elsewhere is not changed in `mauve.toml`.
     let span = span.filter(|_| workspace.significance(db).is_none());
     let at = span.map_or_else(|| Location::name_of(first), |(file, span)| Location::of_span(file, &span));
-    Some(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(query.level, table.clone())))
+    Some(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(level, table.clone())))
 }
 
 /// Returns a fact for each codel without a time at any level, with all activities that execute it. The budget is the
@@ -199,13 +196,12 @@ fn missing_codels<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployments: &[(Decl<'db>, Vec<MissingTime<'db>>)],
-    query: Query,
 ) -> Vec<TimingFact<'db>> {
     let mut found: Vec<(MissingTime<'db>, Option<Budget<'db>>)> = Vec::new();
     let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
     for (deployment, missing) in deployments {
         for missing in missing.iter().filter(|it| !it.at_other_levels) {
-            let budgets = budgets(db, project, *deployment, query);
+            let budgets = budgets(db, project, *deployment, Query::shown(db, project, *deployment));
             let budget = budgets.iter().find(|budget| budget.codel == missing.codel).cloned();
             let at = *index.entry(missing.codel).or_insert(found.len());
             let Some((known, least)) = found.get_mut(at) else {

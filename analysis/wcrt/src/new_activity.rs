@@ -112,7 +112,7 @@ fn cpus_of<'db>(
     of: Decl<'db>,
     system: &System<'db>,
 ) -> Vec<Cpu> {
-    let known = &response_times(db, project, of, Query::shown(db, project)).cpus;
+    let known = &response_times(db, project, of, Query::shown(db, project, of)).cpus;
     let of_cpu = |cpu: CpuSet| {
         let utilisation = known.iter().find(|it| it.cpus.meets(cpu));
         // Of CPUs that activities use alternatively, each has its part.

@@ -8,10 +8,11 @@ use mauve_timing::{
     Breakdown, CpuLoad, CpuRule, CpuSet, Level, Method, Options, Status, Task, Tasks, Time, Window,
 };
 
+use crate::executions::chosen_level;
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, Share, UnknownPriority};
-use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Location, ModelDb, Project, Workspace, config_of};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, Location, ModelDb, Project, config_of, names_of};
 
 /// A query to the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -30,22 +31,38 @@ impl Query {
         Options { method: self.method, horizon: self.horizon, is_brief }
     }
 
-    /// Returns the query of the displayed and checked report: the level of [`level_shown`], with the most precise
-    /// method.
-    pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
-        Query { level: level_shown(db, project.workspace(db)), method: Method::Best, horizon: None }
+    /// Returns the query of the displayed and checked report of a deployment, with the most precise method. Its level is the
+    /// user's choice, otherwise that of `mauve.toml`: of `required`, or `significance`.
+    pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Query {
+        let workspace = project.workspace(db);
+        let selected = workspace.significance(db);
+        let chosen = || chosen_level(db, project, deployment).as_ref().map(|it| it.level);
+        let level = selected.or_else(chosen).unwrap_or_else(|| config_of(db, workspace).level());
+        Query { level, method: Method::Best, horizon: None }
     }
 
     /// The same at another level, if there is one.
-    pub fn at_level<'db>(db: &'db dyn ModelDb, project: Project<'db>, level: Option<Level>) -> Query {
-        let shown = Query::shown(db, project);
+    pub fn at_level<'db>(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        level: Option<Level>,
+    ) -> Query {
+        let shown = Query::shown(db, project, deployment);
         Query { level: level.unwrap_or(shown.level), ..shown }
     }
 }
 
-/// Returns the significance level of the report: the user's choice, otherwise that of `mauve.toml`.
-pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
-    workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
+/// Returns the level at which what belongs to no deployment is shown, such as a codel: the least probable one of the deployments.
+pub fn level_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Level {
+    let config = config_of(db, project.workspace(db));
+    let of_deployments = || {
+        let all = names_of(db, project).of_kind(db, Kind::Deployment);
+        all.map(|deployment| Query::shown(db, project, deployment).level).min()
+    };
+    let selected = project.workspace(db).significance(db);
+    let chosen = || of_deployments().filter(|_| config.has_required());
+    selected.or_else(chosen).unwrap_or_else(|| config.level())
 }
 
 /// The response times of a deployment.

@@ -803,7 +803,7 @@ architecture C { instance o: CO }
         let files = files.map(|(path, text)| (path.into(), text.to_owned()));
         let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let found = sensitivity(&db, project, of, Query::shown(&db, project));
+        let found = sensitivity(&db, project, of, Query::shown(&db, project, of));
         let least: Vec<_> = found.activities.iter().map(|it| it.limit.time()).collect();
         let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
         assert_eq!(least, [ms(22), ms(22), ms(32)]);

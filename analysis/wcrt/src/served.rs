@@ -67,7 +67,7 @@ impl<'db> Served<'db> {
 }
 
 /// The maximum number of operations, counted for each chain of calls by which one is executed.
-const MOST_OPERATIONS: usize = 4096;
+pub(crate) const MOST_OPERATIONS: usize = 4096;
 
 /// Returns the calls that the jobs of clients send, the last connection first.
 fn sent_by_jobs<'a, 'db>(

@@ -224,7 +224,7 @@ pub struct Timetable<'db> {
     /// The levels that only some tables have, each with the name of a table that does not.
     pub partial_levels: Vec<(Level, String)>,
     /// The tables in which some time depends on the level.
-    with_levels: Vec<TableLevels>,
+    pub(crate) with_levels: Vec<TableLevels>,
     pub(crate) assume: Option<Time>,
     /// Why the tables are incomplete, so that every time may be longer: nothing is analysed.
     pub incomplete: Option<IncompleteTable>,
@@ -802,6 +802,23 @@ impl<'db> Timetable<'db> {
     /// Returns the table that has the time.
     pub(crate) fn table_of(&self, of: &Timed<'db>) -> Option<File> {
         self.slots.get(of)?.first().map(|slot| slot.file)
+    }
+
+    /// Returns how many executions that may exceed their times each entry stands for, none where its time holds at every level, and
+    /// how many there are in each job: those of the overhead.
+    pub(crate) fn levelled(&self) -> (FxHashMap<Timed<'db>, u64>, u64) {
+        let depends = |times: &Times| u64::from(matches!(times, Times::PerLevel(_)));
+        let overhead = self.overhead.as_ref().map(|(_, _, overhead)| overhead);
+        let dispatch = overhead.map_or(0, |it| depends(&it.dispatch));
+        // Two switches for a job and for each of its waits, and as many for a lower priority that holds a lock meanwhile.
+        let switches = 4 * overhead.map_or(0, |it| depends(&it.context_switch));
+        let of_slot = |slot: &Slot| {
+            let of_waits = slot.waits.unwrap_or(0).saturating_mul(switches);
+            slot.times.as_ref().map_or(0, depends).saturating_add(of_waits)
+        };
+        let of_slots = |slots: &[Slot]| slots.iter().map(of_slot).max().unwrap_or(0);
+        let entries = self.slots.iter().map(|(of, slots)| (of.clone(), of_slots(slots)));
+        (entries.collect(), dispatch + switches)
     }
 
     /// Returns whether no codel or program has a time.

@@ -84,7 +84,7 @@ local commands = {
   restart = mauve.restart,
   significance = mauve.choose_significance,
 }
-for _, kind in ipairs({ 'chains', 'graph', 'machine', 'schedule', 'times', 'tree' }) do
+for _, kind in ipairs({ 'chains', 'graph', 'machine', 'probability', 'schedule', 'times', 'tree' }) do
   commands[kind] = function(where)
     require('mauve.drawings').show(kind, where)
   end

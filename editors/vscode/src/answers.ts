@@ -121,6 +121,15 @@ export interface ExecutionTimes extends Drawn {
   reasons: string[];
 }
 
+/** Of `mauve/probability`. */
+export interface Probability extends Drawn {
+  deployment: string;
+  instance: string | null;
+  instances: { instance: string; missPerHour: number; missPerJob: number | null; words: string; conditions: string[]; status: string }[];
+  activities: { index: number; instance: string; location: Location | null }[];
+  reasons: string[];
+}
+
 /** The answers of the kinds of panels. */
 export interface Answers {
   architecture: Graph;
@@ -128,6 +137,7 @@ export interface Answers {
   schedule: Schedule;
   chains: Chains;
   executionTimes: ExecutionTimes;
+  probability: Probability;
 }
 
 export type PanelKind = keyof Answers;

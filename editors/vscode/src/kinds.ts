@@ -1,4 +1,4 @@
-import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Schedule, Subject } from "./answers";
+import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Probability, Schedule, Subject } from "./answers";
 
 /** Sends a request to the server. */
 export type Request = <T>(method: string, parameters: object) => Promise<T>;
@@ -68,6 +68,17 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       return { answer, subject: { ...subject, name: answer.codel }, choices, chosen: answer.codel };
     },
     choose: ({ uri }, name) => ({ uri, name }),
+  },
+  probability: {
+    title: "Probability of a late job",
+    load: async (request, subject) => {
+      const ask = (of: Subject) => named(request, "mauve/probability", "deployment", of, (it: Probability) => it.deployment);
+      const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
+      const choices = answer.instances.map(({ instance, words }) => ({ label: `${instance}: ${words}`, value: instance }));
+      const instance = answer.instance ?? subject.instance;
+      return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
+    },
+    choose: (subject, instance) => ({ ...subject, instance }),
   },
 };
 

@@ -17,6 +17,7 @@ const commands: Record<PanelKind, string> = {
   schedule: "mauve.showSchedule",
   chains: "mauve.showChains",
   executionTimes: "mauve.showExecutionTimes",
+  probability: "mauve.showProbability",
 };
 
 /** So many milliseconds after a change without an answer, a drawing is marked as an earlier one. */

@@ -85,7 +85,7 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
         measured("response times", &|| {
             let reports = of_kind(Kind::Deployment)
-                .map(|(it, deployment)| response_times(db, it, deployment, Query::shown(db, it)));
+                .map(|(it, deployment)| response_times(db, it, deployment, Query::shown(db, it, deployment)));
             format!("{} activities", reports.map(|it| it.activities.len()).sum::<usize>())
         }),
         measured("checks", &|| {

@@ -108,7 +108,7 @@ impl ChainsCommand {
     }
 
     fn shown<'db>(&self, db: &'db Database, project: Project<'db>, deployment: Decl<'db>) -> Shown<'db> {
-        let query = Query::at_level(db, project, self.significance);
+        let query = Query::at_level(db, project, deployment, self.significance);
         let chains = chains_of(db, project, deployment, query);
         let is_shown = |it: &&ChainReport<'db>| self.chain.as_deref().is_none_or(|name| it.name == *name);
         Shown {

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use self::fix::Fixed;
 use self::standard_input::load_or_read;
-use self::verdict::{Suppressed, deadlines, is_proof_missing, limits};
+use self::verdict::{Suppressed, deadlines, is_proof_missing, limits, supports};
 use super::wcrt;
 use crate::analysis_document::analysis_document;
 use crate::cli::lines::{Lines, clamp};
@@ -131,7 +131,7 @@ impl Check {
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(db, &workspaces)?;
         let text = match self.format {
-            CheckFormat::Sarif => json::text(&sarif::log(db, &here, &findings, &suppressed))?,
+            CheckFormat::Sarif => json::text(&sarif::log(db, &here, (&findings, &suppressed), &deployed))?,
             CheckFormat::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 json::text(&object! {
@@ -163,7 +163,7 @@ impl Check {
                 found += &lowered(db, &workspaces, &findings, &suppressed);
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
-                let verdict = deadlines(&deployed, &suppressed) + &limits(&deployed);
+                let verdict = deadlines(&deployed, &suppressed) + &supports(&deployed) + &limits(&deployed);
                 parts.push(format!("{found}; {verdict}\n{pages}"));
                 parts.join("\n")
             }

@@ -217,7 +217,7 @@ pub(super) fn warn_of_deadlines(
         if !selected.iter().any(is_selected) {
             continue;
         }
-        let query = Query::shown(db, project);
+        let query = Query::shown(db, project, deployment);
         let deployed = Deployed::of_model(db, project, deployment, std::iter::once(query));
         if !deployed.schedulable() {
             let accepted = match deployed.accepted_count() {

@@ -45,7 +45,7 @@ impl Graph {
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let (project, of) = self.selected(&db, &workspaces)?;
-        let query = Query::at_level(&db, project, self.significance);
+        let query = Query::at_level(&db, project, of, self.significance);
         let found = graph(&db, project, of, query, TIGHT_SLACK);
         let mut graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
         if let Some(chain) = &self.chain

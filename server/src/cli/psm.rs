@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{errors_of_text, times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar};
+use mauve_hir::{Database, Decl, Project, names_of, projects, similar};
 use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
+use mauve_wcrt::{Query, Refusal, TableSet, first_tables, level_shown, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
@@ -58,9 +58,12 @@ impl Psm {
         };
         let mut found: Vec<FoundMachine<'_>> = Vec::new();
         for &workspace in &workspaces {
-            let level = self.significance.unwrap_or_else(|| config_of(&db, workspace).level());
             for &project in projects(&db, workspace) {
                 let of = of_deployments.iter().filter(|(having, _)| *having == project);
+                let level = self.significance.unwrap_or_else(|| match of.clone().next() {
+                    Some(&(_, deployment)) => Query::shown(&db, project, deployment).level,
+                    None => level_shown(&db, project),
+                });
                 let mut of = of.map(|&(_, deployment)| tables_of(&db, project, deployment));
                 // None for those of the deployments that execute a component.
                 let chosen = match (only, of.next()) {

@@ -121,7 +121,7 @@ impl Simulate {
             }
         }
         let of_model = |(project, of)| {
-            let query = Query::at_level(&db, project, self.significance);
+            let query = Query::at_level(&db, project, of, self.significance);
             let report = response_times(&db, project, of, query).clone();
             let name = of.name(&db).to_string();
             let deployment = DeployedTasks::simulated(&db, project, of, query.level);

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    EXHAUSTED, cpu_names, errors_of_text, reasons_of, task_set_error_message, times_of, timing_reason,
-    utilisation,
+    EXHAUSTED, cpu_names, errors_of_text, reasons_of, supported, task_set_error_message, times_of,
+    timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
@@ -19,6 +19,7 @@ use mauve_wcrt::{
     ActivityReport, Priority, Query, Refusal, Report, response_times_of, sensitivity, tables_of, timetable_of,
 };
 
+use super::probability::{probability_csv, probability_svg, probability_table};
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
 use crate::cli::errors::{nothing_to, say_errors};
@@ -57,6 +58,10 @@ pub(crate) struct Wcrt {
     /// sets in files.
     #[arg(long, conflicts_with = "explain")]
     sensitivity: bool,
+    /// Show how probable it is that an activity is late, from the times at all levels of the tables: of all activities, or with
+    /// `=INSTANCE` of one; not for task sets in files.
+    #[arg(long, value_name = "INSTANCE", num_args = 0..=1, require_equals = true, default_missing_value = "", conflicts_with_all = ["explain", "sensitivity"])]
+    probability: Option<String>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -70,6 +75,9 @@ enum Format {
     Json,
     /// A line for each activity and level.
     Csv,
+    /// With --probability, a drawing for browsers: of INSTANCE, otherwise of the activity that is late with the greatest
+    /// probability.
+    Svg,
 }
 
 impl Wcrt {
@@ -77,10 +85,9 @@ impl Wcrt {
         let query = |level| Query { level, method: self.method.into(), horizon: self.horizon };
         let mut db = Database::default();
         if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
-            if self.sensitivity {
-                return Err(
-                    "--sensitivity needs a model: task sets do not have the times of codels".to_owned()
-                );
+            if self.sensitivity || self.probability.is_some() {
+                let option = if self.sensitivity { "--sensitivity" } else { "--probability" };
+                return Err(format!("{option} needs a model: task sets do not have the times of codels"));
             }
             return self.task_sets(&db, &query);
         }
@@ -102,6 +109,7 @@ impl Wcrt {
         let deployed = |(project, deployment)| {
             let queries = levels(&db, project, deployment, self.significance.as_ref()).into_iter().map(query);
             let mut found = Deployed::of_model(&db, project, deployment, queries);
+            found.has_probabilities = self.probability.is_some();
             if self.sensitivity {
                 let of = |(query, _): &(Query, _)| sensitivity(&db, project, deployment, *query);
                 found.sensitivities = found.reports.iter().map(of).collect();
@@ -135,6 +143,7 @@ impl Wcrt {
             origin: Origin::File { path, set },
             sensitivities: Vec::new(),
             errors: 0,
+            has_probabilities: false,
             accepted: BTreeMap::new(),
             reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
         });
@@ -148,10 +157,20 @@ impl Wcrt {
             (Some(instance), _) => harmless(&explain(all, instance)?),
             (None, Format::Table) => {
                 let tables = tables(all).into_iter().zip(all);
-                let tables = tables.map(|(table, it)| table + &sensitivity_tables(it));
+                let probabilities = |it| self.probability.as_ref().map(|only| probability_table(it, only));
+                let tables = tables.map(|(table, it)| {
+                    table + &sensitivity_tables(it) + &probabilities(it).unwrap_or_default()
+                });
                 shown_tables(&tables.collect::<Vec<_>>()).join("\n")
             }
             (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
+            (None, Format::Csv) if self.probability.is_some() => {
+                probability_csv(all, self.probability.as_deref().unwrap_or_default(), &root)
+            }
+            (None, Format::Svg) => match &self.probability {
+                Some(only) => probability_svg(all, only)?,
+                None => return Err("--format svg needs --probability".to_owned()),
+            },
             (None, Format::Csv) => figures_csv(all),
             (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
         })
@@ -261,6 +280,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
             out += &several_levels(reports);
         }
     }
+    out.extend(it.supports().into_iter().map(|it| format!("  {}\n", supported(it))));
     let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
     if let Some(horizon) = horizon {
         let _ = writeln!(
@@ -582,7 +602,7 @@ pub(super) fn at_shown_level<'db>(
     workspaces: &[Workspace],
 ) -> Result<Vec<Deployed<'db>>, String> {
     let deployed = |(project, deployment)| {
-        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project)))
+        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
     };
     Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
 }

@@ -58,6 +58,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
         .custom_method("mauve/graph", Backend::graph)
         .custom_method("mauve/stateMachine", Backend::state_machine)
         .custom_method("mauve/schedule", Backend::schedule)
+        .custom_method("mauve/probability", Backend::probability)
         .custom_method("mauve/chains", Backend::chains)
         .custom_method("mauve/executionTimes", Backend::execution_times)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
@@ -284,6 +285,7 @@ impl Backend {
         execution_times(execution_times::ExecutionTimesParams) -> Value => execution_times::execution_times;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
         graph(graph::GraphParams) -> Vec<Value> => graph::graph;
+        probability(schedule::ScheduleParams) -> Value => probability::probability;
         schedule(schedule::ScheduleParams) -> Value => schedule::schedule;
         state_machine(state_machine::StateMachineParams) -> Value => state_machine::state_machine;
         syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;

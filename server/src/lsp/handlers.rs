@@ -19,6 +19,7 @@ pub(crate) mod graph;
 pub(crate) mod hierarchies;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
+pub(crate) mod probability;
 pub(crate) mod references;
 pub(crate) mod rename;
 pub(crate) mod schedule;

@@ -9,7 +9,7 @@ use mauve_timing::{CpuSet, Level, Protocol, Time};
 use super::cpp::is_cpp_type;
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
-    LockConfig, OtherConfig, is_header, maintainer_of,
+    LockConfig, OtherConfig, Required, is_header, maintainer_of,
 };
 use crate::activity_field::GREATEST_BURST;
 use crate::severity::Severity;
@@ -73,6 +73,8 @@ pub enum KeyKind<T> {
     Reasons(Field<T, Vec<Acceptance>>),
     /// A significance level.
     Level(fn(&mut T, Level, Range<usize>)),
+    /// A probability per mission.
+    Required(Field<T, Option<Required>>),
     /// A time with its unit.
     Time(fn(&mut T) -> &mut Option<Time>),
     /// A time greater than 0 with its unit, exact to the nanosecond.
@@ -153,6 +155,14 @@ pub static SECTIONS: [Section; 11] = [
             }), default: Some("1e-4"), examples: "[1e-4]",
             documentation: "The significance level that is shown and checked: with which probability one execution of a codel \
                             may take longer than its time." },
+        Key { name: "required", kind: KeyKind::Required(|it| &mut it.required), default: None,
+            examples: r#"["1e-6 per hour", "1e-6 per 8 h"]"#,
+            documentation: "The greatest probability that any execution of a mission of this length exceeds its time. It chooses the \
+                            significance level of each deployment, instead of `significance`: with it, the number of executions of the mission \
+                            times the level is at most this." },
+        Key { name: "dependent", kind: KeyKind::Codels(|it| &mut it.dependent), default: None, examples: r#"[["navigation.astar"]]"#,
+            documentation: "Codels, as in timing tables, whose execution time depends on that of earlier executions: probabilities of \
+                            misses do not multiply theirs." },
         Key { name: "deployment",
             kind: KeyKind::DeploymentTables(|it| &mut it.deployment_tables, &DEPLOYMENT_TABLES, "a deployment's own timing tables"),
             default: None, examples: r#"[{ "Sea": { "tables": ["timing/sea/*.toml"] } }]"#,
@@ -232,6 +242,8 @@ pub static SECTIONS: [Section; 11] = [
             documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
                             them, shows the reason, and never calls their deadlines met. With `until`, only while the response time is at \
                             most that long." },
+        Key { name: "required", kind: KeyKind::Required(|it| &mut it.required), default: None, examples: r#"["1e-9 per 8 h"]"#,
+            documentation: "The same as `[timing] required`, for this deployment only." },
     ]), documentation: "What is accepted of a deployment, by its name." },
     Section { name: "locks", summary: "locks that codels take", entries: Entries::Locks(&[
         Key { name: "codels", kind: KeyKind::Codels(|it| &mut it.codels), default: None,
@@ -337,6 +349,10 @@ fn is_name(text: &str) -> bool {
 /// What is wrong with a rate beside a period, as a predicate of its key.
 pub(super) const BESIDE_PERIOD: &str = "cannot be beside `period`: delete one";
 
+/// The same of `required`.
+pub(super) const BESIDE_SIGNIFICANCE: &str =
+    "chooses the level, and cannot be beside `significance`: delete one";
+
 /// The valid values of a list of CPUs, as a predicate of its key.
 pub(super) const CPU_LIST: &str = "is a list of CPUs, numbered from 1 to 128, such as [1, 2]";
 
@@ -347,7 +363,7 @@ impl Entries {
         match self {
             Entries::Keys(_) | Entries::Types(_) => with("`cpp` and `header`"),
             Entries::Clocks(..) => with("`instances`"),
-            Entries::Deployments(_) => with("`accept`"),
+            Entries::Deployments(_) => with("`accept` or `required`"),
             Entries::Locks(_) => with("`codels` and `protocol`"),
             Entries::Chains(_) => with("`from` and `to`"),
             Entries::Lints => {
@@ -370,6 +386,9 @@ impl<T> KeyKind<T> {
                 "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" } or { planner = { until = \"30 ms\", reason = \"measured by hand\" } }"
             }
             KeyKind::Level(_) => "is a number between 0 and 1, such as 1e-4",
+            KeyKind::Required(_) => {
+                "is a probability per mission, such as \"1e-6 per hour\" or \"1e-6 per 8 h\", with h, min or s"
+            }
             KeyKind::Time(_) => "is a time with its unit, such as \"5 ms\"",
             KeyKind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
             KeyKind::Rate(_) => "is a number of releases per second greater than 0, such as \"30 Hz\"",
@@ -409,6 +428,7 @@ impl<T> KeyKind<T> {
             KeyKind::Codels(_) => Suggestions::Codels,
             KeyKind::Protocol(_) => Suggestions::Strings(&["inheritance", "ceiling", "none"]),
             KeyKind::Level(_) => Suggestions::Levels,
+            KeyKind::Required(_) => Suggestions::Strings(&["1e-6 per hour"]),
             KeyKind::Boolean(_) => Suggestions::Words(&["true", "false"]),
             KeyKind::Time(_) => Suggestions::Strings(&["5 ms"]),
             KeyKind::Period(_) => Suggestions::Strings(&["10 ms"]),

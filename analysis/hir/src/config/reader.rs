@@ -8,12 +8,12 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    self, BESIDE_PERIOD, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN, REQUIRED_OF_LOCK,
-    REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
+    self, BESIDE_PERIOD, BESIDE_SIGNIFICANCE, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN,
+    REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
 };
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind,
-    OtherConfig, toml_key,
+    OtherConfig, Required, toml_key,
 };
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -105,6 +105,10 @@ impl ConfigReader<'_> {
             }
         }
         self.cpus_of_others(config);
+        if let Some(required) = config.required.as_ref().filter(|_| config.significance.is_some()) {
+            let (key, expected) = ("required".to_owned(), BESIDE_SIGNIFICANCE.to_owned());
+            self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, required.span.clone());
+        }
         let mut seen = BTreeMap::new();
         for (clock, (instance, span)) in config.on_clocks() {
             if *seen.entry(instance).or_insert(clock) != clock {
@@ -415,6 +419,9 @@ impl<T> KeyKind<T> {
             KeyKind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);
                 store(into, level.ok_or(None)?, value.span());
+            }
+            KeyKind::Required(field) => {
+                *field(into) = Some(Required::parse(text.ok_or(None)?, value.span()).ok_or(None)?);
             }
             KeyKind::Time(field) => {
                 let text = text.ok_or(None)?;

@@ -44,7 +44,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
     let db = actions.db;
     let Some(project) = actions.project else { return };
-    let query = Query::shown(db, project);
+    let query = Query::shown(db, project, deployment);
     let activities = &system_of(db, project, deployment).activities;
     let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
     let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
@@ -65,8 +65,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 actions.refuse(ActionKind::Rewrite, OPTIMAL, no_priorities(names));
             }
             BetterTiming::Change(change, fields) => {
-                let outcome =
-                    |project| outcome_of(db, project, deployment, Query::shown(db, project), fields.clone());
+                let outcome = |project| {
+                    outcome_of(db, project, deployment, Query::shown(db, project, deployment), fields.clone())
+                };
                 // A file may be part of several projects, with other execution times.
                 let outcomes: Vec<&Outcome<'_>> = actions.projects.iter().map(|it| outcome(*it)).collect();
                 let outcome = outcome(project);
@@ -484,7 +485,7 @@ mod tests {
         fn report(&self) -> &Report<'_> {
             let project = projects(&self.db, self.workspace)[0];
             let deployment = names_of(&self.db, project).anywhere(Kind::Deployment, "D")[0];
-            response_times(&self.db, project, deployment, Query::shown(&self.db, project))
+            response_times(&self.db, project, deployment, Query::shown(&self.db, project, deployment))
         }
     }
 
@@ -522,7 +523,7 @@ mod tests {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query = Query::shown(&db, project);
+        let query = Query::shown(&db, project, deployment);
         let index = system_of(&db, project, deployment)
             .activities
             .iter()
@@ -817,7 +818,7 @@ mod tests {
         let found = |db: &Database| {
             let project = projects(db, workspace)[0];
             let of = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
-            let query = Query::shown(db, project);
+            let query = Query::shown(db, project, of);
             let of_row = better_activity(db, project, of, 1, query);
             let of_all = better_priorities(db, project, of, query);
             assert!(!of_all.is_empty() && !of_row.is_empty());

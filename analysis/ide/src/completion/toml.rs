@@ -381,7 +381,7 @@ fn headers_of_table() -> Vec<Header> {
 
 /// Returns the codels that components execute in their periods, and that have no time in the tables of some deployment.
 fn untimed_codels<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> HashSet<Decl<'db>> {
-    let level = level_shown(db, project.workspace(db));
+    let level = level_shown(db, project);
     let tables: Vec<_> = table_sets(db, project).iter().map(|&tables| timetable_of(db, tables)).collect();
     let cores = names_of(db, project).of_kind(db, Kind::Component).filter_map(|it| core_of(db, project, it));
     let behaviours = cores.map(|core| behaviour_of(db, project, core));
@@ -429,6 +429,8 @@ library nav {
         expect![[r#"
             0 observed ⇒ "observed = "
             0 significance ⇒ "significance = "
+            0 required ⇒ "required = "
+            0 dependent ⇒ "dependent = "
             2 [project] (the roots of the models)
             2 [types.Name] (types that no message package declares)
             2 [generate] (where generated sources go)

@@ -39,7 +39,7 @@ pub(super) fn of_field(
             computed("A period of", activity.period?, activity.is_exact)
         }
         ActivityField::Priority => {
-            let report = response_times(db, project, deployment, Query::shown(db, project));
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
             priority(activity, activities, report.others())?
         }
         _ => return None,
@@ -66,7 +66,7 @@ fn affinity<'db>(
     let cpus = activity.cpus.filter(|cpus| !cpus.is_empty())?;
     let sum: Vec<String> = cpus.each().map(|cpu| cpu.0.to_string()).collect();
     let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
-    let known = &response_times(db, project, deployment, Query::shown(db, project)).cpus;
+    let known = &response_times(db, project, deployment, Query::shown(db, project, deployment)).cpus;
     // CPUs that activities use alternatively have one utilisation.
     let used = known.iter().filter(|cpu| cpu.cpus.meets(cpus)).map(|cpu| {
         let least = if cpu.complete { "" } else { "at least " };

@@ -119,7 +119,7 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connect
     if report.is_stale {
         let _ = writeln!(out, "{reader} reads before {writer} writes, in each period");
     }
-    let chains = chains_of(db, project, *deployment, Query::shown(db, project));
+    let chains = chains_of(db, project, *deployment, Query::shown(db, project, *deployment));
     let has_it = |it: &&ChainReport<'db>| {
         it.declared.is_some() && it.steps.iter().any(|step| step.connection == Some(*index))
     };

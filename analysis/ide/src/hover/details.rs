@@ -11,7 +11,7 @@ use mauve_hir::{
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
-use mauve_wcrt::{Query, TableSet, files_of, psm_of, table, table_files, table_sets};
+use mauve_wcrt::{TableSet, files_of, level_shown, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
 use super::format::{HoverFormat, and_more};
@@ -192,7 +192,7 @@ fn values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) ->
 /// Returns the execution times of `update`, a state or a transition, in each component with the core.
 fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let Some(data) = core(db, of) else { return Vec::new() };
-    let level = Query::shown(db, project).level;
+    let level = level_shown(db, project);
     let declared = data.states().find_map(|state| {
         let name = &state.name.name;
         if state.name.id == id {

@@ -1,14 +1,16 @@
 //! What a hover shows of the names of deployments, architectures, components and instances: a summary of each fact that stands in
 //! another place, with the name of the deployment where deployments differ.
 
-use mauve_diagnostics::{cpu_names, times_of, utilisation};
+use mauve_diagnostics::{cpu_names, supported, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{
     Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, names_of, resolve_type,
     shell_of,
 };
 use mauve_timing::{Status, Time};
-use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, psm_of, response_times, table_sets};
+use mauve_wcrt::{
+    ActivityReport, Deadlines, Query, TableSet, level_shown, psm_of, response_times, support, table_sets,
+};
 
 use super::format::{HoverFormat, and_more};
 use crate::connections::deployments;
@@ -62,7 +64,7 @@ fn deployment<'db>(
     of: Decl<'db>,
     format: HoverFormat<'_>,
 ) -> Vec<String> {
-    let query = Query::shown(db, project);
+    let query = Query::shown(db, project, of);
     let report = response_times(db, project, of, query);
     let Deadlines { met, unknown, all } = report.deadlines();
     if all == 0 {
@@ -74,6 +76,7 @@ fn deployment<'db>(
     let unknown = if unknown > 0 { format!(", {unknown} not analysed") } else { String::new() };
     let mut lines =
         vec![format!("{met} of {all} deadlines met at {}{unknown}{assumed}{of_which}", query.level)];
+    lines.extend(support(db, project, of, query.level).map(supported));
     let loads = report.cpus.iter().map(|cpu| {
         // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
@@ -173,7 +176,7 @@ fn component<'db>(
         true => "no instance".to_owned(),
         false => format!("instances: {}", enumerated(instances)),
     });
-    let level = Query::shown(db, project).level;
+    let level = level_shown(db, project);
     for (time, of_which) in by_tables(db, project, |tables| {
         let psm = psm_of(db, tables, of, level).as_ref().ok();
         psm.map_or_else(String::new, |psm| {
@@ -210,9 +213,9 @@ pub(super) fn of_instance<'db>(
         (*root, links.map(ToString::to_string).collect::<Vec<String>>())
     });
     let connections = where_they_differ(db, connections.collect());
-    let query = Query::shown(db, project);
     let mut lines = Vec::new();
     for (deployment, _) in deployed.into_iter().filter(|(deployment, _)| Some(*deployment) != explained) {
+        let query = Query::shown(db, project, deployment);
         let report = response_times(db, project, deployment, query);
         let with_assumptions = report.with_assumptions();
         let activity = report.activities.iter().zip(with_assumptions).find(|(it, _)| it.instance == **name);

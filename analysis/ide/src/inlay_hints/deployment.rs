@@ -35,7 +35,7 @@ pub(super) fn of_deployment<'db>(
     }
     let name = Location::name_of(deployment);
     let Some(node) = deployment_at(db, &name) else { return };
-    let query = Query::shown(db, project);
+    let query = Query::shown(db, project, deployment);
     let report = response_times(db, project, deployment, query);
     let text = deployment.file(db).text(db);
     let activities = &system_of(db, project, deployment).activities;

@@ -40,7 +40,7 @@ impl Owner {
             file: decl.file(db),
             kind: decl.kind(db),
             name: decl.qualified(db),
-            level: level_shown(db, project.workspace(db)),
+            level: level_shown(db, project),
         }
     }
 }
@@ -109,7 +109,7 @@ impl EarlierFigures {
         project: Project<'a>,
         file: File,
     ) -> impl Iterator<Item = (&'a str, &'a Figures)> + 'a {
-        let (root, level) = (project.root(db), level_shown(db, project.workspace(db)));
+        let (root, level) = (project.root(db), level_shown(db, project));
         let is_it = move |owner: &Owner| {
             (owner.root, owner.file, owner.kind, owner.level) == (root, file, Kind::Deployment, level)
         };

@@ -9,7 +9,7 @@ use mauve_syntax::SyntaxKind::{HOOK, METHOD, NAME, STATE, STATE_MACHINE, TRANSIT
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
+use mauve_wcrt::{TableSet, level_shown, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::figures::{Figures, with_earlier};
@@ -80,7 +80,7 @@ struct Label {
 /// that are never executed; nothing if a time is unknown.
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Vec<Label>> {
-    let level = Query::shown(db, project).level;
+    let level = level_shown(db, project);
     let mut all: Vec<&'db Costs> = Vec::new();
     for &component in components_of(db, project, of) {
         for &tables in tables_for(db, project, component) {

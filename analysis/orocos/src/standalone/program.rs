@@ -28,10 +28,10 @@ const MOST_CHAINS: usize = 10;
 /// Returns the main of a deployment.
 pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) -> String {
     let Model { db, project, .. } = model;
-    let report = response_times(db, project, of, Query::shown(db, project));
+    let report = response_times(db, project, of, Query::shown(db, project, of));
     let bounds: FxHashMap<String, Option<Time>> =
         report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
-    let level = Query::shown(db, project).level;
+    let level = Query::shown(db, project, of).level;
     let times = execution_times(db, project, of, level);
     let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
     let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
@@ -67,7 +67,7 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         let arguments = [cpp_string(&other.name), period, time, priority, cpu_set(cpus)];
         call("other_work", &arguments)
     });
-    let chains = expected_chains(db, project, of, Query::shown(db, project), MOST_CHAINS);
+    let chains = expected_chains(db, project, of, Query::shown(db, project, of), MOST_CHAINS);
     let about_times = format!(
         "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
     );

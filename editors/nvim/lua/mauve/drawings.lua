@@ -1,5 +1,5 @@
--- Drawings in windows: the architecture, a state machine, a schedule, chains and the times of a codel, in characters as the server draws
--- them, and the instances as a tree. They follow the text while it is edited.
+-- Drawings in windows: the architecture, a state machine, a schedule, probabilities, chains and the times of a codel, in characters as
+-- the server draws them, and the instances as a tree. They follow the text while it is edited.
 
 local mauve = require('mauve')
 
@@ -18,6 +18,7 @@ M.kinds = {
   tree = { method = 'mauve/graph', at_cursor = false, is_tree = true },
   machine = { method = 'mauve/stateMachine', at_cursor = true, names = { 'component' } },
   schedule = { method = 'mauve/schedule', at_cursor = true, names = { 'deployment', 'instance' } },
+  probability = { method = 'mauve/probability', at_cursor = true, names = { 'deployment', 'instance' } },
   chains = { method = 'mauve/chains', at_cursor = true, names = { 'deployment' } },
   times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel' } },
 }

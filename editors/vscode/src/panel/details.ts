@@ -27,6 +27,8 @@ export function details<Kind extends PanelKind>(
       return ofSchedule(answer as Answers["schedule"], actions);
     case "chains":
       return ofChains(answer as Chains, actions, selected);
+    case "probability":
+      return ofProbability(answer as Answers["probability"], actions);
     default:
       return ofTimes(answer as Answers["executionTimes"]);
   }
@@ -64,6 +66,11 @@ export function headline(kind: PanelKind, answer: Answers[PanelKind]): { status:
       const status = late.length > 0 ? "missed" : lost.length > 0 ? "unknown" : chains.some(({ limit }) => limit !== null) ? "met" : "none";
       const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
       return { status, text: parts.length === 0 ? chain : parts.join("; ") };
+    }
+    case "probability": {
+      const { instance, instances } = answer as Answers["probability"];
+      const shown = instances.find((it) => it.instance === instance);
+      return { status: statusOf(shown?.status ?? null), text: shown === undefined ? "No probability" : `${shown.instance}: ${shown.words}` };
     }
     default: {
       const { levels, shown, assumed } = answer as Answers["executionTimes"];
@@ -223,6 +230,20 @@ function ofChains({ chains, hops, leftOut }: Chains, actions: Actions, selected?
   const light = h("button", { "data-key": "light" }, "Show in the architecture");
   light.addEventListener("click", () => actions.lightChain(chain?.name ?? ""));
   return [h("section", {}, ...(chain === undefined ? [] : [light])), table("hops", `${chain?.name ?? ""}: ${chain?.figure ?? ""}`, columns, rows), reasons("Without a bound", why), reasons("Left out", more)];
+}
+
+function ofProbability({ instance, instances, reasons: why }: Answers["probability"], actions: Actions): HTMLElement[] {
+  const row = (it: (typeof instances)[number]) => {
+    const isChosen = it.instance === instance;
+    const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
+    button.addEventListener("click", () => actions.choose(it.instance));
+    const cells = [it.missPerHour, it.missPerJob].map((of) => figure(of === null ? "" : level(Number(of.toPrecision(3)))));
+    return h("tr", { class: `${statusOf(it.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
+  };
+  const sorted = [...instances].sort((one, other) => other.missPerHour - one.missPerHour);
+  const columns = { Instance: "", "In an hour": "figure", "Of a job": "figure" } as const;
+  const conditions = instances.find((it) => it.instance === instance)?.conditions ?? [];
+  return [reasons("No probability", why), table("activities", "Late with a probability of at most", columns, sorted.map(row)), reasons("If", conditions)];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {

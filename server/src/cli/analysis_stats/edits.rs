@@ -96,7 +96,7 @@ fn show(db: &Database, workspaces: &[Workspace]) -> Result<(), String> {
         workspace_diagnostics(db, workspace);
     }
     for (project, deployment) in deployments(db, workspaces, None)? {
-        response_times(db, project, deployment, Query::shown(db, project));
+        response_times(db, project, deployment, Query::shown(db, project, deployment));
     }
     Ok(())
 }

@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use mauve_diagnostics::{Code, Finding, Fix, Severity, Suppression, page};
+use mauve_diagnostics::{Code, Finding, Fix, Severity, Suppression, page, supported};
 use mauve_hir::{Database, Location};
 use serde::Serialize;
 
 use super::verdict::Suppressed;
+use crate::analysis_document::Deployed;
 use crate::cli::lines::{Lines, RangeDocument};
 use crate::cli::text::shown;
 use crate::json::{non_empty, object};
@@ -33,8 +34,8 @@ struct Log<R> {
 pub(super) fn log(
     db: &Database,
     here: &Path,
-    findings: &[Finding<'_>],
-    suppressed: &Suppressed<'_>,
+    (findings, suppressed): (&[Finding<'_>], &Suppressed<'_>),
+    deployed: &[Deployed<'_>],
 ) -> impl Serialize + use<> {
     let all = || findings.iter().chain(suppressed.iter().map(|(finding, _)| finding));
     let mut rules: Vec<&'static Code> = Vec::new();
@@ -51,6 +52,9 @@ pub(super) fn log(
     let whys = whys.chain(suppressed.iter().map(|(_, why)| Some(vec![why])));
     let results = all().zip(whys).map(|(finding, why)| result(&artifacts, here, finding, (why, &rules)));
     let results: Vec<_> = results.collect();
+    let supports = deployed
+        .iter()
+        .flat_map(|it| it.supports().into_iter().map(move |of| format!("{}: {}", it.name, supported(of))));
     Log {
         schema: "https://json.schemastore.org/sarif-2.1.0.json",
         version: "2.1.0",
@@ -64,6 +68,8 @@ pub(super) fn log(
             },
             [originalUriBaseIds]: root.map(|root| BTreeMap::from([(ROOT, object! { uri: root })])),
             columnKind: "utf16CodeUnits",
+            // What the level of each deployment supports.
+            [properties]: non_empty(supports).map(|it| object! { support: it }),
             results: results,
         }],
     }

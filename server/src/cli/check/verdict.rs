@@ -1,6 +1,8 @@
 //! Whether `mauve check` fails, and what it says about the deadlines.
 
-use mauve_diagnostics::{Finding, Suppression, code_named, is_lowered, is_missing_proof, missing_proof};
+use mauve_diagnostics::{
+    Finding, Suppression, code_named, is_lowered, is_missing_proof, missing_proof, supported,
+};
 use mauve_hir::{Config, config_of};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Basis, Report};
@@ -59,6 +61,15 @@ pub(super) fn limits(deployed: &[Deployed<'_>]) -> String {
         (all, 1) => format!("; 1 of {all} limits of chains is not proved"),
         (all, open) => format!("; {open} of {all} limits of chains are not proved"),
     }
+}
+
+/// Says what the level supports, of the deployment with the most executions that may exceed their times; nothing where no time
+/// depends on a level.
+pub(super) fn supports(deployed: &[Deployed<'_>]) -> String {
+    let all = deployed.iter().flat_map(|it| it.supports().into_iter().map(move |support| (it.name, support)));
+    let worst = all.max_by(|(_, a), (_, b)| a.exceedances_per_hour().total_cmp(&b.exceedances_per_hour()));
+    let name = |name: &str| if deployed.len() > 1 { format!("{name}: ") } else { String::new() };
+    worst.map_or_else(String::new, |(of, support)| format!("; {}{}", name(of), supported(support)))
 }
 
 /// Says what a proof depends on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.

@@ -36,7 +36,7 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
         project: path.to_owned(),
     };
     for (project, deployment) in deployments(&db, &workspaces, None)? {
-        let query = Query::shown(&db, project);
+        let query = Query::shown(&db, project, deployment);
         budgets.level = query.level;
         for it in sensitivity(&db, project, deployment, query).times {
             let limit = match it.limit {
@@ -65,7 +65,7 @@ pub(super) fn not_proved(path: &Path, allows_outside: bool) -> Result<(Vec<Strin
     let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
     let mut open = Vec::new();
     for (project, deployment) in deployments(&db, &workspaces, None)? {
-        let report = response_times(&db, project, deployment, Query::shown(&db, project));
+        let report = response_times(&db, project, deployment, Query::shown(&db, project, deployment));
         let is_open = |it: &&ActivityReport<'_>| !matches!(it.verdict, Status::Met | Status::Background);
         open.extend(report.activities.iter().filter(is_open).map(|it| it.instance.to_string()));
     }

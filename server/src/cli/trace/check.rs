@@ -128,7 +128,7 @@ pub(super) fn model_of<'db>(
     deployment: Decl<'db>,
     level: Option<Level>,
 ) -> (Query, Report<'db>, Expected) {
-    let query = Query::at_level(db, project, level);
+    let query = Query::at_level(db, project, deployment, level);
     let report = response_times(db, project, deployment, query).clone();
     let expected = expected(db, project, deployment, query, &report);
     (query, report, expected)

@@ -42,7 +42,7 @@ pub(crate) fn chains(snapshot: &Snapshot, params: &ChainsParams) -> Result<Value
     let db = &snapshot.db;
     let (project, of) =
         deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
-    let query = Query::at_level(db, project, params.significance);
+    let query = Query::at_level(db, project, of, params.significance);
     let drawn = drawn_chains(db, (project, of, query), None, snapshot.settings.hints.tight_slack);
     let place = |step: &DrawnStep<'_>| step.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
     let chains = drawn.all.iter().map(|chain| {

@@ -95,8 +95,7 @@ fn document(
     params: &GraphParams,
 ) -> Result<Option<Value>> {
     let db = &snapshot.db;
-    let mut query = Query::shown(db, project);
-    query.level = params.significance.unwrap_or(query.level);
+    let query = Query::at_level(db, project, of, params.significance);
     let Some(mut graph) = graph_of(db, project, of, query, snapshot.settings.hints.tight_slack) else {
         return Ok(None);
     };

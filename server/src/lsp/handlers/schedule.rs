@@ -37,13 +37,13 @@ const MOST_EVENTS: u64 = 50_000;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct ScheduleParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    deployment: Option<String>,
+    pub(super) text_document: TextDocumentIdentifier,
+    pub(super) position: Option<Position>,
+    pub(super) deployment: Option<String>,
     instance: Option<String>,
     significance: Option<Level>,
     #[serde(default)]
-    drawing: Drawing,
+    pub(super) drawing: Drawing,
 }
 
 /// Returns the schedule behind a response time.
@@ -52,18 +52,10 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     let db = &snapshot.db;
     let (project, of) =
         deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
-    let query = Query::at_level(db, project, params.significance);
+    let query = Query::at_level(db, project, of, params.significance);
     let report = response_times(db, project, of, query);
-    let activity = match &params.instance {
-        Some(name) => {
-            let found = report.activities.iter().position(|it| it.instance == *name.as_str());
-            let none = || Error::invalid_params(format!("no activity `{name}` in {}", of.name(db)));
-            Some(found.ok_or_else(none)?)
-        }
-        None => {
-            at_position(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities))
-        }
-    };
+    let activity =
+        asked(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities));
     let tight_slack = snapshot.settings.hints.tight_slack;
     let instances = report.activities.iter().zip(report.with_assumptions());
     let has_response = |it: &ActivityReport<'_>| it.response.is_some() && it.verdict != Status::Background;
@@ -152,6 +144,19 @@ pub(super) fn deployment<'db>(
         }
     }
     Err(Error::invalid_params(refusal.unwrap_or_else(|| "no deployment here".to_owned())))
+}
+
+/// Returns the index of the activity that is asked for: by its name, otherwise at the position.
+pub(super) fn asked(
+    snapshot: &Snapshot,
+    params: &ScheduleParams,
+    of: Decl<'_>,
+    activities: &[ActivityReport<'_>],
+) -> Result<Option<usize>> {
+    let Some(name) = &params.instance else { return at_position(snapshot, params, of, activities) };
+    let found = activities.iter().position(|it| it.instance == *name.as_str());
+    let none = || Error::invalid_params(format!("no activity `{name}` in {}", of.name(&snapshot.db)));
+    found.map(Some).ok_or_else(none)
 }
 
 /// Returns the index of the activity at the position: the last one that begins before it.

@@ -19,7 +19,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of};
 use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Query, TableSet, first_tables, table_sets, tables_of};
+use mauve_wcrt::{TableSet, first_tables, level_shown, table_sets, tables_of};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
@@ -48,7 +48,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     let db = &snapshot.db;
     let (tables, component) = component_of(snapshot, params)?;
     let project = tables.project(db);
-    let level = params.significance.unwrap_or_else(|| Query::shown(db, project).level);
+    let level = params.significance.unwrap_or_else(|| level_shown(db, project));
     let view = machine_of(db, tables, component, level);
     let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
     let programs = |all: &[(ProgramId, Option<Time>)]| -> Vec<Value> {

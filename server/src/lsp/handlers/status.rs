@@ -13,7 +13,7 @@
 
 use std::sync::atomic::Ordering;
 
-use mauve_hir::projects;
+use mauve_hir::{config_of, projects};
 use mauve_timing::Level;
 use mauve_wcrt::{Query, level_shown};
 use serde_json::{Value, json};
@@ -27,11 +27,13 @@ use crate::memory::resident;
 pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
     let db = &snapshot.db;
     let workspaces = snapshot.workspaces.iter().map(|&workspace| {
+        let level = projects(db, workspace).iter().map(|&it| level_shown(db, it)).min();
+        let level = level.or(*workspace.significance(db)).unwrap_or_else(|| config_of(db, workspace).level());
         let roots = projects(db, workspace).iter().map(|it| it.root(db).path(db).display().to_string());
         json!({
             "folder": workspace.folder(db).display().to_string(),
             "files": workspace.files(db).len(),
-            "significance": level_shown(db, workspace).as_f64(),
+            "significance": level.as_f64(),
             "roots": roots.collect::<Vec<_>>(),
         })
     });
@@ -56,7 +58,7 @@ fn verdict(snapshot: &Snapshot) -> String {
     let db = &snapshot.db;
     let found = deployments(db, &snapshot.workspaces, None).unwrap_or_default().into_iter();
     let deployed = found.map(|(project, deployment)| {
-        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project)))
+        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
     });
     let Proved { all, proved, .. } = Proved::of(&deployed.collect::<Vec<_>>());
     let deadlines = if all == 1 { "deadline" } else { "deadlines" };

@@ -88,7 +88,7 @@ impl Tables {
             let table = table(db, file);
             table.time(&table.overhead.context_switch, level)?.checked_mul(2)
         });
-        let query = Query { level, ..Query::shown(db, project) };
+        let query = Query::at_level(db, project, deployment, Some(level));
         Some(Tables {
             declared: timetable_of(db, tables).overhead(level)?,
             switches: switches.unwrap_or_default(),

@@ -1,0 +1,197 @@
+//! How probable it is that an activity is late. Two rules give an upper bound; the smaller one counts.
+//!
+//! - *Levels* needs no independence: at the rarest level at which the deadline is met, an hour without an execution above its time has
+//!   no late job, and others have at most the probability executions × level (`executions.rs`).
+//! - *Windows* convolves the times of the tables along the paths of jobs (`mauve_timing::late`): each execution may take long whatever
+//!   others took, which is an assumption. A codel whose measurement rejects it, or that `mauve.toml` names, excludes this rule.
+//!
+//! Both hold for an hour that begins without unfinished jobs.
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, ModelDb, Project, config_of, names_of};
+use mauve_timing::{CpuSet, Level, Method, Priority, Status, Time};
+
+use crate::executions::{HOUR, executions_of};
+use crate::locks::declared_locks;
+use crate::report::{ActivityReport, Query, Report};
+use crate::response::response_times;
+use crate::system::{System, system_of};
+use crate::table_set::{TableSet, tables_of};
+use crate::timetable::{files_of, table, timetable_of};
+
+/// How probable it is that an activity is late.
+#[derive(Debug, Clone, PartialEq, salsa::SalsaValue)]
+pub struct MissProbability {
+    /// At most so probable is a late job in an hour that begins without unfinished jobs.
+    pub per_hour: f64,
+    /// The same of one job, if no deadline was missed before it. Only the rule of windows gives it.
+    pub per_job: Option<f64>,
+    /// The rarest level at which the deadline is met, if the rule of levels gives the figure.
+    pub level: Option<Level>,
+    /// For each level of the tables, from the most probable one: the response time at it, if there is one, and how probable a longer
+    /// one is in an hour.
+    pub levels: Vec<(Level, Option<Time>, f64)>,
+    /// Codels whose executions depend on earlier ones, for which the rule of windows is not used.
+    pub dependent: Vec<String>,
+}
+
+impl MissProbability {
+    /// Returns the name of the rule that gives the figure.
+    pub fn rule(&self) -> &'static str {
+        if self.per_job.is_some() { "independent" } else { "comonotone" }
+    }
+}
+
+/// Returns how probable it is that each activity of a deployment is late, in its order; `None` in the background, where the activity is
+/// not analysed, and where no time depends on the level.
+#[salsa::tracked(returns(ref), no_eq)]
+pub fn probabilities_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Vec<Option<MissProbability>> {
+    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
+    let executions = executions_of(db, project, deployment, HOUR);
+    let levels = &timetable_of(db, tables).levels;
+    let query = |level| Query { level, method: Method::Best, horizon: None };
+    let reports: Vec<(Level, &Report<'db>)> =
+        levels.iter().map(|&level| (level, response_times(db, project, deployment, query(level)))).collect();
+    let depends_on_all =
+        !system.connected.is_empty() || !declared_locks(db, project).all.is_empty() || has_lists(system);
+    let dependent = dependent_codels(db, tables);
+    let of = |index: usize| {
+        let at = |report: &&'db Report<'db>| report.activities.get(index);
+        let (_, first) = reports.first()?;
+        if matches!(at(first)?.verdict, Status::Background | Status::NotAnalysed)
+            || executions.iter().all(|it| *it == 0.0)
+        {
+            return None;
+        }
+        let interferes =
+            |other: &ActivityReport<'db>| depends_on_all || may_delay(other, at(first).unwrap_or(other));
+        let activities = first.activities.iter().zip(&executions);
+        let executions: f64 =
+            activities.filter(|(other, _)| interferes(other)).map(|(_, count)| *count).sum();
+        // Where nothing depends on the level, an infinite number of other executions does not matter.
+        let exceeded = |level: Level| (executions * level.as_f64()).min(1.0);
+        let levels = reports
+            .iter()
+            .map(|(level, report)| (*level, at(&report).and_then(|it| it.response), exceeded(*level)));
+        let met = reports.iter().rev().find(|(_, report)| at(report).is_some_and(|it| it.verdict.is_met()));
+        let level = met.map(|(level, _)| *level);
+        Some(MissProbability {
+            per_hour: level.map_or(1.0, exceeded),
+            per_job: None,
+            level,
+            levels: levels.collect(),
+            dependent: dependent.clone(),
+        })
+    };
+    (0..system.activities.len()).map(of).collect()
+}
+
+/// Returns whether an activity may use several CPUs: then others of any CPU may delay it.
+fn has_lists(system: &System<'_>) -> bool {
+    system
+        .activities
+        .iter()
+        .any(|it| it.priority != Priority::Background && !it.cpus.is_some_and(CpuSet::is_one))
+}
+
+/// Returns whether the jobs of `other` may delay those of an activity, if all are pinned to CPUs.
+fn may_delay(other: &ActivityReport<'_>, of: &ActivityReport<'_>) -> bool {
+    other.priority >= of.priority && other.cpus == of.cpus
+}
+
+/// Returns the codels of these tables whose executions depend on earlier ones: those of `[timing] dependent`, and those whose
+/// measurement says so.
+fn dependent_codels<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Vec<String> {
+    let project = tables.project(db);
+    let declared = config_of(db, project.workspace(db)).dependent.iter();
+    let declared = declared.flat_map(|(key, _)| match names_of(db, project).by_key(Kind::Codel, key) {
+        [] => vec![key.clone()],
+        found => found.iter().map(|it| it.qualified(db)).collect(),
+    });
+    let measured = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
+    let measured = measured.filter(|it| it.is_dependent()).map(|it| it.key.clone());
+    let mut found: Vec<String> = declared.chain(measured).collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_hir::{Database, Workspace, projects};
+
+    use super::*;
+
+    /// The probabilities of the activities of a deployment, with `table` and more lines of `mauve.toml`.
+    fn of(activities: &str, table: &str, config: &str) -> Vec<Option<MissProbability>> {
+        let db = Database::default();
+        let model = format!(
+            "codel a(): int\ncodel b(): int\nshell S {{ }}\ncore Ka(S) {{ update = {{ a(); }} }}\ncore Kb(S) {{ update = {{ b(); }} }}
+            component Ca(S, Ka)\ncomponent Cb(S, Kb)\narchitecture A {{ instance a: Ca  instance b: Cb }}
+            deployment D {{ architecture A {activities} }}"
+        );
+        let config = format!("timing.tables = [\"t.toml\"]\n{config}\n");
+        let table = format!("levels = [1e-3, 1e-6, 1e-9]\n{table}");
+        let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table)];
+        let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));
+        let project = projects(&db, workspace)[0];
+        let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        probabilities_of(&db, project, deployment).clone()
+    }
+
+    const BOTH: &str = "activity a { priority = 2 period = 100 affinity = 1 } activity b { priority = 1 period = 100 affinity = 1 }";
+
+    #[test]
+    fn the_rarest_level_that_is_met_counts_with_all_executions_that_delay() {
+        let found = of(BOTH, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", "");
+        let [a, b] = &found[..] else { panic!("{found:?}") };
+        let (a, b) = (a.as_ref().unwrap(), b.as_ref().unwrap());
+        // 36,000 executions of each codel in an hour; a lower priority delays nobody.
+        assert_eq!((a.per_hour, a.level), (36_000.0 * 1e-9, Level::from_f64(1e-9)));
+        assert_eq!((b.per_hour, b.level), (72_000.0 * 1e-6, Level::from_f64(1e-6)));
+        let of_level = |(_, time, late): &(Level, Option<Time>, f64)| (time.map(Time::as_nanos), *late);
+        let expected =
+            [(Some(40_000_000), 1.0), (Some(60_000_000), 0.072), (Some(110_000_000), 72_000.0 * 1e-9)];
+        let levels: Vec<_> = b.levels.iter().map(of_level).collect();
+        assert_eq!(levels[..2], expected[..2]);
+        assert_eq!(levels[2].1, expected[2].1);
+        assert_eq!((a.rule(), a.per_job), ("comonotone", None));
+        // On another CPU, nothing delays it.
+        let apart =
+            BOTH.replace("priority = 1 period = 100 affinity = 1", "priority = 1 period = 100 affinity = 2");
+        let b = of(&apart, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", "")[1].clone().unwrap();
+        assert_eq!((b.per_hour, b.level), (36_000.0 * 1e-9, Level::from_f64(1e-9)));
+    }
+
+    #[test]
+    fn a_deadline_that_is_met_at_no_level_may_be_missed_in_each_hour() {
+        let found = of(BOTH, "codel.a = [70, 80, 90]\ncodel.b = [40, 41, 42]\n", "");
+        assert_eq!(found[1].as_ref().map(|it| (it.per_hour, it.level)), Some((1.0, None)));
+        // A certain time is never exceeded, and where nothing depends on the level, there is nothing to say.
+        let found = of(BOTH, "codel.a = 70\ncodel.b = [10, 20, 21]\n", "");
+        assert_eq!(found[0].as_ref().map(|it| it.per_hour), Some(0.0));
+        assert_eq!(of(BOTH, "codel.a = 70\ncodel.b = 10\n", ""), [None, None]);
+    }
+
+    #[test]
+    fn dependent_codels_are_named() {
+        let table = "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n";
+        let of = |config: &str, more: &str| {
+            of(BOTH, &format!("{table}{more}"), config)[0].clone().unwrap().dependent
+        };
+        assert_eq!(of("", ""), Vec::<String>::new());
+        assert_eq!(of("timing.dependent = [\"b\", \"a\"]", ""), ["a", "b"]);
+        let record = |warning: &str| {
+            format!(
+                "[measured.b]\nexecutions = 500\ngreatest = 9\ntimes = [30, 40, 50]\nmethod = \"GPD\"\ndate = 2026-11-26\n\
+             samples = \"s\"\nfiles = []\nbytes = 1\nwarnings = [\"{warning}\"]\n"
+            )
+        };
+        assert_eq!(of("", &record("executions depend on earlier ones (runs: p < 0.001)")), ["b"]);
+        assert_eq!(of("", &record("only 500 executions")), Vec::<String>::new());
+    }
+}
