@@ -114,7 +114,7 @@ pub use simulation::{
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::measured::digest_of;
 pub use table::update::{Kept, UpdateError, Updated, update as update_table, with_dispatch};
-pub use table::{Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
+pub use table::{DEPENDENT, Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
     Response, Status, Task, Waits, Window,

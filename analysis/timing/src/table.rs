@@ -87,6 +87,8 @@ pub struct Entry {
     pub value_span: Range<usize>,
     /// Of a wait, how often a call waits at most; `None` if that is not written.
     pub waits: Option<u64>,
+    /// Whether a comment behind the value begins with `assumed`: a measurement replaces it.
+    pub is_assumed: bool,
 }
 
 /// A part of a dotted key or header; a quoted part may contain dots.
@@ -172,15 +174,26 @@ pub struct Measured {
     pub source: Option<String>,
     /// The [`digest_of`](crate::digest_of) its content.
     pub source_digest: Option<String>,
-    /// What is wrong with the measurement, in words.
+    /// What is wrong with the measurement: kinds of warnings, or sentences in older tables.
     pub warnings: Vec<String>,
 }
 
 impl Measured {
-    /// Whether the measurement rejects that executions are independent.
+    /// Returns whether a test rejected that executions are independent of earlier ones.
     pub fn is_dependent(&self) -> bool {
-        self.warnings.iter().any(|it| it.contains("depend on"))
+        // Older tables have a sentence: executions depend on earlier ones.
+        self.warnings.iter().any(|it| it == DEPENDENT || it.contains("depend on"))
     }
+}
+
+/// The warning of [`Measured::is_dependent`].
+pub const DEPENDENT: &str = "dependent-executions";
+
+/// Returns whether what follows a value says that it is assumed: ` # assumed: as on the last robot`.
+fn is_assumption(after: &str) -> bool {
+    let comment = after.lines().next().unwrap_or_default().trim_start().strip_prefix('#');
+    let word = comment.map(|it| it.trim_start().split(|it: char| !it.is_alphanumeric()).next());
+    word.flatten().is_some_and(|it| it.eq_ignore_ascii_case("assumed"))
 }
 
 impl Table {

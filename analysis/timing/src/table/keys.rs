@@ -82,7 +82,7 @@ pub static MEASURED: [Key; 11] = [
     Key { name: "source", kind: EntryKind::Value(r#""string""#), summary: "", documentation: "The source of the codel, relative to this table." },
     Key { name: "source_digest", kind: EntryKind::Value(r#""string""#), summary: "",
         documentation: "The digest of the source: if it changes, the times are outdated." },
-    Key { name: "warnings", kind: EntryKind::Value(r#""array""#), summary: "", documentation: "Why the times need a look, in words." },
+    Key { name: "warnings", kind: EntryKind::Value(r#""array""#), summary: "", documentation: "Why the times need a look: kinds of warnings, each with a page (`mauve explain heavy-tail`)." },
 ];
 
 /// The keys of `[overhead]`.

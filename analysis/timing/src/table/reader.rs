@@ -11,7 +11,7 @@ use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use super::error::{TableError, TableErrorKind, TomlKind};
 use super::keys::{EntryKind, KEYS, OVERHEAD, WAIT, kind_of};
-use super::{Entry, KeyPart, Table, Times};
+use super::{Entry, KeyPart, Table, Times, is_assumption};
 use crate::level::MOST_LEVELS;
 use crate::{Level, Rounding, Time, TimeError, Unit};
 
@@ -30,6 +30,10 @@ impl Table {
         let (document, errors) = DeTable::parse_recoverable(text);
         reader.document(document.get_ref());
         let mut table = reader.table;
+        let Table { codels, programs, components, waits, accesses, .. } = &mut table;
+        for entry in codels.iter_mut().chain(programs).chain(components).chain(waits).chain(accesses) {
+            entry.is_assumed = is_assumption(text.get(entry.value_span.end..).unwrap_or_default());
+        }
         // If the text is not TOML, the entries are guesses, and so are all errors after the first.
         if let Some(error) = errors.into_iter().min_by_key(|error| error.span().map(|span| span.start)) {
             let kind = TableErrorKind::NotToml(error.message().to_owned());
@@ -272,6 +276,7 @@ impl TableReader {
                 value: times,
                 value_span: value.span(),
                 waits,
+                is_assumed: false,
             });
         }
     }

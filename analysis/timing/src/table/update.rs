@@ -1,8 +1,8 @@
 //! Writes measured times into a table, and keeps everything else of its text: comments, order, and entries by hand.
 
-use toml_edit::{Array, DocumentMut, Item, Table as EditTable, TableLike, Value};
+use toml_edit::{Array, Decor, DocumentMut, Item, RawString, Table as EditTable, TableLike, Value};
 
-use super::{Entry, Measured, Table, TableError, Times};
+use super::{Entry, Measured, Table, TableError, Times, is_assumption};
 use crate::{Level, Time, Unit};
 
 /// A table with measured times.
@@ -12,6 +12,8 @@ pub struct Updated {
     pub text: String,
     /// The entries that were not written.
     pub kept: Vec<Kept>,
+    /// How many assumed entries were replaced.
+    pub assumed: usize,
 }
 
 /// An entry that was not overwritten, since somebody wrote or edited it by hand.
@@ -42,7 +44,8 @@ pub enum UpdateError {
 /// each level.
 ///
 /// An entry by hand stays unless `replace`: one without a record in `[measured]`, or with other times than its record, or with a key
-/// that lacks the library, since it may be that of another one. It is replaced by an entry with the whole key.
+/// that lacks the library, since it may be that of another one. It is replaced by an entry with the whole key. An entry that says
+/// `# assumed` behind its value does not stay, and loses this comment.
 ///
 /// # Errors
 ///
@@ -67,7 +70,7 @@ pub fn update(
     let mut written = Vec::new();
     for record in records {
         match existing(&table, record) {
-            Some(entry) if !replace && !is_measured(&table, record, entry) => {
+            Some(entry) if !replace && !entry.is_assumed && !is_measured(&table, record, entry) => {
                 kept.push(Kept {
                     key: section_of(&record.key).1.to_owned(),
                     entry: entry.key.clone(),
@@ -80,7 +83,7 @@ pub fn update(
         }
     }
     if written.is_empty() {
-        return Ok(Updated { text: text.to_owned(), kept });
+        return Ok(Updated { text: text.to_owned(), kept, assumed: 0 });
     }
     let replaced = |entry: &Entry| written.iter().any(|(_, found)| *found == Some(entry));
     let others = table.entries();
@@ -98,7 +101,8 @@ pub fn update(
         set(document.as_table_mut(), &["levels"], Item::Value(Value::Array(array)));
     }
     write_entries(&mut document, &written);
-    Ok(Updated { text: as_before(document.to_string(), text), kept })
+    let assumed = written.iter().filter(|(_, found)| found.is_some_and(|entry| entry.is_assumed)).count();
+    Ok(Updated { text: as_before(document.to_string(), text), kept, assumed })
 }
 
 /// Returns the text of a table with another time to dispatch a job, and the line to write; `None` where the text is not TOML.
@@ -131,7 +135,7 @@ fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entr
             Some(entry) => {
                 let entries = document.get_mut(section).and_then(Item::as_table_like_mut);
                 if let Some(Item::Value(old)) = entries.and_then(|it| remove(it, &entry.key)) {
-                    *value.decor_mut() = old.decor().clone();
+                    *value.decor_mut() = decor_of(&old);
                 }
                 whole.into()
             }
@@ -234,7 +238,7 @@ fn set(table: &mut EditTable, path: &[&str], item: Item) {
     let mut item = item;
     match (table.get_mut(last), item.as_value_mut()) {
         (Some(Item::Value(old)), Some(new)) => {
-            *new.decor_mut() = old.decor().clone();
+            *new.decor_mut() = decor_of(old);
             *old = new.clone();
         }
         (Some(Item::Table(old)), _) => {
@@ -248,6 +252,15 @@ fn set(table: &mut EditTable, path: &[&str], item: Item) {
             table.insert(last, item);
         }
     }
+}
+
+/// Returns the spaces and comments around an old value, for a new one: that is no longer assumed.
+fn decor_of(old: &Value) -> Decor {
+    let mut decor = old.decor().clone();
+    if decor.suffix().and_then(RawString::as_str).is_some_and(is_assumption) {
+        decor.set_suffix("");
+    }
+    decor
 }
 
 fn fields(record: &Measured, unit: Unit) -> EditTable {
@@ -517,6 +530,19 @@ bytes = 0
         let second = update(&edited, &levels(), &[entry("a.b", &[11, 21])], false).expect("a valid table");
         assert_eq!(second.text, edited);
         assert!(second.kept[0].is_edited && second.kept[0].key == "a.b", "{:?}", second.kept);
+    }
+
+    #[test]
+    fn an_assumed_entry_is_replaced_with_its_comment() {
+        let text = "unit = \"us\"\nlevels = [1e-3, 1e-4]\n[codel]\nplan = 9 # Assumed: an example\n\"nav.turn\" = [1, 2]  # assumedly\n\
+                    nav.dist = 3 # assumed\n";
+        let records = [entry("nav.plan", &[4, 5]), entry("nav.turn", &[6, 7]), entry("nav.dist", &[8, 9])];
+        let found = update(text, &levels(), &records, false).expect("a valid table");
+        assert_eq!((found.assumed, found.kept.len()), (2, 1), "{}", found.text);
+        let codels = found.text.split("[measured").next().unwrap();
+        let expected =
+            "[codel]\n\"nav.turn\" = [1, 2]  # assumedly\nnav.dist = [8, 9]\n\"nav.plan\" = [4, 5]\n\n";
+        assert!(codels.ends_with(expected), "{codels}");
     }
 
     /// `plan` may be that of another library.
