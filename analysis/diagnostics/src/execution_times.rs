@@ -3,7 +3,21 @@
 use mauve_pwcet::{
     Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
 };
-use mauve_timing::Time;
+use mauve_timing::{DEPENDENT, Time};
+use mauve_wcrt::Basis;
+
+/// Returns where execution times come from, if any is measured or assumed; the others were written by hand.
+///
+/// ```
+/// let basis = mauve_wcrt::Basis { times: 24, measured: 21, assumed: 3, ..Default::default() };
+/// assert_eq!(mauve_diagnostics::origins(&basis).unwrap(), "21 of 24 execution times measured, 3 assumed");
+/// ```
+pub fn origins(of: &Basis) -> Option<String> {
+    let &Basis { times, measured, assumed, .. } = of;
+    let assumed = if assumed > 0 { format!(", {assumed} assumed") } else { String::new() };
+    let times = if times == 1 { "1 execution time".to_owned() } else { format!("{times} execution times") };
+    (measured > 0 || !assumed.is_empty()).then(|| format!("{measured} of {times} measured{assumed}"))
+}
 
 /// Returns the name of a test.
 ///
@@ -69,6 +83,59 @@ pub fn measurement_warning(warning: &Warning) -> String {
             "the exponential tail was chosen, but the data suggest a heavier one (ξ = {shape:.2}): the times may be too short"
         ),
     }
+}
+
+/// Returns the kind of a warning, which has a page: [`page`](crate::page).
+///
+/// ```
+/// let kind = mauve_diagnostics::warning_kind(&mauve_pwcet::Warning::Few { count: 300 });
+/// assert_eq!(kind, "few-executions");
+/// assert!(mauve_diagnostics::page(kind).unwrap().starts_with("# few-executions\n"));
+/// ```
+pub fn warning_kind(warning: &Warning) -> &'static str {
+    match warning {
+        Warning::Few { .. } => "few-executions",
+        Warning::Rejected(check) => match check.kind {
+            CheckKind::LjungBox { .. } | CheckKind::Runs => DEPENDENT,
+            CheckKind::Halves | CheckKind::Kpss { .. } => "changing-times",
+            CheckKind::LightTail => "heavy-tail",
+            CheckKind::HoldOut => "exceeded-bounds",
+        },
+        Warning::PoorFit { .. } => "poor-fit",
+        Warning::Coarse { .. } => "coarse-clock",
+        Warning::NotConverged { .. } => "not-converged",
+        Warning::Far { .. } => "far-bound",
+        Warning::ExponentialByChoice { .. } => "exponential-tail",
+    }
+}
+
+/// Returns the kind of a refusal, which has a page.
+pub fn refusal_kind(refusal: &Refusal) -> &'static str {
+    match refusal {
+        Refusal::TooFew { .. } => "too-few-executions",
+        Refusal::Constant { .. } => "constant-times",
+        Refusal::TooCoarse { .. } => "coarse-clock",
+        Refusal::NoFit => "no-fit",
+        Refusal::Absurd { .. } => "absurd-bound",
+        Refusal::InfiniteMean { .. } => "endless-tail",
+    }
+}
+
+/// Returns the pages of the kinds of warnings about measurements, each with its name.
+fn measurement_pages() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let pages = include_str!("measurements.md").trim_start_matches("# ").split("\n# ");
+    pages.filter_map(|page| Some((page.lines().next()?, page.trim_end())))
+}
+
+/// Returns the kinds of warnings about measurements.
+pub fn measurement_kinds() -> impl Iterator<Item = &'static str> {
+    measurement_pages().map(|(kind, _)| kind)
+}
+
+/// Returns the page of a kind of warning about measurements.
+pub(crate) fn measurement_page(kind: &str) -> Option<String> {
+    let (_, page) = measurement_pages().find(|(name, _)| *name == kind)?;
+    Some(format!("# {page}\n"))
 }
 
 /// Returns the probability of a test.
@@ -143,4 +210,40 @@ pub fn no_bound(of: &NoBound) -> String {
 /// Nanoseconds with four digits, rounded up.
 fn time(nanoseconds: f64) -> Time {
     Time::from_nanos(rounded_up(nanoseconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_has_a_page() {
+        let check = |kind| Warning::Rejected(Check { kind, statistic: 0.0, p: 0.0, adjusted: 0.0 });
+        let warnings = [
+            Warning::Few { count: 1 },
+            Warning::PoorFit { p: 0.0 },
+            Warning::Coarse { resolution: 1, scale: 1.0 },
+            Warning::NotConverged { level: 0.1, before: 1.0, now: 2.0 },
+            Warning::Far { level: 0.1, ratio: 20.0 },
+            Warning::ExponentialByChoice { shape: 0.5 },
+            check(CheckKind::LjungBox { lags: 1 }),
+            check(CheckKind::Kpss { lags: 1 }),
+            check(CheckKind::LightTail),
+            check(CheckKind::HoldOut),
+        ];
+        let refusals = [
+            Refusal::TooFew { count: 1 },
+            Refusal::Constant { time: 1 },
+            Refusal::TooCoarse { distinct: 1, resolution: 1 },
+            Refusal::NoFit,
+            Refusal::Absurd { ratio: 1e6 },
+            Refusal::InfiniteMean { shape: 2.0 },
+        ];
+        let kinds = warnings.iter().map(warning_kind).chain(refusals.iter().map(refusal_kind));
+        for kind in kinds.chain(["over-budget", "unmeasured-instance", "incomplete-recording"]) {
+            let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
+            assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
+        }
+        assert_eq!(measurement_kinds().count(), 18);
+    }
 }

@@ -30,7 +30,10 @@ mod render;
 mod support;
 
 pub use configuration::time_error as time_error_message;
-pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning, no_bound};
+pub use execution_times::{
+    check_assumption, check_name, measurement_kinds, measurement_refusal, measurement_warning, no_bound,
+    origins, refusal_kind, warning_kind,
+};
 pub use proof::{exceeded, is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
 pub use support::{late_at_most, miss_conditions, miss_rule, probability_rounded_up, supported};
@@ -441,7 +444,7 @@ pub fn codes() -> impl Iterator<Item = &'static Code> {
 /// assert!(mauve_diagnostics::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
 /// ```
 pub fn page(name: &str) -> Option<String> {
-    let named = code_named(name)?;
+    let Some(named) = code_named(name) else { return execution_times::measurement_page(name) };
     let (_, source) = CODES.iter().find(|(code, _)| *code == named)?;
     let lines = source.lines().take_while(|line| line.starts_with("//!"));
     Some(

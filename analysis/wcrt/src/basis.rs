@@ -21,12 +21,23 @@ pub struct Basis {
     pub times: usize,
     /// How many of them `mauve pwcet` has estimated from measurements.
     pub measured: usize,
-    /// How many of them are those of `[assume]`.
+    /// How many of them are assumed: those of `[assume]`, and entries that say `# assumed`.
     pub assumed: usize,
     /// The number of codels with a wait.
     pub waits: usize,
     /// The ports whose reads and writes are counted as nothing although their values are large or of variable size.
     pub ports: Vec<String>,
+}
+
+impl Basis {
+    /// Adds that of another deployment.
+    pub fn add(&mut self, other: Basis) {
+        self.times += other.times;
+        self.measured += other.measured;
+        self.assumed += other.assumed;
+        self.waits += other.waits;
+        self.ports.extend(other.ports);
+    }
 }
 
 /// Returns what the figures of a deployment rest on.
@@ -52,8 +63,11 @@ pub fn basis_of<'db>(
             of => times.time(of, level),
         };
         basis.times += 1;
-        basis.assumed += usize::from(matches!(found, Lookup::Assumed(_)));
-        basis.measured += usize::from(matches!(found, Lookup::Known(_)) && times.is_measured(of));
+        let is_known = matches!(found, Lookup::Known(_));
+        let is_measured = is_known && times.is_measured(of);
+        let is_assumed = matches!(found, Lookup::Assumed(_)) || is_known && times.is_assumed(of);
+        basis.measured += usize::from(is_measured);
+        basis.assumed += usize::from(is_assumed && !is_measured);
     }
     basis
 }

@@ -197,6 +197,8 @@ pub(crate) struct Slot {
     waits: Option<u64>,
     /// Whether the times are those of a measurement.
     is_measured: bool,
+    /// Whether a comment says that the times are assumed.
+    is_assumed: bool,
 }
 
 /// The times in timing tables.
@@ -473,6 +475,7 @@ impl<'db> TimetableBuilder<'db> {
             times: entry.value.clone(),
             waits: entry.waits,
             is_measured: measured.get(entry.key.as_str()).copied() == entry.value.as_ref(),
+            is_assumed: entry.is_assumed,
         };
         for entry in &table.codels {
             self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
@@ -797,6 +800,11 @@ impl<'db> Timetable<'db> {
     /// Returns whether the times of an entry are those of a measurement.
     pub(crate) fn is_measured(&self, of: &Timed<'db>) -> bool {
         self.slots.get(of).is_some_and(|slots| slots.iter().all(|slot| slot.is_measured))
+    }
+
+    /// Returns whether an entry says that its times are assumed.
+    pub(crate) fn is_assumed(&self, of: &Timed<'db>) -> bool {
+        self.slots.get(of).is_some_and(|slots| slots.iter().any(|slot| slot.is_assumed))
     }
 
     /// Returns the table that has the time.

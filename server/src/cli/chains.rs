@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, times_of};
+use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, origins, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed};
 use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
@@ -129,8 +129,10 @@ impl ChainsCommand {
 
     fn table(&self, it: &Shown<'_>) -> String {
         let times = response_times(it.db, it.project, it.deployment, it.query).times.as_deref();
+        let basis = basis_of(it.db, it.project, it.deployment, it.query.level);
+        let origins = origins(&basis).map_or_else(String::new, |it| format!("; {it}"));
         let mut out = format!(
-            "{}: latency of chains in ms at {}{}\n",
+            "{}: latency of chains in ms at {}{}{origins}\n",
             it.deployment.name(it.db),
             it.query.level,
             times_of(times)
@@ -168,8 +170,7 @@ impl ChainsCommand {
             it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
-            let conditions = conditions_of(&basis_of(it.db, it.project, it.deployment, it.query.level));
-            out += &format!("  no data takes longer{conditions}\n");
+            out += &format!("  no data takes longer{}\n", conditions_of(&basis));
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
         out

@@ -1,6 +1,6 @@
-//! `mauve explain CODE`: the page of a diagnostic; `mauve explain all` lists the codes.
+//! `mauve explain CODE`: the page of a diagnostic, or of a warning of `mauve pwcet`; `mauve explain all` lists the codes.
 
-use mauve_diagnostics::{Code, codes, page};
+use mauve_diagnostics::{codes, measurement_kinds, page};
 use mauve_hir::similar;
 
 use crate::output::Output;
@@ -10,7 +10,7 @@ const WIDTH: usize = 120;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Explain {
-    /// The code of a diagnostic, such as `deadline-missed`; `all` lists the codes.
+    /// The code of a diagnostic, such as `deadline-missed`, or a warning of `mauve pwcet`; `all` lists the codes.
     code: String,
 }
 
@@ -31,17 +31,18 @@ impl Explain {
     }
 }
 
-/// Returns one line per code: its name, its default severity, and the first sentence of its page.
+/// Returns one line per code: its name, its default severity, and the first sentence of its page. Warnings of `mauve pwcet` have no
+/// severity.
 fn list() -> String {
     let longest = codes().map(|code| code.name.len()).max().unwrap_or_default();
-    let line = |code: &Code| {
-        let (name, severity) = (code.name, code.severity.name());
+    let of_pwcet = measurement_kinds().map(|name| (name, "pwcet"));
+    let line = |(name, severity): (&str, &str)| {
         let start = format!("{name:<longest$}  {severity:<7}  ");
         let sentence = page(name).as_deref().map(first_sentence).unwrap_or_default();
         let room = WIDTH.saturating_sub(start.chars().count());
         format!("{start}{}\n", shortened(&sentence, room))
     };
-    codes().map(line).collect()
+    codes().map(|code| (code.name, code.severity.name())).chain(of_pwcet).map(line).collect()
 }
 
 /// Returns the first sentence behind the title, without its full stop.

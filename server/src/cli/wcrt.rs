@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    EXHAUSTED, cpu_names, errors_of_text, reasons_of, supported, task_set_error_message, times_of,
+    EXHAUSTED, cpu_names, errors_of_text, origins, reasons_of, supported, task_set_error_message, times_of,
     timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
@@ -258,7 +258,9 @@ pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
 /// All figures at one level, or the responses at several.
 fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
-    let times = times_of(it.times());
+    let basis = it.basis().unwrap_or_default();
+    let origins = origins(&basis).map_or_else(String::new, |it| format!("; {it}"));
+    let times = times_of(it.times()) + &origins;
     match it.reports.as_slice() {
         [(query, report)] => {
             let _ = writeln!(
@@ -298,7 +300,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         };
         let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
     }
-    for port in it.basis().into_iter().flat_map(|basis| basis.ports) {
+    for port in basis.ports {
         let _ = writeln!(
             out,
             "  assumption: reads and writes of {port} cost nothing; no timing table has `[access]` for it"

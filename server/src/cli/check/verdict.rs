@@ -72,16 +72,10 @@ pub(super) fn supports(deployed: &[Deployed<'_>]) -> String {
     worst.map_or_else(String::new, |(of, support)| format!("; {}{}", name(of), supported(support)))
 }
 
-/// Says what a proof depends on: `, if the 24 execution times hold (21 measured, 3 assumed) and no codel waits`.
+/// Says what a proof depends on: `, if the 24 execution times hold and no codel waits`.
 fn conditions(deployed: &[Deployed<'_>]) -> String {
     let mut all = Basis::default();
-    for basis in deployed.iter().filter_map(Deployed::basis) {
-        all.times += basis.times;
-        all.measured += basis.measured;
-        all.assumed += basis.assumed;
-        all.waits += basis.waits;
-        all.ports.extend(basis.ports);
-    }
+    deployed.iter().filter_map(Deployed::basis).for_each(|basis| all.add(basis));
     conditions_of(&all)
 }
 
@@ -90,13 +84,6 @@ pub(crate) fn conditions_of(all: &Basis) -> String {
     if all.times == 0 {
         return String::new();
     }
-    let origins = [(all.measured, "measured"), (all.assumed, "assumed")];
-    let origins: Vec<String> = origins
-        .iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
-        .collect();
-    let origins = if origins.is_empty() { String::new() } else { format!(" ({})", origins.join(", ")) };
     let times = match all.times {
         1 => "the execution time holds".to_owned(),
         several => format!("the {several} execution times hold"),
@@ -108,7 +95,7 @@ pub(crate) fn conditions_of(all: &Basis) -> String {
         several => format!(", and {several} large ports cost nothing"),
     };
     let and = if ports.is_empty() { " and" } else { "," };
-    format!(", if {times}{origins}{and} {waits}{ports}")
+    format!(", if {times}{and} {waits}{ports}")
 }
 
 /// Says how many deadlines are proved, and how many messages about the others are accepted or hidden by comments.

@@ -6,16 +6,17 @@
 //! | `documents` | the number of open documents |
 //! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
-//! | `verdict` | how many deadlines of all deployments are proved at the level that is shown, in closed files too, as a text for a status line: `✗ 2 of 10 deadlines not proved`. Null where `settled` is |
+//! | `verdict` | how many deadlines of all deployments are proved at the level that is shown, in closed files too, and where execution times come from if any is measured or assumed, as a text for a status line: `✗ 2 of 10 deadlines not proved · 21 of 24 execution times measured, 3 assumed`. Null where `settled` is |
 //! | `jobs` | the number of running jobs, this request not counted |
 //! | `searched` | how many folders were searched since the start, each as often as it was |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
 use std::sync::atomic::Ordering;
 
+use mauve_diagnostics::origins;
 use mauve_hir::{config_of, projects};
 use mauve_timing::Level;
-use mauve_wcrt::{Query, level_shown};
+use mauve_wcrt::{Basis, Query, level_shown};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
@@ -60,11 +61,15 @@ fn verdict(snapshot: &Snapshot) -> String {
     let deployed = found.map(|(project, deployment)| {
         Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
     });
-    let Proved { all, proved, .. } = Proved::of(&deployed.collect::<Vec<_>>());
+    let deployed: Vec<Deployed<'_>> = deployed.collect();
+    let mut basis = Basis::default();
+    deployed.iter().filter_map(Deployed::basis).for_each(|it| basis.add(it));
+    let origins = origins(&basis).map_or_else(String::new, |it| format!(" · {it}"));
+    let Proved { all, proved, .. } = Proved::of(&deployed);
     let deadlines = if all == 1 { "deadline" } else { "deadlines" };
     match all - proved {
         _ if all == 0 => "no deadlines".to_owned(),
-        0 => format!("✓ {all} {deadlines} proved"),
-        open => format!("✗ {open} of {all} {deadlines} not proved"),
+        0 => format!("✓ {all} {deadlines} proved{origins}"),
+        open => format!("✗ {open} of {all} {deadlines} not proved{origins}"),
     }
 }
