@@ -1,7 +1,7 @@
 //! # doubtful-measurement
 //!
-//! A time was measured with warnings: there are few executions, or they do not fit the assumptions of the estimate. The report of
-//! `mauve pwcet` shows details.
+//! A time was measured with warnings: there are few executions, or they do not fit the assumptions of the estimate. Each warning has a
+//! page, such as `mauve explain few-executions`; the report of `mauve pwcet` shows details.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -24,7 +24,7 @@
 //! samples = "c53e0b1d6f4a9a11"
 //! files = []
 //! bytes = 0
-//! warnings = ["only 300 executions: measure at least 500"]
+//! warnings = ["few-executions"]
 //! ```
 //!
 //! Measure again as the warning says. If you have verified the time in another way, write it by hand and remove its section
@@ -33,5 +33,5 @@
 use super::*;
 
 pub(super) fn report<'db>(at: Location<'db>, key: &str, warnings: &[String]) -> Diagnostic<'db> {
-    Diagnostic::new(&DOUBTFUL_MEASUREMENT, at, format!("the measured time of `{key}`: {}", warnings.join("; ")))
+    Diagnostic::new(&DOUBTFUL_MEASUREMENT, at, format!("the measured time of `{key}` has warnings: {}", warnings.join(", ")))
 }

@@ -245,7 +245,9 @@ fn times_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) 
             "measured on {}: {} execution{plural}, the longest {}",
             record.date, record.executions, record.greatest
         );
-        record.warnings.iter().for_each(|warning| out += &format!("warning: {warning}\n"));
+        if !record.warnings.is_empty() {
+            let _ = writeln!(out, "warnings: {}", record.warnings.join(", "));
+        }
     }
     out
 }
@@ -866,7 +868,7 @@ codel.drive = 4
     #[test]
     fn a_measured_codel_shows_its_measurement() {
         let record = "executions = 300\ngreatest = 7.5\ntimes = 9\nmethod = \"\"\ndate = 2026-11-23\nsamples = \"\"\n\
-                      files = []\nbytes = 0\nwarnings = [\"only 300 executions: measure at least 500\"]\n";
+                      files = []\nbytes = 0\nwarnings = [\"only 300 executions: measure at least 500\", \"heavy-tail\"]\n";
         check(
             &format!(
                 "codel pl$0an(): int\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n\
@@ -882,7 +884,7 @@ codel.drive = 4
                 ```text
                 9 ms at 1e-4 (current level)
                 measured on 2026-11-23: 300 executions, the longest 7.5 ms
-                warning: only 300 executions: measure at least 500
+                warnings: only 300 executions: measure at least 500, heavy-tail
                 ```
                 from `times.toml`, line 1
 

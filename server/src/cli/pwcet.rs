@@ -29,9 +29,6 @@ use crate::disk;
 use crate::output::{Output, say};
 use crate::replace::put;
 
-/// The accesses of a port that take longer are not left without a time.
-const SHORT_ACCESS: u64 = 20_000;
-
 #[derive(Debug, clap::Args)]
 pub(crate) struct Pwcet {
     /// Sample files of `mauve trace import`.
@@ -40,7 +37,8 @@ pub(crate) struct Pwcet {
     /// The timing table that gets the times. Comments, order and entries that were written or edited by hand stay.
     #[arg(short, long, value_name = "TABLE", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// The levels, such as 1e-4,1e-7: by default those of the table, otherwise 1e-3 to 1e-9.
+    /// The levels, such as 1e-4,1e-7. By default those of the table; a new table has those of 1e-3 to 1e-9 at which all codels have a
+    /// time that have one at the level of the project.
     #[arg(long, value_name = "LEVEL,…", value_delimiter = ',')]
     levels: Vec<f64>,
     /// The model of the tail.
@@ -81,7 +79,7 @@ enum Tail {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EstimateFormat {
-    /// A table with warnings, for people.
+    /// A line for each codel, with the time at the level of the project or those of --levels.
     Table,
     /// One document with all estimates, tests and warnings.
     Json,
@@ -102,7 +100,8 @@ impl Pwcet {
 
     pub(crate) fn run(self) -> Result<Output, String> {
         self.check_report()?;
-        let levels = self.levels()?;
+        let of_table = self.levels_of_table();
+        let levels = self.levels(of_table.as_ref())?;
         let options = self.options(&levels);
         let open = |path: &PathBuf| Samples::open(path).map_err(|error| unreadable_samples(path, &error));
         let mut files = self.samples.iter().map(open).collect::<Result<Vec<_>, _>>()?;
@@ -117,17 +116,7 @@ impl Pwcet {
             let first = self.samples[0].display();
             return Err(format!("`{first}` has no executions of codels: record a trace and import it first"));
         }
-        let mut recording = Vec::new();
-        for (path, file) in self.samples.iter().zip(&files) {
-            recording.extend(recording_warnings(&path.display().to_string(), &file.summary()));
-            if file.incomplete_bytes() > 0 {
-                say(&format!(
-                    "`{}` ends with {} of an import that did not end, or that is damaged: they are not used; import that trace again",
-                    path.display(),
-                    counted(usize::try_from(file.incomplete_bytes()).unwrap_or(usize::MAX), "byte")
-                ));
-            }
-        }
+        let recording = self.recording(&files);
         let budgets = self.budgets()?;
         let budget_level = budgets.as_ref().and_then(|it| levels.iter().position(|level| *level == it.level));
         if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|_| budget_level.is_none()) {
@@ -146,21 +135,17 @@ impl Pwcet {
             let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| time > budget);
             Measured { name: shown_key(&measurement.key), measurement, times, budget, is_over_budget }
         };
-        let mut measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
-        // First the codels that exceed their budget, then those without an estimate, then those with warnings.
-        measurements.sort_by_key(|it| match () {
-            () if it.is_over_budget => 0,
-            () if it.all_times().is_none() => 1,
-            () if !it.remarks().is_empty() => 2,
-            () => 3,
-        });
-        // A short access is a part of the overhead, with a time of its own or without.
-        let is_short = |it: &Measured| {
-            SpanKind::of(&it.measurement.key) == SpanKind::Access && it.measurement.greatest() < SHORT_ACCESS
+        let measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
+        let shown = self.shown(&levels, budget_level);
+        let needed = match (&self.output, of_table.is_some() || !self.levels.is_empty()) {
+            (None, _) => shown.clone(),
+            (Some(_), true) => (0..levels.len()).collect(),
+            (Some(_), false) => supported(levels.len(), &shown, &measurements),
         };
-        let lacks = |it: &Measured| (it.all_times().is_none() && !is_short(it)) || it.is_over_budget;
-        let mut code = u8::from(measurements.iter().any(lacks));
-        let estimates = Estimates { options, levels, measurements, budgets, budget_level, recording };
+        let mut estimates =
+            Estimates { options, levels, needed, shown, measurements, budgets, budget_level, recording };
+        estimates.sort();
+        let mut code = u8::from(estimates.are_incomplete());
         if let Some(path) = &self.output {
             let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;
             written.messages.iter().for_each(|message| say(message));
@@ -175,21 +160,47 @@ impl Pwcet {
             say(&format!("`{}` has the report", path.display()));
         }
         match self.format {
-            EstimateFormat::Table => Ok(Output::escaped(table::table(&estimates), code)),
+            EstimateFormat::Table => Ok(Output::escaped(table::table(&estimates, &self.samples), code)),
             EstimateFormat::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
         }
     }
 
+    /// Returns what the recordings lack, and says which files have a part that is not used.
+    fn recording(&self, files: &[Samples]) -> Vec<String> {
+        let mut recording = Vec::new();
+        for (path, file) in self.samples.iter().zip(files) {
+            recording.extend(recording_warnings(&path.display().to_string(), &file.summary()));
+            if file.incomplete_bytes() > 0 {
+                say(&format!(
+                    "`{}` ends with {} of an import that did not end, or that is damaged: they are not used; import that trace again",
+                    path.display(),
+                    counted(usize::try_from(file.incomplete_bytes()).unwrap_or(usize::MAX), "byte")
+                ));
+            }
+        }
+        recording
+    }
+
+    /// Returns the indices of the levels that a terminal shows: those of the option, otherwise that of the project.
+    fn shown(&self, levels: &[Level], of_project: Option<usize>) -> Vec<usize> {
+        let usual = || levels.iter().position(|level| *level == Level::TEN_TO_MINUS_FOUR);
+        match of_project.or_else(usual).filter(|_| self.levels.is_empty()) {
+            Some(level) => vec![level],
+            None => (0..levels.len()).collect(),
+        }
+    }
+
+    fn levels_of_table(&self) -> Option<Vec<Level>> {
+        let text = disk::read(self.output.as_ref()?, disk::LONGEST).ok()?;
+        Some(Table::parse(str::from_utf8(&text).ok()?).levels).filter(|levels| !levels.is_empty())
+    }
+
     /// The levels of the option, of the table, or the default.
-    fn levels(&self) -> Result<Vec<Level>, String> {
-        let of_table = || {
-            let text = disk::read(self.output.as_ref()?, disk::LONGEST).ok()?;
-            Some(Table::parse(str::from_utf8(&text).ok()?).levels).filter(|levels| !levels.is_empty())
-        };
+    fn levels(&self, of_table: Option<&Vec<Level>>) -> Result<Vec<Level>, String> {
         if self.levels.is_empty() {
             let default =
                 || (3..=9).filter_map(|exponent| Level::from_f64(format!("1e-{exponent}").parse().ok()?));
-            return Ok(of_table().unwrap_or_else(|| default().collect()));
+            return Ok(of_table.cloned().unwrap_or_else(|| default().collect()));
         }
         let level = |&level: &f64| {
             Level::from_f64(level)
@@ -199,11 +210,11 @@ impl Pwcet {
         levels.sort_by(|a, b| b.cmp(a));
         levels.dedup();
         // In the order of the table, if they are those of the table.
-        if let Some(of_table) = of_table() {
+        if let Some(of_table) = of_table {
             let mut sorted = of_table.clone();
             sorted.sort_by(|a, b| b.cmp(a));
             if sorted == levels {
-                return Ok(of_table);
+                return Ok(of_table.clone());
             }
         }
         match levels.len() {
@@ -262,4 +273,14 @@ impl Pwcet {
             read(folder).map_err(|error| say(&format!("the times are compared with no budgets: {error}")));
         Ok(found.ok())
     }
+}
+
+/// Returns the indices of the levels of a new table: those at which each codel has a time that has one at the levels that are shown.
+/// Short accesses need none.
+fn supported(levels: usize, shown: &[usize], all: &[Measured]) -> Vec<usize> {
+    let has_shown =
+        |it: &&Measured| !it.is_short_access() && shown.iter().all(|&level| it.time(level).is_some());
+    let all: Vec<&Measured> = all.iter().filter(has_shown).collect();
+    let is_supported = |level: usize| !all.is_empty() && all.iter().all(|it| it.time(level).is_some());
+    (0..levels).filter(|level| shown.contains(level) || is_supported(*level)).collect()
 }

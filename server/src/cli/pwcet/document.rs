@@ -1,7 +1,7 @@
 //! The estimates as a JSON document.
 
 use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning, no_bound};
-use mauve_pwcet::trace::{SpanKind, port_of};
+use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
 use serde::Serialize;
@@ -20,13 +20,14 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
         seed: estimates.options.seed,
         budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),
         recording: estimates.recording.clone(),
-        codels: estimates.measurements.iter().map(|it| codel(&estimates.levels, it)).collect::<Vec<_>>(),
+        codels: estimates.measurements.iter().map(|it| codel(estimates, it)).collect::<Vec<_>>(),
     })
 }
 
-fn codel(levels: &[Level], it: &Measured) -> impl Serialize + use<> {
+fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
+    let lack = estimates.lack(it);
     object! {
-        key: port_of(&it.measurement.key).unwrap_or(&it.measurement.key).to_owned(),
+        key: it.key().to_owned(),
         kind: match SpanKind::of(&it.measurement.key) {
             SpanKind::Program => "program",
             SpanKind::Access => "port",
@@ -37,9 +38,12 @@ fn codel(levels: &[Level], it: &Measured) -> impl Serialize + use<> {
         bounds: (!it.is_refused())
             .then(|| it.times.iter().map(|time| time.map(milliseconds)).collect::<Vec<_>>()),
         budget: it.budget.map(milliseconds),
+        warnings: estimates.kinds(it),
+        // With so many executions more, the levels that are needed have times.
+        [missing_executions]: lack.map(|it| it.more),
         remarks: it.remarks(),
         over_budget: it.is_over_budget,
-        instances: it.measurement.instances.iter().map(|it| instance(levels, it)).collect::<Vec<_>>(),
+        instances: it.measurement.instances.iter().map(|it| instance(&estimates.levels, it)).collect::<Vec<_>>(),
     }
 }
 

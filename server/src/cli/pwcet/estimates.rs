@@ -1,15 +1,28 @@
 //! The estimates of codels and programs, with what they are compared with.
 
-use mauve_diagnostics::{measurement_refusal, measurement_warning, no_bound};
-use mauve_pwcet::{Measurement, Options};
+use std::collections::HashSet;
+
+use mauve_diagnostics::{measurement_refusal, measurement_warning, no_bound, refusal_kind, warning_kind};
+use mauve_pwcet::trace::{SpanKind, port_of};
+use mauve_pwcet::{LEAST_EXECUTIONS, Measurement, NoBound, Options, Refusal, Warning};
 use mauve_timing::{Level, Time};
 
 use super::budgets::Budgets;
+
+/// The accesses of a port that take longer are not left without a time.
+const SHORT_ACCESS: u64 = 20_000;
+
+/// The warning about a codel that takes longer than its budget. It is not one of the measurement.
+pub(super) const OVER_BUDGET: &str = "over-budget";
 
 /// The estimates of all codels, with what they are compared with.
 pub(super) struct Estimates {
     pub(super) options: Options,
     pub(super) levels: Vec<Level>,
+    /// The indices of the levels that a time is needed for: those of the table that is written, otherwise those that are shown.
+    pub(super) needed: Vec<usize>,
+    /// The indices of the levels that a terminal shows.
+    pub(super) shown: Vec<usize>,
     pub(super) measurements: Vec<Measured>,
     /// The level of the budgets, and their project; none without a project.
     pub(super) budgets: Option<Budgets>,
@@ -32,15 +45,122 @@ pub(super) struct Measured {
     pub(super) is_over_budget: bool,
 }
 
+/// Why a level has no time, and how many executions it needs.
+pub(super) struct Lack {
+    pub(super) kind: &'static str,
+    /// How many executions are needed.
+    pub(super) needed: u64,
+    /// How many of them are missing.
+    pub(super) more: u64,
+}
+
+impl Estimates {
+    /// Puts those first that exceed their budget, then those without a time, then those with warnings.
+    pub(super) fn sort(&mut self) {
+        let mut all = std::mem::take(&mut self.measurements);
+        all.sort_by_cached_key(|it| match () {
+            () if it.is_over_budget => 0,
+            () if self.lack(it).is_some() => 1,
+            () if !self.kinds(it).is_empty() => 2,
+            () => 3,
+        });
+        self.measurements = all;
+    }
+
+    /// Returns whether a codel lacks a time or exceeds its budget.
+    pub(super) fn are_incomplete(&self) -> bool {
+        let lacks = |it: &Measured| self.lack(it).is_some() && !it.is_short_access();
+        self.measurements.iter().any(|it| it.is_over_budget || lacks(it))
+    }
+
+    /// Returns the levels that a time is needed for.
+    pub(super) fn needed_levels(&self) -> Vec<Level> {
+        self.needed.iter().filter_map(|&index| self.levels.get(index).copied()).collect()
+    }
+
+    /// Returns the times of a timing table, if each level has one.
+    pub(super) fn table_times(&self, it: &Measured) -> Option<Vec<Time>> {
+        self.needed.iter().map(|&index| it.time(index)).collect()
+    }
+
+    /// Returns why a level that needs a time has none: of the strictest such level.
+    pub(super) fn lack(&self, it: &Measured) -> Option<Lack> {
+        let lacks = self.needed.iter().filter(|&&index| it.time(index).is_none());
+        let strictest = lacks.min_by_key(|&&index| self.levels.get(index))?;
+        it.lack(*strictest)
+    }
+
+    /// Returns the kinds of warnings about a measurement, each once: those of levels that need a time.
+    pub(super) fn kinds(&self, it: &Measured) -> Vec<&'static str> {
+        let strictest = self.needed_levels().into_iter().min().map_or(0.0, Level::as_f64);
+        let matters = |warning: &&Warning| match warning {
+            Warning::Far { level, .. } | Warning::NotConverged { level, .. } => *level >= strictest,
+            _ => true,
+        };
+        let mut kinds = if it.is_over_budget { vec![OVER_BUDGET] } else { Vec::new() };
+        if let Some(lack) = self.lack(it) {
+            kinds.push(lack.kind);
+            return kinds;
+        }
+        for instance in &it.measurement.instances {
+            match &instance.result {
+                Ok(estimate) => kinds.extend(estimate.warnings.iter().filter(matters).map(warning_kind)),
+                Err(refused) if refused.bounds.iter().all(Result::is_err) => {
+                    kinds.push("unmeasured-instance");
+                }
+                Err(_) => {}
+            }
+        }
+        if !self.recording.is_empty() {
+            kinds.push("incomplete-recording");
+        }
+        let mut seen = HashSet::new();
+        kinds.retain(|kind| seen.insert(*kind));
+        kinds
+    }
+}
+
 impl Measured {
-    /// Returns the times if each level has one: those of a timing table.
+    /// Returns the times if each level has one.
     pub(super) fn all_times(&self) -> Option<Vec<Time>> {
         self.times.iter().copied().collect()
+    }
+
+    /// Returns the time of a level.
+    pub(super) fn time(&self, level: usize) -> Option<Time> {
+        self.times.get(level).copied().flatten()
     }
 
     /// Returns whether no level has a time.
     pub(super) fn is_refused(&self) -> bool {
         self.times.iter().all(Option::is_none)
+    }
+
+    /// Returns whether it is a short access of a port: a part of the overhead, with a time of its own or without.
+    pub(super) fn is_short_access(&self) -> bool {
+        self.kind() == SpanKind::Access && self.measurement.greatest() < SHORT_ACCESS
+    }
+
+    /// Returns the key of the timing table.
+    pub(super) fn key(&self) -> &str {
+        port_of(&self.measurement.key).unwrap_or(&self.measurement.key)
+    }
+
+    pub(super) fn kind(&self) -> SpanKind {
+        SpanKind::of(&self.measurement.key)
+    }
+
+    /// Returns why a level has no time, by the instance that withholds it, otherwise by that with the most executions.
+    fn lack(&self, level: usize) -> Option<Lack> {
+        let most = || self.measurement.instances.iter().max_by_key(|it| it.executions.len());
+        let instance = self.measurement.withheld_by(level).or_else(most)?;
+        let NoBound { refusal, needed } = instance.bound(level)?.err()?;
+        let needed = match refusal {
+            Refusal::TooFew { .. } => LEAST_EXECUTIONS as u64,
+            _ => needed,
+        };
+        let more = needed.saturating_sub(instance.executions.len() as u64);
+        Some(Lack { kind: refusal_kind(&refusal), needed, more })
     }
 
     /// Returns what is wrong with the measurement, in words; the instance is named if there are several.

@@ -1,56 +1,78 @@
-//! The table of the estimates for a terminal, with what each measurement lacks.
+//! The table of the estimates for a terminal: one line for each codel, then each kind of warning once, and what to do next.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
-use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, Refusal, rounded_up};
-use mauve_timing::{Level, Time};
+use mauve_pwcet::trace::SpanKind;
+use mauve_pwcet::{TailModel, rounded_up};
+use mauve_timing::{DEPENDENT, Time};
 
-use super::estimates::{Estimates, Measured};
-use crate::cli::text::{columns, counted};
+use super::estimates::{Estimates, Lack, Measured};
+use crate::cli::text::{argument, columns};
 
-pub(super) fn table(estimates: &Estimates) -> String {
-    let with_budgets = estimates.measurements.iter().any(|it| it.budget.is_some());
-    let levels: Vec<String> = estimates.levels.iter().map(Level::to_string).collect();
-    let mut header = vec!["codel", "executions", "greatest"];
-    header.extend(levels.iter().map(String::as_str));
+/// The lines below the table have at most so many characters, if their words allow that.
+const WIDTH: usize = 80;
+
+/// With these, the times may be too short; with all others, only too long.
+const TOO_SHORT: [&str; 8] = [
+    DEPENDENT,
+    "changing-times",
+    "exceeded-bounds",
+    "poor-fit",
+    "not-converged",
+    "few-executions",
+    "exponential-tail",
+    "incomplete-recording",
+];
+
+/// So many executions give a tail that does not change much with more of them.
+const ENOUGH: u64 = 5000;
+
+/// No codel can be measured so often.
+const MOST_EXECUTIONS: u64 = 10_000_000;
+
+pub(super) fn table(estimates: &Estimates, samples: &[PathBuf]) -> String {
+    let (short, rows): (Vec<&Measured>, Vec<&Measured>) =
+        estimates.measurements.iter().partition(|it| it.is_short_access());
+    let with_budgets = rows.iter().any(|it| it.budget.is_some());
+    let levels: Vec<String> = estimates
+        .shown
+        .iter()
+        .filter_map(|&index| estimates.levels.get(index))
+        .map(|it| it.to_string())
+        .collect();
+    let heads: Vec<String> = match levels.as_slice() {
+        [level] => vec![format!("at {level}")],
+        _ => levels.clone(),
+    };
+    let has_ports = rows.iter().any(|it| it.kind() == SpanKind::Access);
+    let mut header = vec![if has_ports { "codel or port" } else { "codel" }, "n", "greatest"];
+    header.extend(heads.iter().map(String::as_str));
     if with_budgets {
         header.push("budget");
     }
     header.push("");
-    let rows: Vec<Vec<String>> =
-        estimates.measurements.iter().map(|it| row(estimates, it, with_budgets)).collect();
-    let model = estimates.options.model.name();
-    let mut out = format!(
-        "95 % upper confidence bounds in ms, by the probability that an execution takes longer (tail: {model})\n\n"
-    );
-    out += &columns(&header, &rows);
-    let (few, others): (Vec<&Measured>, Vec<&Measured>) =
-        estimates.measurements.iter().partition(|it| has_few(it));
-    for it in others {
-        for line in remarks(estimates, it) {
-            let _ = write!(out, "\n{}: {line}", it.name);
-        }
-    }
-    if !few.is_empty() {
-        let few: Vec<String> = few.iter().map(|it| high_water(it)).collect();
-        let _ = write!(
+    let mut out = heading(estimates, &levels);
+    let cells: Vec<Vec<String>> = rows.iter().map(|it| row(estimates, it, with_budgets)).collect();
+    out += &columns(&header, &cells);
+    if !short.is_empty() {
+        let each =
+            if short.len() == 1 { "1 port takes".to_owned() } else { format!("{} ports take", short.len()) };
+        let _ = writeln!(
             out,
-            "\nToo few executions for a tail: measure at least {LEAST_EXECUTIONS}, better 5000: {}",
-            few.join(", ")
+            "  {each} less than 0.02 ms for each access, a part of the overhead (in --format json)"
         );
     }
-    if !out.ends_with('\n') {
-        out.push('\n');
-    }
+    out += &warnings(estimates, &rows);
+    out += &next(estimates, &rows, samples);
     for line in &estimates.recording {
         let _ = writeln!(out, "\n{line}");
     }
-    let estimated = estimates.measurements.iter().filter(|it| !it.is_refused());
-    let instances = estimated.flat_map(|it| &it.measurement.instances);
-    if let Some(least) = instances.map(|it| it.executions.len()).min().filter(|least| *least >= 6) {
+    let estimated = rows.iter().filter(|it| !it.is_refused()).flat_map(|it| &it.measurement.instances);
+    if let Some(least) = estimated.map(|it| it.executions.len()).min().filter(|least| *least >= 6) {
         let _ = writeln!(
             out,
-            "\nThe times hold for inputs and conditions like those of the measurement. A case that is rarer than 1 in {} executions \
+            "\nThe times hold for inputs and conditions like those of the measurement. A case\nthat is rarer than 1 in {} executions \
              may never have occurred in it.",
             least / 3
         );
@@ -58,51 +80,119 @@ pub(super) fn table(estimates: &Estimates) -> String {
     out
 }
 
+fn heading(estimates: &Estimates, levels: &[String]) -> String {
+    let of = match (levels, &estimates.budgets) {
+        ([level], Some(it)) if it.level.to_string() == *level => {
+            format!(", at {level}, the level of the project")
+        }
+        ([level], _) => format!(", at {level}"),
+        _ => ", by the probability of a longer one".to_owned(),
+    };
+    let tail = match estimates.options.model {
+        TailModel::GeneralisedPareto => "",
+        TailModel::Exponential => ", with an exponential tail",
+    };
+    format!("95 % upper bounds in ms from n executions{of}{tail}\n\n")
+}
+
 fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> {
     let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
-    let mut row = vec![it.name.clone(), it.measurement.count().to_string(), greatest.number()];
-    row.extend(estimates.levels.iter().enumerate().map(|(level, _)| {
-        it.times.get(level).copied().flatten().map_or_else(|| "—".to_owned(), Time::number)
-    }));
+    let number = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), Time::number);
+    let mut row = vec![it.key().to_owned(), it.measurement.count().to_string(), greatest.number()];
+    row.extend(estimates.shown.iter().map(|&level| number(it.time(level))));
     if with_budgets {
-        row.push(it.budget.map_or_else(|| "—".to_owned(), Time::number));
+        row.push(number(it.budget));
     }
-    let warnings =
-        it.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok()).map(|it| it.warnings.len());
-    row.push(match warnings.sum() {
-        _ if it.is_over_budget => "✗ over budget".to_owned(),
-        _ if it.is_refused() => "✗ no estimate".to_owned(),
-        _ if it.all_times().is_none() => "✗ not at each level".to_owned(),
-        0 if it.measurement.instances.iter().all(|it| it.result.is_ok()) => "✓".to_owned(),
-        0 => "! see below".to_owned(),
-        warnings => format!("! {}", counted(warnings, "warning")),
-    });
+    row.push(verdict(estimates, it));
     row
 }
 
-/// Describes a codel that runs rarely: `nav.plan (3, the longest 1.25 ms)`.
-fn high_water(it: &Measured) -> String {
-    let longest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
-    format!("{} ({}, the longest {longest})", it.name, it.measurement.count())
+/// Says whether the times of a codel can be used.
+fn verdict(estimates: &Estimates, it: &Measured) -> String {
+    if it.is_over_budget {
+        return "✗ over budget".to_owned();
+    }
+    if let Some(Lack { more, .. }) = estimates.lack(it) {
+        return match more {
+            0 => "✗ no time".to_owned(),
+            1..=MOST_EXECUTIONS => format!("✗ needs {more} more"),
+            _ => "✗ no time at this level".to_owned(),
+        };
+    }
+    match estimates.kinds(it).as_slice() {
+        [] => "✓",
+        kinds if kinds.iter().any(|kind| TOO_SHORT.contains(kind)) => "! may be too short",
+        _ => "! likely too long",
+    }
+    .to_owned()
 }
 
-/// Returns whether all instances have too few executions.
-fn has_few(it: &Measured) -> bool {
-    it.measurement
-        .instances
-        .iter()
-        .all(|it| matches!(it.result, Err(NoEstimate { refusal: Refusal::TooFew { .. }, .. })))
+/// Names each kind of warning once, with its codels.
+fn warnings(estimates: &Estimates, rows: &[&Measured]) -> String {
+    let mut kinds: Vec<(&str, Vec<&str>)> = Vec::new();
+    for it in rows {
+        for kind in estimates.kinds(it) {
+            match kinds.iter_mut().find(|(name, _)| *name == kind) {
+                Some((_, names)) => names.push(it.key()),
+                None => kinds.push((kind, vec![it.key()])),
+            }
+        }
+    }
+    let Some((first, _)) = kinds.first() else { return String::new() };
+    let mut out = format!("\nWarnings, each with a page, such as `mauve explain {first}`:\n");
+    for (kind, names) in kinds {
+        let names = if names.len() == rows.len() && rows.len() > 1 { vec!["all"] } else { names };
+        out += &wrapped(&format!("  {kind}: "), &names);
+    }
+    out
 }
 
-/// Returns what is wrong with a codel: first its budget.
-fn remarks(estimates: &Estimates, it: &Measured) -> Vec<String> {
-    let over = estimates.budgets.as_ref().filter(|_| it.is_over_budget);
-    let over = over.zip(it.budget).map(|(budgets, budget)| match budget.as_nanos() {
-        0 => format!("a deadline is missed at {}, whatever it takes", budgets.level),
-        _ => format!(
-            "exceeds its budget of {budget} at {}: with a longer time, a deadline is missed",
-            budgets.level
-        ),
-    });
-    over.into_iter().chain(it.remarks()).collect()
+/// Says how to get the times that are missing.
+fn next(estimates: &Estimates, rows: &[&Measured], samples: &[PathBuf]) -> String {
+    let lacks: Vec<(&Measured, Lack)> =
+        rows.iter().filter_map(|it| Some((*it, estimates.lack(it)?))).collect();
+    let codels =
+        lacks.iter().filter(|(it, lack)| it.kind() == SpanKind::Codel && lack.needed <= MOST_EXECUTIONS);
+    let most = codels.clone().map(|(_, lack)| lack.needed.max(ENOUGH)).max();
+    let names: Vec<&str> = codels.map(|(it, _)| it.name.as_str()).collect();
+    let mut out = match (lacks.is_empty(), most) {
+        (true, _) => return String::new(),
+        (_, Some(most)) => {
+            // The packages: the folder of a package has src/codels/, which has the source.
+            let source = estimates.budgets.iter().flat_map(|it| it.sources.values()).next();
+            let here = std::env::current_dir().unwrap_or_default();
+            let of_here = |it: &Path| argument(&Path::new(".").join(it.strip_prefix(&here).unwrap_or(it)));
+            let packages = source.and_then(|it| it.ancestors().nth(4)).map_or("DIR".to_owned(), of_here);
+            let to = samples.first().map_or("SAMPLES".to_owned(), |it| argument(it));
+            format!(
+                "Next: run these codels alone, or record the robot for longer:\n  \
+                 mauve measure {} -n {most} --codels {packages} -o {to}\n",
+                names.join(" ")
+            )
+        }
+        (_, None) => "Next: record the robot for longer (`mauve run --trace`)\n".to_owned(),
+    };
+    if lacks.iter().any(|(_, lack)| lack.needed > MOST_EXECUTIONS) {
+        out += "Strict levels need millions of executions: leave them out (--levels)\n";
+    }
+    format!("\n{out}")
+}
+
+/// Returns a list in lines, with the later ones below the first.
+fn wrapped(start: &str, items: &[&str]) -> String {
+    let indent = " ".repeat(4);
+    let mut out = start.to_owned();
+    let mut width = start.chars().count();
+    for (index, item) in items.iter().enumerate() {
+        let end = if index + 1 == items.len() { "" } else { ", " };
+        let length = item.chars().count() + end.len();
+        if index > 0 && width + length > WIDTH {
+            out.truncate(out.trim_end().len());
+            let _ = write!(out, "\n{indent}");
+            width = indent.len();
+        }
+        let _ = write!(out, "{item}{end}");
+        width += length;
+    }
+    out + "\n"
 }

@@ -7,9 +7,11 @@ use mauve_diagnostics::table_error_message;
 use mauve_pwcet::rounded_up;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::port_of;
-use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
+use mauve_timing::{
+    Kept, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table,
+};
 
-use super::estimates::{Estimates, Measured};
+use super::estimates::{Estimates, Measured, OVER_BUDGET};
 use crate::cli::date::today;
 use crate::disk;
 use crate::replace::{folder_of, put};
@@ -50,9 +52,10 @@ pub(super) fn write(
     };
     let found = estimates.measurements.iter();
     let mut records: Vec<Record> =
-        found.filter_map(|it| Some(origin.record(estimates, it, &it.all_times()?))).collect();
+        found.filter_map(|it| Some(origin.record(estimates, it, &estimates.table_times(it)?))).collect();
     records.sort_by(|a, b| a.key.cmp(&b.key));
-    let updated = update_table(text, &estimates.levels, &records, replaces).map_err(|error| match error {
+    let levels = estimates.needed_levels();
+    let updated = update_table(text, &levels, &records, replaces).map_err(|error| match error {
         UpdateError::Invalid(error) => {
             let line = text[..error.span.start.min(text.len())].lines().count().max(1);
             format!(
@@ -71,7 +74,7 @@ pub(super) fn write(
     if written > 0 && old.as_ref() != Some(&updated.text) {
         put(path, &updated.text).map_err(|error| format!("{error}; the table was not changed"))?;
     }
-    let mut messages: Vec<String> = updated.kept.iter().map(|it| kept(path, it)).collect();
+    let mut messages = Vec::new();
     let exceeded = exceeded(&table, estimates, &updated.kept);
     messages.extend(exceeded.iter().map(|(key, entry, greatest)| {
         format!(
@@ -79,39 +82,63 @@ pub(super) fn write(
             Time::from_nanos(rounded_up(*greatest as f64))
         )
     }));
-    messages.extend(estimates.measurements.iter().filter_map(|it| partly(path, estimates, it)));
+    messages.extend(partly(path, estimates));
+    messages.extend(kept(path, &updated.kept));
+    let levels = levels.iter().map(Level::to_string).collect::<Vec<_>>().join(",");
+    let assumed = match updated.assumed {
+        0 => String::new(),
+        count => format!("; {count} of them were assumed"),
+    };
     messages.push(match written {
         0 => format!("`{shown}` was not changed: no time could be written"),
-        1 => format!("`{shown}` has the measured time of 1 codel or program"),
-        written => format!("`{shown}` has the measured times of {written} codels and programs"),
+        1 => format!("`{shown}` has the measured time of 1 codel or port, at {levels}{assumed}"),
+        written => {
+            format!("`{shown}` has the measured times of {written} codels and ports, at {levels}{assumed}")
+        }
     });
     Ok(Written { messages, is_exceeded: !exceeded.is_empty() })
 }
 
-/// Returns why the times of a codel are not written, if it has them at some levels only: an entry has all levels of its table.
-fn partly(path: &Path, estimates: &Estimates, it: &Measured) -> Option<String> {
-    if it.is_refused() || it.all_times().is_some() {
-        return None;
-    }
-    let of = |has: bool| {
-        let found = estimates.levels.iter().zip(&it.times).filter(|(_, time)| time.is_some() == has);
-        found.map(|(level, _)| level.to_string()).collect::<Vec<_>>().join(",")
+/// Names the codels whose times are not written, since they have them at some levels only: an entry has all levels of its table.
+fn partly(path: &Path, estimates: &Estimates) -> Option<String> {
+    let time = |it: &Measured, level: &usize| it.time(*level).is_some();
+    let is_partial = |it: &&Measured| {
+        !it.is_short_access()
+            && estimates.needed.iter().any(|level| time(it, level))
+            && estimates.table_times(it).is_none()
     };
-    Some(format!(
-        "`{}` gets no time of `{}`, which has none at {}: measure more, or write a table with --levels {}",
-        path.display(),
-        it.name,
-        of(false),
-        of(true)
-    ))
+    let partial: Vec<&Measured> = estimates.measurements.iter().filter(is_partial).collect();
+    let (all, others): (Vec<usize>, Vec<usize>) =
+        estimates.needed.iter().partition(|level| partial.iter().all(|it| time(it, level)));
+    let of = |levels: &[usize]| {
+        let levels = levels.iter().filter_map(|&level| estimates.levels.get(level));
+        levels.map(Level::to_string).collect::<Vec<_>>().join(",")
+    };
+    let names = partial.iter().map(|it| format!("`{}`", it.name)).collect::<Vec<_>>().join(", ");
+    let instead =
+        if all.is_empty() { String::new() } else { format!(", or write a table with --levels {}", of(&all)) };
+    let have = if partial.len() == 1 { "has" } else { "have" };
+    (!partial.is_empty()).then(|| {
+        format!(
+            "`{}` gets no time of {names}, which {have} none at {}: measure more{instead}",
+            path.display(),
+            of(&others)
+        )
+    })
 }
 
-fn kept(path: &Path, it: &Kept) -> String {
-    let shown = path.display();
-    let Kept { key, entry, .. } = it;
-    let how = if it.is_edited { "edited after its measurement" } else { "written by hand" };
-    let of = if key == entry { String::new() } else { format!(", for `{key}`") };
-    format!("`{shown}` keeps the time of `{entry}`, which was {how}{of}: --replace overwrites it")
+/// Names the entries that stay.
+fn kept(path: &Path, all: &[Kept]) -> Option<String> {
+    let name = |Kept { key, entry, is_edited, .. }: &Kept| {
+        let edited = if *is_edited { " (edited after its measurement)" } else { "" };
+        let of = if key == entry { String::new() } else { format!(" (for `{key}`)") };
+        format!("`{entry}`{edited}{of}")
+    };
+    let names = all.iter().map(name).collect::<Vec<_>>().join(", ");
+    let (times, them) = if all.len() == 1 { ("the time", "it") } else { ("the times", "them") };
+    (!all.is_empty()).then(|| {
+        format!("`{}` keeps {times} by hand of {names}: --replace overwrites {them}", path.display())
+    })
 }
 
 /// Returns the key, the entry and the longest execution of each entry that stays, although the execution took longer than it says
@@ -124,7 +151,7 @@ fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String,
         let greatest = it.measurement.greatest();
         let entry = match kept.iter().find(|kept| kept.key == key) {
             Some(kept) => kept.times.as_ref().map(|times| (kept.entry.as_str(), times)),
-            None if it.all_times().is_some() => continue,
+            None if estimates.table_times(it).is_some() => continue,
             // Without an estimate, the table stays as it is.
             None => {
                 let mut entries: Vec<_> = match port {
@@ -199,7 +226,12 @@ impl Origin<'_> {
             bytes: self.bytes,
             source: source.as_ref().map(|(path, _)| path.clone()),
             source_digest: source.map(|(_, digest)| digest),
-            warnings: it.remarks().into_iter().chain(estimates.recording.iter().cloned()).collect(),
+            warnings: estimates
+                .kinds(it)
+                .into_iter()
+                .filter(|kind| *kind != OVER_BUDGET)
+                .map(str::to_owned)
+                .collect(),
         }
     }
 }
