@@ -12,8 +12,14 @@
 //!
 //! **A mission** that starts with nothing open has late jobs only if there is such an s. Each \[s, s + L) is within one of the windows
 //! \[kL, (k + 2)L), of which a mission of length X has at most X/L + 1. So P(a late job) ≤ (X/L + 1)·P(the jobs of a window of 2L have a
-//! total excess of more than Δ). For one job: if no busy interval before was longer than L, it is in one that begins and ends within L
-//! of its release: the same probability, once.
+//! total excess of more than Δ).
+//!
+//! **One job** with the nominal instant N, if the job before it was not late. That one ended by N if D ≤ T. If no other task has its
+//! priority, nothing of H was open at its end: a busy interval with N begins after N − T, at N + J at the latest. So the job is late
+//! only if the jobs that are released in \[N − T, N + J + L) have a total excess of more than Δ. Nothing less will do: that no
+//! job was late before says nothing of how long others have been executing (T = 10, an execution of 1, or of 109 with 1e-3, above
+//! T = 1000, D = 10, an execution of 1: late with 1.2 %, which is the probability of an excess in 120, not in 2L = 20). Nor is there such
+//! a probability for a task that data or an interrupt releases: it may be released just when others take long.
 //!
 //! **The probability of an excess.** The n jobs of a task in a window execute programs one after another. The only assumption is
 //! that each execution exceeds a time with at most the probability of its level *whatever was before it*. Which programs they
@@ -48,8 +54,11 @@ pub struct Lateness {
     pub tolerated: Time,
     /// L, the length within which it must occur.
     pub window: Time,
-    /// The probability that more occurs within two windows: a job is late at most with it if no job was late before.
+    /// The probability that more occurs within two windows.
     pub probability: f64,
+    /// The probability that a job is late, if the job of the task before it was not. `None` if the task is not released every T, has
+    /// a deadline beyond T, or shares its priority.
+    pub per_job: Option<f64>,
 }
 
 impl Lateness {
@@ -102,8 +111,10 @@ pub fn lateness(
     let own = members.iter().position(|&it| it == activity).ok_or(NoLateness::SeveralCpus)?;
     let tolerated = tolerated(&mut set, own, interrupt).ok_or(NoLateness::Late)?;
     let window = window(&set, tolerated).ok_or(NoLateness::Late)?;
+    let of_job = set.get(own).and_then(|task| of_job(task, &set, window));
     let part = (tolerated.as_nanos() / PARTS).max(1);
     let mut all = Tail::none(tolerated.as_nanos() / part);
+    let mut before_job = Tail::none(tolerated.as_nanos() / part);
     for (task, &index) in set.iter().zip(&members) {
         interrupt();
         let jobs = window.checked_mul(2).and_then(|both| releases(task, both)).ok_or(NoLateness::Late)?;
@@ -121,9 +132,23 @@ pub fn lateness(
             greatest.raise(&job);
         }
         all = all.sum(&greatest.times(jobs));
+        if let Some(length) = of_job {
+            let jobs = releases(task, length).ok_or(NoLateness::Late)?;
+            before_job = before_job.sum(&greatest.times(jobs));
+        }
     }
-    let probability = (all.above.last().copied().unwrap_or(1.0) * (1.0 + 1e-9) + ROUNDED).min(1.0);
-    Ok(Lateness { tolerated, window, probability })
+    let per_job = of_job.map(|_| before_job.last());
+    Ok(Lateness { tolerated, window, probability: all.last(), per_job })
+}
+
+/// Returns the length of the window in which a job of the task is late only if there is an excess of more than Δ.
+fn of_job(task: &Task, set: &[Task], window: Time) -> Option<Time> {
+    let period = task.period?;
+    let shares_priority = set.iter().filter(|it| it.priority == task.priority).nth(1).is_some();
+    if !task.is_periodic() || task.deadline? > period || shares_priority {
+        return None;
+    }
+    period.checked_add(task.jitter)?.checked_add(window)
 }
 
 /// Returns H: the activity, and the tasks that may delay it on its CPU.
@@ -267,6 +292,11 @@ impl Tail {
             }
         }
         sum
+    }
+
+    /// The probability of more than Δ, with what was rounded.
+    fn last(&self) -> f64 {
+        (self.above.last().copied().unwrap_or(1.0) * (1.0 + 1e-9) + ROUNDED).min(1.0)
     }
 
     fn raise(&mut self, other: &Tail) {

@@ -3,6 +3,7 @@
 //! | module | what it tests |
 //! |---|---|
 //! | [`chains`] | the ages of data in every schedule of small systems |
+//! | [`late_jobs`] | late jobs in every choice of an opponent, simulated, and counted |
 //! | [`lateness`] | missions in which executions take longer now and then |
 //! | [`literature`] | equality with `response-time-analysis` |
 //! | [`public_sets`] | published task sets: never longer |
@@ -14,6 +15,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod chains;
+mod late_jobs;
 mod lateness;
 mod literature;
 mod public_sets;
