@@ -266,10 +266,10 @@ struct TaskState {
 impl Opposed {
     /// The greatest probability from a state on, before the releases of this instant by the tasks from `task` on.
     fn released(&mut self, state: State, task: usize) -> f64 {
-        if task == 0 {
-            if let Some(known) = self.known.get(&state) {
-                return *known;
-            }
+        if task == 0
+            && let Some(known) = self.known.get(&state)
+        {
+            return *known;
         }
         let Some(own) = state.tasks.get(task) else { return self.executed(state) };
         let all = &self.tasks.all()[task];
