@@ -2,7 +2,7 @@
 //! data arrive before each read and at the end of each job. One datum, or one read, is marked; a value has the number of the newest
 //! mark that it comes from: 0 before it, 1 the marked one, 2 newer ones. The most jobs until it is written, the most jobs until the
 //! last write of it, and whether a write of less follows are never more than the analysis claims, and nearly always as much; nearly
-//! all that it claims to take for ever does.
+//! all that it claims to take for ever does. A counter and the flags have their values from the start, and keep them in a restart.
 //!
 //! `MAUVE_CORES` is the number of cores.
 
@@ -30,6 +30,7 @@ codel fill(out to: int): void
 codel tune(inout it: int, in by: int): void
 codel grab(in from: int, out to: int): bool
 codel ready(): bool
+codel level(): int
 codel drive(in order: int): void
 shell S { input port a: int  input port b: int  output port q: int }
 ";
@@ -53,6 +54,8 @@ enum Condition {
     Ready,
     /// A condition on numbers.
     Unknown,
+    /// `n == 2`, `n < 2`
+    Count(&'static str, i8),
     Not(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
     Or(Box<Condition>, Box<Condition>),
@@ -70,6 +73,10 @@ enum Statement {
     Grab(usize, Data, usize),
     Drive(Data),
     SetFlag(usize, Option<Condition>),
+    /// `n = 3;`
+    SetCount(i8),
+    /// `n = n + 1;`
+    AddCount(i8),
     If(Condition, Vec<Statement>, Vec<Statement>),
     Return,
 }
@@ -102,6 +109,8 @@ struct Generator {
     random: Random,
     /// Whether a local variable is in scope.
     has_local: bool,
+    /// Whether the core has a counter.
+    counts: bool,
 }
 
 impl Generator {
@@ -130,6 +139,10 @@ impl Generator {
 
     fn condition(&mut self, depth: usize) -> Condition {
         match self.random.below(if depth == 0 { 7 } else { 10 }) {
+            _ if self.counts && self.chance(25) => {
+                let operator = ["==", "!=", "<", "<="][self.random.below(4)];
+                Condition::Count(operator, self.random.below(4) as i8)
+            }
             0..=1 => Condition::Read(self.port(), self.variable(), 2),
             2 => Condition::Read(self.port(), self.variable(), self.random.below(3) as u8),
             3 => Condition::Status(self.port(), self.random.below(3) as u8),
@@ -148,6 +161,12 @@ impl Generator {
 
     fn statement(&mut self, depth: usize) -> Statement {
         match self.random.below(if depth == 0 { 14 } else { 19 }) {
+            _ if self.counts && self.chance(12) => match self.random.below(5) {
+                0..=1 => Statement::SetCount(self.random.below(4) as i8),
+                2 => Statement::AddCount(-1),
+                _ => Statement::AddCount(1),
+            },
+            _ if self.counts && depth > 0 && self.chance(12) => self.every(depth),
             0..=3 => Statement::Read(self.port(), self.variable()),
             4..=6 => Statement::Write(self.data(1)),
             7..=8 => Statement::Assign(self.variable(), self.data(1)),
@@ -174,7 +193,18 @@ impl Generator {
         }
     }
 
+    /// `if n == 0 then { …; n = 3; } else { n = n - 1; … }`, or up to a limit.
+    fn every(&mut self, depth: usize) -> Statement {
+        let (limit, up) = (1 + self.random.below(3) as i8, self.chance(50));
+        let (held, reset, step) = if up { (limit, 0, 1) } else { (0, limit, -1) };
+        let mut then = self.program(2, depth - 1);
+        then.push(Statement::SetCount(reset));
+        let otherwise = [vec![Statement::AddCount(step)], self.program(1, depth - 1)].concat();
+        Statement::If(Condition::Count("==", held), then, otherwise)
+    }
+
     fn core(&mut self) -> Core {
+        self.counts = self.chance(50);
         if self.chance(40) {
             let run = (0..=self.random.below(4)).map(|_| self.statement(2)).collect();
             return Core { is_machine: false, states: vec![StateOf { run, ..StateOf::default() }] };
@@ -226,7 +256,8 @@ fn condition(of: &Condition) -> String {
         }
         Condition::Flag(index) => format!("f{index}"),
         Condition::Ready => "ready()".to_owned(),
-        Condition::Unknown => "(n < 3)".to_owned(),
+        Condition::Unknown => "(level() < 3)".to_owned(),
+        Condition::Count(operator, value) => format!("(n {operator} {value})"),
         Condition::Not(inner) => format!("!{}", condition(inner)),
         Condition::And(one, other) => format!("({} && {})", condition(one), condition(other)),
         Condition::Or(one, other) => format!("({} || {})", condition(one), condition(other)),
@@ -253,6 +284,8 @@ fn statement(of: &Statement) -> String {
         Statement::Drive(order) => format!("drive({});", data(order)),
         Statement::SetFlag(flag, None) => format!("f{flag} = true;"),
         Statement::SetFlag(flag, Some(value)) => format!("f{flag} = {};", condition(value)),
+        Statement::SetCount(value) => format!("n = {value};"),
+        Statement::AddCount(by) => format!("n = n {} 1;", if *by < 0 { "-" } else { "+" }),
         Statement::If(held, then, otherwise) => {
             format!("if {} then {} else {}", condition(held), program(then), program(otherwise))
         }
@@ -273,12 +306,14 @@ fn text(core: &Core, name: &str) -> String {
         let _ = writeln!(out, "{} state S{index} {{", if index == 0 { "initial" } else { "" });
         let methods =
             [("entry", &state.entry), ("run", &state.run), ("handle", &state.handle), ("exit", &state.exit)];
-        for (name, method) in methods {
+        // A program that is not there does what an empty one does.
+        for (name, method) in methods.into_iter().filter(|(_, it)| index % 2 == 0 || !it.is_empty()) {
             let _ = writeln!(out, "  {name} = {}", program(method));
         }
         for (number, (guard, effect, target)) in state.transitions.iter().enumerate() {
             let guard = guard.as_ref().map_or(String::new(), |guard| format!("if {}", condition(guard)));
-            let _ = writeln!(out, "  transition t{number} {guard} to S{target} {}", program(effect));
+            let effect = if effect.is_empty() && target % 2 == 0 { String::new() } else { program(effect) };
+            let _ = writeln!(out, "  transition t{number} {guard} to S{target} {effect}");
         }
         out += "}\n";
     }
@@ -312,6 +347,7 @@ struct World {
     state: usize,
     variables: [u8; 3],
     flags: [bool; 2],
+    count: i8,
     statuses: [u8; 2],
     /// The number of the value of port `a`; none before the first.
     port: Option<u8>,
@@ -353,6 +389,8 @@ struct Run<'a> {
     next: usize,
     observed: &'a mut Observed,
     source_state: usize,
+    /// Before the first job: nothing is marked yet.
+    is_start: bool,
 }
 
 impl Run<'_> {
@@ -366,7 +404,7 @@ impl Run<'_> {
 
     fn mark(&mut self) -> Result<(), Stop> {
         self.world.since = Some(0);
-        if self.assumed.states[self.source_state] { Ok(()) } else { Err(Stop::Excluded) }
+        if self.assumed.states[self.source_state] && !self.is_start { Ok(()) } else { Err(Stop::Excluded) }
     }
 
     /// Data may arrive.
@@ -457,6 +495,10 @@ impl Run<'_> {
             Condition::Flag(index) => self.world.flags[*index],
             Condition::Ready => (self.assumed.ready && self.world.since.is_some()) || self.pick(2) == 1,
             Condition::Unknown => self.pick(2) == 1,
+            Condition::Count("==", value) => self.world.count == *value,
+            Condition::Count("!=", value) => self.world.count != *value,
+            Condition::Count("<", value) => self.world.count < *value,
+            Condition::Count(_, value) => self.world.count <= *value,
             Condition::Not(inner) => !self.condition(inner)?,
             Condition::And(one, other) => self.condition(one)? && self.condition(other)?,
             Condition::Or(one, other) => self.condition(one)? || self.condition(other)?,
@@ -525,6 +567,9 @@ impl Run<'_> {
             }
             Statement::SetFlag(flag, None) => self.world.flags[*flag] = true,
             Statement::SetFlag(flag, Some(value)) => self.world.flags[*flag] = self.condition(value)?,
+            Statement::SetCount(value) => self.world.count = *value,
+            // Far from all numbers of the text, only the sign matters.
+            Statement::AddCount(by) => self.world.count = (self.world.count + by).clamp(-100, 100),
             Statement::If(held, then, otherwise) => {
                 let branch = if self.condition(held)? { then } else { otherwise };
                 self.block(branch)?;
@@ -535,6 +580,12 @@ impl Run<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The entry of the initial state, with which the component starts.
+    fn start(&mut self, core: &Core) -> Result<(), Stop> {
+        self.world.state = 0;
+        self.program(&core.states[0].entry)
     }
 
     fn job(&mut self, core: &Core) -> Result<(), Stop> {
@@ -571,23 +622,24 @@ impl Run<'_> {
 /// Executes all jobs of a core, with all choices.
 fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>) -> Observed {
     let mut observed = Observed::default();
-    let mut seen: HashSet<World> = HashSet::new();
+    let mut seen: HashSet<(World, bool)> = HashSet::new();
     let mut open = VecDeque::new();
-    for start in 0..36 {
+    for start in 0..9 {
         let world = World {
             state: 0,
             variables: [0; 3],
-            flags: [start & 1 == 1, start & 2 == 2],
-            statuses: [(start / 4 % 3) as u8, (start / 12) as u8],
+            flags: [false; 2],
+            count: 0,
+            statuses: [(start % 3) as u8, (start / 3) as u8],
             port: None,
             is_unread: false,
             since: None,
             is_written: false,
         };
-        seen.insert(world);
-        open.push_back(world);
+        seen.insert((world, true));
+        open.push_back((world, true));
     }
-    while let Some(mut world) = open.pop_front() {
+    while let Some((mut world, is_start)) = open.pop_front() {
         if seen.len() > STATES {
             return observed;
         }
@@ -608,8 +660,9 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
                 next: 0,
                 observed: &mut shown,
                 source_state,
+                is_start,
             };
-            let is_kept = run.job(core).is_ok();
+            let is_kept = if is_start { run.start(core).is_ok() } else { run.job(core).is_ok() };
             let mut after = run.world;
             if is_kept {
                 observed = shown;
@@ -621,8 +674,12 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
                     after.since = Some(1);
                 }
                 let is_alive = after.since.is_none() || mode == Mode::Latest || after.variables.contains(&1);
-                if is_alive && seen.insert(after) {
-                    open.push_back(after);
+                // It may be stopped and started again.
+                for is_start in [false, true] {
+                    let may_be = is_alive && !(is_start && after.since.is_some());
+                    if may_be && seen.insert((after, is_start)) {
+                        open.push_back((after, is_start));
+                    }
                 }
             }
             // The next sequence of choices.
@@ -699,7 +756,7 @@ fn data_takes_as_long_through_a_core_as_an_execution_shows() {
     let (mut passages, mut exact, mut loose, mut bounded) = (0, 0, 0, 0);
     for project in first..first + count / CORES {
         let random = Random::of_seed(project as u64 + 1);
-        let mut generator = Generator { random, has_local: false };
+        let mut generator = Generator { random, has_local: false, counts: false };
         let cores: Vec<Core> = (0..CORES).map(|_| generator.core()).collect();
         let texts: Vec<String> =
             cores.iter().enumerate().map(|(index, core)| text(core, &format!("K{index}"))).collect();

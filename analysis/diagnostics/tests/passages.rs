@@ -194,7 +194,7 @@ fn a_switch_passes_the_new_order_of_the_assumed_state() {
         &[NOTHING, automatic],
         expect![[r#"
             manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
-            scan -> command: ∞ [Stopped] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            scan -> command: ∞ [Stopped, Automatic] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
             automatic -> command: ∞ [Manual] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             writes command: ∞ [Automatic] OtherPort("manual")
             reads manual: 1
@@ -489,6 +489,76 @@ fn a_state_that_each_period_leaves_bounds_nothing() {
             a -> q: ∞ [Read] Leaves, age 0, written 
             writes q: ∞ [Read] Leaves
             reads a: ∞ [Read] Leaves
+        "#]],
+    );
+}
+
+#[test]
+fn a_counter_that_writes_in_every_tenth_period_has_a_bound() {
+    let update =
+        "update = { if left == 0 then { read(a, x); write(q, x); left = 9; } else { left = left - 1; } }";
+    check(
+        &format!("core K(S) {{ var x: int = 0  var left: int = 0  {update} }}"),
+        expect![[r#"
+            a -> q: 10, age 0, written update to update update a + q
+            writes q: 10
+            reads a: 10
+        "#]],
+    );
+    // What clients set between two periods is not known.
+    check(
+        &format!(
+            "core K(T) {{ var x: int = 0  var left: int = 0  provide later(): void = {{ left = 5; }}  {update} }}
+             component D(T, K)  shell T extends S {{ provide later(): void }}"
+        ),
+        expect![[r#"
+            a -> q: ∞ [update] Condition, age 0, written update to update update a + q
+            writes q: ∞ [update] Condition
+            reads a: ∞ [update] Condition
+        "#]],
+    );
+}
+
+#[test]
+fn a_restart_may_keep_a_counter_that_then_passes_its_limit() {
+    // Started again in `Done`, it counts from 3 on.
+    let text = "core K(S) {
+        var x: int = 0  var n: int = 0
+        statemachine {
+          initial state Busy { run = { read(a, x); n = n + 1; }  transition done if n == 3 to Done }
+          state Done { run = { write(q, x); n = 0; }  transition again to Busy }
+        }
+      }";
+    check(
+        text,
+        expect![[r#"
+            a -> q: ∞ [Busy] Condition, age 1, written Done to Busy Done.run q
+            writes q: ∞ [Busy] Condition
+            reads a: 2
+        "#]],
+    );
+    check_assumed(
+        text,
+        Assumed { states: &["Busy"], ..NOTHING },
+        expect![[r#"
+            a -> q: ∞ [Busy] NoWrite, age ∞, written 
+            writes q: ∞ [Busy] NoWrite
+            reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_client_may_call_an_operation_with_another_value_than_the_core() {
+    check(
+        "core K(T) { var x: int = 0  var n: int = 0  provide later(in k: int): void = { if k == 3 then { write(q, 0); } }
+           update = { read(a, x); write(q, x); later(0); if n == 0 then { n = 1; } else { n = 0; } } }
+         shell T extends S { provide later(in k: int): void }
+         component D(T, K)",
+        expect![[r#"
+            a -> q: 1, age 0, less in later of update, written update to update update a + q
+            writes q: 1
+            reads a: 1
         "#]],
     );
 }

@@ -625,6 +625,25 @@ impl Expr {
     }
 }
 
+pub(crate) fn is_logic(operator: BinaryOperator) -> bool {
+    matches!(operator, BinaryOperator::And | BinaryOperator::Or)
+}
+
+/// An operator of a left-deep expression, its right operand and its source.
+pub(crate) type Operator<'a> = (BinaryOperator, &'a Expr, SourceId);
+
+/// Returns the first operand of an expression, and its operators, the last one first: a long sum is no deep recursion.
+pub(crate) fn spine(expr: &Expr, is_part: impl Fn(BinaryOperator) -> bool) -> (&Expr, Vec<Operator<'_>>) {
+    let (mut first, mut operators) = (expr, Vec::new());
+    while let Expr::Binary(operator, left, right, id) = first
+        && is_part(*operator)
+    {
+        operators.push((*operator, right.as_ref(), *id));
+        first = left;
+    }
+    (first, operators)
+}
+
 /// A literal; numbers as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Literal {

@@ -1,12 +1,14 @@
 //! How data passes through a core: from an input port, an operation or a codel to an output port or a codel, in how many
 //! periods, and which statement may overwrite it. Independent of all deployments: a changed period computes nothing here.
+//!
+//! A counter or mode decides what a period does: its state in the product (`product.rs`) is part of where the core is.
+//! `if left == 0 then { read(a, x); write(q, x); left = 9; } else { left = left - 1; }` passes data on in every tenth period.
 
 mod flow;
 mod graph;
 mod search;
 mod types;
 
-pub(crate) use self::graph::{code_of, is_logic, spine};
 pub use self::types::{Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written};
 
 use std::cell::RefCell;
@@ -16,11 +18,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
-use crate::body::core_scope;
+use crate::body::{code_of, core_scope};
 use crate::cost::{Cost, cost_until};
 use crate::graph::topological_order;
 use crate::infer::inference_of;
 use crate::item_tree::{Core, Machine, Name, SourceId};
+use crate::product::{Interpreted, interpreted_of};
 use crate::project::Project;
 use crate::source::{Decl, core};
 
@@ -31,8 +34,10 @@ use self::search::{Found, Moment, Search};
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Flows<'db> {
     graph: Graph<'db>,
-    /// The nodes that jobs come to, each with values of its cells.
-    reached: Vec<(u32, u128)>,
+    /// The nodes that jobs come to, each with the state of the product and values of its cells.
+    reached: Vec<(u32, u32, u128)>,
+    /// The followed product; none if there is none, or it is too large.
+    interpreted: Option<Arc<Interpreted<'db>>>,
     /// Whether the values of variables are forgotten at the end of each job, since there are too many.
     forgets: bool,
     /// There is too much to follow.
@@ -51,21 +56,17 @@ fn flows_of<'db>(
     if !behaviour.refusals.is_empty() {
         return None;
     }
-    let mut flows = Flows {
-        graph: Builder::new(db, project, of, behaviour, through_handles)?.build(),
-        ..Flows::default()
-    };
-    let states = vec![true; flows.graph.starts.len()];
-    for forgets in [false, true].into_iter().filter(|_| !flows.graph.too_large) {
-        let search = Search { forgets, ..Search::new(&flows.graph, &states) };
-        if let Some(found) = search.explore(search.first(behaviour.initial), |_, _| false, false) {
-            flows.reached = found.moments.iter().map(|it| (it.node, it.values)).collect();
-            flows.forgets = forgets;
-            return Some(Arc::new(flows));
-        }
-    }
-    flows.too_large = true;
-    Some(Arc::new(flows))
+    let graph = Builder::new(db, project, of, behaviour, through_handles)?.build();
+    let (states, interpreted) = (vec![true; graph.starts.len()], interpreted_of(db, project, of));
+    let search = Search { interpreted: interpreted.as_deref(), ..Search::new(&graph, &states) };
+    let found = search.and_coarser().filter(|_| !graph.too_large).find_map(|search| {
+        let found = search.explore(search.first(behaviour.initial), |_, _| false, false)?;
+        let reached = found.moments.iter().map(|it| (it.node, it.product, it.values)).collect();
+        Some((reached, search.interpreted.and_then(|_| interpreted.clone()), search.forgets))
+    });
+    let too_large = found.is_none();
+    let (reached, interpreted, forgets) = found.unwrap_or_default();
+    Some(Arc::new(Flows { graph, reached, interpreted, forgets, too_large }))
 }
 
 /// Returns how data passes through a core.
@@ -91,6 +92,7 @@ pub fn passages_of<'db>(
         answers: assumption.answers(db),
         new_data: &new_data,
         forgets: flows.forgets,
+        interpreted: flows.interpreted.as_deref(),
         ..Search::new(graph, &states)
     };
     let core = core(db, of);
@@ -187,8 +189,8 @@ impl<'db> Context<'_, 'db> {
     fn arrivals<'a>(&'a self, search: Search<'a, 'db>) -> impl Iterator<Item = Moment> + 'a {
         let is_assumed = |node| self.state_of(node).and_then(|it| search.states.get(it)) == Some(&true);
         let reached =
-            self.flows.reached.iter().filter(move |(node, _)| !search.is_skipped(*node) && is_assumed(*node));
-        reached.map(move |(node, values)| search.start(*node, *values))
+            self.flows.reached.iter().filter(move |it| !search.is_skipped(it.0) && is_assumed(it.0));
+        reached.map(move |(node, product, values)| search.start(*node, *product, *values))
     }
 
     /// Returns the most releases from any instant to the next of some nodes.
@@ -199,7 +201,9 @@ impl<'db> Context<'_, 'db> {
             Some(_) => node.sink == sink,
             None => node.source == source,
         };
-        let found = search.explore(self.arrivals(search), is_goal, true);
+        let mut all = search.and_coarser();
+        let found = all.find_map(|it| Some((it, it.explore(self.arrivals(it), is_goal, true)?)));
+        let (search, found) = found.map_or((search, None), |(search, found)| (search, Some(found)));
         self.releases(search, found.as_ref())
     }
 
@@ -208,8 +212,10 @@ impl<'db> Context<'_, 'db> {
         let skips = self.flows.graph.skips(Some(source), None, &[]);
         let search = Search { skips: &skips, ..self.search };
         let initial = Some(self.behaviour.initial).filter(|it| search.states.get(*it) == Some(&true));
-        let first = initial.and_then(|state| search.first(state));
-        let found = search.explore(first, |_, node| node.source == Some(source), true);
+        let found = search.and_coarser().find_map(|search| {
+            let first = initial.into_iter().flat_map(|state| search.first(state));
+            search.explore(first, |_, node| node.source == Some(source), true)
+        });
         let longest = found.and_then(|found| search.longest(&found).ok().flatten());
         longest.is_some_and(|jobs| jobs < releases)
     }
@@ -242,11 +248,23 @@ impl<'db> Context<'_, 'db> {
     /// Returns whether the core may stay in the assumed states for ever; otherwise a bound for them would be one of nothing.
     fn may_stay(&self) -> bool {
         let is_assumed = |state: usize| self.search.states.get(state) == Some(&true);
-        let mut successors = vec![Vec::new(); self.search.states.len()];
-        for edge in
-            self.behaviour.edges.all.iter().filter(|it| is_assumed(it.source) && is_assumed(it.target))
-        {
-            successors.get_mut(edge.source).into_iter().for_each(|it| it.push(edge.target));
+        let all = &self.behaviour.edges.all;
+        let assumed =
+            |edge: usize| all.get(edge).is_some_and(|it| is_assumed(it.source) && is_assumed(it.target));
+        let edges: Vec<(usize, usize)> = match &self.flows.interpreted {
+            Some(it) => {
+                let own = it.product.edges.iter().filter(|it| assumed(it.edge));
+                own.map(|it| (it.source, it.target)).collect()
+            }
+            None => {
+                let own = (0..).zip(all).filter(|(index, _)| assumed(*index));
+                own.map(|(_, it)| (it.source, it.target)).collect()
+            }
+        };
+        let count = edges.iter().map(|(source, target)| 1 + source.max(target)).max().unwrap_or_default();
+        let mut successors = vec![Vec::new(); count];
+        for (source, target) in edges {
+            successors.get_mut(source).into_iter().for_each(|it| it.push(target));
         }
         topological_order(&successors).0.len() < successors.len()
     }
@@ -258,17 +276,20 @@ impl<'db> Context<'_, 'db> {
             return None;
         }
         let skips = graph.skips(Some(from), Some(to), wanted);
-        let mut search = Search { source: Some(from), wanted, skips: &skips, ..self.search };
+        let search = Search { source: Some(from), wanted, skips: &skips, ..self.search };
         let carries = |moment: &Moment, node: &Node| node.sink == Some(to) && node.from & moment.carry != 0;
-        let mut found = search.explore(self.arrivals(search), carries, true);
-        if found.is_none() && !search.forgets {
-            search.forgets = true;
-            found = search.explore(self.arrivals(search), carries, true);
-        }
         // What follows may be too much too: then nothing is known.
-        let after = found.as_ref().and_then(|found| search.explore_after(found, to));
-        let releases = self.releases(search, found.as_ref().filter(|_| after.is_some()));
-        let overwritten = after.and_then(|after| self.overwritten(&after, carried));
+        let found = search.and_coarser().find_map(|it| {
+            let found = it.explore(self.arrivals(it), carries, true)?;
+            let after = it.explore_after(&found, to)?;
+            Some((it, found, after))
+        });
+        let (releases, overwritten) = match &found {
+            Some((search, found, after)) => {
+                (self.releases(*search, Some(found)), self.overwritten(after, carried))
+            }
+            None => (self.releases(search, None), None),
+        };
         let handles = graph.to_handle.get(usize::from(to)).copied().unwrap_or_default();
         Some(Passage {
             from: source.clone(),
@@ -301,14 +322,13 @@ impl<'db> Context<'_, 'db> {
     fn periods(&self, search: Search<'_, 'db>, to: u16) -> Option<u32> {
         let search = Search { is_age: true, ..search };
         let is_read = |moment: &Moment| search.node(moment).is_some_and(|node| node.source == search.source);
-        let starts = self.arrivals(search).filter(is_read).flat_map(|moment| search.taken(moment));
-        let mut found = search.explore(
-            starts,
-            |moment, node| {
-                node.sink == Some(to) && node.from & moment.carry != 0 && node.from & moment.newer == 0
-            },
-            false,
-        )?;
+        let is_last = |moment: &Moment, node: &Node| {
+            node.sink == Some(to) && node.from & moment.carry != 0 && node.from & moment.newer == 0
+        };
+        let mut found = search.and_coarser().find_map(|search| {
+            let starts = self.arrivals(search).filter(is_read).flat_map(|moment| search.taken(moment));
+            search.explore(starts, is_last, false)
+        })?;
         found.keep_to_goals();
         search.longest(&found).ok().flatten()
     }

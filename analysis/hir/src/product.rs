@@ -22,15 +22,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Edge, behaviour_of};
-use crate::body::{BodyId, Code, CoreScope, core_scope};
+use crate::body::{BodyId, Code, CoreScope, code_of, core_scope};
 use crate::builtin::Builtin;
 use crate::cost::Cost;
 use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
 use crate::item_tree::{
     BinaryOperator, CallStatus, Core, Direction, Expr, HookKind, Literal, MethodKind, Name, NameRef,
-    PortStatus, SourceId, Statement, UnaryOperator, Variable,
+    PortStatus, SourceId, Statement, UnaryOperator, Variable, is_logic, spine,
 };
-use crate::passage::{code_of, is_logic, spine};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, VariableId};
@@ -98,6 +97,24 @@ pub enum ProductCost<'db> {
     Operation(usize, u32),
 }
 
+/// The product of a core, and what its values decide.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub(crate) struct Interpreted<'db> {
+    pub(crate) product: Arc<Product<'db>>,
+    /// Whether a condition holds in all jobs from a state of the product, where it is the same in all of them.
+    pub(crate) decided: FxHashMap<(u32, SourceId), bool>,
+}
+
+impl Interpreted<'_> {
+    /// Returns the states of the product after a job that begins in one and executes an edge.
+    pub(crate) fn after(&self, source: u32, edge: usize) -> impl Iterator<Item = u32> {
+        let all = &self.product.edges;
+        let from = all.partition_point(|it| it.source < source as usize);
+        let own = all.iter().skip(from).take_while(move |it| it.source == source as usize);
+        own.filter(move |it| it.edge == edge).map(|it| it.target as u32)
+    }
+}
+
 /// Returns the product of a core; none if it follows no variable, or is not analysed.
 #[salsa::tracked(returns(ref))]
 pub fn product_of<'db>(
@@ -105,6 +122,16 @@ pub fn product_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Option<Arc<Product<'db>>> {
+    interpreted_of(db, project, of).as_ref().map(|it| it.product.clone())
+}
+
+/// Returns the product with what it decides. An edit that moves a condition in the text changes this only, and not the product.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn interpreted_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<Arc<Interpreted<'db>>> {
     let followed = followed_of(db, project, of);
     let behaviour = (!followed.variables.is_empty()).then(|| behaviour_of(db, project, of))?;
     if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
@@ -130,6 +157,8 @@ pub fn product_of<'db>(
         costs: Vec::new(),
         numbers: FxHashMap::default(),
         seen: FxHashMap::default(),
+        job: None,
+        decided: FxHashMap::default(),
         steps: 0,
         most_steps: 0,
     };
@@ -202,6 +231,10 @@ struct Interpreter<'a, 'db> {
     costs: Vec<ProductCost<'db>>,
     numbers: FxHashMap<ProductCost<'db>, u32>,
     seen: FxHashMap<VariableId, Seen>,
+    /// The number of the state and values from which a job is interpreted.
+    job: Option<usize>,
+    /// Whether the conditions of each job hold; none where one may, and may not.
+    decided: FxHashMap<(usize, SourceId), Option<bool>>,
     steps: usize,
     /// The limit of this attempt.
     most_steps: usize,
@@ -224,10 +257,11 @@ fn set(values: &mut Values, id: VariableId, value: Known) {
 
 impl<'db> Interpreter<'_, 'db> {
     /// Returns the product; none if it is beyond a limit.
-    fn product(&mut self) -> Option<Product<'db>> {
+    fn product(&mut self) -> Option<Interpreted<'db>> {
         self.most_steps = self.steps + MAX_STEPS;
         (self.costs, self.numbers) = (vec![ProductCost::One(Cost::default())], FxHashMap::default());
         self.seen.clear();
+        self.decided.clear();
         let start = (Place::Unconfigured, Values::new());
         let (mut numbers, mut all) = (FxHashMap::from_iter([(start.clone(), 0)]), vec![start]);
         let mut edges: BTreeMap<(usize, usize, usize), u32> = BTreeMap::new();
@@ -240,9 +274,11 @@ impl<'db> Interpreter<'_, 'db> {
             }
             if let Place::Running(state) = place {
                 running += 1;
+                self.job = Some(next);
                 found.extend(self.job(state, values).into_iter().map(|((edge, target), values, cost)| {
                     (Place::Running(target), values, Some((edge, cost)))
                 }));
+                self.job = None;
             }
             for (place, mut values, executed) in found {
                 // Clients may call operations between two periods.
@@ -269,7 +305,7 @@ impl<'db> Interpreter<'_, 'db> {
         &mut self,
         all: &[(Place, Values)],
         edges: BTreeMap<(usize, usize, usize), u32>,
-    ) -> Product<'db> {
+    ) -> Interpreted<'db> {
         let is_running = |(place, _): &&(Place, Values)| matches!(place, Place::Running(_));
         let running: Vec<&(Place, Values)> = all.iter().filter(is_running).collect();
         let mut followed: Vec<_> = shared(self.shared).collect();
@@ -298,12 +334,17 @@ impl<'db> Interpreter<'_, 'db> {
         };
         let values =
             followed.iter().filter_map(|(id, it)| Some((it.name.id, described(self.seen.get(id)?, &it.ty))));
-        Product {
+        let product = Product {
             states: running.iter().filter_map(state).collect(),
             edges: edges.into_iter().filter_map(edge).collect(),
             values: values.collect(),
             costs: std::mem::take(&mut self.costs),
-        }
+        };
+        let decided = self
+            .decided
+            .drain()
+            .filter_map(|((job, condition), holds)| Some(((*number.get(job)? as u32, condition), holds?)));
+        Interpreted { decided: decided.collect(), product: Arc::new(product) }
     }
 
     /// Returns where a component may be after a hook, and the values then. Hooks may return false.
@@ -561,10 +602,17 @@ impl<'db> Interpreter<'_, 'db> {
             }
             _ => {
                 let paths = self.value(expr, values);
-                self.after(paths, |this, value, values| match value {
-                    Some(value) => one(value != 0, values),
-                    None => {
-                        [true, false].map(|it| (it, this.given(expr, it, values.clone()), NOTHING)).into()
+                self.after(paths, |this, value, values| {
+                    let holds = value.map(|it| it != 0);
+                    if let Some(key) = this.job.zip(expr.id()) {
+                        let known = this.decided.entry(key).or_insert(holds);
+                        *known = known.filter(|it| holds == Some(*it));
+                    }
+                    match holds {
+                        Some(holds) => one(holds, values),
+                        None => {
+                            [true, false].map(|it| (it, this.given(expr, it, values.clone()), NOTHING)).into()
+                        }
                     }
                 })
             }

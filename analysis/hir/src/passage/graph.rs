@@ -8,13 +8,13 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Edge};
-use crate::body::{BodyId, Code, CoreScope, core_scope};
+use crate::body::{BodyId, Code, CoreScope, code_of, core_scope};
 use crate::builtin::Builtin;
 use crate::features::features_of;
 use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
 use crate::item_tree::{
     BinaryOperator, CallStatus, Core, Direction, Expr, Kind, Literal, Name, NameRef, PortStatus, SourceId,
-    Statement, UnaryOperator,
+    Statement, UnaryOperator, is_logic, spine,
 };
 use crate::names::resolve_type;
 use crate::program_id::ProgramId;
@@ -90,6 +90,8 @@ pub(super) struct Node {
     pub(super) source: Option<u16>,
     /// It gives what `from` carries to here: an index in [`Graph::sinks`].
     pub(super) sink: Option<u16>,
+    /// Of a branch on a condition at `at` of a job's programs: the successor where it holds.
+    pub(super) holds: Option<u8>,
     pub(super) at: SourceId,
     /// The call in the program that does it: of an operation, or itself.
     pub(super) call: SourceId,
@@ -327,6 +329,9 @@ impl<'a, 'db> Builder<'a, 'db> {
             self.place(Place { state, edge: Some(index), target, before, program });
             self.open = self.program(program).1;
         }
+        // Also an edge without such programs has a place: its end leads to other values of counters.
+        let (before, target) = (edge.first + edge.then.len(), Some(edge.target));
+        self.place(Place { state: edge.source, edge: Some(index), target, before, program: usize::MAX });
         self.emit(Step::End(edge.target), SourceId::default());
         self.open.clear();
     }
@@ -364,8 +369,20 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn push(&mut self, step: Step, at: SourceId) -> u32 {
         let place = self.graph.places.len().saturating_sub(1) as u32;
         let call = self.call.unwrap_or(at);
-        let (value, source, sink, next) = (None, None, None, [None; 2]);
-        self.graph.nodes.push(Node { step, from: 0, to: 0, value, source, sink, at, call, place, next });
+        let (value, source, sink, holds, next) = (None, None, None, None, [None; 2]);
+        self.graph.nodes.push(Node {
+            step,
+            from: 0,
+            to: 0,
+            value,
+            source,
+            sink,
+            holds,
+            at,
+            call,
+            place,
+            next,
+        });
         self.graph.nodes.len() as u32 - 1
     }
 
@@ -396,6 +413,16 @@ impl<'a, 'db> Builder<'a, 'db> {
         let exits = std::mem::take(&mut self.open);
         let other = exits.iter().map(|(node, _)| (*node, 1)).collect();
         (exits, other)
+    }
+
+    /// Does so for a condition, which holds at the successor `holds`. Its variables may differ where a client calls an operation.
+    fn decision(&mut self, left: Operand, right: Operand, at: Option<SourceId>, holds: u8) -> (Exits, Exits) {
+        let exits = self.branch(left, right, at.unwrap_or_default());
+        let is_of_job = self.graph.places.last().is_some_and(|it| !it.is_called(self.behaviour));
+        if let Some(node) = exits.0.first().and_then(|(node, _)| self.graph.nodes.get_mut(*node as usize)) {
+            node.holds = at.filter(|_| is_of_job).map(|_| holds);
+        }
+        exits
     }
 
     fn set(&mut self, to: Storage, value: Computed, at: SourceId) {
@@ -558,12 +585,13 @@ impl<'a, 'db> Builder<'a, 'db> {
             }
             Expr::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right, id) => {
                 let (left, right) = (self.value(left), self.value(right));
-                let (equal, differ) = self.branch(left.operand, right.operand, *id);
-                if *operator == BinaryOperator::Equal { (equal, differ) } else { (differ, equal) }
+                let holds = u8::from(*operator == BinaryOperator::NotEqual);
+                let (equal, differ) = self.decision(left.operand, right.operand, Some(*id), holds);
+                if holds == 0 { (equal, differ) } else { (differ, equal) }
             }
             _ => {
                 let value = self.value(expr);
-                self.branch(value.operand, Operand::Known(TRUE), expr.id().unwrap_or_default())
+                self.decision(value.operand, Operand::Known(TRUE), expr.id(), 0)
             }
         };
         (self.slots, self.cells) = (slots, cells);
@@ -806,25 +834,6 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 }
 
-pub(crate) fn is_logic(operator: BinaryOperator) -> bool {
-    matches!(operator, BinaryOperator::And | BinaryOperator::Or)
-}
-
-/// An operator of a left-deep expression, its right operand and its source.
-pub(crate) type Operator<'a> = (BinaryOperator, &'a Expr, SourceId);
-
-/// Returns the first operand of an expression, and its operators, the last one first: a long sum is no deep recursion.
-pub(crate) fn spine(expr: &Expr, is_part: impl Fn(BinaryOperator) -> bool) -> (&Expr, Vec<Operator<'_>>) {
-    let (mut first, mut operators) = (expr, Vec::new());
-    while let Expr::Binary(operator, left, right, id) = first
-        && is_part(*operator)
-    {
-        operators.push((*operator, right.as_ref(), *id));
-        first = left;
-    }
-    (first, operators)
-}
-
 fn computed(storage: Storage) -> Computed {
     Computed { from: storage.slot, operand: storage.cell.map_or(Operand::Known(ANY), Operand::Cell) }
 }
@@ -846,26 +855,4 @@ fn value_of(literal: &Literal) -> Values {
         Literal::PortStatus(PortStatus::NewData) | Literal::CallStatus(CallStatus::Success) => NEW_DATA,
         Literal::Int(_) | Literal::Float(_) | Literal::String(_) => ANY,
     }
-}
-
-/// Returns the code of a program of a core, and its body; `states` has the index of the state of each name.
-pub(crate) fn code_of<'a>(
-    core: &'a Core,
-    states: &FxHashMap<&Name, usize>,
-    id: &ProgramId,
-) -> Option<(BodyId, Code<'a>)> {
-    if let ProgramId::Hook(kind) = id {
-        let index = core.hooks.iter().position(|it| it.kind == *kind)?;
-        return Some((BodyId::Hook(index as u32), Code::Program(&core.hooks.get(index)?.program)));
-    }
-    let index = *states.get(id.state()?)?;
-    let state = core.machines.first()?.states.get(index)?;
-    let transition = |name: &Name| state.transitions.iter().find(|it| it.name.name == *name);
-    let code = match id {
-        ProgramId::Method { kind, .. } => Code::Program(state.method(*kind)?),
-        ProgramId::Guard { transition: name, .. } => Code::Guard(transition(name)?.guard.as_ref()?),
-        ProgramId::Effect { transition: name, .. } => Code::Program(transition(name)?.effect.as_ref()?),
-        ProgramId::Hook(_) | ProgramId::Operation(_) => return None,
-    };
-    Some((BodyId::State(0, index as u32), code))
 }

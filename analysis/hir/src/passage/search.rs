@@ -6,6 +6,7 @@ use std::collections::hash_map::Entry;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::graph::{closure, components, topological_order};
+use crate::product::Interpreted;
 use crate::source::Decl;
 
 use super::graph::{
@@ -20,6 +21,8 @@ const MAX_STATES: usize = 20_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Moment {
     pub(super) node: u32,
+    /// The state of the product in which the job begins; 0 where none is followed.
+    pub(super) product: u32,
     /// The slots that carry the data, or newer data.
     pub(super) carry: Slots,
     /// Those that carry newer data, where the age of one value is followed.
@@ -47,6 +50,8 @@ impl Moment {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search<'a, 'db> {
     pub(super) graph: &'a Graph<'db>,
+    /// What counters and modes decide, if they are followed.
+    pub(super) interpreted: Option<&'a Interpreted<'db>>,
     /// Where the data comes from.
     pub(super) source: Option<u16>,
     /// Whether one value is followed, instead of the newest one.
@@ -82,6 +87,7 @@ impl<'a, 'db> Search<'a, 'db> {
         let (wanted, skips, answers, new_data) = (&[][..], &[][..], &[][..], &[][..]);
         Search {
             graph,
+            interpreted: None,
             source: None,
             is_age: false,
             wanted,
@@ -98,20 +104,38 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns a moment before a node, when nothing carries data.
-    pub(super) fn start(&self, node: u32, values: u128) -> Moment {
-        Moment { node, carry: 0, newer: 0, values, is_taken: false }
+    pub(super) fn start(&self, node: u32, product: u32, values: u128) -> Moment {
+        let product = if self.interpreted.is_some() { product } else { 0 };
+        Moment { node, product, carry: 0, newer: 0, values, is_taken: false }
+    }
+
+    /// Returns this search, and those that follow less, for cores that are too large for it.
+    pub(super) fn and_coarser(self) -> impl Iterator<Item = Search<'a, 'db>> {
+        std::iter::successors(Some(self), |it| match it.interpreted {
+            Some(_) => Some(Search { interpreted: None, ..*it }),
+            None => (!it.forgets).then_some(Search { forgets: true, ..*it }),
+        })
     }
 
     /// Returns the values of all cells when nothing is known, at the beginning of a job.
     fn unknown(&self) -> u128 {
-        let mut moment = self.start(0, 0);
+        let mut moment = self.start(0, 0, 0);
         (0..).zip(&self.graph.domains).for_each(|(cell, &values)| moment.set(cell, values));
         moment.values
     }
 
-    /// Returns the moment before the first job in a state, when nothing is known.
-    pub(super) fn first(&self, state: usize) -> Option<Moment> {
-        self.graph.starts.get(state).map(|&node| self.start(node, self.unknown()))
+    /// Returns the moments before the first job in a state, when nothing is known but what counters and modes may be there.
+    pub(super) fn first(&self, state: usize) -> Vec<Moment> {
+        let products: Vec<u32> = match self.interpreted {
+            Some(it) => {
+                let own = (0..).zip(&it.product.states).filter(|(_, it)| it.state == state);
+                own.map(|(index, _)| index).collect()
+            }
+            None => vec![0],
+        };
+        let start = self.graph.starts.get(state);
+        let moments = |&node: &u32| products.iter().map(move |it| self.start(node, *it, self.unknown()));
+        start.into_iter().flat_map(moments).collect()
     }
 
     /// Returns whether nodes between two others are left out for a node.
@@ -146,7 +170,7 @@ impl<'a, 'db> Search<'a, 'db> {
             return;
         }
         match node.step {
-            Step::End(state) => self.next_job(moment, state, found),
+            Step::End(state) => self.next_job(moment, node, state, found),
             Step::Branch(left, right) => self.branch(moment, node, left, right, found),
             Step::Read(cell) => self.read(moment, node, cell, found),
             Step::Plain => {
@@ -156,7 +180,7 @@ impl<'a, 'db> Search<'a, 'db> {
         }
     }
 
-    fn next_job(&self, mut moment: Moment, state: usize, found: &mut Vec<Moment>) {
+    fn next_job(&self, mut moment: Moment, node: &Node, state: usize, found: &mut Vec<Moment>) {
         let Some(&start) = self.graph.starts.get(state) else { return };
         if self.states.get(state) != Some(&true) {
             return;
@@ -168,7 +192,16 @@ impl<'a, 'db> Search<'a, 'db> {
         if self.forgets {
             moment.values = self.unknown();
         }
-        found.push(moment);
+        let edge = self.graph.places.get(node.place as usize).and_then(|it| it.edge);
+        match self.interpreted.zip(edge) {
+            Some((interpreted, edge)) => {
+                // The shortest cycles are found first: those with equal values.
+                let mut products: Vec<u32> = interpreted.after(moment.product, edge).collect();
+                products.sort_by_key(|product| *product != moment.product);
+                found.extend(products.into_iter().map(|product| Moment { product, ..moment }));
+            }
+            None => found.push(moment),
+        }
     }
 
     fn branch(&self, moment: Moment, node: &Node, left: Operand, right: Operand, found: &mut Vec<Moment>) {
@@ -182,11 +215,13 @@ impl<'a, 'db> Search<'a, 'db> {
             }
             Some(moment)
         };
-        if a & b != 0 {
+        let decided = self.interpreted.and_then(|it| it.decided.get(&(moment.product, node.at)));
+        let excluded = node.holds.zip(decided).map(|(at, holds)| if *holds { 1 - at } else { at });
+        if a & b != 0 && excluded != Some(0) {
             found.extend(go(0, [(left, a & b), (right, a & b)]));
         }
         // They differ if they cannot be equal; if one is known, the other is none of its values.
-        if a != b || a.count_ones() != 1 {
+        if (a != b || a.count_ones() != 1) && excluded != Some(1) {
             let without =
                 |own: Values, other: Values| if other.count_ones() == 1 { own & !other } else { own };
             found.extend(go(1, [(left, without(a, b)), (right, without(b, a))]));
