@@ -17,6 +17,7 @@ pub mod orocos;
 mod random_model;
 pub mod sources;
 mod times;
+mod varied;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -101,6 +101,68 @@ context_switch = 0.0625
 "near.C" = 120
 "#;
 
+/// All fields of activities: releases by data, rates, lists of CPUs, a thread of several instances, two clocks.
+const FIELDS: &str = r#"
+codel look(out n: int): bool
+codel plan(in n: int): int
+codel far(in n: int): int
+shell Eye { output port seen: int }
+shell Leg { input port goal: int  output port done: int }
+core EyeCore(Eye) { var n: int = 0  update = { if look(n) then { write(seen, n); } } }
+core LegCore(Leg) {
+  var n: int = 0
+  var left: int = 0
+  update = {
+    if read(goal, n) == new_data then { write(done, plan(n)); }
+    if left == 0 then { n = far(n); left = 4; } else { left = left - 1; }
+  }
+}
+component Camera(Eye, EyeCore)
+component Base(Leg, LegCore)
+architecture Robot {
+  instance camera: Camera
+  instance rear: Camera
+  instance base: Base
+  instance arm: Base
+  instance log: Base
+  connection camera.seen -> base.goal
+  connection base.done -> arm.goal
+  connection rear.seen -> log.goal
+}
+deployment D {
+  architecture Robot
+  activity eyes { instances = [camera, rear]  priority = 9  rate = 50 Hz  cpus = [1] }
+  activity base { trigger = goal  least = 20  burst = 2  priority = 8  deadline = 90  cpus = big }
+  activity arm { trigger = goal  least = 50  priority = 7 }
+  activity log { period = 1000/10  jitter = 1/4  deadline = 250  offset = 5  priority = 5  cpus = [1, 2] }
+}
+//- /mauve.toml
+[timing]
+tables = ["times.toml"]
+[platform]
+cpus = 2
+cpu_sets.big = [1]
+rt_throttling = false
+[[platform.other]]
+name = "lan"
+priority = 10
+cpus = [1]
+rate = "10 Hz"
+time = "1 ms"
+burst = 2
+[lints]
+deadline-exceeds-period = "allow"
+[clocks]
+synchronised = ["camera", "rear"]
+[clocks.drive]
+instances = ["log"]
+//- /times.toml
+[codel]
+look = 2
+plan = 3
+far = 4
+"#;
+
 #[test]
 fn what_still_has_a_bound_has_at_least_the_old_one() {
     damage(&Project::sample("p3dx"), 18);
@@ -114,6 +176,11 @@ fn a_namesake_is_never_taken_instead() {
 #[test]
 fn nor_where_everything_stands_on_one_line() {
     damage(&Project::fixture(NAMESAKES).on_one_line(), 6);
+}
+
+#[test]
+fn nor_a_figure_of_any_field_of_an_activity() {
+    damage(&Project::fixture(FIELDS), 10);
 }
 
 fn damage(project: &Project, analysed: usize) {

@@ -39,7 +39,11 @@ fn edges_of(core: &str) -> String {
         false => core.replacen('{', "{ provide reset() = { }", 1),
     };
     let db = Database::default();
-    let workspace = workspace(&db, &format!("core K(S) {core}{TABLES}"));
+    let signature =
+        core.split("provide reset").nth(1).and_then(|it| it.split(" = {").next()).expect("it has one");
+    let result = if signature.contains("): ") { "" } else { ": void" };
+    let tables = TABLES.replace("reset(): void", &format!("reset{signature}{result}"));
+    let workspace = workspace(&db, &format!("core K(S) {core}{tables}"));
     let project = projects(&db, workspace)[0];
     let of = names_of(&db, project).anywhere(Kind::Component, "C")[0];
     let psm = psm_of(&db, first_tables(&db, project, of), of, LEVEL).as_ref().unwrap();
@@ -166,6 +170,55 @@ fn a_restart_keeps_the_variables_of_the_core() {
             Idle (m = 1) → Idle (m = 1): 10 ms
         "#]],
     );
+}
+
+#[test]
+fn hooks_set_values_also_those_that_fail() {
+    check(
+        "{ var n: int = 0  configure = { n = 4; }  update = { if n == 4 then { plan(); } n = 1; } }",
+        expect![[r#"
+            update (n = 4) → update (n = 1): 10 ms
+            update (n = 1) → update (n = 1): 0 ms
+        "#]],
+    );
+    // The second start, after one that fails.
+    check(
+        "{ var n: int = 0  var m: int = 0  start = { n = n + 1; }  statemachine { initial state Idle {
+          entry = { if n == 2 then { m = 1; } n = 0; }  run = { if m == 1 then { plan(); } } } } }",
+        expect![[r#"
+            Idle (m = 0) → Idle (m = 0): 0 ms
+            Idle (m = 1) → Idle (m = 1): 10 ms
+        "#]],
+    );
+}
+
+#[test]
+fn an_operation_sets_the_variables_of_its_caller() {
+    check(
+        "{ var n: int = 0  provide reset(out it: int) = { it = 3; }  update = { if n == 3 then { plan(); } reset(n); } }",
+        expect![[r#"
+            update (n = 0) → update (n = 3): 0 ms
+            update (n = 3) → update (n = 3): 10 ms
+        "#]],
+    );
+}
+
+#[test]
+fn a_number_that_an_operation_has_as_a_double_is_no_int() {
+    // Half of it is 1.5.
+    for (operation, half) in [
+        ("provide reset(in it: double) = { if it / 2 == 1 then { move(); } else { plan(); } }", "reset(n);"),
+        ("provide reset(): double = { return n; }", "if reset() / 2 == 1 then { move(); } else { plan(); }"),
+    ] {
+        let update = format!("update = {{ if n == 3 then {{ n = 3; }} {half} }}");
+        let edges = edges_of(&format!("{{ var n: int = 3  {operation}  {update} }}"));
+        assert_eq!(edges, "update → update: 10 ms\n", "{operation}");
+    }
+    let edges = edges_of(
+        "{ var d: double = 3  var n: int = 0  update = { if n == 0 then { n = 0; }
+        if d / 2 == 1 then { move(); } else { plan(); } d = 3; } }",
+    );
+    assert_eq!(edges, "update → update: 10 ms\n");
 }
 
 #[test]
