@@ -37,12 +37,12 @@ pub fn late_at_most(of: &MissProbability) -> String {
 /// Returns the conditions of such a probability, as clauses.
 pub fn miss_conditions(of: &MissProbability) -> Vec<String> {
     let mut all = vec!["the hour begins without unfinished jobs".to_owned()];
-    let independently = if of.per_job.is_some() { ", whatever the others take" } else { "" };
+    let independently = if of.tolerated.is_some() { ", whatever was executed before" } else { "" };
     all.push(format!(
         "each execution exceeds its times at most as probably as the tables say{independently}"
     ));
     if of.per_job.is_some() {
-        all.push("for one job, no deadline was missed before".to_owned());
+        all.push("for one job, the job before it was not late".to_owned());
     } else if !of.dependent.is_empty() {
         let codels: Vec<String> = of.dependent.iter().map(|it| format!("`{it}`")).collect();
         all.push(format!(
@@ -55,8 +55,10 @@ pub fn miss_conditions(of: &MissProbability) -> Vec<String> {
 
 /// Returns which rule gives such a probability: `the deadline is met at 1e-8`.
 pub fn miss_rule(of: &MissProbability) -> String {
-    match (of.per_job, of.level) {
-        (Some(_), _) => "from the distributions of execution times".to_owned(),
+    match (of.tolerated, of.level) {
+        (Some((level, it)), _) => {
+            format!("beyond the times at {level}, {} more within {} are tolerated", it.tolerated, it.window)
+        }
         (None, Some(level)) => format!("the deadline is met at {level}"),
         (None, None) => "the deadline is met at no level".to_owned(),
     }

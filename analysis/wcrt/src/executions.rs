@@ -72,7 +72,7 @@ pub fn executions_of<'db>(
             _ => Some(counts.of_jobs(jobs_in(&it.task, mission))),
         }
     };
-    let mut found = system.activities.iter().map(|it| own(it).unwrap_or(0.0)).collect();
+    let mut found: Vec<f64> = system.activities.iter().map(|it| own(it).unwrap_or(0.0)).collect();
     if !system.connected.is_empty() {
         add_calls(db, tables, system, mission, &mut found);
     }
@@ -101,7 +101,7 @@ fn add_calls<'db>(
     tables: TableSet<'db>,
     system: &System<'db>,
     mission: Time,
-    found: &mut Vec<f64>,
+    found: &mut [f64],
 ) {
     let project = tables.project(db);
     let calls = |it: &Connected| {

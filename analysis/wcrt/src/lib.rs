@@ -19,6 +19,7 @@
 //! | `task_set.rs` | a deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file |
 //! | `executions.rs` | how many executions may exceed their times, what a level supports, and the level that `required` chooses |
 //! | `probability.rs` | how probable it is that an activity is late |
+//! | `excesses.rs` | what jobs may take beyond the times of a level |
 //! | `path_fold.rs` | what jobs execute, folded to a number or a distribution |
 //! | `response.rs`, `report.rs` | its response times |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
@@ -47,6 +48,7 @@ pub mod better_timing;
 mod bisection;
 pub mod chains;
 mod component_tables;
+mod excesses;
 mod execution_times;
 mod executions;
 mod exported;

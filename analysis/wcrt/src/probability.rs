@@ -2,15 +2,17 @@
 //!
 //! - *Levels* needs no independence: at the rarest level at which the deadline is met, an hour without an execution above its time has
 //!   no late job, and others have at most the probability executions × level (`executions.rs`).
-//! - *Windows* convolves the times of the tables along the paths of jobs (`mauve_timing::late`): each execution may take long whatever
-//!   others took, which is an assumption. A codel whose measurement rejects it, or that `mauve.toml` names, excludes this rule.
+//! - *Excess* adds up what executions take beyond the times of a level (`mauve_timing::lateness`): each one exceeds its times with the
+//!   probability of the tables whatever was before it, which is an assumption. A codel whose measurement rejects it, or that
+//!   `mauve.toml` names, excludes this rule.
 //!
 //! Both hold for an hour that begins without unfinished jobs.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ModelDb, Project, config_of, names_of};
-use mauve_timing::{CpuSet, Level, Method, Priority, Status, Time};
+use mauve_timing::{CpuSet, Lateness, Level, Method, Priority, Status, Time};
 
+use crate::excesses::JobExecutions;
 use crate::executions::{HOUR, executions_of};
 use crate::locks::declared_locks;
 use crate::report::{ActivityReport, Query, Report};
@@ -24,21 +26,23 @@ use crate::timetable::{files_of, table, timetable_of};
 pub struct MissProbability {
     /// At most so probable is a late job in an hour that begins without unfinished jobs.
     pub per_hour: f64,
-    /// The same of one job, if no deadline was missed before it. Only the rule of windows gives it.
+    /// The same of one job, if the job of the activity before it was not late. Only the rule of excess gives it, for periodic activities.
     pub per_job: Option<f64>,
-    /// The rarest level at which the deadline is met, if the rule of levels gives the figure.
+    /// The rarest level at which the deadline is met.
     pub level: Option<Level>,
+    /// What is tolerated, and beyond the times of which level, if the rule of excess gives the figure.
+    pub tolerated: Option<(Level, Lateness)>,
     /// For each level of the tables, from the most probable one: the response time at it, if there is one, and how probable a longer
     /// one is in an hour.
     pub levels: Vec<(Level, Option<Time>, f64)>,
-    /// Codels whose executions depend on earlier ones, for which the rule of windows is not used.
+    /// Codels whose executions depend on earlier ones, for which the rule of excess is not used.
     pub dependent: Vec<String>,
 }
 
 impl MissProbability {
     /// Returns the name of the rule that gives the figure.
     pub fn rule(&self) -> &'static str {
-        if self.per_job.is_some() { "independent" } else { "comonotone" }
+        if self.tolerated.is_some() { "independent" } else { "comonotone" }
     }
 }
 
@@ -59,6 +63,8 @@ pub fn probabilities_of<'db>(
     let depends_on_all =
         !system.connected.is_empty() || !declared_locks(db, project).all.is_empty() || has_lists(system);
     let dependent = dependent_codels(db, tables);
+    let jobs = JobExecutions::of(db, tables, system);
+    let interrupt = || db.unwind_if_revision_cancelled();
     let of = |index: usize| {
         let at = |report: &&'db Report<'db>| report.activities.get(index);
         let (_, first) = reports.first()?;
@@ -69,22 +75,35 @@ pub fn probabilities_of<'db>(
         }
         let interferes =
             |other: &ActivityReport<'db>| depends_on_all || may_delay(other, at(first).unwrap_or(other));
-        let activities = first.activities.iter().zip(&executions);
-        let executions: f64 =
-            activities.filter(|(other, _)| interferes(other)).map(|(_, count)| *count).sum();
+        let delaying = || (0..).zip(&first.activities).filter(|(_, other)| interferes(other));
+        let executions: f64 = delaying().filter_map(|(other, _)| executions.get::<usize>(other)).sum();
+        let is_executed = |codel: &&String| {
+            let jobs = jobs.iter().flat_map(|jobs| delaying().flat_map(|(other, _)| jobs.codels(db, other)));
+            jobs.into_iter().any(|it| it == **codel)
+        };
+        let dependent: Vec<String> = dependent.iter().filter(is_executed).cloned().collect();
+        let excess = |(level, report): &(Level, &Report<'db>)| {
+            let jobs = jobs.as_ref().filter(|_| dependent.is_empty())?;
+            Some((*level, jobs.lateness(*level, report, index, &interrupt)?))
+        };
         // Where nothing depends on the level, an infinite number of other executions does not matter.
         let exceeded = |level: Level| (executions * level.as_f64()).min(1.0);
         let levels = reports
             .iter()
-            .map(|(level, report)| (*level, at(&report).and_then(|it| it.response), exceeded(*level)));
+            .map(|(level, report)| (*level, at(report).and_then(|it| it.response), exceeded(*level)));
         let met = reports.iter().rev().find(|(_, report)| at(report).is_some_and(|it| it.verdict.is_met()));
         let level = met.map(|(level, _)| *level);
+        let of_levels = level.map_or(1.0, exceeded);
+        let hour = |(_, it): &(Level, Lateness)| it.within(HOUR);
+        let excess = reports.iter().filter_map(excess).min_by(|a, b| hour(a).total_cmp(&hour(b)));
+        let tolerated = excess.filter(|it| hour(it) < of_levels);
         Some(MissProbability {
-            per_hour: level.map_or(1.0, exceeded),
-            per_job: None,
+            per_hour: tolerated.as_ref().map_or(of_levels, hour),
+            per_job: tolerated.and_then(|(_, it)| it.per_job),
             level,
+            tolerated,
             levels: levels.collect(),
-            dependent: dependent.clone(),
+            dependent,
         })
     };
     (0..system.activities.len()).map(of).collect()
@@ -145,9 +164,11 @@ mod tests {
 
     const BOTH: &str = "activity a { priority = 2 period = 100 affinity = 1 } activity b { priority = 1 period = 100 affinity = 1 }";
 
+    const DEPENDENT: &str = "timing.dependent = [\"a\", \"b\"]";
+
     #[test]
     fn the_rarest_level_that_is_met_counts_with_all_executions_that_delay() {
-        let found = of(BOTH, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", "");
+        let found = of(BOTH, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", DEPENDENT);
         let [a, b] = &found[..] else { panic!("{found:?}") };
         let (a, b) = (a.as_ref().unwrap(), b.as_ref().unwrap());
         // 36,000 executions of each codel in an hour; a lower priority delays nobody.
@@ -163,7 +184,7 @@ mod tests {
         // On another CPU, nothing delays it.
         let apart =
             BOTH.replace("priority = 1 period = 100 affinity = 1", "priority = 1 period = 100 affinity = 2");
-        let b = of(&apart, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", "")[1].clone().unwrap();
+        let b = of(&apart, "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n", DEPENDENT)[1].clone().unwrap();
         assert_eq!((b.per_hour, b.level), (36_000.0 * 1e-9, Level::from_f64(1e-9)));
     }
 
@@ -177,11 +198,35 @@ mod tests {
         assert_eq!(of(BOTH, "codel.a = 70\ncodel.b = 10\n", ""), [None, None]);
     }
 
+    /// 36,000 jobs an hour of each; at 1e-3, `b` responds in 40 ms and tolerates 60 more. Two windows of 100 ms have two jobs of each.
+    #[test]
+    fn what_executions_take_beyond_a_level_adds_up() {
+        let found = of(BOTH, "codel.a = [10, 20, 60]\ncodel.b = [30, 50, 51]\n", "");
+        let b = found[1].as_ref().unwrap();
+        let (level, tolerated) = b.tolerated.unwrap();
+        assert_eq!(
+            (level, tolerated.tolerated),
+            (Level::from_f64(1e-3).unwrap(), Time::from_nanos(60_000_000))
+        );
+        assert_eq!((b.rule(), b.level), ("independent", Level::from_f64(1e-6)));
+        // One of four takes any time; or `a` takes 50 more, with 1e-6, and another one 10 or 20, with 1e-3. 10 is rounded up.
+        let job = b.tolerated.unwrap().1.probability;
+        let most = 4e-9 + 2.0 * 1e-6 * 3.0 * 1e-3;
+        assert!(job > 0.99 * most && job < 1.01 * most, "{job}");
+        assert!((b.per_hour / (36_001.0 * job) - 1.0).abs() < 1e-9, "{b:?}");
+        // A dependent codel excludes the rule where it is executed.
+        let found =
+            of(BOTH, "codel.a = [10, 20, 60]\ncodel.b = [30, 50, 51]\n", "timing.dependent = [\"b\"]");
+        let rules: Vec<_> = found.iter().flatten().map(|it| (it.rule(), it.dependent.len())).collect();
+        assert_eq!(rules[1], ("comonotone", 1));
+        assert_eq!(rules[0].1, 0);
+    }
+
     #[test]
     fn dependent_codels_are_named() {
         let table = "codel.a = [10, 20, 60]\ncodel.b = [30, 40, 50]\n";
         let of = |config: &str, more: &str| {
-            of(BOTH, &format!("{table}{more}"), config)[0].clone().unwrap().dependent
+            of(BOTH, &format!("{table}{more}"), config)[1].clone().unwrap().dependent
         };
         assert_eq!(of("", ""), Vec::<String>::new());
         assert_eq!(of("timing.dependent = [\"b\", \"a\"]", ""), ["a", "b"]);

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
-use mauve_timing::{Entry, Level, Measured, Overhead, Table, TableError, TableErrorKind, Time, Times};
+use mauve_timing::{
+    Entry, Excess, Level, Measured, Overhead, Table, TableError, TableErrorKind, Time, Times,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
@@ -827,6 +829,20 @@ impl<'db> Timetable<'db> {
         let of_slots = |slots: &[Slot]| slots.iter().map(of_slot).max().unwrap_or(0);
         let entries = self.slots.iter().map(|(of, slots)| (of.clone(), of_slots(slots)));
         (entries.collect(), dispatch + switches)
+    }
+
+    /// Returns what an execution may take beyond the time of its entry at a level, by the rarer levels of its table; `None` without a time
+    /// at the level.
+    pub(crate) fn excess(&self, of: &Timed<'db>, level: Level) -> Option<Excess> {
+        let [slot] = self.slots.get(of)?.as_slice() else { return None };
+        let base = at_level(slot.times.as_ref()?, &slot.levels, level)?;
+        let mut rarer: Vec<Level> = slot.levels.iter().copied().filter(|it| *it <= level).collect();
+        rarer.sort_by(|a, b| b.cmp(a));
+        let step = |level: Level| {
+            let time = at_level(slot.times.as_ref()?, &slot.levels, level)?;
+            Some((time.checked_sub(base).unwrap_or_default(), level.as_f64()))
+        };
+        Some(Excess { steps: rarer.into_iter().map(step).collect::<Option<_>>()? })
     }
 
     /// Returns whether no codel or program has a time.

@@ -1,0 +1,101 @@
+//! What the jobs of a deployment may take beyond the times of a level, for [`mauve_timing::lateness`].
+
+use std::collections::BTreeMap;
+
+use mauve_hir::{Decl, ModelDb};
+use mauve_timing::{Excess, Executions, Lateness, Level, lateness};
+use rustc_hash::FxHashMap;
+
+use crate::path_fold::{Figure, folded};
+use crate::reason::Timed;
+use crate::report::Report;
+use crate::system::System;
+use crate::table_set::TableSet;
+use crate::timetable::{Timetable, timetable_of};
+
+/// What the jobs of each activity execute: which entries of the tables, and how often.
+pub(crate) struct JobExecutions<'db> {
+    times: &'db Timetable<'db>,
+    /// The entries whose times depend on the level.
+    entries: Vec<Timed<'db>>,
+    of: Vec<Executions>,
+}
+
+/// Finds, for each entry, how often it is executed.
+struct Multiset<'a, 'db>(&'a FxHashMap<Timed<'db>, usize>);
+
+impl<'db> Figure<'db> for Multiset<'_, 'db> {
+    type Value = BTreeMap<usize, u64>;
+
+    fn of(&self, timed: &Timed<'db>) -> Option<Self::Value> {
+        Some(BTreeMap::from([(*self.0.get(timed)?, 1)]))
+    }
+
+    fn sum(&self, parts: &[Self::Value]) -> Self::Value {
+        let mut all = BTreeMap::new();
+        for (entry, count) in parts.iter().flatten() {
+            let sum: &mut u64 = all.entry(*entry).or_default();
+            *sum = sum.saturating_add(*count);
+        }
+        all
+    }
+
+    /// Whichever is executed: no entry more often than in one of them.
+    fn greatest(&self, parts: &[Self::Value]) -> Self::Value {
+        let mut all = BTreeMap::new();
+        for (entry, count) in parts.iter().flatten() {
+            let greatest: &mut u64 = all.entry(*entry).or_default();
+            *greatest = (*greatest).max(*count);
+        }
+        all
+    }
+}
+
+impl<'db> JobExecutions<'db> {
+    /// Returns what the jobs of a deployment execute; `None` where waits or the overhead of jobs depend on the level.
+    pub(crate) fn of(db: &'db dyn ModelDb, tables: TableSet<'db>, system: &System<'db>) -> Option<Self> {
+        let times = timetable_of(db, tables);
+        let (levelled, of_job) = times.levelled();
+        let counts = levelled.iter().filter(|(_, count)| **count > 0);
+        let is_wait = |of: &Timed<'db>| matches!(of, Timed::Wait(_));
+        if of_job > 0 || counts.clone().any(|(of, _)| is_wait(of)) {
+            return None;
+        }
+        let entries: Vec<Timed<'db>> = counts.map(|(of, _)| of.clone()).collect();
+        // A program with a certain time stands for none.
+        let all: FxHashMap<Timed<'db>, usize> =
+            levelled.keys().map(|it| (it.clone(), entries.len())).collect();
+        let numbers = entries.iter().cloned().zip(0..);
+        let all = Multiset(&all.into_iter().chain(numbers).collect());
+        let of = |component: Option<Decl<'db>>| {
+            let folded = component.and_then(|it| folded(db, tables.project(db), it, &all));
+            let edges = folded.into_iter().flat_map(|it| it.edges);
+            let kept = edges.map(|it| it.into_iter().filter(|(it, _)| *it < entries.len()).collect());
+            kept.collect()
+        };
+        let of = system.activities.iter().map(|it| of(it.executed())).collect();
+        Some(JobExecutions { times, entries, of })
+    }
+
+    /// Returns the names of the codels whose times count for an activity.
+    pub(crate) fn codels(&self, db: &'db dyn ModelDb, activity: usize) -> impl Iterator<Item = String> {
+        let all = self.of.get(activity).into_iter().flatten().flatten();
+        all.filter_map(move |(entry, _)| match self.entries.get(*entry)? {
+            Timed::Codel(codel) => Some(codel.qualified(db)),
+            _ => None,
+        })
+    }
+
+    /// Returns how probable it is that an activity is late, from its figures at a level; `None` if that is not known.
+    pub(crate) fn lateness(
+        &self,
+        level: Level,
+        report: &Report<'db>,
+        activity: usize,
+        interrupt: &dyn Fn(),
+    ) -> Option<Lateness> {
+        let excess = |of: &Timed<'db>| self.times.excess(of, level);
+        let excesses: Vec<Excess> = self.entries.iter().map(excess).collect::<Option<_>>()?;
+        lateness(&report.tasks, activity, &excesses, &self.of, interrupt).ok()
+    }
+}
