@@ -1,7 +1,7 @@
 //! Measured execution times in words: what a test assumes, why an estimate has a warning, and why there is none.
 
 use mauve_pwcet::{
-    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
+    Check, CheckKind, FEW_EXECUTIONS, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
 };
 use mauve_timing::{DEPENDENT, Time};
 use mauve_wcrt::Basis;
@@ -116,6 +116,7 @@ pub fn refusal_kind(refusal: &Refusal) -> &'static str {
         Refusal::Constant { .. } => "constant-times",
         Refusal::TooCoarse { .. } => "coarse-clock",
         Refusal::NoFit => "no-fit",
+        Refusal::RareMode { .. } => "rare-mode",
         Refusal::Absurd { .. } => "absurd-bound",
         Refusal::InfiniteMean { .. } => "endless-tail",
     }
@@ -180,12 +181,15 @@ pub fn measurement_refusal(refusal: &Refusal) -> String {
             time(*constant as f64)
         ),
         Refusal::TooCoarse { distinct, resolution } => format!(
-            "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; for stricter levels than those that are counted, measure more, or with a finer clock",
+            "only {distinct} distinct times, in steps of {}, which hide the tail: for stricter levels than those that are counted, measure more, or with a finer clock",
             time(*resolution as f64)
         ),
         Refusal::NoFit => {
             "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
         }
+        Refusal::RareMode { slow } => format!(
+            "the {slow} longest executions are a mode of their own, too rare for a fit: find what they have in common, and measure until there are 50 of them"
+        ),
         Refusal::Absurd { ratio } => format!(
             "the bound is {} times the longest execution: leave the level out, or measure more",
             rounded_up(*ratio)
@@ -236,6 +240,7 @@ mod tests {
             Refusal::Constant { time: 1 },
             Refusal::TooCoarse { distinct: 1, resolution: 1 },
             Refusal::NoFit,
+            Refusal::RareMode { slow: 1 },
             Refusal::Absurd { ratio: 1e6 },
             Refusal::InfiniteMean { shape: 2.0 },
         ];
@@ -244,6 +249,6 @@ mod tests {
             let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
             assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
         }
-        assert_eq!(measurement_kinds().count(), 18);
+        assert_eq!(measurement_kinds().count(), 19);
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn convergence(times: &Times, levels: &[f64], model: TailModel) -> Ve
     let counts = [2, 4, 6, 8, 9].into_iter().map(|tenths| times.count() * tenths / 10);
     let at = |count: usize| {
         let first = times.first(count);
-        let tail = Tail::select(&first, model)?;
+        let tail = Tail::select(&first, model).ok()?;
         let levels =
             levels.iter().map(|&level| (tail.exceeded_with(&first, level), tail.upper_bound(&first, level)));
         Some(Convergence { count, levels: levels.collect() })

@@ -3,7 +3,7 @@
 use crate::bootstrap;
 use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
-use crate::counted::{counted_bounds, needed};
+use crate::counted::{counted_bound, counted_bounds, needed};
 use crate::distributions::chi_square;
 use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
@@ -192,9 +192,14 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         return refused(Refusal::TooCoarse { distinct, resolution });
     }
     let times = Times::new(executions, resolution, options.seed);
-    let Some(tail) = Tail::select(&times, options.model) else {
-        return refused(Refusal::NoFit);
+    let tail = match Tail::select(&times, options.model) {
+        Ok(tail) => tail,
+        Err(refusal) => return refused(refusal),
     };
+    // Steps that hide the shape of the tail: one more of them must not give a figure.
+    if resolution as f64 > tail.model.scale / 2.0 {
+        return refused(Refusal::TooCoarse { distinct, resolution });
+    }
     if tail.model.shape >= 1.0 {
         return refused(Refusal::InfiniteMean { shape: tail.model.shape });
     }
@@ -258,8 +263,9 @@ fn level_estimates(
         let depth = level * count as f64;
         // Where no time of the sample is above the quantile with the confidence, the bound is not below the greatest one: the fit
         // may not know the rare mode that gave it.
-        let seen = if tail.is_counted(level) { 0.0 } else { greatest };
-        let upper = tail.upper_bound(times, level).max(seen) + resolution as f64;
+        let counted = counted_bound(times, level);
+        let upper =
+            counted.unwrap_or_else(|| tail.upper_bound(times, level).max(greatest)) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
         let ratio = greatest_bound / greatest;
         let refusal = Refusal::Absurd { ratio };
@@ -271,7 +277,7 @@ fn level_estimates(
             } else {
                 Err(NoBound { refusal, needed: needed(level) })
             },
-            is_extrapolated: tail.is_extrapolated(level),
+            is_extrapolated: counted.is_none(),
             depth,
             block_maxima: block_maxima.map(|it| it.exceeded_with(level)),
         });
@@ -363,25 +369,34 @@ mod tests {
 
     /// 2 of 20,000 should exceed the time of 1e-4: a bound from the other executions, below all of a rare mode, would be wrong.
     #[test]
-    fn no_bound_is_below_an_execution_that_no_rank_covers() {
+    fn a_rare_mode_has_no_bound_from_the_other_executions() {
         let levels = [1e-3, 1.5e-4, 1e-4, 1e-5, 1e-9];
         for slow in 1..=4 {
             let executions = with_rare_mode(slow);
             let greatest = executions.iter().copied().max().unwrap() as f64;
-            let found = estimate(&executions, &options(&levels)).unwrap();
-            assert!(greatest > 1.4e7);
-            for it in &found.levels[1..] {
-                assert!(
-                    it.bound.is_ok_and(|it| it >= greatest) || it.bound.is_err() && it.level == 1e-9,
-                    "{slow} slow executions: {it:?}"
-                );
-            }
-            // 20 should exceed this one: the mode is rarer.
-            assert!(found.levels[0].bound.unwrap() < 6e6, "{:?}", found.levels[0]);
-            assert!(!found.warnings.is_empty(), "{slow} slow executions");
+            let refused = estimate(&executions, &options(&levels)).unwrap_err();
+            assert_eq!(refused.refusal, Refusal::RareMode { slow });
+            // 20 should exceed this one: the mode is rarer. 3 should exceed the next one, which may be counted.
+            assert!(refused.bounds[0].unwrap() < 6e6, "{refused:?}");
+            assert!(refused.bounds[1].is_err() || refused.bounds[1].unwrap() >= greatest, "{refused:?}");
+            assert!(refused.bounds[2..].iter().all(Result::is_err), "{refused:?}");
         }
         let found = estimate(&with_rare_mode(0), &options(&levels)).unwrap();
         assert_eq!(found.warnings, []);
+    }
+
+    /// Times of 40 steps, but a tail of two or three: its 40 distinct times are not those of a tail.
+    #[test]
+    fn steps_that_hide_the_tail_give_no_figure() {
+        let mut random = generator(6, 0);
+        let mut time = |index: u64| (index % 37 + (-uniform(&mut random).ln()) as u64) * 1000;
+        let executions: Vec<u64> = (0..20_000).map(&mut time).collect();
+        let refused = estimate(&executions, &options(&[1e-3, 1e-6])).unwrap_err();
+        assert!(
+            matches!(refused.refusal, Refusal::TooCoarse { distinct: 40.., resolution: 1000 }),
+            "{refused:?}"
+        );
+        assert!(refused.bounds[0].is_ok() && refused.bounds[1].is_err(), "{refused:?}");
     }
 
     /// 3 of 300 executions are a hundred times as long: the deepest levels have no bound, the others keep theirs.

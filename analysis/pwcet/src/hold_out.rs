@@ -24,7 +24,7 @@ pub(crate) fn hold_out(times: &Times, model: TailModel) -> Vec<HoldOut> {
     let half = times.count() / 2;
     let first = times.first(half);
     let second = &times.recorded[half..];
-    let Some(tail) = Tail::select(&first, model) else { return Vec::new() };
+    let Ok(tail) = Tail::select(&first, model) else { return Vec::new() };
     let levels =
         (2..=9).map(|exponent| 10_f64.powi(-exponent)).take_while(|level| level * second.len() as f64 >= 1.0);
     let at = |level: f64| {

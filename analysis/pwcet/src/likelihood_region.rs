@@ -7,7 +7,7 @@
 use crate::gpd::{Gpd, falling_root, scaled_quantile};
 
 /// The two edges of the region.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LikelihoodRegion {
     /// For each shape, the least and the greatest scale.
     edges: Vec<(f64, [f64; 2])>,

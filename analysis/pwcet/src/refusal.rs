@@ -13,7 +13,7 @@ pub enum Refusal {
         /// That time.
         time: u64,
     },
-    /// There are too few distinct times for a distribution.
+    /// There are too few distinct times for a distribution, or too few in its tail.
     TooCoarse {
         /// How many distinct times there are.
         distinct: usize,
@@ -22,6 +22,11 @@ pub enum Refusal {
     },
     /// No distribution fits the longest executions.
     NoFit,
+    /// The longest executions are a mode of their own, too few to fit and too many for the tail of the others.
+    RareMode {
+        /// How many they are.
+        slow: usize,
+    },
     /// The tail is so heavy that it has no mean: ξ ≥ 1.
     InfiniteMean {
         /// ξ.

@@ -1,134 +1,310 @@
-//! Coverage: how often the upper bounds are above the true quantiles of synthetic laws, and how many estimates have a warning.
+//! Coverage: how often the upper bounds are above the true quantiles of synthetic laws, or refused.
 //!
-//! `MAUVE_COVERAGE_RUNS=1000 cargo test --release -p mauve-pwcet --test main coverage:: -- --nocapture` prints the table,
-//! for samples of `MAUVE_COVERAGE_COUNT` executions (5000).
+//! `MAUVE_COVERAGE_RUNS=500 MAUVE_COVERAGE_COUNTS=200,1000,5000,20000,200000 cargo test --release -p mauve-pwcet --test main
+//! coverage:: -- --nocapture` prints the whole table. `MAUVE_COVERAGE_LAW=Pareto` takes the laws whose names have that text.
 
-use mauve_pwcet::{Estimate, Options, TailModel, estimate};
+use std::f64::consts::SQRT_2;
+
+use mauve_pwcet::{Options, TailModel, estimate};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
+use statrs::function::erf::{erfc, erfc_inv};
 
-const LEVELS: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+const LEVELS: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
 /// The nanoseconds that an execution of a law exceeds with a probability.
 type Quantile = fn(f64) -> f64;
 
-/// The tails that no exponential distribution underestimates: their bounds must hold.
-const LIGHT: [(&str, Quantile); 6] = [
-    ("exponential", |p| 5e6 - 1e6 * p.ln()),
-    ("Gumbel", |p| 5e6 - 1e6 * (-(-p).ln_1p()).ln()),
-    ("Weibull, k = 1", |p| 1e6 * weibull(p, 1.0)),
-    ("Weibull, k = 1.5", |p| 5e6 + 1e6 * weibull(p, 1.5)),
-    ("Weibull, k = 3", |p| 5e6 + 1e6 * weibull(p, 3.0)),
-    ("uniform", |p| 5e6 + 1e6 * (1.0 - p)),
-];
+/// How executions follow each other.
+#[derive(Clone, Copy, PartialEq)]
+enum Order {
+    Independent,
+    /// The normal variables behind the times have this autocorrelation.
+    Ar1(f64),
+    /// The greatest times come in groups of 1/(1 − ρ).
+    Groups(f64),
+    /// The slow ones with this probability come in phases of 100.
+    Phases(f64),
+    /// Each execution is longer than the one before it, by so much in all; the truth is that of the last one.
+    Drift(f64),
+    /// After 70 % of the recording, so much is added.
+    Step(f64),
+}
 
-/// The others: what matters is how many of their estimates have a warning, or are refused.
-const HEAVY: [(&str, Quantile); 7] = [
-    ("Weibull, k = 0.7", |p| 5e6 + 1e6 * weibull(p, 0.7)),
-    ("lognormal, σ = 0.25", |p| 5e6 * (0.25 * normal(p)).exp()),
-    ("lognormal, σ = 0.5", |p| 5e6 * (0.5 * normal(p)).exp()),
-    ("Pareto, ξ = 0.1", |p| 5e6 + 1e6 * (p.powf(-0.1) - 1.0) / 0.1),
-    ("Pareto, ξ = 0.3", |p| 5e6 + 1e6 * (p.powf(-0.3) - 1.0) / 0.3),
-    ("mixture, 1 of 20 slow", |p| mixture(p, 0.05)),
-    ("mixture, 1 of 500 slow", |p| mixture(p, 0.002)),
+struct Law {
+    name: &'static str,
+    quantile: Quantile,
+    order: Order,
+    /// The clock shows multiples of it.
+    tick: f64,
+    /// The probability of its rarest mode: nothing is promised from fewer than [`EXPECTED`] executions of it.
+    mode: f64,
+}
+
+const LAW: Law = Law {
+    name: "exponential",
+    quantile: |p| 5e6 - 1e6 * p.ln(),
+    order: Order::Independent,
+    tick: 1.0,
+    mode: 1.0,
+};
+
+const fn law(name: &'static str, quantile: Quantile) -> Law {
+    Law { name, quantile, ..LAW }
+}
+
+const fn ordered(name: &'static str, order: Order, quantile: Quantile) -> Law {
+    Law { name, quantile, order, ..LAW }
+}
+
+const fn mode(name: &'static str, mode: f64, quantile: Quantile) -> Law {
+    Law { name, quantile, mode, ..LAW }
+}
+
+const fn ticks(name: &'static str, tick: f64, quantile: Quantile) -> Law {
+    Law { name, quantile, tick, ..LAW }
+}
+
+/// As many executions of a mode show two of them in 96 of 100 recordings.
+const EXPECTED: f64 = 5.0;
+
+/// The first laws have tails that no exponential distribution underestimates.
+const LIGHT: usize = 7;
+
+const LAWS: [Law; 38] = [
+    LAW,
+    law("Gumbel", |p| 5e6 - 1e6 * (-(-p).ln_1p()).ln()),
+    law("uniform", |p| 5e6 + 1e6 * (1.0 - p)),
+    law("normal", |p| 5e6 + 5e5 * normal(p)),
+    law("triangular", |p| {
+        5e6 + 1e6 * if p < 0.5 { 1.0 - (p / 2.0).sqrt() } else { ((1.0 - p) / 2.0).sqrt() }
+    }),
+    law("Weibull, k = 1.5", |p| 5e6 + 1e6 * weibull(p, 1.5)),
+    law("Weibull, k = 3", |p| 5e6 + 1e6 * weibull(p, 3.0)),
+    law("Weibull, k = 0.7", |p| 5e6 + 1e6 * weibull(p, 0.7)),
+    law("Weibull, k = 0.5", |p| 5e6 + 1e6 * weibull(p, 0.5)),
+    law("lognormal, σ = 0.25", |p| 5e6 * (0.25 * normal(p)).exp()),
+    law("lognormal, σ = 0.5", |p| 5e6 * (0.5 * normal(p)).exp()),
+    law("lognormal, σ = 0.7", |p| 5e6 * (0.7 * normal(p)).exp()),
+    law("lognormal, σ = 1", |p| 5e6 * normal(p).exp()),
+    law("Pareto, ξ = 0.1", |p| pareto(p, 0.1)),
+    law("Pareto, ξ = 0.2", |p| pareto(p, 0.2)),
+    law("Pareto, ξ = 0.3", |p| pareto(p, 0.3)),
+    law("Pareto, ξ = 0.4", |p| pareto(p, 0.4)),
+    mode("mixture, 1 of 20 slow", 0.05, |p| mixture(p, 0.05)),
+    mode("mixture, 1 of 500 slow", 0.002, |p| mixture(p, 0.002)),
+    mode("mixture, 1e-3 slow", 1e-3, |p| mixture(p, 1e-3)),
+    mode("mixture, 1e-4 slow", 1e-4, |p| mixture(p, 1e-4)),
+    mode("mixture, 3e-5 slow", 3e-5, |p| mixture(p, 3e-5)),
+    // Of an execution of the second mode, the time is often among those of the first: it takes three times as many to show it.
+    mode("two scales, 1 of 100", 1.5e-3, |p| two_scales(p, 1e-2)),
+    mode("two scales, 1e-3", 1.5e-4, |p| two_scales(p, 1e-3)),
+    ticks("exponential, ticks of σ/4", 2.5e5, |p| 5e6 - 1e6 * p.ln()),
+    ticks("exponential, ticks of σ", 1e6, |p| 5e6 - 1e6 * p.ln()),
+    ticks("normal, ticks of σ/2", 2.5e5, |p| 5e6 + 5e5 * normal(p)),
+    law("latencies in µs", latency),
+    ticks("lognormal, ticks of 1 ms", 1e6, |p| 5e6 * (0.5 * normal(p)).exp()),
+    ordered("AR(1) 0.5, exponential", Order::Ar1(0.5), |p| 5e6 - 1e6 * p.ln()),
+    ordered("AR(1) 0.9, exponential", Order::Ar1(0.9), |p| 5e6 - 1e6 * p.ln()),
+    ordered("AR(1) 0.99, exponential", Order::Ar1(0.99), |p| 5e6 - 1e6 * p.ln()),
+    ordered("AR(1) 0.9, Pareto 0.2", Order::Ar1(0.9), |p| pareto(p, 0.2)),
+    ordered("groups of 5, exponential", Order::Groups(0.8), |p| 5e6 - 1e6 * p.ln()),
+    Law { mode: 5e-4, ..ordered("phases of 100, 1 of 20", Order::Phases(0.05), |p| mixture(p, 0.05)) },
+    ordered("drift of 0.3 σ", Order::Drift(3e5), |p| 5e6 - 1e6 * p.ln()),
+    ordered("drift of 2 σ", Order::Drift(2e6), |p| 5e6 - 1e6 * p.ln()),
+    ordered("step of 0.5 σ", Order::Step(5e5), |p| 5e6 - 1e6 * p.ln()),
 ];
 
 fn weibull(p: f64, shape: f64) -> f64 {
     (-p.ln()).powf(1.0 / shape)
 }
 
+fn pareto(p: f64, shape: f64) -> f64 {
+    5e6 + 1e6 * (p.powf(-shape) - 1.0) / shape
+}
+
 /// The value that a standard normal variable exceeds with probability `p`.
 fn normal(p: f64) -> f64 {
-    statrs::function::erf::erfc_inv(2.0 * p) * std::f64::consts::SQRT_2
+    erfc_inv(2.0 * p) * SQRT_2
 }
 
 /// Fast executions, and with a probability slow ones that take 10 ms more; both exponential.
 fn mixture(p: f64, slow: f64) -> f64 {
-    if p < slow { 15e6 - 1e6 * (p / slow).ln() } else { 5e6 - 5e5 * ((p - slow) / (1.0 - slow)).ln() }
+    if p <= slow { 15e6 - 1e6 * (p / slow).ln() } else { 5e6 - 5e5 * ((p - slow) / (1.0 - slow)).ln() }
+}
+
+/// Exponential executions, some of them with a scale that is ten times as great.
+fn two_scales(p: f64, slow: f64) -> f64 {
+    let exceeded = |x: f64| (1.0 - slow) * (-x).exp() + slow * (-x / 10.0).exp();
+    let (mut low, mut high) = (0.0, 400.0);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if exceeded(middle) > p { low = middle } else { high = middle }
+    }
+    5e6 + 1e5 * high
+}
+
+/// Wake-up latencies of a Cortex-A15 with PREEMPT_RT, in whole microseconds: how often each occurred, the longest first.
+const LATENCIES: [(u32, u32); 21] = [
+    (27, 3),
+    (26, 56),
+    (25, 133),
+    (24, 415),
+    (23, 1387),
+    (22, 7020),
+    (21, 2329),
+    (20, 296),
+    (19, 2724),
+    (18, 21_530),
+    (17, 408_421),
+    (16, 1_577_346),
+    (15, 268_388),
+    (14, 69_172),
+    (13, 137_575),
+    (12, 1_800_803),
+    (11, 53_158_895),
+    (10, 39_660_088),
+    (9, 332_386),
+    (8, 2_493_021),
+    (7, 58_012),
+];
+
+fn latency(p: f64) -> f64 {
+    let total: u32 = LATENCIES.iter().map(|it| it.1).sum();
+    let mut longer = 0;
+    let found = LATENCIES.iter().find(|it| {
+        longer += it.1;
+        f64::from(longer) > p * f64::from(total)
+    });
+    1e3 * f64::from(found.unwrap_or(&(0, 0)).0)
+}
+
+impl Law {
+    fn truth(&self, level: f64) -> f64 {
+        let added = match self.order {
+            Order::Drift(added) | Order::Step(added) => added,
+            _ => 0.0,
+        };
+        (self.quantile)(level) + added
+    }
+
+    fn executions(&self, count: usize, seed: u64) -> Vec<u64> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut uniform = || ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+        let mut before = f64::NAN;
+        let mut executions = Vec::with_capacity(count);
+        for index in 0..count {
+            let u = uniform();
+            let (p, added) = match self.order {
+                Order::Independent => (u, 0.0),
+                Order::Ar1(rho) => {
+                    let noise = normal(u);
+                    before = if index == 0 { noise } else { rho * before + (1.0 - rho * rho).sqrt() * noise };
+                    (erfc(before / SQRT_2) / 2.0, 0.0)
+                }
+                Order::Groups(rho) => {
+                    let new = -1.0 / (-u).ln_1p();
+                    before = if index == 0 { new } else { f64::max(rho * before, (1.0 - rho) * new) };
+                    // A part of chance, so that groups have no equal times.
+                    (-(-1.0 / before).exp_m1() * (1.025 - 0.05 * uniform()).min(1.0), 0.0)
+                }
+                Order::Phases(slow) => {
+                    // 1 for a slow phase: they take this share of the time.
+                    let chance = uniform();
+                    let leaves = if before == 1.0 { 0.01 } else { 0.01 * slow / (1.0 - slow) };
+                    before = match before {
+                        1.0 if chance >= leaves => 1.0,
+                        0.0 if chance < leaves => 1.0,
+                        it if it.is_nan() => f64::from(u8::from(chance < slow)),
+                        _ => 0.0,
+                    };
+                    (if before == 1.0 { u * slow } else { slow + u * (1.0 - slow) }, 0.0)
+                }
+                Order::Drift(added) => (u, added * index as f64 / count as f64),
+                Order::Step(added) => (u, if index * 10 >= count * 7 { added } else { 0.0 }),
+            };
+            let time = (self.quantile)(p) + added;
+            executions.push(((time / self.tick).floor() * self.tick) as u64);
+        }
+        executions
+    }
 }
 
 /// What many estimates of one law gave.
 struct Coverage {
-    /// For each level, the share of bounds that are at least the quantile, and the mean of bound / quantile.
-    levels: Vec<(f64, f64)>,
-    /// The shares of all estimates that have a warning, and that were refused.
-    warned: f64,
-    refused: f64,
-    /// The share of estimates without a warning of which a bound is too low: the worst outcome.
-    wrong: f64,
+    /// The least share, of all levels, of bounds that are at least the quantile or refused; and that level.
+    covered: (f64, f64),
+    /// For each level, the share of refused bounds.
+    refused: Vec<f64>,
+    /// For each level, the median of bound / quantile.
+    ratio: Vec<f64>,
 }
 
-fn coverage(law: Quantile, count: usize, runs: u64) -> Coverage {
+fn coverage(law: &Law, count: usize, runs: u64) -> Coverage {
     let options =
         Options { levels: LEVELS.into(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 };
-    let one = |run: u64| {
-        let mut random = Pcg64Mcg::seed_from_u64(run);
-        let mut execution = || law(((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64) as u64;
-        let executions: Vec<u64> = (0..count).map(|_| execution()).collect();
-        estimate(&executions, &options).ok()
+    let one = |run: u64| -> Vec<Option<f64>> {
+        match estimate(&law.executions(count, run), &options) {
+            Ok(found) => found.levels.iter().map(|it| it.bound.ok()).collect(),
+            Err(refused) => refused.bounds.iter().map(|it| it.ok()).collect(),
+        }
     };
     let all: Vec<_> = (0..runs).into_par_iter().map(one).collect();
-    let found: Vec<_> = all.iter().flatten().collect();
-    let share = |count: usize, of: usize| count as f64 / of as f64;
-    let is_too_low = |it: &Estimate| it.levels.iter().any(|at| at.bound.is_ok_and(|it| it < law(at.level)));
-    let level = |(index, &level): (usize, &f64)| {
-        let ratios: Vec<f64> =
-            found.iter().filter_map(|it| Some(it.levels[index].bound.ok()? / law(level))).collect();
-        let covered = share(ratios.iter().filter(|&&it| it >= 1.0).count(), ratios.len());
-        (covered, ratios.iter().sum::<f64>() / ratios.len() as f64)
-    };
-    Coverage {
-        levels: LEVELS.iter().enumerate().map(level).collect(),
-        warned: share(found.iter().filter(|it| !it.warnings.is_empty()).count(), all.len()),
-        refused: share(all.len() - found.len(), all.len()),
-        wrong: share(found.iter().filter(|it| it.warnings.is_empty() && is_too_low(it)).count(), all.len()),
+    let mut found = Coverage { covered: (2.0, 0.0), refused: Vec::new(), ratio: Vec::new() };
+    for (index, &level) in LEVELS.iter().enumerate() {
+        let truth = law.truth(level);
+        let mut ratios: Vec<f64> = all.iter().filter_map(|it| Some(it[index]? / truth)).collect();
+        ratios.sort_by(f64::total_cmp);
+        let too_low = ratios.iter().filter(|&&it| it < 1.0).count() as f64 / runs as f64;
+        if 1.0 - too_low < found.covered.0 {
+            found.covered = (1.0 - too_low, level);
+        }
+        found.refused.push(1.0 - ratios.len() as f64 / runs as f64);
+        found.ratio.push(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN));
     }
+    found
 }
 
-/// A number in the environment.
-fn number(variable: &str, otherwise: u64) -> u64 {
-    std::env::var(variable).map_or(otherwise, |number| number.parse().expect(variable))
+/// What the environment says, or this.
+fn setting(variable: &str, otherwise: &str) -> String {
+    std::env::var(variable).unwrap_or_else(|_| otherwise.to_owned())
 }
 
-fn print(name: &str, coverage: &Coverage) {
-    let levels =
-        coverage.levels.iter().map(|(covered, ratio)| format!("{:5.1} % ×{ratio:<7.3}", 100.0 * covered));
-    let levels: Vec<String> = levels.collect();
-    let [warned, refused, wrong] =
-        [coverage.warned, coverage.refused, coverage.wrong].map(|share| 100.0 * share);
+#[test]
+fn bounds_hold_or_are_refused() {
+    let runs: u64 = setting("MAUVE_COVERAGE_RUNS", "20").parse().unwrap();
+    let counts = setting("MAUVE_COVERAGE_COUNTS", "2000");
+    let wanted = setting("MAUVE_COVERAGE_LAW", "");
+    let row = |cells: &[f64]| cells.iter().map(|it| format!("{it:6.2}")).collect::<String>();
     println!(
-        "{name:24} {}  warned {warned:5.1} %  refused {refused:5.1} %  too low without a warning {wrong:5.1} %",
-        levels.join(" ")
+        "{:28} {:>7} {:>6} {:>6}  refused at 1e-3 … 1e-9, and median of bound/truth",
+        "law", "n", "held", "at"
     );
-}
-
-#[test]
-fn bounds_of_light_tails_hold() {
-    let (runs, count) = (number("MAUVE_COVERAGE_RUNS", 100), number("MAUVE_COVERAGE_COUNT", 5000));
-    for (name, law) in LIGHT {
-        let found = coverage(law, count as usize, runs);
-        print(name, &found);
-        for (level, (covered, _)) in LEVELS.iter().zip(&found.levels) {
-            assert!(*covered >= 0.93, "{name}: {covered} of the bounds at {level:e} hold");
-        }
-        assert_eq!(found.refused, 0.0, "{name}");
-        if ["exponential", "Gumbel"].contains(&name) {
-            assert!(found.warned <= 0.1, "{name}: {} of the estimates have a warning", found.warned);
+    let mut failed = Vec::new();
+    for (index, law) in LAWS.iter().enumerate().filter(|(_, it)| it.name.contains(&wanted)) {
+        for count in counts.split(',').map(|it| it.parse::<usize>().unwrap()) {
+            if (count as f64) * law.mode < EXPECTED {
+                continue;
+            }
+            let found = coverage(law, count, runs);
+            let (covered, level) = found.covered;
+            println!(
+                "{:28} {count:7} {:6.1} {level:6.0e} {} |{}",
+                law.name,
+                100.0 * covered,
+                row(&found.refused),
+                row(&found.ratio)
+            );
+            // Three standard errors of so few samples below the promise.
+            if covered < 0.93 - 3.0 * (0.93 * 0.07 / runs as f64).sqrt() {
+                failed.push(format!("{}, {count} executions: {covered} at {level:e}", law.name));
+            }
+            // To refuse all of them would hold, too.
+            if index < LIGHT && count >= 1000 && found.refused.iter().any(|share| *share > 0.1) {
+                failed.push(format!("{}, {count} executions: {:?} are refused", law.name, found.refused));
+            }
         }
     }
-}
-
-#[test]
-fn heavy_tails_have_warnings_or_bounds_that_hold() {
-    let (runs, count) = (number("MAUVE_COVERAGE_RUNS", 30), number("MAUVE_COVERAGE_COUNT", 5000));
-    for (name, law) in HEAVY {
-        let found = coverage(law, count as usize, runs);
-        print(name, &found);
-        assert!(
-            found.wrong <= 0.15,
-            "{name}: {} of the estimates are too low without a warning",
-            found.wrong
-        );
-    }
+    assert!(failed.is_empty(), "{failed:#?}");
 }
