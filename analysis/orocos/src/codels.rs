@@ -52,22 +52,22 @@ pub(crate) fn headers_of(model: Model<'_, '_>) -> Headers {
 }
 
 /// The C++ declaration of a codel.
-struct Signature<'db> {
+pub(crate) struct Signature<'db> {
     codel: Decl<'db>,
     /// The name in the namespace of its library.
     name: String,
     result: String,
-    parameters: Vec<CppParameter>,
+    pub(crate) parameters: Vec<CppParameter>,
 }
 
-struct CppParameter {
-    direction: Direction,
-    ty: String,
-    name: String,
+pub(crate) struct CppParameter {
+    pub(crate) direction: Direction,
+    pub(crate) ty: String,
+    pub(crate) name: String,
 }
 
 impl<'db> Signature<'db> {
-    fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
+    pub(crate) fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
         let (db, workspace) = (model.db, model.workspace());
         db.unwind_if_revision_cancelled();
         let data = codel(db, of)?;
@@ -98,7 +98,7 @@ impl<'db> Signature<'db> {
     }
 
     /// `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`
-    fn prototype(&self) -> String {
+    pub(crate) fn prototype(&self) -> String {
         let parameters: Vec<String> =
             self.parameters.iter().map(|it| format!("{} {}", it.ty, it.name)).collect();
         format!("{} {}({})", self.result, self.name, parameters.join(", "))
@@ -153,10 +153,29 @@ fn codels_header<'db>(model: Model<'_, 'db>, codels: &[Signature<'db>]) -> Strin
 
 /// The first line of a stub. A file with another first line was written by the user.
 pub(crate) const STUB: &str =
-    "// This file is yours: `mauve generate` wrote it once, and never overwrites it.";
+    "// This file is yours: `mauve generate` never overwrites it once you have edited it.";
+
+/// The first line of a stub of earlier versions.
+const EARLIER_STUB: &str = "// This file is yours: `mauve generate` wrote it once, and never overwrites it.";
 
 pub(crate) fn is_stub(text: &str) -> bool {
-    text.lines().next() == Some(STUB)
+    text.lines().next().is_some_and(|line| [STUB, EARLIER_STUB].contains(&line))
+}
+
+/// Returns whether a text is a stub that does nothing: only results that are empty, and comments. A manifest may be a stranger's,
+/// and list the hash of a codel that somebody has written.
+pub fn is_empty_stub(text: &str) -> bool {
+    let is_empty = |line: &str| {
+        let line = line.trim();
+        let starts = ["//", "}  // namespace ", "static_cast<void>("].iter().any(|it| line.starts_with(it));
+        starts || matches!(line, "" | "}" | "return {};") || line.ends_with(" = {};")
+    };
+    let text = text.replace("\r\n", "\n");
+    is_stub(&text)
+        && match text.rsplit_once("{\n") {
+            Some((_, body)) => body.lines().all(is_empty),
+            None => text.trim_end().ends_with("{ }"),
+        }
 }
 
 /// Returns the signatures of the codels of a library.
@@ -188,7 +207,7 @@ pub(crate) fn run_stubs(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     signatures(model).iter().map(file).collect()
 }
 
-fn codel_path(name: &str) -> String {
+pub(crate) fn codel_path(name: &str) -> String {
     format!("src/codels/{name}.cpp")
 }
 
@@ -331,7 +350,7 @@ library motion {
             "src/",
             expect![[r#"
                 ---- src/codels/bend.cpp
-                // This file is yours: `mauve generate` wrote it once, and never overwrites it.
+                // This file is yours: `mauve generate` never overwrites it once you have edited it.
                 //
                 // Codel `motion.bend` of models/motion.mal:
                 // Bends the order towards the nearest opening.
@@ -357,7 +376,7 @@ library motion {
                 }  // namespace motion
                 ---- bool bend(ArRobot* base, const std::string& frame, ::geometry_msgs::TwistStamped& order, double& class_, std::uint8_t width)
                 ---- src/codels/stop.cpp
-                // This file is yours: `mauve generate` wrote it once, and never overwrites it.
+                // This file is yours: `mauve generate` never overwrites it once you have edited it.
                 //
                 // Codel `motion.stop` of models/motion.mal.
 

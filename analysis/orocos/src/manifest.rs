@@ -41,6 +41,9 @@ pub(crate) struct CodelFile {
     /// Whether the user has removed the stub for that prototype, and so has confirmed the file.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_right: bool,
+    /// The hash of the stub that the generator wrote there; `None` if the file was never a stub, or is one of an earlier version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) stub: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) offered: Option<Offer>,
 }
@@ -158,7 +161,12 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let offered = Some(Offer { prototype: "int f()".to_owned(), hash: hash("") });
-        let codel = CodelFile { prototype: Some("void f()".to_owned()), is_right: true, offered };
+        let codel = CodelFile {
+            prototype: Some("void f()".to_owned()),
+            is_right: true,
+            stub: Some(hash("s")),
+            offered,
+        };
         let manifest = Manifest {
             files: BTreeMap::from([("B/B-component.hpp".to_owned(), hash("b"))]),
             codels: BTreeMap::from([

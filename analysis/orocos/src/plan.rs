@@ -8,15 +8,15 @@
 //! the generator wrote it is removed, with force too, and is overwritten without. Names that differ in case alone are one
 //! file on some file systems: what is made no more stays where it is called almost as what is made.
 //!
-//! A codel's file is the user's, and is written only where there is none. When the prototype is another one, a stub of it
-//! is put beside: `clearance.cpp.new`. That is settled when the user's file defines what the model says now
+//! A codel's file is the user's, and is written only where there is none, or a stub that nobody has edited. When the prototype is
+//! another one, a stub of it is put beside: `clearance.cpp.new`. That is settled when the user's file defines what the model says now
 //! (`prototype.rs`), or when the user has removed the stub; then the stub goes, unless it was edited. No force changes that.
 
 use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use crate::codels::is_stub;
+use crate::codels::{is_empty_stub, is_stub};
 use crate::generated_file::{GeneratedFile, Owner, Package, is_marked};
 use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer, hash};
 use crate::prototype::Prototype;
@@ -41,6 +41,18 @@ impl Plan {
     /// Returns whether all files are up to date.
     pub fn is_settled(&self) -> bool {
         self.steps.is_empty() && self.edited.is_empty() && self.changed_codels.is_empty()
+    }
+
+    /// Returns whether what is compiled is up to date. The exported analyses have times of timing tables, and no build reads them.
+    pub fn has_current_code(&self) -> bool {
+        let is_export = |path: &str| path.contains("/models/") && path.ends_with(".json");
+        let is_other = |step: &Step| {
+            let is_known = is_export(&step.path) || step.path.ends_with(MANIFEST);
+            is_known && matches!(step.action, Action::Change(_))
+        };
+        self.changed_codels.is_empty()
+            && self.steps.iter().all(is_other)
+            && self.edited.iter().all(|path| is_export(path))
     }
 }
 
@@ -252,7 +264,8 @@ impl Planner<'_> {
             None => {
                 self.step(path, Action::Create(stub.text.clone()));
                 self.withdraw(path, known.offered.as_ref())?;
-                CodelFile { prototype: Some(prototype.to_owned()), ..CodelFile::default() }
+                let (prototype, stub) = (Some(prototype.to_owned()), Some(hash(&stub.text)));
+                CodelFile { prototype, stub, ..CodelFile::default() }
             }
         };
         self.now.codels.insert(path.to_owned(), now);
@@ -268,11 +281,20 @@ impl Planner<'_> {
         mut known: CodelFile,
     ) -> Result<CodelFile, String> {
         let path = stub.path.as_str();
+        let is_unedited = known.stub.as_deref() == Some(&hash(text)) && is_empty_stub(text);
+        if is_unedited || is_same_text(text, &stub.text) {
+            if !is_same_text(text, &stub.text) {
+                self.step(path, Action::Change(stub.text.clone()));
+            }
+            self.withdraw(path, known.offered.as_ref())?;
+            let (prototype, stub) = (Some(prototype.to_owned()), Some(hash(&stub.text)));
+            return Ok(CodelFile { prototype, stub, ..CodelFile::default() });
+        }
         let beside = offered_path(path);
         let there = self.text(&beside)?;
         // The user has removed the stub, and so has confirmed the file.
         if let Some(offer) = known.offered.take_if(|_| there.is_none()) {
-            known = CodelFile { prototype: Some(offer.prototype), is_right: true, offered: None };
+            known = CodelFile { prototype: Some(offer.prototype), is_right: true, ..known };
         }
         let before = known.prototype.as_deref();
         let is_same = before.is_some_and(|before| Prototype::is_same(before, prototype));
@@ -286,7 +308,7 @@ impl Planner<'_> {
         if is_as_said && known.is_right || other.is_none() && (is_as_said || is_defined && follows) {
             self.withdraw(path, known.offered.as_ref())?;
             let is_right = is_as_said && known.is_right;
-            return Ok(CodelFile { prototype: Some(prototype.to_owned()), is_right, offered: None });
+            return Ok(CodelFile { prototype: Some(prototype.to_owned()), is_right, offered: None, ..known });
         }
         self.plan.changed_codels.push(ChangedCodel {
             path: self.path(path),
@@ -495,8 +517,12 @@ mod tests {
         for known in [hash(MINE), "0".to_owned()] {
             // Somebody has made a manifest for it.
             let offered = Some(Offer { prototype: "int f()".to_owned(), hash: known.clone() });
-            let codel_file =
-                |offered| CodelFile { prototype: Some("int f()".to_owned()), is_right: false, offered };
+            let codel_file = |offered| CodelFile {
+                prototype: Some("int f()".to_owned()),
+                is_right: false,
+                stub: Some(known.clone()),
+                offered,
+            };
             let mut forged = Manifest::default();
             forged.files.extend(paths.map(|path| (path.to_owned(), known.clone())));
             for path in ["src/codels/f.cpp", "src/codels/g.cpp"] {
@@ -645,6 +671,43 @@ mod tests {
         *folder.text(F) = text;
         assert_eq!(folder.generate(&second), "");
         assert!(folder.plan(&second).is_settled());
+    }
+
+    #[test]
+    fn a_stub_that_nobody_edited_is_replaced() {
+        let mut folder = Folder::default();
+        folder.generate(&package(vec![codel("f", "int f()")]));
+        let second = package(vec![codel("f", "int f(double x)")]);
+        let mut checked_out = folder.clone();
+        checked_out.0.values_mut().for_each(|text| *text = text.replace('\n', "\r\n"));
+        for mut folder in [folder.clone(), checked_out] {
+            assert_eq!(folder.generate(&second), "~ p/src/codels/f.cpp int f(double x) { }\n");
+            assert!(folder.plan(&second).is_settled());
+            // And again, with no file beside it.
+            let third = package(vec![codel("f", "void f()")]);
+            assert_eq!(folder.generate(&third), "~ p/src/codels/f.cpp void f() { }\n");
+        }
+        // An edit changes nothing else: a check finds all up to date. The file stays then.
+        *folder.text(F) += "// mine\n";
+        assert!(folder.plan(&package(vec![codel("f", "int f()")])).is_settled());
+        assert!(folder.generate(&second).starts_with("+ p/src/codels/f.cpp.new int f(double x) { }\n"));
+    }
+
+    #[test]
+    fn a_codel_with_a_body_is_no_stub_whatever_a_manifest_says() {
+        for body in ["  return 7;\n}\n", "  x = {};\n  go();\n}\n"] {
+            let text = format!("{STUB}\nint f() {{\n{body}");
+            let mut forged = Manifest::default();
+            let (prototype, stub) = (Some("int f()".to_owned()), Some(hash(&text)));
+            forged
+                .codels
+                .insert("src/codels/f.cpp".to_owned(), CodelFile { prototype, stub, ..CodelFile::default() });
+            let mut folder = Folder::default();
+            folder.0.insert(F.to_owned(), text.clone());
+            folder.0.insert(format!("p/{MANIFEST}"), forged.text().unwrap());
+            folder.generate(&package(vec![codel("f", "int f(double x)")]));
+            assert_eq!(folder.text(F), &text);
+        }
     }
 
     #[test]
@@ -848,8 +911,12 @@ mod tests {
             fresh.apply(&fresh.plan(&packages));
             let manifest = format!("p/{MANIFEST}");
             // But for what the user has said of them.
-            let known = world.folder.0[&manifest].replace("\r\n", "\n").replace(",\n      \"is_right\": true", "");
-            prop_assert!(is_same_text(&known, &fresh.0[&manifest]));
+            let said = |text: &str| {
+                let mut manifest = Manifest::read("p", text).unwrap();
+                manifest.codels.values_mut().for_each(|it| (it.is_right, it.stub) = (false, None));
+                manifest
+            };
+            prop_assert_eq!(said(&world.folder.0[&manifest]), said(&fresh.0[&manifest]));
         }
     }
 }
