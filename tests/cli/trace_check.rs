@@ -648,6 +648,69 @@ fn a_recording_is_exported_for_viewers() {
     }
 }
 
+/// The slices of an export, as title, begin and end in milliseconds after the begin of the recording, and whether they are cut.
+fn slices(text: &str) -> Vec<(String, i64, i64, bool)> {
+    let document: Value = serde_json::from_str(text).unwrap();
+    let events = document["traceEvents"].as_array().unwrap().iter().filter(|it| it["ph"] == "X");
+    let all = events.map(|it| {
+        let [ts, dur] = ["ts", "dur"].map(|key| (it[key].as_f64().unwrap() / 1e3).round() as i64);
+        (it["name"].as_str().unwrap().to_owned(), ts - 1000, ts - 1000 + dur, it["args"]["cut"].is_string())
+    });
+    all.collect()
+}
+
+#[test]
+fn a_part_of_a_recording_is_exported_with_its_edges_cut() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test_name());
+    // A codel of 10 ms begins each 100 ms; one lasts from 250 to 950 ms.
+    let codel =
+        |at: u64| format!("nav.plan,10000000,pilot,10000000,{}\n", (at * 100 + 10 + 5000) * 1_000_000);
+    let long = "nav.map,1000,pilot,700000000,5950000000\n";
+    let lines: String = (0..10).map(codel).chain([long.to_owned()]).chain((10..20).map(codel)).collect();
+    let recording = format!("codel,execution_ns,instance,elapsed_ns,time_ns\n{lines}");
+    write(&folder, &[("rec.csv", recording.as_str()), ("robot.mal", "library nav { codel plan(): int }\n")]);
+    let export = |arguments: &[&str]| {
+        let all = [&["trace", "export", "rec.csv", "robot.mal"], arguments].concat();
+        mauve(MAUVE, &folder, &all)
+    };
+    let plan = |at: i64| ("nav.plan".to_owned(), at * 100, at * 100 + 10, false);
+    assert_eq!(slices(&export(&[]).out).len(), 21);
+    let part = slices(&export(&["--from", "305 ms", "--to", "700 ms"]).out);
+    let cut = |name: &str, begin: i64, end: i64| (name.to_owned(), begin, end, true);
+    assert_eq!(part, [cut("nav.plan", 305, 310), plan(4), plan(5), plan(6), cut("nav.map", 305, 700)]);
+    // Each edge has a mark, and nothing is outside.
+    let text = export(&["--from", "305 ms", "--to", "700 ms"]).out;
+    assert_eq!(text.matches("\"name\":\"cut\"").count(), 3, "{text}");
+    let end = slices(&export(&["--from", "1.85 s"]).out);
+    assert_eq!(end, [plan(19)]);
+    let run = export(&["--from", "2 s", "--to", "1 s"]);
+    assert!(run.code == 2 && run.err.contains("--from is not before --to"), "{}", run.err);
+}
+
+#[test]
+fn a_long_recording_is_announced_or_refused_before_anything_is_written() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test_name());
+    let line = |at: u64| format!("nav.plan,1000,pilot,1000,{}\n", (at + 1) * 1_000_000);
+    let recording = format!(
+        "codel,execution_ns,instance,elapsed_ns,time_ns\n{}",
+        (0..30_000).map(line).collect::<String>()
+    );
+    write(&folder, &[("rec.csv", recording.as_str()), ("robot.mal", "library nav { codel plan(): int }\n")]);
+    let export = |arguments: &[&str]| {
+        let all = [&["trace", "export", "rec.csv", "robot.mal", "-o", "trace.json"], arguments].concat();
+        mauve(MAUVE, &folder, &all)
+    };
+    let run = export(&["--limit", "1"]);
+    assert!(run.code == 2 && run.err.contains("would become more than 1 MB of trace events"), "{}", run.err);
+    assert!(!folder.join("trace.json").exists());
+    // Two seconds of thirty are small enough.
+    let run = export(&["--limit", "1", "--from", "10 s", "--to", "12 s"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(
+        (2000..=2002).contains(&slices(&std::fs::read_to_string(folder.join("trace.json")).unwrap()).len())
+    );
+}
+
 /// `drivers.aria_loop` takes 7 ms at 1e-3 and 9 ms at 1e-4, the level of the robot.
 #[test]
 fn times_from_tables_are_compared_at_their_level_only() {

@@ -10,14 +10,14 @@ use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
 use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
-use mauve_timing::{CpuSet, Level};
+use mauve_timing::{CpuSet, Level, Time};
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
 use super::check::{model_of, read, traces_and_model};
 use crate::analysis_document::deployments;
 use crate::cli::errors::several_of;
-use crate::cli::options::{Outside, level};
+use crate::cli::options::{Outside, level, time};
 use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
 use crate::load::load;
@@ -37,6 +37,15 @@ pub(crate) struct Export {
     /// The significance level of the bounds; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
+    /// Only what happens from this time on, such as 10s, after the begin of the recording. What began before is cut.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    from: Option<Time>,
+    /// Only what happens before this time. What ends later is cut.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    to: Option<Time>,
+    /// Write no more than so many megabytes: viewers need several times as much memory.
+    #[arg(long, value_name = "MB", default_value_t = 500)]
+    limit: u64,
     /// The file to write; standard output when left out.
     #[arg(short, long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
@@ -71,19 +80,71 @@ impl Export {
             &[(project, deployment)] => model_of(&db, project, deployment, self.significance).2,
             several => return Err(several_of(&db, Kind::Deployment, several)),
         };
+        let window = self.window()?;
+        self.check_size(trace, &expected, window)?;
         match &self.output {
             None => {
-                let written = write_events(trace, expected, io::stdout().lock())?;
+                let written = write_events(trace, expected, window, io::stdout().lock())?;
                 // With a closed pipe, the reader has enough.
                 if let Some(error) = written.err().filter(|it| it.kind() != io::ErrorKind::BrokenPipe) {
                     return Err(format!("cannot write standard output: {error}"));
                 }
             }
             Some(path) => put_with(path, |file| {
-                write_events(trace, expected, file).unwrap_or_else(|why| Err(io::Error::other(why)))
+                write_events(trace, expected, window, file).unwrap_or_else(|why| Err(io::Error::other(why)))
             })?,
         }
         Ok(Output::verbatim(String::new(), 0))
+    }
+
+    /// Returns the begin and the end of the exported part, in nanoseconds after the begin of the recording.
+    fn window(&self) -> Result<[i64; 2], String> {
+        let nanos = |time: Option<Time>, other: i64| time.map_or(other, |it| signed(it.as_nanos()));
+        match [nanos(self.from, 0), nanos(self.to, i64::MAX / 4)] {
+            [from, to] if from < to => Ok([from, to]),
+            _ => Err("--from is not before --to: nothing would be exported".to_owned()),
+        }
+    }
+
+    /// Says how large the file of a long recording becomes, and refuses one that is too large. Writes nothing: the recording is read
+    /// one more time.
+    fn check_size(&self, trace: &Path, expected: &Expected, window: [i64; 2]) -> Result<(), String> {
+        let limit = self.limit.saturating_mul(1_000_000);
+        let mut size = Size { written: 0, limit };
+        let written = write_events(trace, expected.clone(), window, &mut size)?;
+        let megabytes = size.written.div_ceil(1_000_000);
+        let advice = "--from 10s --to 12s exports two seconds";
+        if written.is_err() {
+            return Err(format!(
+                "`{}` would become more than {} MB of trace events, which viewers do not open: {advice}, and --limit MB allows more",
+                trace.display(),
+                self.limit
+            ));
+        }
+        if size.written > LARGE {
+            say(&format!("writing {megabytes} MB of trace events: {advice}"));
+        }
+        Ok(())
+    }
+}
+
+/// Files with more bytes are large.
+const LARGE: u64 = 50_000_000;
+
+/// Counts the written bytes, up to a limit.
+struct Size {
+    written: u64,
+    limit: u64,
+}
+
+impl Write for Size {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.written = self.written.saturating_add(bytes.len() as u64);
+        if self.written > self.limit { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes.len()) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 
@@ -91,12 +152,18 @@ impl Export {
 const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 
 /// Writes the events one by one; the message is for a recording that cannot be read.
-fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<io::Result<()>, String> {
+fn write_events(
+    trace: &Path,
+    expected: Expected,
+    window: [i64; 2],
+    to: impl Write,
+) -> Result<io::Result<()>, String> {
     let mut writer = TraceWriter {
         to: BufWriter::new(to),
         releases: LatestReleases::new(&expected),
         expected,
         base: None,
+        window,
         numbers: BTreeMap::new(),
         written: BTreeMap::new(),
         arrows: 0,
@@ -137,6 +204,8 @@ struct TraceWriter<W: Write> {
     releases: LatestReleases,
     /// The time that is 0 in the events: those of the recording have too many digits for the numbers of JSON.
     base: Option<i64>,
+    /// The begin and the end of the exported part, after the begin of the recording; once that is known, as times of the recording.
+    window: [i64; 2],
     /// The numbers of the instances.
     numbers: BTreeMap<String, usize>,
     /// The latest writes of each connected output, by instance and key.
@@ -169,6 +238,20 @@ fn signed(time: u64) -> i64 {
 }
 
 impl<W: Write> TraceWriter<W> {
+    /// Returns the time that is 0 in the events. The first span is the begin of the recording: those that began before it follow, and
+    /// a second before it, few of them are before 0.
+    fn base(&mut self, begin: i64) -> i64 {
+        if let Some(base) = self.base {
+            return base;
+        }
+        if self.window[0] == 0 {
+            // Without --from, nothing is before it.
+            self.window[0] = i64::MIN / 4;
+        }
+        self.window = self.window.map(|time| time.saturating_add(begin));
+        *self.base.insert(begin.saturating_sub(1_000_000_000))
+    }
+
     fn write(&mut self, event: &str) -> io::Result<()> {
         let separator: &[u8] = if std::mem::take(&mut self.is_first) { b"" } else { b",\n" };
         self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes()))
@@ -177,11 +260,20 @@ impl<W: Write> TraceWriter<W> {
     fn span_events(&mut self, span: &Span, names: &Names) -> io::Result<()> {
         let (Some(begin), Some(end)) = (span.begin, span.end) else { return Ok(()) };
         let (begin, end) = (signed(begin), signed(end));
-        // Spans that began before this one follow: a second before it, few of them are before 0.
-        let base = *self.base.get_or_insert(begin.saturating_sub(1_000_000_000));
+        let base = self.base(begin);
         let name = names.get(span.name);
         let index = self.expected.instances.iter().position(|it| it.instance == name.instance);
+        let [from, to] = self.window;
+        if end <= from || begin >= to {
+            // The releases before the window say the later ones.
+            if let Some(index) = index.filter(|_| name.kind == SpanKind::Period) {
+                let _ = self.releases.release(index, span);
+            }
+            return Ok(());
+        }
         let (pid, tid) = self.place(span, &name.instance, index)?;
+        let cuts = [(begin < from, from), (end > to, to)];
+        let (begin, end) = (begin.max(from), end.min(to));
         let (ts, dur) = (begin.saturating_sub(base), end.saturating_sub(begin));
         let execution = span.execution as f64 / 1e6;
         let (title, category) = match name.kind {
@@ -196,6 +288,10 @@ impl<W: Write> TraceWriter<W> {
         };
         let mut args = json!({ "execution_ms": execution });
         let mut instants = Vec::new();
+        for (_, at) in cuts.iter().filter(|(is_cut, _)| *is_cut) {
+            args["cut"] = "goes on outside of the exported time; execution_ms is that of all of it".into();
+            instants.push(("cut", *at));
+        }
         if let Some((index, args)) = index.filter(|_| name.kind == SpanKind::Period).zip(args.as_object_mut())
         {
             self.bound(index, span, (pid, tid), args, &mut instants)?;
@@ -206,7 +302,7 @@ impl<W: Write> TraceWriter<W> {
         if name.kind == SpanKind::Access {
             self.arrow(name, span, Place { number: span.number, at: ts, thread: (pid, tid) })?;
         }
-        for (what, at) in instants {
+        for (what, at) in instants.into_iter().filter(|(_, at)| (from..=to).contains(at)) {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
             self.write(&line(&[("ts", at.saturating_sub(base))], &event))?;
         }
@@ -269,9 +365,14 @@ impl<W: Write> TraceWriter<W> {
         let is_slice = expected.burst.is_none_or(|burst| burst == 1);
         if is_slice && expected.period.map(signed).is_some_and(|period| bound <= period) {
             let base = self.base.unwrap_or_default();
+            let [from, to] = self.window;
+            let (begin, end) = (release.max(from), release.saturating_add(bound).min(to));
             let args = json!({ "bound_ms": ms(bound), "response_ms": ms(response) });
             let event = json!({ "ph": "X", "name": "bound", "cat": "bound", "pid": pid, "tid": tid + 1, "args": args });
-            self.write(&line(&[("ts", release.saturating_sub(base)), ("dur", bound)], &event))?;
+            if begin < end {
+                let times = [("ts", begin.saturating_sub(base)), ("dur", end.saturating_sub(begin))];
+                self.write(&line(&times, &event))?;
+            }
         } else {
             // Slices of one thread do not overlap.
             instants.push(("bound", release.saturating_add(bound)));
