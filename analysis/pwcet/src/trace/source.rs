@@ -1,5 +1,6 @@
 //! What a path of a trace is: a file of executions, the folder of `mauve run --trace`, or a folder of LTTng.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::error::TraceError;
@@ -67,7 +68,7 @@ impl Source {
             let periods = Some(path.join(PERIODS)).filter(|it| it.is_file());
             return Ok(Source::Csv { executions: complete, periods });
         }
-        let (chunks, is_recording) = chunks(path)?;
+        let (chunks, is_recording) = chunks(path, &BTreeSet::new())?;
         if !chunks.is_empty() || is_recording {
             return Ok(Source::Ctf { chunks, is_recording });
         }
@@ -76,15 +77,25 @@ impl Source {
             false => Err(TraceError::NotATrace),
         }
     }
+
+    /// Returns the complete chunks of a session that are not among the `known` ones, and whether a later one is being recorded. Does not
+    /// look into the known ones: a long session has thousands.
+    ///
+    /// # Errors
+    ///
+    /// A folder cannot be read.
+    pub fn new_chunks(session: &Path, known: &BTreeSet<PathBuf>) -> Result<(Vec<PathBuf>, bool), TraceError> {
+        chunks(session, known)
+    }
 }
 
-/// Returns the complete chunks of a session with rotation, and whether there is one that is being recorded.
+/// Returns the complete chunks of a session with rotation without the `known` ones, and whether there is one that is being recorded.
 ///
 /// ```text
 /// archives/20261123T025748+0000-20261123T025749+0000-0    complete: LTTng moves it here at the end
 /// 20261123T025750+0000-2                                  being recorded
 /// ```
-fn chunks(session: &Path) -> Result<(Vec<PathBuf>, bool), TraceError> {
+fn chunks(session: &Path, known: &BTreeSet<PathBuf>) -> Result<(Vec<PathBuf>, bool), TraceError> {
     let mut found: Vec<(u64, PathBuf)> = Vec::new();
     let archives = session.join("archives");
     if !archives.is_dir() {
@@ -92,6 +103,7 @@ fn chunks(session: &Path) -> Result<(Vec<PathBuf>, bool), TraceError> {
     }
     for entry in entries(&archives)? {
         if let Some((_, number)) = chunk(&entry).filter(|(times, _)| *times == 2)
+            && !known.contains(&entry)
             && has_metadata(&entry, DEEPEST)?
         {
             found.push((number, entry));

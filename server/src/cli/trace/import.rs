@@ -65,6 +65,7 @@ impl Import {
             writer,
             imported: Imported::default(),
             memory: Memory::default(),
+            watches: self.watch,
             stop: Arc::new(AtomicBool::new(false)),
         };
         let result = match self.traces.as_slice() {
@@ -88,6 +89,12 @@ impl Import {
     }
 }
 
+/// Adds a recording to a sample file. Returns the table of its executions.
+pub(in crate::cli) fn import_recording(trace: &Path, output: &Path) -> Result<Output, String> {
+    let (traces, output) = (vec![trace.to_owned()], output.to_owned());
+    Import { traces, output, watch: false, programs: false }.run()
+}
+
 /// An open sample file, and what was added to it.
 struct Session {
     output: PathBuf,
@@ -95,6 +102,8 @@ struct Session {
     imported: Imported,
     /// What the traces showed, for the file beside the sample file.
     memory: Memory,
+    /// Whether the traces are being recorded.
+    watches: bool,
     /// Whether the user wants the command to end.
     stop: Arc<AtomicBool>,
 }
@@ -200,7 +209,7 @@ impl Session {
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
         self.writer.begin(name, date).map_err(said)?;
-        let mut recorder = Recorder::new(&mut self.writer, observation, name);
+        let mut recorder = Recorder::new(&mut self.writer, observation, name, self.watches);
         let result = read(reader, &mut recorder);
         let (series, error) = recorder.finish();
         if let Some(error) = error {

@@ -22,6 +22,8 @@ pub(super) struct Recorder<'a> {
     series: Vec<Option<(SeriesId, Series)>>,
     error: Option<SamplesError>,
     is_terminal: bool,
+    /// How many executions came so far, of a recording that goes on.
+    followed: Option<u64>,
     shown: Option<Instant>,
     begun: Instant,
 }
@@ -31,6 +33,7 @@ impl<'a> Recorder<'a> {
         writer: &'a mut SamplesWriter,
         observation: &'a mut Observation,
         name: &'a str,
+        is_followed: bool,
     ) -> Recorder<'a> {
         Recorder {
             writer,
@@ -39,6 +42,7 @@ impl<'a> Recorder<'a> {
             series: Vec::new(),
             error: None,
             is_terminal: io::stderr().is_terminal(),
+            followed: is_followed.then_some(0),
             shown: None,
             begun: Instant::now(),
         }
@@ -50,6 +54,16 @@ impl<'a> Recorder<'a> {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
         (self.series.into_iter().flatten().map(|(_, series)| series).collect(), self.error)
+    }
+
+    /// Shows the progress on a terminal, if it is due.
+    fn show(&mut self, done: impl Fn() -> String) {
+        if self.is_terminal && self.shown.unwrap_or(self.begun).elapsed() >= PAUSE {
+            self.shown = Some(Instant::now());
+            let (name, done) = (harmless_line(self.name), done());
+            let mut err = io::stderr();
+            let _ = write!(err, "\r\x1b[Kmauve: importing {name}: {done}").and_then(|()| err.flush());
+        }
     }
 
     fn add(&mut self, span: &Span, names: &Names) -> Result<(), SamplesError> {
@@ -79,6 +93,12 @@ impl<'a> Recorder<'a> {
 
 impl Visitor for Recorder<'_> {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        // While a recording goes on, few executions come in a second.
+        if let Some(count) = &mut self.followed {
+            *count += 1;
+            let count = *count;
+            self.show(|| format!("{count} executions"));
+        }
         match self.add(span, names) {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
@@ -102,18 +122,11 @@ impl Visitor for Recorder<'_> {
     }
 
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
-        let is_due = self.shown.unwrap_or(self.begun).elapsed() >= PAUSE;
-        if self.is_terminal && is_due {
-            self.shown = Some(Instant::now());
-            let part = match progress.bytes {
-                Some((done, all)) if all > 0 => format!(" ({} %)", done.saturating_mul(100) / all),
-                _ => String::new(),
-            };
-            let name = harmless_line(self.name);
-            let mut err = io::stderr();
-            let _ = write!(err, "\r\x1b[Kmauve: importing {name}: {} events{part}", progress.events)
-                .and_then(|()| err.flush());
-        }
+        let part = || match progress.bytes {
+            Some((done, all)) if all > 0 => format!(" ({} %)", done.saturating_mul(100) / all),
+            _ => String::new(),
+        };
+        self.show(|| format!("{} events{}", progress.events, part()));
         ControlFlow::Continue(())
     }
 }

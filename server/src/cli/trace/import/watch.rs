@@ -74,19 +74,17 @@ impl Session {
         let mut idle = 0;
         loop {
             let stops = self.stop.load(Ordering::Relaxed);
-            let (chunks, is_recording) = match Source::of(trace) {
-                Ok(Source::Ctf { chunks, .. }) if chunks == [trace] => (Vec::new(), true),
-                Ok(Source::Ctf { chunks, is_recording }) => (chunks, is_recording),
-                _ => (Vec::new(), true),
+            let (chunks, is_recording) = match Source::new_chunks(trace, &read) {
+                // A session without a chunk may get one.
+                Ok((chunks, _)) if chunks.is_empty() && read.is_empty() => (chunks, true),
+                found => found.unwrap_or((Vec::new(), true)),
             };
-            if chunks.is_empty() && !is_said {
+            if chunks.is_empty() && read.is_empty() && !is_said {
                 is_said = true;
                 say(&waiting_for_chunk(trace));
             }
             for chunk in chunks {
-                if !read.insert(chunk.clone()) {
-                    continue;
-                }
+                read.insert(chunk.clone());
                 idle = 0;
                 let name = chunk.display().to_string();
                 let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
