@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`alone`] | `mauve measure` |
 //! | [`cli`] | the command line |
 //! | [`deployment_scripts`] | a script and launch files, executed by Lua, roslaunch and xmllint |
 //! | [`documents`] | the README and the tutorial, followed in an empty home folder |
@@ -30,6 +31,8 @@
     reason = "a test fails by panicking"
 )]
 
+#[cfg(target_os = "linux")]
+mod alone;
 mod cli;
 mod deployment_scripts;
 mod documents;

@@ -13,6 +13,7 @@ mod graph;
 mod lines;
 mod lsp;
 mod man;
+mod measure;
 mod new;
 mod options;
 mod own_output;
@@ -72,7 +73,7 @@ enum Command {
     /// Generate Orocos packages from models: C++ components, scripts and launch files.
     ///
     /// Each library becomes one package. Only files that change are written. The files in src/codels are
-    /// yours: the generator writes them once, as stubs. When the prototype of a codel changes,
+    /// yours: the generator writes them as stubs, and none that you have edited. When the prototype of a codel changes,
     /// the new stub is written next to your file, as CODEL.cpp.new: update your file, or remove the
     /// .new file when you do not need it. The generator owns all other files: while a generated file has
     /// been edited, nothing is written without --force.
@@ -89,6 +90,15 @@ enum Command {
     Run(run::Run),
     /// Import recorded executions, compare them with the model, or show them in a viewer.
     Trace(trace::Trace),
+    /// Execute codels alone, many times, and add their execution times to a sample file.
+    ///
+    /// For codels that run too rarely in the robot. Builds a program that calls each CODEL, and runs it on one CPU: blocks of
+    /// executions one after the other, with warm caches, alternate with executions before each of which other data fill the caches.
+    /// Both are measured as in a robot, and have the instances `(alone warm)` and `(alone cold)`.
+    ///
+    /// Exit codes: 0 the executions are in SAMPLES; 1 the models have errors; 2 a codel cannot run alone, the program cannot be built
+    /// or failed, or a file cannot be read or written.
+    Measure(measure::Measure),
     /// Estimate probabilistic worst-case execution times from measured executions.
     ///
     /// For each codel and each level, the estimate is a time that an execution exceeds with the probability of the level. The
@@ -139,6 +149,7 @@ impl Arguments {
             Command::Generate(it) => it.run(),
             Command::Run(it) => it.run(),
             Command::Trace(it) => it.run(),
+            Command::Measure(it) => it.run(),
             Command::Pwcet(it) => it.run(),
             Command::Platform(it) => it.run(),
             Command::Explain(it) => it.run(),

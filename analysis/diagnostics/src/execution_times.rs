@@ -245,7 +245,7 @@ mod tests {
             Refusal::InfiniteMean { shape: 2.0 },
         ];
         let kinds = warnings.iter().map(warning_kind).chain(refusals.iter().map(refusal_kind));
-        for kind in kinds.chain(["over-budget", "unmeasured-instance", "incomplete-recording"]) {
+        for kind in kinds.chain(["over-budget", "unmeasured-instance", "incomplete-recording", "alone"]) {
             let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
             assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
         }

@@ -58,10 +58,11 @@ mod task;
 mod template;
 mod trace;
 
+pub use codels::is_empty_stub;
 pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};
 pub use library::{Artifact, Problem, ProblemKind, configuration_problems, problems};
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::packages;
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
-pub use standalone::standalone;
+pub use standalone::{InputProblem, MEASURE, Shape, measuring, record_inputs, standalone};
 pub use stubs::packages_with_stubs;

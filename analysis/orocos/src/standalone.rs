@@ -4,13 +4,17 @@
 //! CMakeLists.txt        builds the runtime, the packages, and the programs
 //! robot-Bench.cpp       the main of a deployment                              program.rs
 //! runtime/              what the components use of RTT, for Linux             runtime.rs
+//! mauve-measure.cpp     the main of `mauve measure`, in its build alone         measure.rs
 //! messages/             the messages of ROS, for machines without its headers messages.rs
 //! ```
 //!
 //! The packages are the same with and without this folder: one component code, two runtimes.
 
+mod inputs;
+mod measure;
 mod messages;
 mod program;
+mod recorded_inputs;
 
 use mauve_hir::{Decl, ModelDb, Project};
 
@@ -21,6 +25,10 @@ use crate::library::{Model, Problem, models};
 use crate::runtime::{is_runtime_path, runtime_files};
 use crate::template::{filled, lines};
 use messages::Messages;
+
+pub use inputs::{InputProblem, Shape};
+pub use measure::{MEASURE, measuring};
+pub use recorded_inputs::record_inputs;
 
 /// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project. It is a package in
 /// the sense of [`crate::plan()`].

@@ -40,6 +40,16 @@ const END_MARK: &[u8] = b"\0end of run\xff";
 /// Runs that a file may have. A recording in chunks has one in a few seconds.
 const MOST_RUNS: usize = 1 << 20;
 
+/// Returns whether executions of this instance are those of `mauve measure`: of a codel alone, with warm or with cold caches. No
+/// instance of a model has such a name.
+///
+/// ```
+/// assert!(mauve_pwcet::samples::is_alone("(alone warm)"));
+/// ```
+pub fn is_alone(instance: &str) -> bool {
+    instance.starts_with("(alone ")
+}
+
 /// An imported trace.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Run {

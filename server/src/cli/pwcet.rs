@@ -19,6 +19,7 @@ use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
 use self::estimates::{Estimates, Measured};
+use super::measure::alone_and_in_robot;
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::{recording_warnings, shown_key};
@@ -117,6 +118,7 @@ impl Pwcet {
             return Err(format!("`{first}` has no executions of codels: record a trace and import it first"));
         }
         let recording = self.recording(&files);
+        measurements.iter().filter_map(|it| alone_and_in_robot(&it.key, &files)).for_each(|line| say(&line));
         let budgets = self.budgets()?;
         let budget_level = budgets.as_ref().and_then(|it| levels.iter().position(|level| *level == it.level));
         if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|_| budget_level.is_none()) {

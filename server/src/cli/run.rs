@@ -4,12 +4,12 @@
 //! packages that `mauve generate` wrote, which are built in place. The program replaces this process: signals, its output and
 //! its exit code are its own.
 
-mod build;
+pub(super) mod build;
 
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{Database, Decl, Project};
-use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standalone};
+use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, record_inputs, standalone};
 use mauve_timing::Time;
 
 use super::generate::{refusal_text, warn_of_deadlines};
@@ -44,6 +44,10 @@ pub(crate) struct Run {
     /// Record the executions of codels in this folder.
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     trace: Option<PathBuf>,
+    /// Also record inputs of codels, in DIR/inputs.toml, for `mauve measure`: of some calls, spread over the run, whose periods take
+    /// longer.
+    #[arg(long, requires = "trace", requires = "codels", conflicts_with = "simulate_time")]
+    inputs: bool,
     /// Run on a virtual clock, as fast as possible, with the execution times of the timing tables.
     #[arg(long)]
     simulate_time: bool,
@@ -105,6 +109,7 @@ impl Run {
             ("--simulate-time", self.simulate_time),
             ("--allow-non-realtime", self.allow_non_realtime),
             ("--spend-times", self.codels.is_none()),
+            ("--inputs", self.inputs),
             // It shows a table only on a terminal.
             ("--live", true),
         ];
@@ -121,7 +126,7 @@ impl Run {
     ) -> Result<PathBuf, String> {
         let root = project.root(db).path(db);
         let codels = match &self.codels {
-            Some(folder) => Some(self.built_packages(db, project, deployment, folder)?),
+            Some(folder) => Some(built_packages(db, project, deployment, folder, &self.path)?.real),
             None => None,
         };
         let mut all = match &codels {
@@ -131,6 +136,14 @@ impl Run {
         // The project has no problems: they were reported.
         all.extend(standalone(db, project, Some(deployment)));
         let program = program_in(&all).ok_or("the deployment has no program")?;
+        if let Some(package) = all.last_mut().filter(|_| self.inputs) {
+            for (codel, parameter) in record_inputs(db, project, deployment, &program, package) {
+                say(&format!(
+                    "the inputs of `{}` are not recorded: values of `{parameter}` exist only in the robot",
+                    codel.qualified(db)
+                ));
+            }
+        }
         let name = deployment.qualified(db);
         if codels.is_none() {
             say(&format!(
@@ -139,49 +152,50 @@ impl Run {
         }
         Build::open(root, codels.as_deref())?.build(&all, &program, &name)
     }
+}
 
-    /// Returns the folder of the packages with the user's codels.
-    ///
-    /// # Errors
-    ///
-    /// The packages are not those of the model.
-    fn built_packages<'db>(
-        &self,
-        db: &'db Database,
-        project: Project<'db>,
-        deployment: Decl<'db>,
-        folder: &Path,
-    ) -> Result<PathBuf, String> {
-        let out = Out::named(folder);
-        let selected = vec![Selected::new(db, project, Some(deployment), out.clone())];
-        let request = GenerateRequest { selected, ..GenerateRequest::default() };
-        let folders = match generate(db, &request, &read) {
-            Ok(folders) => folders,
-            Err(GenerateRefusal::Other(why)) => return Err(why),
-            // They were reported.
-            Err(GenerateRefusal::Problems(_)) => Vec::new(),
+/// Returns the folder of the packages with the user's codels.
+///
+/// # Errors
+///
+/// The packages are not those of the model at `path`.
+pub(super) fn built_packages<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    folder: &Path,
+    path: &Path,
+) -> Result<Out, String> {
+    let out = Out::named(folder);
+    let selected = vec![Selected::new(db, project, Some(deployment), out.clone())];
+    let request = GenerateRequest { selected, ..GenerateRequest::default() };
+    let folders = match generate(db, &request, &read) {
+        Ok(folders) => folders,
+        Err(GenerateRefusal::Other(why)) => return Err(why),
+        // They were reported.
+        Err(GenerateRefusal::Problems(_)) => Vec::new(),
+    };
+    if !folders.iter().all(|it| it.plan.has_current_code()) {
+        let plans = || folders.iter().map(|it| &it.plan);
+        let codel = plans().find_map(|plan| plan.changed_codels.first());
+        let is_generated = plans().all(|plan| plan.steps.is_empty() && plan.edited.is_empty());
+        let what = match codel.filter(|_| is_generated) {
+            Some(codel) => {
+                format!("write `{}` for its new prototype, which the file beside it has", codel.path)
+            }
+            None => {
+                format!("run `mauve generate {} --out {}` first", argument(path), argument(folder))
+            }
         };
-        if !folders.iter().all(|it| it.plan.is_settled()) {
-            let plans = || folders.iter().map(|it| &it.plan);
-            let codel = plans().find_map(|plan| plan.changed_codels.first());
-            let is_generated = plans().all(|plan| plan.steps.is_empty() && plan.edited.is_empty());
-            let what = match codel.filter(|_| is_generated) {
-                Some(codel) => {
-                    format!("write `{}` for its new prototype, which the file beside it has", codel.path)
-                }
-                None => {
-                    format!("run `mauve generate {} --out {}` first", argument(&self.path), argument(folder))
-                }
-            };
-            return Err(format!("the packages in `{}` are not those of the model: {what}", folder.display()));
-        }
-        Ok(out?.real)
+        return Err(format!("the packages in `{}` are not those of the model: {what}", folder.display()));
     }
+    out
 }
 
 /// Refuses a folder that has a recording, complete or not: the program would refuse it after the build.
 fn check_has_no_recording(folder: &Path) -> Result<(), String> {
-    let files = ["executions.csv", "periods.csv", "executions.csv.partial", "periods.csv.partial"];
+    let files =
+        ["executions.csv", "periods.csv", "inputs.toml", "executions.csv.partial", "periods.csv.partial"];
     let Some(file) = files.into_iter().find(|file| folder.join(file).symlink_metadata().is_ok()) else {
         return Ok(());
     };

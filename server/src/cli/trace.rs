@@ -6,7 +6,7 @@ mod import;
 
 use clap::Subcommand;
 
-pub(super) use import::{shown_key, warnings as recording_warnings};
+pub(super) use import::{import_recording, shown_key, warnings as recording_warnings};
 
 use crate::output::Output;
 

@@ -93,6 +93,8 @@ struct Context {
   // How often, and for how long, it has waited for locks: see mauve/lock.hpp.
   std::int64_t lock_waits = 0;
   Nanoseconds blocked = 0;
+  // The CPU time in which it has recorded inputs so far: see mauve/inputs.hpp.
+  Nanoseconds copied = 0;
   // Of the first codels and ports that it has used.
   std::array<CodelStatistics, 64> codels{};
   std::array<PortStatistics, 64> ports{};

@@ -100,6 +100,7 @@ CodelExecution::CodelExecution(const char* codel) : context_(present_context()),
   outer_ = context_->codel.load(std::memory_order_relaxed);
   context_->codel.store(codel, std::memory_order_relaxed);
   blocked_before_ = context_->blocked;
+  copied_before_ = context_->copied;
   // These system calls are in no execution time.
   if (context_->trace != nullptr && !timeline().is_virtual()) waits_before_ = voluntary_waits() - context_->lock_waits;
   began_ = now();
@@ -111,7 +112,8 @@ CodelExecution::~CodelExecution() {
   if (context_->times != nullptr && !context_->is_timed_program) {
     take(*context_, context_->times->codel(codel_), cpu_before_);
   }
-  const Nanoseconds execution = cpu_time() - cpu_before_;
+  // What records its inputs is no part of it.
+  const Nanoseconds execution = cpu_time() - cpu_before_ - (context_->copied - copied_before_);
   const Nanoseconds ended = now();
   // A codel in the arguments of another one is counted with it.
   if (outer_ == nullptr) context_->measured_cpu += execution;

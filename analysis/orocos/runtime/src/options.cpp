@@ -15,6 +15,7 @@ const char usage[] =
     "  --allow-non-realtime        run without the scheduling that was analysed; the response times do not hold then\n"
     "  --trace DIR                 record executions, accesses of ports and locks in DIR/executions.csv,\n"
     "                              and periods in DIR/periods.csv\n"
+    "  --inputs                    with --trace: record inputs of codels in DIR/inputs.toml\n"
     "  --live                      show the response times while the robot runs, on a terminal\n"
     "  --log-level LEVEL           error, warning (the default), info or debug\n"
     "  --help                      show this help\n";
@@ -104,6 +105,8 @@ bool read_options(int argc, char** argv, const std::string& deployment, Options&
       options.spends_times = true;
     } else if (option == "--allow-non-realtime") {
       options.allows_non_realtime = true;
+    } else if (option == "--inputs") {
+      options.records_inputs = true;
     } else if (option == "--live") {
       options.is_live = true;
     } else if (option == "--trace") {

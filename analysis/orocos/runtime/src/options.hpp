@@ -25,6 +25,8 @@ struct Options {
   bool is_live = false;
   // Empty: nothing is recorded.
   std::string trace_folder;
+  // With that folder: also the inputs of codels, which the program copies.
+  bool records_inputs = false;
   RTT::LogLevel log_level = RTT::Warning;
 };
 

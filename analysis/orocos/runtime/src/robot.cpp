@@ -22,6 +22,7 @@
 
 #include "chains.hpp"
 #include "context.hpp"
+#include "mauve/inputs.hpp"
 #include "mauve/stub.hpp"
 #include "options.hpp"
 #include "other_threads.hpp"
@@ -620,7 +621,9 @@ int Robot::State::run() {
   int exit_code = report();
   if (trace) {
     for (const Work& it : work) trace->work(it.name, it.cpu, ended - began);
-    const std::string problem = trace->finish();
+    std::string problem;
+    if (options.records_inputs) problem = trace->put("inputs.toml", recorded_inputs());
+    if (problem.empty()) problem = trace->finish();
     if (!problem.empty()) {
       std::cerr << "error: " << problem << std::endl;
       exit_code = std::max(exit_code, 2);

@@ -132,6 +132,8 @@ void TraceFile::write(const std::vector<TraceRecord>& records, std::uint64_t los
     }
     lost_ = lost;
   }
+  // Readers follow the recording.
+  if (!records.empty() && (std::fflush(executions_.file) != 0 || std::fflush(periods_.file) != 0)) error_ = errno;
 }
 
 bool TraceFile::write(const TraceRecord& it) {
@@ -155,6 +157,14 @@ void TraceFile::work(const std::string& name, Nanoseconds cpu, Nanoseconds elaps
                    static_cast<long long>(elapsed), static_cast<long long>(now()), static_cast<unsigned long long>(order_++)) < 0) {
     error_ = errno;
   }
+}
+
+std::string TraceFile::put(const std::string& name, const std::string& text) {
+  const int file = openat(folder_, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  std::FILE* const to = file < 0 ? nullptr : fdopen(file, "w");
+  bool is_written = to != nullptr && std::fwrite(text.data(), 1, text.size(), to) == text.size();
+  if (to != nullptr && std::fclose(to) != 0) is_written = false;
+  return is_written ? "" : shown_ + name + " cannot be written: " + std::strerror(errno);
 }
 
 std::string TraceFile::finish() {

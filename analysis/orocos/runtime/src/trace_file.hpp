@@ -75,6 +75,8 @@ class TraceFile {
   void write(const std::vector<TraceRecord>& records, std::uint64_t lost);
   // Before `finish`: the CPU time that threads of this name, which are no activities, used within this time.
   void work(const std::string& name, Nanoseconds cpu, Nanoseconds elapsed);
+  // Writes another file beside them. Returns what is wrong with it, or an empty text.
+  std::string put(const std::string& name, const std::string& text);
   // Completes the files. Returns what is wrong with them, or an empty text. What was written of files that could not be completed stays.
   std::string finish();
 

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use mauve_diagnostics::{measurement_refusal, measurement_warning, no_bound, refusal_kind, warning_kind};
+use mauve_pwcet::samples::is_alone;
 use mauve_pwcet::trace::{SpanKind, port_of};
 use mauve_pwcet::{LEAST_EXECUTIONS, Measurement, NoBound, Options, Refusal, Warning};
 use mauve_timing::{Level, Time};
@@ -113,6 +114,9 @@ impl Estimates {
         }
         if !self.recording.is_empty() {
             kinds.push("incomplete-recording");
+        }
+        if it.measurement.instances.iter().all(|it| is_alone(&it.instance)) {
+            kinds.push("alone");
         }
         let mut seen = HashSet::new();
         kinds.retain(|kind| seen.insert(*kind));

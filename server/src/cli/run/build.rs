@@ -45,7 +45,7 @@ const COMPILERS_READ: &str = "CC CXX CFLAGS CXXFLAGS CPPFLAGS LDFLAGS CPATH C_IN
                               COMPILER_PATH GCC_EXEC_PREFIX";
 
 /// Checks that a program can be built here.
-pub(super) fn check_tools() -> Result<(), String> {
+pub(in crate::cli) fn check_tools() -> Result<(), String> {
     if !cfg!(target_os = "linux") {
         return Err("`mauve run` needs Linux: its programs use the real-time scheduler of Linux".to_owned());
     }
@@ -96,7 +96,7 @@ fn toolchain() -> Vec<u8> {
 }
 
 /// The folder of a program in the cache.
-pub(super) struct Build {
+pub(in crate::cli) struct Build {
     folder: PathBuf,
     /// The folder of the packages with the user's codels.
     codels: Option<PathBuf>,
@@ -104,7 +104,7 @@ pub(super) struct Build {
 
 impl Build {
     /// Creates the folder for a project and the packages of its codels.
-    pub(super) fn open(root: &Path, codels: Option<&Path>) -> Result<Build, String> {
+    pub(in crate::cli) fn open(root: &Path, codels: Option<&Path>) -> Result<Build, String> {
         let cache =
             cache_folder().ok_or("no folder for the build: set XDG_CACHE_HOME to the path of a folder")?;
         let mut digest = Sha256::new();
@@ -123,8 +123,13 @@ impl Build {
         Ok(Build { folder, codels: codels.map(Path::to_owned) })
     }
 
+    /// Returns the folder, which only the user can read and write.
+    pub(in crate::cli) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Writes the packages, builds the program, and returns its path.
-    pub(super) fn build(
+    pub(in crate::cli) fn build(
         &self,
         packages: &[Package],
         program: &str,

@@ -45,6 +45,7 @@ class CodelExecution {
   // See src/context.hpp.
   Nanoseconds blocked_before_ = 0;
   std::int64_t waits_before_ = 0;
+  Nanoseconds copied_before_ = 0;
   Outcome outcome_ = Outcome::Unknown;
 };
 

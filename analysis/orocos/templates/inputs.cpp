@@ -1,0 +1,9 @@
+// {mark}: do not change this file.
+//
+// Records inputs of codels.
+
+#include <mauve/inputs.hpp>
+
+{headers}
+
+{functions}
