@@ -90,7 +90,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     by_operations.dedup();
     let initial = declared().filter_map(|it| it.value.as_ref()).map(greatest_number);
     let greatest = all.iter().map(|uses| uses.greatest).chain(initial).max().unwrap_or_default();
-    Followed { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(16) }
+    Followed { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(4) }
 }
 
 /// Returns the shared variables with their identities.
