@@ -227,7 +227,7 @@ fn the_probability_of_a_late_job_follows_the_text() {
     let params = json!({"textDocument": {"uri": text.uri}});
     // Without an instance, the one with the greatest probability.
     let found = client.call("mauve/probability", params).unwrap();
-    assert_eq!((&found["instance"], &found["reasons"]), (&json!("navigation"), &json!([])));
+    assert_eq!((&found["instance"], &found["reasons"]), (&json!("guidance"), &json!([])));
     assert_eq!(found["instances"].as_array().unwrap().len(), 9);
     assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
     let of_hokuyo = |client: &mut Client, mut params: Value| {

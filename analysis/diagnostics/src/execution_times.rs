@@ -249,6 +249,6 @@ mod tests {
             let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
             assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
         }
-        assert_eq!(measurement_kinds().count(), 19);
+        assert_eq!(measurement_kinds().count(), 20);
     }
 }
