@@ -336,11 +336,12 @@ impl Loader {
         &mut self.watch_set
     }
 
-    /// Reads a changed file again. Returns whether that is sufficient: the file belongs to the workspaces, is not a
+    /// Reads a changed file again. Returns whether that is sufficient: the file belongs to the workspaces, searches know it, it is not a
     /// link, and its text does not determine which files they have. Otherwise the workspaces must be loaded again.
     pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {
         let is_there = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
-        if !is_there || !self.has(path) || self.absent.contains(path) || self.is_config(path) {
+        let is_known = self.has(path) && !self.folders.lacks(path);
+        if !is_there || !is_known || self.absent.contains(path) || self.is_config(path) {
             return None;
         }
         let file = *self.files.get(path)?;

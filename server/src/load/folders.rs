@@ -263,6 +263,13 @@ impl Folders {
         self.outdated.extend(new.cloned());
     }
 
+    /// Returns whether a search has not found this file where it would find one: it was created since, and read because another one
+    /// includes it.
+    pub(super) fn lacks(&self, path: &Path) -> bool {
+        let folder = path.parent().and_then(|folder| self.known.get(folder));
+        folder.is_some_and(|folder| !folder.regular.contains(path) && folder.takes(path, false))
+    }
+
     /// Returns whether this is a regular file that a search has found: its path has no links.
     pub(super) fn has_regular(&self, path: &Path) -> bool {
         let folder = path.parent().and_then(|folder| self.known.get(folder));
@@ -474,12 +481,38 @@ mod tests {
                 if random.below(3) > 0 {
                     server.advance();
                 }
+                // A text is opened, for example.
+                if random.below(6) == 0 {
+                    server.load();
+                }
             }
             server.settle();
             let fresh = Server::new(&top);
             assert_eq!(server.state(), fresh.state(), "seed {seed}: {said:#?}");
             fs::remove_dir_all(top).unwrap();
         }
+    }
+
+    /// A file that was renamed and back while a search passed, and that another one includes meanwhile.
+    #[test]
+    fn a_file_that_is_only_known_by_an_include_is_searched() {
+        let top = own_scratch("folders-include").canonicalize().unwrap();
+        write(&top, &[("m.mal", "include \"d/n.mal\"\n"), ("d/n.mal", "codel g(): int\n")]);
+        let mut server = Server::new(&top);
+        let (file, other) = (top.join("d/n.mal"), top.join("d/renamed"));
+        fs::rename(&file, &other).unwrap();
+        server.event(&file);
+        server.advance();
+        fs::rename(&other, &file).unwrap();
+        server.advance();
+        server.event(&file);
+        write(&top, &[("m.mal", "codel f(): int\n"), ("mauve.toml", "")]);
+        server.event(&top.join("m.mal"));
+        server.event(&top.join("mauve.toml"));
+        server.settle();
+        assert_eq!(server.state(), Server::new(&top).state());
+        assert!(server.state().iter().any(|it| it.contains("codel g")));
+        fs::remove_dir_all(top).unwrap();
     }
 
     #[test]

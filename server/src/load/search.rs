@@ -78,7 +78,11 @@ impl Loader {
         self.is_load_due |= new.iter().any(|folder| !self.watch_set.is_only_searched(folder));
         self.folders.distrust(&is_watched);
         let read = self.read.keys().filter(|path| path.parent().and_then(&is_watched) != Some(true));
-        self.unread.extend(read.cloned());
+        let read: Vec<PathBuf> = read.cloned().collect();
+        // A search that runs meanwhile does not know of it.
+        self.noted.extend(read.iter().cloned());
+        self.touched.extend(new.iter().cloned());
+        self.unread.extend(read);
     }
 
     /// Returns how many folders were searched.
