@@ -77,13 +77,11 @@ impl<'db> JobExecutions<'db> {
         Some(JobExecutions { times, entries, of })
     }
 
-    /// Returns the names of the codels whose times count for an activity.
-    pub(crate) fn codels(&self, db: &'db dyn ModelDb, activity: usize) -> impl Iterator<Item = String> {
+    /// Returns the keys of what an activity executes and whose measurement says that executions depend on earlier ones.
+    pub(crate) fn dependent(&self, db: &'db dyn ModelDb, activity: usize) -> impl Iterator<Item = String> {
         let all = self.of.get(activity).into_iter().flatten().flatten();
-        all.filter_map(move |(entry, _)| match self.entries.get(*entry)? {
-            Timed::Codel(codel) => Some(codel.qualified(db)),
-            _ => None,
-        })
+        let entries = all.filter_map(|(entry, _)| self.entries.get(*entry));
+        entries.filter(|it| self.times.is_dependent(it)).map(|it| it.key(db))
     }
 
     /// Returns how probable it is that an activity is late, from its figures at a level; `None` if that is not known.

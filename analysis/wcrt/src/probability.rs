@@ -8,18 +8,20 @@
 //!
 //! Both hold for an hour that begins without unfinished jobs.
 
+use std::collections::BTreeSet;
+
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ModelDb, Project, config_of, names_of};
 use mauve_timing::{CpuSet, Lateness, Level, Method, Priority, Status, Time};
 
 use crate::excesses::JobExecutions;
 use crate::executions::{HOUR, executions_of};
-use crate::locks::declared_locks;
+use crate::locks::{codels_of, declared_locks};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};
-use crate::table_set::{TableSet, tables_of};
-use crate::timetable::{files_of, table, timetable_of};
+use crate::table_set::tables_of;
+use crate::timetable::timetable_of;
 
 /// How probable it is that an activity is late.
 #[derive(Debug, Clone, PartialEq, salsa::SalsaValue)]
@@ -35,7 +37,7 @@ pub struct MissProbability {
     /// For each level of the tables, from the most probable one: the response time at it, if there is one, and how probable a longer
     /// one is in an hour.
     pub levels: Vec<(Level, Option<Time>, f64)>,
-    /// Codels whose executions depend on earlier ones, for which the rule of excess is not used.
+    /// Keys of the tables whose executions depend on earlier ones, for which the rule of excess is not used.
     pub dependent: Vec<String>,
 }
 
@@ -62,7 +64,7 @@ pub fn probabilities_of<'db>(
         levels.iter().map(|&level| (level, response_times(db, project, deployment, query(level)))).collect();
     let depends_on_all =
         !system.connected.is_empty() || !declared_locks(db, project).all.is_empty() || has_lists(system);
-    let dependent = dependent_codels(db, tables);
+    let declared = declared_dependent(db, project);
     let jobs = JobExecutions::of(db, tables, system);
     let interrupt = || db.unwind_if_revision_cancelled();
     let of = |index: usize| {
@@ -77,11 +79,12 @@ pub fn probabilities_of<'db>(
             |other: &ActivityReport<'db>| depends_on_all || may_delay(other, at(first).unwrap_or(other));
         let delaying = || (0..).zip(&first.activities).filter(|(_, other)| interferes(other));
         let executions: f64 = delaying().filter_map(|(other, _)| executions.get::<usize>(other)).sum();
-        let is_executed = |codel: &&String| {
-            let jobs = jobs.iter().flat_map(|jobs| delaying().flat_map(|(other, _)| jobs.codels(db, other)));
-            jobs.into_iter().any(|it| it == **codel)
-        };
-        let dependent: Vec<String> = dependent.iter().filter(is_executed).cloned().collect();
+        let measured =
+            jobs.iter().flat_map(|jobs| delaying().flat_map(|(other, _)| jobs.dependent(db, other)));
+        let components = delaying().filter_map(|(other, _)| system.activities.get(other)?.executed());
+        let codels = components.filter_map(|it| codels_of(db, project, it).as_deref()).flatten();
+        let declared = codels.filter(|it| declared.contains(it)).map(|it| it.qualified(db));
+        let dependent: BTreeSet<String> = measured.chain(declared).collect();
         let excess = |(level, report): &(Level, &Report<'db>)| {
             let jobs = jobs.as_ref().filter(|_| dependent.is_empty())?;
             Some((*level, jobs.lateness(*level, report, index, &interrupt)?))
@@ -103,7 +106,7 @@ pub fn probabilities_of<'db>(
             level,
             tolerated,
             levels: levels.collect(),
-            dependent,
+            dependent: dependent.into_iter().collect(),
         })
     };
     (0..system.activities.len()).map(of).collect()
@@ -122,21 +125,10 @@ fn may_delay(other: &ActivityReport<'_>, of: &ActivityReport<'_>) -> bool {
     other.priority >= of.priority && other.cpus == of.cpus
 }
 
-/// Returns the codels of these tables whose executions depend on earlier ones: those of `[timing] dependent`, and those whose
-/// measurement says so.
-fn dependent_codels<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Vec<String> {
-    let project = tables.project(db);
+/// Returns the codels of `[timing] dependent`.
+fn declared_dependent<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Decl<'db>> {
     let declared = config_of(db, project.workspace(db)).dependent.iter();
-    let declared = declared.flat_map(|(key, _)| match names_of(db, project).by_key(Kind::Codel, key) {
-        [] => vec![key.clone()],
-        found => found.iter().map(|it| it.qualified(db)).collect(),
-    });
-    let measured = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
-    let measured = measured.filter(|it| it.is_dependent()).map(|it| it.key.clone());
-    let mut found: Vec<String> = declared.chain(measured).collect();
-    found.sort();
-    found.dedup();
-    found
+    declared.flat_map(|(key, _)| names_of(db, project).by_key(Kind::Codel, key)).copied().collect()
 }
 
 #[cfg(test)]
@@ -238,5 +230,10 @@ mod tests {
         };
         assert_eq!(of("", &record("executions depend on earlier ones (runs: p < 0.001)")), ["b"]);
         assert_eq!(of("", &record("only 500 executions")), Vec::<String>::new());
+        // Also that of a program, and of a codel of a program with a time of its own.
+        let program = "[program]\n\"Ca/update\" = [10, 20, 60]\n";
+        let record = record("dependent-executions").replace("measured.b", "measured.\"Ca/update\"");
+        assert_eq!(of("", &format!("{program}{record}")), ["Ca/update"]);
+        assert_eq!(of("timing.dependent = [\"a\"]", program), ["a"]);
     }
 }

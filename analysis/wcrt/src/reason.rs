@@ -232,6 +232,17 @@ pub enum Timed<'db> {
     Access(Decl<'db>, Name),
 }
 
+impl Timed<'_> {
+    /// Returns its key in a timing table.
+    pub fn key(&self, db: &dyn ModelDb) -> String {
+        match self {
+            Timed::Codel(of) | Timed::Component(of) | Timed::Wait(of) => of.qualified(db),
+            Timed::Access(component, port) => format!("{}.{port}", component.qualified(db)),
+            Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
+        }
+    }
+}
+
 /// Why the entry of a time cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum UnusableTime<'db> {

@@ -92,11 +92,7 @@ pub enum Limit {
 impl TimeSensitivity<'_> {
     /// Returns the key of the time in a timing table.
     pub fn key(&self, db: &dyn ModelDb) -> String {
-        match &self.of {
-            Timed::Codel(of) | Timed::Component(of) | Timed::Wait(of) => of.qualified(db),
-            Timed::Access(component, port) => format!("{}.{port}", component.qualified(db)),
-            Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
-        }
+        self.of.key(db)
     }
 }
 

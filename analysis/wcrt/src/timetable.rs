@@ -201,6 +201,8 @@ pub(crate) struct Slot {
     is_measured: bool,
     /// Whether a comment says that the times are assumed.
     is_assumed: bool,
+    /// Whether a measurement says that executions depend on earlier ones.
+    is_dependent: bool,
 }
 
 /// The times in timing tables.
@@ -471,6 +473,8 @@ impl<'db> TimetableBuilder<'db> {
         }
         let measured: FxHashMap<&str, &Times> =
             table.measured.iter().map(|record| (record.key.as_str(), &record.times)).collect();
+        let dependent = table.measured.iter().filter(|it| it.is_dependent());
+        let dependent: FxHashSet<&str> = dependent.map(|record| record.key.as_str()).collect();
         let slot = |entry: &Entry| Slot {
             file,
             levels: levels.clone(),
@@ -478,6 +482,7 @@ impl<'db> TimetableBuilder<'db> {
             waits: entry.waits,
             is_measured: measured.get(entry.key.as_str()).copied() == entry.value.as_ref(),
             is_assumed: entry.is_assumed,
+            is_dependent: dependent.contains(entry.key.as_str()),
         };
         for entry in &table.codels {
             self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
@@ -807,6 +812,11 @@ impl<'db> Timetable<'db> {
     /// Returns whether an entry says that its times are assumed.
     pub(crate) fn is_assumed(&self, of: &Timed<'db>) -> bool {
         self.slots.get(of).is_some_and(|slots| slots.iter().any(|slot| slot.is_assumed))
+    }
+
+    /// Returns whether a measurement says that executions depend on earlier ones.
+    pub(crate) fn is_dependent(&self, of: &Timed<'db>) -> bool {
+        self.slots.get(of).is_some_and(|slots| slots.iter().any(|slot| slot.is_dependent))
     }
 
     /// Returns the table that has the time.
