@@ -76,6 +76,7 @@ pub fn probability_rounded_up(probability: f64) -> String {
         (tenths, exponent) = (10.0, exponent + 1);
     }
     match tenths % 10.0 {
+        _ if exponent >= 0 => "1".to_owned(),
         0.0 => format!("{:.0}e{exponent}", tenths / 10.0),
         _ => format!("{:.1}e{exponent}", tenths / 10.0),
     }
@@ -139,7 +140,7 @@ mod tests {
             (0.00012, "1.2e-4"),
             (9.99e-5, "1e-4"),
             (0.5, "5e-1"),
-            (0.999, "1e0"),
+            (0.999, "1"),
             (1.0, "1"),
             (0.0, "0"),
         ] {
