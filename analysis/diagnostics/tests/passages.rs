@@ -194,7 +194,7 @@ fn a_switch_passes_the_new_order_of_the_assumed_state() {
         &[NOTHING, automatic],
         expect![[r#"
             manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
-            scan -> command: ∞ [Stopped, Automatic] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            scan -> command: ∞ [Stopped] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
             automatic -> command: ∞ [Manual] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             writes command: ∞ [Automatic] OtherPort("manual")
             reads manual: 1
@@ -544,6 +544,55 @@ fn a_restart_may_keep_a_counter_that_then_passes_its_limit() {
             a -> q: ∞ [Busy] NoWrite, age ∞, written 
             writes q: ∞ [Busy] NoWrite
             reads a: 1
+        "#]],
+    );
+}
+
+#[test]
+fn a_counter_that_a_stop_sets_counts_from_there_after_a_restart() {
+    check(
+        "core K(S) { var x: int = 0  var left: int = 0  stop = { left = 7; }
+           update = { if left == 0 then { read(a, x); write(q, x); left = 2; } else { left = left - 1; } } }",
+        expect![[r#"
+            a -> q: 7, age 0, written update to update update a + q
+            writes q: 7
+            reads a: 7
+        "#]],
+    );
+}
+
+/// How often jobs are searched with the values of counters.
+fn searches_with_values(update: &str) -> usize {
+    let db = Database::with_log();
+    let core = format!("core K(S) {{ var x: int = 0  var left: int = 0  update = {{ {update} }} }}");
+    let workspace = workspace(&db, &format!("{SHELL}{core} component C(S, K)"));
+    passages(&db, workspace, "C", NOTHING);
+    db.take_log().executed.iter().filter(|it| **it == "reached_with_values").count()
+}
+
+#[test]
+fn the_values_of_a_counter_are_followed_only_where_they_may_change_a_passage() {
+    let pass = "read(a, x); write(q, x);";
+    let counting = "if left == 0 then { left = 9; } else { left = left - 1; }";
+    assert_eq!(searches_with_values(&format!("if left == 0 then {{ {pass} }} {counting}")), 1);
+    assert_eq!(searches_with_values(&format!("{pass} {counting}")), 0);
+    // The codel may refuse in each period, whatever the counter is.
+    assert_eq!(searches_with_values(&format!("if ready() then {{ {pass} }} {counting}")), 0);
+    // Once it is 3, it is 3 for ever.
+    assert_eq!(searches_with_values(&format!("if left < 3 then {{ {pass} left = left + 1; }}")), 0);
+}
+
+#[test]
+fn a_mode_may_let_each_period_leave_a_state() {
+    check_assumed(
+        "core K(S) { var x: int = 0  statemachine { var mode: int = 0
+           initial state Read { run = { mode = 1; read(a, x); write(q, x); }  transition go if mode == 1 to Rest }
+           state Rest { transition go to Read } } }",
+        Assumed { states: &["Read"], ..NOTHING },
+        expect![[r#"
+            a -> q: ∞ [Read] Leaves, age 0, written Read to Read Read.run a + q
+            writes q: ∞ [Read] Leaves
+            reads a: ∞ [Read] Leaves
         "#]],
     );
 }

@@ -3,6 +3,7 @@
 //!
 //! A counter or mode decides what a period does: its state in the product (`product.rs`) is part of where the core is.
 //! `if left == 0 then { read(a, x); write(q, x); left = 9; } else { left = left - 1; }` passes data on in every tenth period.
+//! Such a search has many states: data is followed so only where the values may exclude what is found without them.
 
 mod flow;
 mod graph;
@@ -28,16 +29,19 @@ use crate::project::Project;
 use crate::source::{Decl, core};
 
 use self::graph::{Builder, Graph, Node, Place, Slots};
-use self::search::{Found, Moment, Search};
+use self::search::{Cycle, Found, Moment, Search};
+
+/// The nodes that jobs come to, each with the state of the product and values of its cells.
+type Reached = Vec<(u32, u32, u128)>;
 
 /// What a core does with data, whatever is followed and assumed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Flows<'db> {
     graph: Graph<'db>,
-    /// The nodes that jobs come to, each with the state of the product and values of its cells.
-    reached: Vec<(u32, u32, u128)>,
-    /// The followed product; none if there is none, or it is too large.
+    reached: Reached,
+    /// What counters and modes decide, if they are followed.
     interpreted: Option<Arc<Interpreted<'db>>>,
+    through_handles: bool,
     /// Whether the values of variables are forgotten at the end of each job, since there are too many.
     forgets: bool,
     /// There is too much to follow.
@@ -57,16 +61,29 @@ fn flows_of<'db>(
         return None;
     }
     let graph = Builder::new(db, project, of, behaviour, through_handles)?.build();
-    let (states, interpreted) = (vec![true; graph.starts.len()], interpreted_of(db, project, of));
-    let search = Search { interpreted: interpreted.as_deref(), ..Search::new(&graph, &states) };
-    let found = search.and_coarser().filter(|_| !graph.too_large).find_map(|search| {
-        let found = search.explore(search.first(behaviour.initial), |_, _| false, false)?;
-        let reached = found.moments.iter().map(|it| (it.node, it.product, it.values)).collect();
-        Some((reached, search.interpreted.and_then(|_| interpreted.clone()), search.forgets))
-    });
+    let (states, interpreted) = (vec![true; graph.starts.len()], interpreted_of(db, project, of).clone());
+    let search = Search::new(&graph, &states);
+    let all = [search, Search { forgets: true, ..search }];
+    let found = all.iter().filter(|_| !graph.too_large);
+    let found = found.filter_map(|it| Some((it.reached(behaviour.initial)?, it.forgets))).next();
     let too_large = found.is_none();
-    let (reached, interpreted, forgets) = found.unwrap_or_default();
-    Some(Arc::new(Flows { graph, reached, interpreted, forgets, too_large }))
+    let (reached, forgets) = found.unwrap_or_default();
+    Some(Arc::new(Flows { graph, reached, interpreted, through_handles, forgets, too_large }))
+}
+
+/// Returns what jobs come to with the values of counters and modes; none where these are not followed, or are too many.
+#[salsa::tracked(returns(ref))]
+fn reached_with_values<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    through_handles: bool,
+) -> Option<Reached> {
+    let flows = flows_of(db, project, of, through_handles)?;
+    let states = vec![true; flows.graph.starts.len()];
+    let interpreted = flows.interpreted.as_deref();
+    let search = Search { interpreted, ..Search::new(&flows.graph, &states) };
+    search.reached(behaviour_of(db, project, of).initial)
 }
 
 /// Returns how data passes through a core.
@@ -92,7 +109,6 @@ pub fn passages_of<'db>(
         answers: assumption.answers(db),
         new_data: &new_data,
         forgets: flows.forgets,
-        interpreted: flows.interpreted.as_deref(),
         ..Search::new(graph, &states)
     };
     let core = core(db, of);
@@ -116,6 +132,14 @@ struct Context<'a, 'db> {
     search: Search<'a, 'db>,
     /// The costs up to calls.
     parts: RefCell<FxHashMap<Vec<SourceId>, Arc<Cost<'db>>>>,
+}
+
+/// What a search finds: the most jobs to a goal, and what overwrites the data afterwards.
+struct Outcome<'a, 'db> {
+    search: Search<'a, 'db>,
+    found: Found,
+    longest: Result<Option<u32>, Cycle>,
+    overwritten: Option<Overwrite<'db>>,
 }
 
 impl<'db> Context<'_, 'db> {
@@ -185,12 +209,41 @@ impl<'db> Context<'_, 'db> {
         Some(graph.places.get(graph.nodes.get(node as usize)?.place as usize)?.state)
     }
 
+    fn with_values(&self) -> &'db Option<Reached> {
+        reached_with_values(self.db, self.project, self.of, self.flows.through_handles)
+    }
+
     /// Returns where the core may be when data arrives.
-    fn arrivals<'a>(&'a self, search: Search<'a, 'db>) -> impl Iterator<Item = Moment> + 'a {
+    fn arrivals<'b>(&'b self, search: Search<'b, 'db>) -> impl Iterator<Item = Moment> + 'b {
         let is_assumed = |node| self.state_of(node).and_then(|it| search.states.get(it)) == Some(&true);
-        let reached =
-            self.flows.reached.iter().filter(move |it| !search.is_skipped(it.0) && is_assumed(it.0));
+        let valued = search.interpreted.and_then(|_| self.with_values().as_ref());
+        let reached = valued.unwrap_or(&self.flows.reached).iter();
+        let reached = reached.filter(move |it| !search.is_skipped(it.0) && is_assumed(it.0));
         reached.map(move |(node, product, values)| search.start(*node, *product, *values))
+    }
+
+    /// Explores the jobs from arrivals on, also with the values of counters and modes if they may change what is found: more than
+    /// the least number of jobs, a write of less, or a repetition that they may exclude.
+    fn explored<'b>(
+        &'b self,
+        search: Search<'b, 'db>,
+        least: u32,
+        explore: impl Fn(Search<'b, 'db>) -> Option<(Found, Option<Overwrite<'db>>)>,
+    ) -> Option<Outcome<'b, 'db>> {
+        let explore = |search: Search<'b, 'db>| {
+            let (found, overwritten) = explore(search)?;
+            Some(Outcome { search, longest: search.longest(&found), found, overwritten })
+        };
+        let first = explore(search);
+        let valued = self.flows.interpreted.as_deref();
+        let valued = valued.map(|it| Search { interpreted: Some(it), forgets: false, ..search });
+        let is_open = |valued: &Search<'b, 'db>| match first.as_ref().map(|it| (&it.longest, it)) {
+            Some((Ok(jobs), it)) => jobs.unwrap_or_default() > least || it.overwritten.is_some(),
+            Some((Err(cycle), it)) => !valued.may_repeat(&it.found, cycle),
+            None => true,
+        };
+        let valued = valued.filter(is_open).filter(|_| self.with_values().is_some()).and_then(explore);
+        valued.or(first).or_else(|| explore(Search { forgets: true, ..search }))
     }
 
     /// Returns the most releases from any instant to the next of some nodes.
@@ -201,23 +254,21 @@ impl<'db> Context<'_, 'db> {
             Some(_) => node.sink == sink,
             None => node.source == source,
         };
-        let mut all = search.and_coarser();
-        let found = all.find_map(|it| Some((it, it.explore(self.arrivals(it), is_goal, true)?)));
-        let (search, found) = found.map_or((search, None), |(search, found)| (search, Some(found)));
-        self.releases(search, found.as_ref())
+        let all = self.explored(search, 1, |it| Some((it.explore(self.arrivals(it), is_goal, true)?, None)));
+        self.releases(all.as_ref())
     }
 
     /// Returns whether the first job, or one of so many, reads a source.
     fn is_read_at_start(&self, source: u16, releases: u32) -> bool {
+        let Some(least) = releases.checked_sub(1) else { return false };
         let skips = self.flows.graph.skips(Some(source), None, &[]);
         let search = Search { skips: &skips, ..self.search };
         let initial = Some(self.behaviour.initial).filter(|it| search.states.get(*it) == Some(&true));
-        let found = search.and_coarser().find_map(|search| {
+        let found = self.explored(search, least, |search| {
             let first = initial.into_iter().flat_map(|state| search.first(state));
-            search.explore(first, |_, node| node.source == Some(source), true)
+            Some((search.explore(first, |_, node| node.source == Some(source), true)?, None))
         });
-        let longest = found.and_then(|found| search.longest(&found).ok().flatten());
-        longest.is_some_and(|jobs| jobs < releases)
+        found.and_then(|it| it.longest.ok().flatten()).is_some_and(|jobs| jobs <= least)
     }
 
     fn skip(&self, states: Vec<usize>, at: Option<SourceId>, cause: SkipCause<'db>) -> Skip<'db> {
@@ -225,19 +276,21 @@ impl<'db> Context<'_, 'db> {
         Skip { core: self.of, states: states.collect(), at, cause }
     }
 
-    fn releases(&self, search: Search<'_, 'db>, found: Option<&Found>) -> Result<u32, Skip<'db>> {
-        let Some(found) = found else { return Err(self.skip(Vec::new(), None, SkipCause::TooLarge)) };
+    fn releases(&self, found: Option<&Outcome<'_, 'db>>) -> Result<u32, Skip<'db>> {
+        let Some(Outcome { search, found, longest, .. }) = found else {
+            return Err(self.skip(Vec::new(), None, SkipCause::TooLarge));
+        };
         let assumed =
             || (0..search.states.len()).filter(|it| search.states.get(*it) == Some(&true)).collect();
-        if !self.may_stay() {
+        if search.states.contains(&false) && !self.may_stay() {
             return Err(self.skip(assumed(), None, SkipCause::Leaves));
         }
-        match search.longest(found) {
-            Ok(Some(releases)) => Ok(releases.max(1)),
+        match longest {
+            Ok(Some(releases)) => Ok((*releases).max(1)),
             Ok(None) => Err(self.skip(assumed(), None, SkipCause::NoWrite)),
             Err(cycle) => {
-                let states = search.states_of(found, &cycle);
-                Err(match search.skipped(found, &cycle) {
+                let states = search.states_of(found, cycle);
+                Err(match search.skipped(found, cycle) {
                     Some((node, cause)) => self.skip(states, Some(node.at), cause),
                     None => self.skip(states, None, SkipCause::NoWrite),
                 })
@@ -279,24 +332,18 @@ impl<'db> Context<'_, 'db> {
         let search = Search { source: Some(from), wanted, skips: &skips, ..self.search };
         let carries = |moment: &Moment, node: &Node| node.sink == Some(to) && node.from & moment.carry != 0;
         // What follows may be too much too: then nothing is known.
-        let found = search.and_coarser().find_map(|it| {
+        let found = self.explored(search, 1, |it| {
             let found = it.explore(self.arrivals(it), carries, true)?;
             let after = it.explore_after(&found, to)?;
-            Some((it, found, after))
+            Some((found, self.overwritten(&after, carried)))
         });
-        let (releases, overwritten) = match &found {
-            Some((search, found, after)) => {
-                (self.releases(*search, Some(found)), self.overwritten(after, carried))
-            }
-            None => (self.releases(search, None), None),
-        };
         let handles = graph.to_handle.get(usize::from(to)).copied().unwrap_or_default();
         Some(Passage {
             from: source.clone(),
             to: sink.clone(),
-            releases,
+            releases: self.releases(found.as_ref()),
             periods: self.periods(search, to),
-            overwritten,
+            overwritten: found.and_then(|it| it.overwritten),
             written: self.written(to, carried),
             to_handle: handles,
         })
@@ -325,12 +372,13 @@ impl<'db> Context<'_, 'db> {
         let is_last = |moment: &Moment, node: &Node| {
             node.sink == Some(to) && node.from & moment.carry != 0 && node.from & moment.newer == 0
         };
-        let mut found = search.and_coarser().find_map(|search| {
+        let found = self.explored(search, 0, |search| {
             let starts = self.arrivals(search).filter(is_read).flat_map(|moment| search.taken(moment));
-            search.explore(starts, is_last, false)
-        })?;
-        found.keep_to_goals();
-        search.longest(&found).ok().flatten()
+            let mut found = search.explore(starts, is_last, false)?;
+            found.keep_to_goals();
+            Some((found, None))
+        });
+        found?.longest.ok().flatten()
     }
 
     /// Returns what each edge executes up to its last write of data.

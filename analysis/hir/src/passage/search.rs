@@ -65,7 +65,7 @@ pub(super) struct Search<'a, 'db> {
     pub(super) answers: &'a [Decl<'db>],
     /// The sources that are assumed to have new data.
     pub(super) new_data: &'a [u16],
-    /// Whether values of variables are forgotten at the end of each job.
+    /// Whether values of variables are forgotten at the end of each job, for cores that are too large otherwise.
     pub(super) forgets: bool,
 }
 
@@ -109,12 +109,10 @@ impl<'a, 'db> Search<'a, 'db> {
         Moment { node, product, carry: 0, newer: 0, values, is_taken: false }
     }
 
-    /// Returns this search, and those that follow less, for cores that are too large for it.
-    pub(super) fn and_coarser(self) -> impl Iterator<Item = Search<'a, 'db>> {
-        std::iter::successors(Some(self), |it| match it.interpreted {
-            Some(_) => Some(Search { interpreted: None, ..*it }),
-            None => (!it.forgets).then_some(Search { forgets: true, ..*it }),
-        })
+    /// Returns the nodes that jobs come to from the first one in a state; none if there are too many.
+    pub(super) fn reached(&self, initial: usize) -> Option<Vec<(u32, u32, u128)>> {
+        let found = self.explore(self.first(initial), |_, _| false, false)?;
+        Some(found.moments.iter().map(|it| (it.node, it.product, it.values)).collect())
     }
 
     /// Returns the values of all cells when nothing is known, at the beginning of a job.
@@ -126,16 +124,16 @@ impl<'a, 'db> Search<'a, 'db> {
 
     /// Returns the moments before the first job in a state, when nothing is known but what counters and modes may be there.
     pub(super) fn first(&self, state: usize) -> Vec<Moment> {
-        let products: Vec<u32> = match self.interpreted {
-            Some(it) => {
-                let own = (0..).zip(&it.product.states).filter(|(_, it)| it.state == state);
-                own.map(|(index, _)| index).collect()
-            }
-            None => vec![0],
-        };
         let start = self.graph.starts.get(state);
-        let moments = |&node: &u32| products.iter().map(move |it| self.start(node, *it, self.unknown()));
+        let moments = |&node: &u32| self.products(state).map(move |it| self.start(node, it, self.unknown()));
         start.into_iter().flat_map(moments).collect()
+    }
+
+    /// Returns the states of the product that are in a state; 0 where none is followed.
+    fn products(&self, state: usize) -> impl Iterator<Item = u32> {
+        let all = self.interpreted.map_or(&[][..], |it| &it.product.states);
+        let own = (0..).zip(all).filter(move |(_, it)| it.state == state).map(|(index, _)| index);
+        own.chain(self.interpreted.is_none().then_some(0))
     }
 
     /// Returns whether nodes between two others are left out for a node.
@@ -328,10 +326,11 @@ impl<'a, 'db> Search<'a, 'db> {
         };
         // Calls of operations before a job may repeat, and take no job.
         let all = components(&found.successors);
-        let numbered = all.iter().enumerate();
-        let of: FxHashMap<usize, usize> =
-            numbered.flat_map(|(number, component)| component.iter().map(move |it| (*it, number))).collect();
-        let of = |index: usize| of.get(&index).copied();
+        let mut numbers = vec![None; found.moments.len()];
+        for (number, component) in all.iter().enumerate() {
+            component.iter().for_each(|it| _ = numbers.get_mut(*it).map(|it| *it = Some(number)));
+        }
+        let of = |index: usize| numbers.get(index).copied().flatten();
         let mut longest: Vec<Option<u32>> = Vec::with_capacity(all.len());
         for (number, component) in all.iter().enumerate() {
             let mut most = None;
@@ -361,6 +360,17 @@ impl<'a, 'db> Search<'a, 'db> {
             longest.push(most);
         }
         Ok(longest.into_iter().max().flatten())
+    }
+
+    /// Returns whether a cycle that was found without the values of counters and modes may repeat for ever with them.
+    pub(super) fn may_repeat(&self, found: &Found, cycle: &Cycle) -> bool {
+        let all: FxHashSet<Moment> = cycle.iter().filter_map(|it| found.moments.get(*it)).copied().collect();
+        let first = cycle.first().and_then(|it| found.moments.get(*it));
+        let place = first.and_then(|it| self.graph.places.get(self.node(it)?.place as usize));
+        let products = place.into_iter().flat_map(|it| self.products(it.state));
+        let starts = products.flat_map(|product| first.map(|it| Moment { product, ..*it }));
+        let leaves = |moment: &Moment, _: &Node| !all.contains(&Moment { product: 0, ..*moment });
+        self.explore(starts, leaves, true).is_none_or(|found| self.longest(&found).is_err())
     }
 
     /// Returns which branch of a cycle avoids a goal, and why it may.
