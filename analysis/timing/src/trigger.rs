@@ -82,3 +82,55 @@ pub(crate) fn is_paced(writer: &Task, writes: Option<u32>, reader: &Task, respon
     let is_single = writer.burst <= 1 && writes.is_some_and(|writes| writes <= 1);
     is_single && of_burst >= least.as_nanos() && apart >= response
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn task(period: u64, burst: u64) -> Task {
+        Task { period: Some(Time::from_nanos(period)), burst, ..Task::default() }
+    }
+
+    /// The distance of a reader with T and R, whose writer has T = 10, R = 2, that burst, and writes that often in a job.
+    fn distance([period, response]: [u64; 2], burst: u64, writes: u32, has_buffer: bool) -> (u64, u64) {
+        let tasks = Tasks::new(vec![task(10, burst), task(period, 1)]);
+        let time = Time::from_nanos;
+        let distance = Distance { each: time(10), late: time(1) };
+        let by =
+            TriggerWriter { task: 0, distance, response: time(2), gap: 2, writes: Some(writes), has_buffer };
+        let found = tasks.greatest_distance(1, time(response), &by).expect("all times are known");
+        (found.each.as_nanos(), found.late.as_nanos())
+    }
+
+    #[test]
+    fn data_that_comes_seldom_releases_a_job_for_each_gap_of_its_writer() {
+        // Two releases of the writer, and once its lateness and response time.
+        assert_eq!(distance([3, 7], 1, 1, false), (20, 3));
+        assert_eq!(distance([7, 3], 1, 1, false), (20, 3));
+    }
+
+    #[test]
+    fn data_that_comes_while_a_job_executes_waits_for_its_end() {
+        // Both jobs count each time: 2 · 10 + 1 + 2, and R of the reader.
+        assert_eq!(distance([3, 8], 1, 1, false), (31, 0));
+        assert_eq!(distance([8, 4], 1, 1, false), (27, 0));
+        assert_eq!(distance([3, 4], 2, 1, false), (27, 0));
+        assert_eq!(distance([3, 4], 1, 2, false), (27, 0));
+        assert_eq!(distance([3, 4], 1, 1, true), (27, 0));
+        assert_eq!(distance([100, 4], 1, 1, false), (100, 0));
+    }
+
+    #[test]
+    fn gaps_do_not_add_up_if_the_data_of_each_job_releases_one() {
+        let paced = |writer: u64, writes, reader: [u64; 2], response| {
+            is_paced(&task(10, writer), writes, &task(reader[0], reader[1]), Time::from_nanos(response))
+        };
+        assert!(paced(1, Some(1), [10, 1], 10));
+        assert!(paced(1, Some(1), [20, 2], 10));
+        assert!(!paced(1, Some(1), [21, 2], 10));
+        assert!(!paced(1, Some(1), [10, 1], 11));
+        assert!(!paced(2, Some(1), [10, 1], 10));
+        assert!(!paced(1, Some(2), [10, 1], 10));
+        assert!(!paced(1, None, [10, 1], 10));
+    }
+}
