@@ -2,7 +2,8 @@
 //! data arrive before each read and at the end of each job. One datum, or one read, is marked; a value has the number of the newest
 //! mark that it comes from: 0 before it, 1 the marked one, 2 newer ones. The most jobs until it is written, the most jobs until the
 //! last write of it, and whether a write of less follows are never more than the analysis claims, and nearly always as much; nearly
-//! all that it claims to take for ever does. A counter and the flags have their values from the start, and keep them in a restart.
+//! all that it claims to take for ever does. A counter and the flags have their values from the start, and keep them in a restart,
+//! unless a hook sets them, or the counter is a variable of the state machine. A client may call an operation between two jobs.
 //!
 //! `MAUVE_CORES` is the number of cores.
 
@@ -17,7 +18,7 @@ use mauve_tests::Random;
 
 /// The cores of a project.
 const CORES: usize = 20;
-/// More jobs than a core with a bound needs.
+/// More jobs than most cores with a bound need; none is observed for longer.
 const FOR_EVER: u8 = 12;
 /// The most states of an execution.
 const STATES: usize = 4_000;
@@ -32,7 +33,7 @@ codel grab(in from: int, out to: int): bool
 codel ready(): bool
 codel level(): int
 codel drive(in order: int): void
-shell S { input port a: int  input port b: int  output port q: int }
+shell S { input port a: int  input port b: int  output port q: int  provide poke(): void  provide bump(inout it: int): void }
 ";
 
 #[derive(Debug, Clone)]
@@ -77,6 +78,10 @@ enum Statement {
     SetCount(i8),
     /// `n = n + 1;`
     AddCount(i8),
+    /// `poke();`
+    Poke,
+    /// `bump(n);`, or of a variable: adds 1 below 2, otherwise it becomes 0.
+    Bump(Option<usize>),
     If(Condition, Vec<Statement>, Vec<Statement>),
     Return,
 }
@@ -98,7 +103,14 @@ struct StateOf {
 struct Core {
     is_machine: bool,
     states: Vec<StateOf>,
+    /// Whether the counter is a variable of the state machine.
+    is_own_count: bool,
+    /// `configure`, `start` and `stop`.
+    hooks: [Program; 3],
+    operation: Program,
 }
+
+const HOOKS: [&str; 3] = ["configure", "start", "stop"];
 
 const VARIABLES: [&str; 3] = ["x", "y", "t"];
 const LOCAL: usize = 2;
@@ -111,6 +123,8 @@ struct Generator {
     has_local: bool,
     /// Whether the core has a counter.
     counts: bool,
+    /// Whether programs may call operations.
+    calls: bool,
 }
 
 impl Generator {
@@ -167,6 +181,11 @@ impl Generator {
                 _ => Statement::AddCount(1),
             },
             _ if self.counts && depth > 0 && self.chance(12) => self.every(depth),
+            _ if self.calls && self.chance(12) => match self.random.below(3) {
+                0 => Statement::Bump(Some(self.variable())),
+                1 if self.counts => Statement::Bump(None),
+                _ => Statement::Poke,
+            },
             0..=3 => Statement::Read(self.port(), self.variable()),
             4..=6 => Statement::Write(self.data(1)),
             7..=8 => Statement::Assign(self.variable(), self.data(1)),
@@ -203,11 +222,46 @@ impl Generator {
         Statement::If(Condition::Count("==", held), then, otherwise)
     }
 
+    /// A program that sets the counter and flags.
+    fn hook(&mut self) -> Program {
+        let mut set = || match self.random.below(4) {
+            0 => Statement::SetFlag(self.random.below(2), None),
+            1 => Statement::AddCount(1),
+            2 => Statement::Bump(None),
+            _ => Statement::SetCount(self.random.below(4) as i8),
+        };
+        let (then, after) = (set(), set());
+        match self.random.below(3) {
+            0 => vec![then],
+            1 => vec![Statement::If(
+                Condition::Count("==", self.random.below(3) as i8),
+                vec![then],
+                vec![after],
+            )],
+            _ => Vec::new(),
+        }
+    }
+
     fn core(&mut self) -> Core {
         self.counts = self.chance(50);
-        if self.chance(40) {
+        self.calls = false;
+        let mut core = Core {
+            is_machine: self.chance(60),
+            states: Vec::new(),
+            is_own_count: self.chance(30),
+            hooks: Default::default(),
+            operation: Vec::new(),
+        };
+        if self.chance(15) {
+            core.hooks = [self.hook(), self.hook(), self.hook()];
+        }
+        if self.chance(10) {
+            core.operation = if self.chance(60) { self.hook() } else { self.program(2, 1) };
+            self.calls = true;
+        }
+        if !core.is_machine {
             let run = (0..=self.random.below(4)).map(|_| self.statement(2)).collect();
-            return Core { is_machine: false, states: vec![StateOf { run, ..StateOf::default() }] };
+            return Core { states: vec![StateOf { run, ..StateOf::default() }], ..core };
         }
         let count = 1 + self.random.below(3);
         let states = (0..count).map(|index| {
@@ -230,7 +284,7 @@ impl Generator {
             }
             state
         });
-        Core { is_machine: true, states: states.collect() }
+        Core { states: states.collect(), ..core }
     }
 }
 
@@ -286,6 +340,8 @@ fn statement(of: &Statement) -> String {
         Statement::SetFlag(flag, Some(value)) => format!("f{flag} = {};", condition(value)),
         Statement::SetCount(value) => format!("n = {value};"),
         Statement::AddCount(by) => format!("n = n {} 1;", if *by < 0 { "-" } else { "+" }),
+        Statement::Poke => "poke();".to_owned(),
+        Statement::Bump(variable) => format!("bump({});", variable.map_or("n", |it| VARIABLES[it])),
         Statement::If(held, then, otherwise) => {
             format!("if {} then {} else {}", condition(held), program(then), program(otherwise))
         }
@@ -293,15 +349,30 @@ fn statement(of: &Statement) -> String {
     }
 }
 
+impl Core {
+    /// Programs outside of a state machine do not know its variables.
+    fn counts_in_machine(&self) -> bool {
+        let others =
+            format!("{}{}", program(&self.operation), self.hooks.each_ref().map(|it| program(it)).concat());
+        self.is_machine && self.is_own_count && !["n = ", "(n ", "(n)"].iter().any(|it| others.contains(it))
+    }
+}
+
 fn text(core: &Core, name: &str) -> String {
     let mut out = format!(
-        "core {name}(S) {{ var x: int = 0 var y: int = 0 var n: int = 0 var f0: bool = false var f1: bool = false\n"
+        "core {name}(S) {{ var x: int = 0 var y: int = 0 var f0: bool = false var f1: bool = false\n
+        provide bump(inout it: int) = {{ if it < 2 then {{ it = it + 1; }} else {{ it = 0; }} }}\n"
     );
+    let _ = writeln!(out, "provide poke() = {}", program(&core.operation));
+    for (name, hook) in HOOKS.iter().zip(&core.hooks).filter(|(_, it)| !it.is_empty()) {
+        let _ = writeln!(out, "{name} = {}", program(hook));
+    }
+    out += if core.counts_in_machine() { "" } else { "var n: int = 0\n" };
     if !core.is_machine {
         let _ = writeln!(out, "update = {} }}", program(&core.states[0].run));
         return out;
     }
-    out += "statemachine {\n";
+    out += if core.counts_in_machine() { "statemachine { var n: int = 0\n" } else { "statemachine {\n" };
     for (index, state) in core.states.iter().enumerate() {
         let _ = writeln!(out, "{} state S{index} {{", if index == 0 { "initial" } else { "" });
         let methods =
@@ -372,6 +443,14 @@ struct Assumed<'a> {
     new_b: bool,
 }
 
+/// What a component does next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Next {
+    First,
+    Again,
+    Job,
+}
+
 /// Why a job ends early.
 enum Stop {
     Return,
@@ -381,6 +460,7 @@ enum Stop {
 
 /// Executes one job with one sequence of choices.
 struct Run<'a> {
+    core: &'a Core,
     world: World,
     mode: Mode,
     ends: (Source, Sink),
@@ -570,6 +650,19 @@ impl Run<'_> {
             Statement::SetCount(value) => self.world.count = *value,
             // Far from all numbers of the text, only the sign matters.
             Statement::AddCount(by) => self.world.count = (self.world.count + by).clamp(-100, 100),
+            Statement::Poke => {
+                let local = std::mem::take(&mut self.world.variables[LOCAL]);
+                self.program(&self.core.operation)?;
+                self.world.variables[LOCAL] = local;
+            }
+            Statement::Bump(None) => {
+                self.world.count = if self.world.count < 2 { self.world.count + 1 } else { 0 };
+            }
+            Statement::Bump(Some(variable)) => {
+                if self.pick(2) == 1 {
+                    self.world.variables[*variable] = 0;
+                }
+            }
             Statement::If(held, then, otherwise) => {
                 let branch = if self.condition(held)? { then } else { otherwise };
                 self.block(branch)?;
@@ -582,14 +675,33 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The entry of the initial state, with which the component starts.
-    fn start(&mut self, core: &Core) -> Result<(), Stop> {
+    /// Stops the component if it has run, may configure it again, and starts it with the entry of the initial state.
+    fn start(&mut self, core: &Core, is_first: bool) -> Result<(), Stop> {
+        let [configure, start, stop] = &core.hooks;
+        if !is_first {
+            self.program(stop)?;
+        }
+        if is_first || self.pick(2) == 1 {
+            (self.world.variables, self.world.flags, self.world.count) = ([0; 3], [false; 2], 0);
+            self.program(configure)?;
+        }
+        if core.counts_in_machine() {
+            self.world.count = 0;
+        }
+        self.program(start)?;
         self.world.state = 0;
         self.program(&core.states[0].entry)
     }
 
     fn job(&mut self, core: &Core) -> Result<(), Stop> {
         let state = &core.states[self.world.state];
+        // A client may call the operation before, also twice.
+        for _ in 0..2 {
+            if core.operation.is_empty() || self.pick(2) == 0 {
+                break;
+            }
+            self.program(&core.operation)?;
+        }
         self.program(&state.run)?;
         let mut fired = None;
         for transition in &state.transitions {
@@ -622,7 +734,7 @@ impl Run<'_> {
 /// Executes all jobs of a core, with all choices.
 fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>) -> Observed {
     let mut observed = Observed::default();
-    let mut seen: HashSet<(World, bool)> = HashSet::new();
+    let mut seen: HashSet<(World, Next)> = HashSet::new();
     let mut open = VecDeque::new();
     for start in 0..9 {
         let world = World {
@@ -636,10 +748,10 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
             since: None,
             is_written: false,
         };
-        seen.insert((world, true));
-        open.push_back((world, true));
+        seen.insert((world, Next::First));
+        open.push_back((world, Next::First));
     }
-    while let Some((mut world, is_start)) = open.pop_front() {
+    while let Some((mut world, next)) = open.pop_front() {
         if seen.len() > STATES {
             return observed;
         }
@@ -652,6 +764,7 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
             // What an excluded run shows does not count.
             let mut shown = observed;
             let mut run = Run {
+                core,
                 world,
                 mode,
                 ends,
@@ -660,9 +773,10 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
                 next: 0,
                 observed: &mut shown,
                 source_state,
-                is_start,
+                is_start: next != Next::Job,
             };
-            let is_kept = if is_start { run.start(core).is_ok() } else { run.job(core).is_ok() };
+            let result = if next == Next::Job { run.job(core) } else { run.start(core, next == Next::First) };
+            let is_kept = result.is_ok();
             let mut after = run.world;
             if is_kept {
                 observed = shown;
@@ -675,10 +789,10 @@ fn observe(core: &Core, mode: Mode, ends: (Source, Sink), assumed: &Assumed<'_>)
                 }
                 let is_alive = after.since.is_none() || mode == Mode::Latest || after.variables.contains(&1);
                 // It may be stopped and started again.
-                for is_start in [false, true] {
-                    let may_be = is_alive && !(is_start && after.since.is_some());
-                    if may_be && seen.insert((after, is_start)) {
-                        open.push_back((after, is_start));
+                for next in [Next::Job, Next::Again] {
+                    let may_be = is_alive && !(next == Next::Again && after.since.is_some());
+                    if may_be && seen.insert((after, next)) {
+                        open.push_back((after, next));
                     }
                 }
             }
@@ -724,26 +838,27 @@ fn check(
     let age = observe(core, Mode::Age, ends, assumed);
     let releases = passage.releases.as_ref().ok().map(|it| *it as u8);
     let periods = passage.periods.map(|it| it as u8);
-    if releases.is_some_and(|it| latest.for_ever || latest.most > Some(it)) {
+    if releases.is_some_and(|it| latest.for_ever && it <= FOR_EVER || latest.most > Some(it)) {
         return Err(format!("N = {releases:?}, and {latest:?}"));
     }
     if latest.overwritten && passage.overwritten.is_none() {
         return Err(format!("does not keep: {latest:?}"));
     }
     let may_write = age.most.is_some();
-    if periods.is_some_and(|it| age.for_ever || age.most > Some(it)) {
+    if periods.is_some_and(|it| age.for_ever && it < FOR_EVER || age.most > Some(it)) {
         return Err(format!("D = {periods:?}, and {age:?}"));
     }
     if !latest.is_complete || !age.is_complete {
         return Ok(Exactness::Unknown);
     }
     let is_exact = match releases {
-        Some(_) => latest.most == releases,
+        Some(_) => latest.most == releases || latest.for_ever,
         None => latest.for_ever || latest.most.is_none(),
     };
-    let keeps = latest.overwritten == passage.overwritten.is_some();
+    // Without a bound, and for what is never written, the values of a counter are not followed for a smaller figure.
+    let keeps = releases.is_none() || latest.overwritten == passage.overwritten.is_some();
     let is_age = match periods {
-        Some(_) => age.most == periods,
+        Some(_) => age.most == periods || !may_write,
         None => age.for_ever || !may_write,
     };
     Ok(if is_exact && keeps && is_age { Exactness::Exact } else { Exactness::Loose })
@@ -756,7 +871,7 @@ fn data_takes_as_long_through_a_core_as_an_execution_shows() {
     let (mut passages, mut exact, mut loose, mut bounded) = (0, 0, 0, 0);
     for project in first..first + count / CORES {
         let random = Random::of_seed(project as u64 + 1);
-        let mut generator = Generator { random, has_local: false, counts: false };
+        let mut generator = Generator { random, has_local: false, counts: false, calls: false };
         let cores: Vec<Core> = (0..CORES).map(|_| generator.core()).collect();
         let texts: Vec<String> =
             cores.iter().enumerate().map(|(index, core)| text(core, &format!("K{index}"))).collect();
