@@ -87,8 +87,8 @@ pub(super) fn no_table<'db>(
         None => "[timing]".to_owned(),
     };
     let message = format!(
-        "no execution times{}: {} no time, and nothing is analysed; name timing tables in mauve.toml \
-         (`{section} tables = [\"timing/*.toml\"]`)",
+        "no execution times{}: {} no time, and nothing is analysed; write the times into timing \
+         tables that mauve.toml names (`{section} tables = [\"timing/*.toml\"]`), or one for all under `[assume]` (`codel = \"5 ms\"`)",
         of_tables(db, tables),
         if codels == 1 { "1 codel has".to_owned() } else { format!("{codels} codels have") }
     );

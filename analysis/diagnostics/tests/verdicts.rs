@@ -1550,7 +1550,7 @@ fn what_a_codel_without_a_time_may_take() {
     "#]].assert_eq(&found);
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
-        /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
+        /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; write the times into timing tables that mauve.toml names (`[timing] tables = ["timing/*.toml"]`), or one for all under `[assume]` (`codel = "5 ms"`)
     "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
 }
 
