@@ -173,7 +173,14 @@ pub fn is_empty_stub(text: &str) -> bool {
     let text = text.replace("\r\n", "\n");
     is_stub(&text)
         && match text.rsplit_once("{\n") {
-            Some((_, body)) => body.lines().all(is_empty),
+            // A block within a body is the last one, too.
+            Some((head, body)) => {
+                let has_no_code = |line: &str| match line.strip_suffix('{') {
+                    Some(opened) => opened.starts_with("namespace "),
+                    None => line.starts_with("//") || !line.contains([';', '}']),
+                };
+                body.lines().all(is_empty) && head.lines().all(has_no_code)
+            }
             None => text.trim_end().ends_with("{ }"),
         }
 }

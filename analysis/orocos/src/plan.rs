@@ -693,9 +693,40 @@ mod tests {
         assert!(folder.generate(&second).starts_with("+ p/src/codels/f.cpp.new int f(double x) { }\n"));
     }
 
+    /// A check-out changes line ends, which are no edit; what an editor or a formatter does is one, although it changes nothing that is
+    /// compiled: the file stays then.
+    #[test]
+    fn a_stub_that_a_formatter_changed_stays() {
+        let mut stub = Folder::default();
+        stub.generate(&package(vec![codel("f", "int f()")]));
+        let (other, beside) = (package(vec![codel("f", "int f(double x)")]), "+ p/src/codels/f.cpp.new");
+        type Edit = fn(&str) -> String;
+        let edits: [(Edit, bool); 5] = [
+            (|text| text.replace('\n', "\r\n"), true),
+            (|text| text.to_owned() + "\n", false),
+            (|text| text.trim_end().to_owned(), false),
+            (|text| text.replace(" { }", "\n{\n}"), false),
+            (|text| text.replace('\n', "\r\n").trim_end().to_owned(), false),
+        ];
+        for (edit, is_replaced) in edits {
+            let mut folder = stub.clone();
+            let text = edit(folder.text(F));
+            *folder.text(F) = text.clone();
+            let said = folder.generate(&other);
+            assert_eq!(said.starts_with("~ p/src/codels/f.cpp "), is_replaced, "{text:?}: {said}");
+            assert_eq!(said.starts_with(beside), !is_replaced, "{text:?}: {said}");
+            assert!(is_replaced || *folder.text(F) == text, "{text:?}");
+        }
+    }
+
     #[test]
     fn a_codel_with_a_body_is_no_stub_whatever_a_manifest_says() {
-        for body in ["  return 7;\n}\n", "  x = {};\n  go();\n}\n"] {
+        for body in [
+            "  return 7;\n}\n",
+            "  x = {};\n  go();\n}\n",
+            "  go();\n  if (x) {\n    y = {};\n  }\n}\n",
+            "  if (go()) {\n    y = {};\n  }\n}\n",
+        ] {
             let text = format!("{STUB}\nint f() {{\n{body}");
             let mut forged = Manifest::default();
             let (prototype, stub) = (Some("int f()".to_owned()), Some(hash(&text)));
