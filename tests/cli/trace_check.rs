@@ -687,9 +687,47 @@ fn a_part_of_a_recording_is_exported_with_its_edges_cut() {
     assert!(run.code == 2 && run.err.contains("--from is not before --to"), "{}", run.err);
 }
 
+/// A recording is read until all instances are behind the exported part: a line far behind it that cannot be read is no matter then.
+#[test]
+fn an_export_ends_when_all_instances_are_behind_it() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    write(&folder, &TWO);
+    let recording = |periods_of_b: &[(u64, u64)], end: &str| {
+        let ms = |time: u64| time * 1_000_000;
+        let all = (0..20).map(|at| ("a", 10 * at, 10 * at + 2));
+        let mut all: Vec<_> = all.chain(periods_of_b.iter().map(|&(begin, end)| ("b", begin, end))).collect();
+        all.sort_by_key(|it| it.2);
+        let (mut codels, mut periods) = (
+            "codel,execution_ns,instance,elapsed_ns,time_ns,order\n".to_owned(),
+            "instance,begin_ns,end_ns,execution_ns,order\n".to_owned(),
+        );
+        for (order, (instance, begin, end)) in all.into_iter().enumerate() {
+            let (codel, elapsed) = (if instance == "a" { "f" } else { "g" }, ms(end - begin));
+            codels += &format!("{codel},{elapsed},{instance},{elapsed},{},{}\n", ms(1000 + end), 2 * order);
+            periods +=
+                &format!("{instance},{},{},{elapsed},{}\n", ms(1000 + begin), ms(1000 + end), 2 * order + 1);
+        }
+        codels += end;
+        write(&folder, &[("rec/executions.csv", codels.as_str()), ("rec/periods.csv", periods.as_str())]);
+    };
+    let export = || mauve(MAUVE, &folder, &["trace", "export", "rec", "robot.mal", "--to", "55 ms"]);
+    // `b` goes on until 130 ms.
+    let of_b = [(3, 4), (45, 130), (132, 133), (141, 142)];
+    recording(&of_b, "");
+    let whole = export();
+    let cut = ("g".to_owned(), 45, 55, true);
+    assert!(whole.code == 0 && slices(&whole.out).contains(&cut), "{:?}", slices(&whole.out));
+    recording(&of_b, "f,many,a,,,\n");
+    assert_eq!(export().out, whole.out);
+    // Nothing says that `b` is behind it.
+    recording(&of_b[..2], "f,many,a,,,\n");
+    let run = export();
+    assert!(run.code == 2 && run.err.contains("line 24") && run.err.contains("many"), "{}", run.err);
+}
+
 #[test]
 fn a_long_recording_is_announced_or_refused_before_anything_is_written() {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test_name());
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
     let line = |at: u64| format!("nav.plan,1000,pilot,1000,{}\n", (at + 1) * 1_000_000);
     let recording = format!(
         "codel,execution_ns,instance,elapsed_ns,time_ns\n{}",
