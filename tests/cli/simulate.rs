@@ -40,6 +40,21 @@ fn the_schedule_of_the_sample_robot() {
 }
 
 #[test]
+fn a_length_may_be_in_minutes_and_hours() {
+    let lines = |length: &str| run(&["p3dx", "--for", length, "--seed", "7"]).out;
+    let minute = lines("60s");
+    assert!(minute.contains(", 60000 ms at 1e-4"), "{minute}");
+    for other in ["1min", "1 min", "1m", "60000ms"] {
+        assert_eq!(lines(other), minute, "{other}");
+    }
+    assert!(lines("0.05h").contains(", 180000 ms at 1e-4"));
+    for wrong in ["min", "1.2.3min", "1 minute", "99999999999999999999h", "1e9m"] {
+        let found = run(&["p3dx", "--for", wrong]);
+        assert!(found.code == 2 && found.err.contains("expected a time such as 10s or 5min"), "{found:?}");
+    }
+}
+
+#[test]
 fn the_critical_instant_of_the_sample_robot_reaches_the_bounds() {
     let found = run(&["p3dx", "--simultaneous", "--full-times", "--format", "json", "--for", "20s"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));

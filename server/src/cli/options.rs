@@ -32,8 +32,14 @@ pub(super) fn level(text: &str) -> Result<Level, String> {
 
 /// Reads the time of an option such as `--for`.
 pub(super) fn time(text: &str) -> Result<Time, String> {
-    let time = Time::parse_with_unit(text, Rounding::Exact)
-        .map_err(|error| format!("expected a time such as 10s: {}", time_error_message(error)))?;
+    // A run takes minutes and hours, which no model has.
+    let long = [("min", 60), ("m", 60), ("h", 3600)].into_iter().find_map(|(unit, seconds)| {
+        let number = text.strip_suffix(unit)?.trim_end();
+        Time::parse_with_unit(&format!("{number}s"), Rounding::Exact).ok()?.checked_mul(seconds)
+    });
+    let time = long.map_or_else(|| Time::parse_with_unit(text, Rounding::Exact), Ok);
+    let time =
+        time.map_err(|error| format!("expected a time such as 10s or 5min: {}", time_error_message(error)))?;
     if time == Time::ZERO { Err("expected a time greater than 0".to_owned()) } else { Ok(time) }
 }
 

@@ -34,7 +34,7 @@ pub(crate) struct Run {
     /// The deployment; by default the only one.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
-    /// Stop after this time, such as 10s; by default when interrupted.
+    /// Stop after this time, such as 10s or 5min; by default when interrupted.
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
     length: Option<Time>,
     /// Run the codels in this folder, in which `mauve generate` wrote the packages. By default, codels are stubs: they return
