@@ -3,6 +3,7 @@
 //!
 //! `tests/run` installs CMake and the compilers; without them these tests fail with a message.
 
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -20,6 +21,9 @@ library robot {
   codel look(in base: Base): int
   codel open(out base: Base): bool
   codel later(in x: double): double
+  codel crash(): void
+  codel leave(): void
+  codel stuck(): void
   shell PilotShell { }
   core PilotCore(PilotShell) {
     var base: Base; var at: Point; var last: double = 0.0; var n: int = 0
@@ -102,6 +106,54 @@ fn refused(folder: &Path, inputs: &str, codel: &str) -> String {
     err
 }
 
+/// A codel that ends the program, or never returns, is named; nothing of it is imported, and no process and no file is left.
+#[test]
+fn orocos_a_codel_that_does_not_return_is_named() {
+    let folder = robot("alone-stuck");
+    for (name, body) in [
+        ("crash", "volatile int* none = nullptr; *none = 1;"),
+        ("leave", "std::exit(0);"),
+        ("stuck", "for (;;) pause();"),
+    ] {
+        let text = format!(
+            "#include <cstdlib>\n#include <unistd.h>\n#include <robot/robot-codels.hpp>\nnamespace robot {{\nvoid {name}() {{ {body} }}\n}}\n"
+        );
+        write(&folder, &[(format!("src/robot/src/codels/{name}.cpp"), text)]);
+    }
+    let arguments = |codel: &'static str| {
+        ["measure", "robot.open", codel, "--codels", "src", "-n", "300", "-o", "r.samples"]
+    };
+    for (codel, status) in [("robot.crash", "signal: 11"), ("robot.leave", "exit status: 0")] {
+        let (code, out, err) = mauve(&folder, &arguments(codel));
+        assert_eq!((code, out.as_str()), (2, ""), "{err}");
+        let message = format!("\nmeasuring {codel}\nmauve: the program ended early ({status}");
+        assert!(
+            err.contains(&message)
+                && err.contains("in the codel that it named last: `r.samples` gets nothing"),
+            "{err}"
+        );
+    }
+    let mut command = Command::new(MAUVE);
+    command.args(arguments("robot.stuck")).current_dir(&folder).stdin(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.env("XDG_CACHE_HOME", folder.join("cache")).envs(RUNS_ONCE).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let said = lines.find(|it| it.contains("has not returned")).unwrap();
+    assert!(said.starts_with("robot.stuck has not returned for 5 s: it waits for something"), "{said}");
+    // Only this process: a terminal signals the program, too.
+    run(Command::new("kill").arg("-INT").arg(child.id().to_string()));
+    let said: Vec<String> = lines.collect();
+    assert_eq!(said, ["mauve: the measurement was ended by a signal: `r.samples` gets nothing of it"]);
+    assert_eq!(child.wait().unwrap().code(), Some(2));
+    let program = format!("{}", folder.join("cache").display());
+    let processes = std::fs::read_dir("/proc").unwrap().flatten();
+    let commands = processes.filter_map(|it| std::fs::read(it.path().join("cmdline")).ok());
+    assert!(!commands.map(|it| text(&it)).any(|it| it.starts_with(&program)), "a process is left");
+    let cache =
+        Command::new("find").arg(folder.join("cache")).args(["-name", "measured-*"]).output().unwrap();
+    assert_eq!(text(&cache.stdout), "");
+    assert!(!folder.join("r.samples").exists());
+}
+
 /// Nothing is built for these.
 #[test]
 fn orocos_inputs_are_checked_before_anything_is_built() {
@@ -110,6 +162,7 @@ fn orocos_inputs_are_checked_before_anything_is_built() {
     let missing = aim("weight = [1]\nlast = [0]\n");
     assert!(
         missing.contains("`robot.aim` has no value for `at`")
+            && missing.contains("record it with `mauve run --codels src --trace DIR --inputs`, then measure with --inputs DIR/inputs.toml")
             && missing.trim_end().ends_with(
                 "[\"robot.aim\"]\nat = [{ x = 0.0, y = 0.0, z = 0.0 }]\nweight = [0]\nlast = [0.0]"
             ),
@@ -136,6 +189,10 @@ fn orocos_inputs_are_checked_before_anything_is_built() {
         ("at = [1]\nweight = [1]\nlast = [0]\n".to_owned(), "`at[0]` is not a table of fields"),
         ("at = []\nweight = [1]\nlast = [0]\n".to_owned(), "has no value for `at`"),
         ("at = [\n".to_owned(), "`in.toml` is not a file of inputs"),
+        (
+            format!("at = [{point}]\nweight = [{}]\nlast = [0]\n", "1, ".repeat(20_000)),
+            "`robot.aim` has 20000 rows, more values than a program should have",
+        ),
     ] {
         let said = aim(&inputs);
         assert!(said.contains(message), "{said}");
@@ -147,6 +204,13 @@ fn orocos_inputs_are_checked_before_anything_is_built() {
     );
     let stub = refused(&folder, "[\"robot.later\"]\nx = [1]\n", "robot.later");
     assert!(stub.contains("later.cpp` is the stub that `mauve generate` wrote"), "{stub}");
+    // Where the executions cannot be added, nothing is executed.
+    std::os::unix::fs::symlink(folder.join("elsewhere"), folder.join("link.samples")).unwrap();
+    write(&folder, &[("text.samples", "mine")]);
+    for (file, message) in [("link.samples", "is a link"), ("text.samples", "`text.samples` is not")] {
+        let (code, _, err) = mauve(&folder, &["measure", "robot.open", "--codels", "src", "-o", file]);
+        assert!(code == 2 && err.contains(message), "{err}");
+    }
     let unknown = refused(&folder, "", "robot.am");
     assert!(
         unknown.contains("the model has no codel `robot.am`; it has: robot.aim, robot.look"),
@@ -174,6 +238,11 @@ fn orocos_a_codel_is_measured_alone_and_in_the_robot() {
     ];
     let (code, out, err) = mauve(&folder, &arguments[..if has_real_time() { 9 } else { 10 }]);
     assert!(code == 0 || code == 1, "{out}{err}");
+    let next = format!(
+        "recorded in {0}; next: mauve trace import {0} -o robot.samples",
+        folder.join("rec").display()
+    );
+    assert!(out.lines().last().unwrap_or_default().starts_with(&next), "{out}");
     assert!(err.contains("the inputs of `robot.look` are not recorded: values of `base`"), "{err}");
     let inputs = std::fs::read_to_string(folder.join("rec/inputs.toml")).unwrap();
     let table: toml::Table = inputs.parse().unwrap();
@@ -204,6 +273,7 @@ fn orocos_a_codel_is_measured_alone_and_in_the_robot() {
     ];
     let (code, out, err) = mauve(&folder, &arguments);
     assert_eq!(code, 0, "{out}{err}");
+    assert!(err.contains("\nmeasuring robot.aim\nmeasuring robot.open\n"), "{err}");
     assert!(err.contains("on CPU ") && err.contains("before each execution with cold caches"), "{err}");
     assert!(
         out.contains("robot.aim: alone ")

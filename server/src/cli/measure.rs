@@ -7,6 +7,8 @@ use std::fs;
 use std::os::fd::AsFd as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, names_of};
@@ -15,17 +17,19 @@ use mauve_pwcet::samples::{Samples, is_alone};
 use toml::Table;
 
 use super::generate::refusal_text;
-use super::run::build::{Build, check_tools};
+use super::run::build::{Build, check_tools, status_of};
 use super::run::built_packages;
-use super::sample_file::unreadable_samples;
+use super::sample_file::{samples_error, unreadable_samples};
 use super::trace::import_recording;
 use crate::cli::errors::only_deployment;
 use crate::cli::options::Outside;
 use crate::cli::text::{argument, duration};
+use crate::destination::destination;
 use crate::disk;
 use crate::generate::{Out, read};
 use crate::load::load;
 use crate::output::Output;
+use crate::signals::stop_on_signal;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Measure {
@@ -58,6 +62,10 @@ pub(crate) struct Measure {
 impl Measure {
     pub(crate) fn run(self) -> Result<Output, String> {
         let inputs = self.inputs()?;
+        // Before minutes of work: that it can get the executions.
+        if destination(&self.output)?.exists() {
+            Samples::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
+        }
         let mut db = Database::default();
         let workspaces = load(&mut db, std::slice::from_ref(&self.project), self.outside.allow_outside)?;
         let (project, deployment) =
@@ -119,12 +127,20 @@ impl Measure {
         let messages =
             std::io::stderr().as_fd().try_clone_to_owned().map_or_else(|_| Stdio::null(), Stdio::from);
         let mut command = Command::new(program);
-        command.arg(recording).arg(self.count.to_string()).stdin(Stdio::null()).stdout(messages);
-        match command.status() {
-            Ok(status) if status.success() => Ok(()),
-            Ok(status) => Err(format!(
-                "the program of {} ended early ({status}): nothing was measured",
-                self.names.join(", ")
+        command.arg(recording).arg(self.count.to_string()).stdout(messages);
+        let stop = Arc::new(AtomicBool::new(false));
+        stop_on_signal(stop.clone())?;
+        match status_of(&mut command, &stop) {
+            Ok(None) => Err(format!(
+                "the measurement was ended by a signal: `{}` gets nothing of it",
+                self.output.display()
+            )),
+            // A codel may end the program, and with success.
+            Ok(Some(status)) if status.success() && recording.join("executions.csv").is_file() => Ok(()),
+            Ok(Some(status)) => Err(format!(
+                "the program ended early ({status}), in the codel that it named last: `{}` gets nothing; correct that codel, or measure \
+                 the others without it",
+                self.output.display()
             )),
             Err(error) => Err(format!("cannot run `{}`: {error}", program.display())),
         }
@@ -146,7 +162,8 @@ impl Measure {
             ),
             InputProblem::Missing(place, example) => format!(
                 "`{codel}` has no value for `{place}`: its time may depend on it, so none is assumed; write it into {file}, in this form, or \
-                 record it with `mauve run --trace DIR --inputs`:\n\n{example}"
+                 record it with `mauve run --codels {} --trace DIR --inputs`, then measure with --inputs DIR/inputs.toml:\n\n{example}",
+                argument(&self.codels)
             ),
             InputProblem::Unknown(place) => {
                 format!("{file}: `{codel}` has no input `{place}`: remove it, or correct its name")
@@ -154,6 +171,9 @@ impl Measure {
             InputProblem::Rows(one, other) => format!(
                 "{file}: of `{codel}`, `{one}` and `{other}` have different numbers of values, which are combined row by row: give both as \
                  many values, or one of them a single value"
+            ),
+            InputProblem::TooMany(rows) => format!(
+                "{file}: `{codel}` has {rows} rows, more values than a program should have: keep some of them, spread over all"
             ),
             InputProblem::Wrong(place, shape) => {
                 let what = match shape {

@@ -627,6 +627,9 @@ int Robot::State::run() {
     if (!problem.empty()) {
       std::cerr << "error: " << problem << std::endl;
       exit_code = std::max(exit_code, 2);
+    } else if (!options.simulates_time && !options.spends_times) {
+      std::cout << "recorded in " << options.trace_folder << "; next: mauve trace import " << options.trace_folder
+                << " -o robot.samples, then mauve pwcet robot.samples" << std::endl;
     }
   }
   return exit_code;

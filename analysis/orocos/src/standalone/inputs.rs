@@ -49,6 +49,8 @@ pub enum InputProblem {
     Unknown(String),
     /// Two parameters have different numbers of values.
     Rows(String, String),
+    /// There are too many values for a program: the number of rows.
+    TooMany(usize),
     /// A value is wrong: where, and what it should be.
     Wrong(String, Shape),
 }

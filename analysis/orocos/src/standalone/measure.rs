@@ -26,6 +26,10 @@ use crate::trace::codel_key;
 /// The program, which is also its target of CMake.
 pub const MEASURE: &str = "mauve-measure";
 
+/// The statements with the inputs of a codel, and their bytes: a compiler takes seconds for so many, and hours for ten times as many.
+const MOST_VALUES: usize = 10_000;
+const MOST_BYTES: usize = 1 << 22;
+
 /// Returns the folder of standalone programs of a deployment, with one that calls these codels alone; and the paths of the codels'
 /// files, relative to the folder of the packages. `inputs` has a table for each codel: a list of values for each parameter, which are
 /// combined row by row; one value is that of all rows.
@@ -126,6 +130,9 @@ fn function(
             shape.assign(&format!("in_{index}[{row}]"), value, &format!("{name}[{row}]"), &mut body)?;
         }
         values_of_row.push(format!("  {ty} argument_{index} = in_{index}[row % in_{index}.size()];"));
+    }
+    if body.len() > MOST_VALUES || body.iter().map(String::len).sum::<usize>() > MOST_BYTES {
+        return Err(InputProblem::TooMany(longest.1));
     }
     let callee = model.libraries.qualified(of).unwrap_or_default();
     body.push(format!("measurement.run({key}, {}, [&](std::size_t row) {{", longest.1));

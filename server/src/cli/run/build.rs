@@ -14,7 +14,7 @@ use std::fs::{self, File};
 use std::io::{self, IsTerminal as _, Write as _};
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
@@ -194,14 +194,19 @@ fn steps(out: &Out, packages: &[Package]) -> Result<Vec<Step>, String> {
     Ok(steps)
 }
 
-/// Runs a command with its output in the log, and returns whether it succeeds. When this process is told to end, all processes of the
-/// command end first: they would write into the folder of the next build.
+/// Runs a command with its output in the log, and returns whether it succeeds.
 fn succeeds(command: &mut Command, log: &File, stop: &AtomicBool) -> io::Result<bool> {
     let (out, err) = (log.try_clone()?, log.try_clone()?);
-    let mut child = command.process_group(0).stdin(Stdio::null()).stdout(out).stderr(err).spawn()?;
+    Ok(status_of(command.stdout(out).stderr(err), stop)?.is_some_and(|it| it.success()))
+}
+
+/// Runs a command to its end. When this process is told to end, all processes of the command end first, and there is no status: they
+/// would write into the folder of the next build, and use a CPU.
+pub(in crate::cli) fn status_of(command: &mut Command, stop: &AtomicBool) -> io::Result<Option<ExitStatus>> {
+    let mut child = command.process_group(0).stdin(Stdio::null()).spawn()?;
     while !stop.load(Ordering::Relaxed) {
         if let Some(status) = child.try_wait()? {
-            return Ok(status.success());
+            return Ok(Some(status));
         }
         sleep(PAUSE);
     }
@@ -217,7 +222,7 @@ fn succeeds(command: &mut Command, log: &File, stop: &AtomicBool) -> io::Result<
             sleep(PAUSE);
         }
     }
-    Ok(false)
+    Ok(None)
 }
 
 fn last_lines(log: &Path) -> String {
