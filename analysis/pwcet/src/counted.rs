@@ -43,7 +43,7 @@ pub(crate) fn counted_bound(times: &Times, level: f64) -> Option<f64> {
 }
 
 /// Returns how many executions a level needs for a bound that is counted: with them, one exceeds its time in 95 of 100 samples.
-pub(crate) fn needed(level: f64) -> u64 {
+pub fn counted_from(level: f64) -> u64 {
     ((1.0 - CONFIDENCE).ln() / (-level).ln_1p()).ceil() as u64
 }
 
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(upper_rank(400, 0.007_45, 0.95), None);
         assert_eq!(upper_rank(0, 0.5, 0.95), None);
         for level in [0.5, 0.007_47, 1e-4] {
-            let needed = needed(level) as usize;
+            let needed = counted_from(level) as usize;
             assert!(
                 upper_rank(needed, level, 0.95).is_some() && upper_rank(needed - 1, level, 0.95).is_none()
             );

@@ -3,7 +3,7 @@
 use crate::bootstrap;
 use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
-use crate::counted::{counted_bound, counted_bounds, needed};
+use crate::counted::{counted_bound, counted_bounds, counted_from};
 use crate::distributions::chi_square;
 use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
@@ -171,8 +171,9 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     let count = executions.len();
     let refused = |refusal| {
         let bounds = counted_bounds(executions, &options.levels).into_iter().zip(&options.levels);
-        let bound =
-            |(bound, &level): (Option<f64>, &f64)| bound.ok_or(NoBound { refusal, needed: needed(level) });
+        let bound = |(bound, &level): (Option<f64>, &f64)| {
+            bound.ok_or(NoBound { refusal, needed: counted_from(level) })
+        };
         Err(NoEstimate { refusal, bounds: bounds.map(bound).collect() })
     };
     if count < LEAST_EXECUTIONS {
@@ -275,7 +276,7 @@ fn level_estimates(
             bound: if ratio <= ABSURD {
                 Ok(greatest_bound)
             } else {
-                Err(NoBound { refusal, needed: needed(level) })
+                Err(NoBound { refusal, needed: counted_from(level) })
             },
             is_extrapolated: counted.is_none(),
             depth,

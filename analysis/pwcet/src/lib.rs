@@ -86,7 +86,7 @@ pub mod trace;
 
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
-pub use counted::counted_bounds;
+pub use counted::{counted_bounds, counted_from};
 pub use estimate::{
     CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Warning, estimate,
     rounded_up,

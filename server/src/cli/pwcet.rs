@@ -3,6 +3,7 @@
 mod budgets;
 mod document;
 mod estimates;
+mod next;
 mod report;
 mod table;
 mod waits;
@@ -162,7 +163,10 @@ impl Pwcet {
             say(&format!("`{}` has the report", path.display()));
         }
         match self.format {
-            EstimateFormat::Table => Ok(Output::escaped(table::table(&estimates, &self.samples), code)),
+            EstimateFormat::Table => {
+                let next = next::next(&estimates, &self.samples, &mut files);
+                Ok(Output::escaped(table::table(&estimates, &next), code))
+            }
             EstimateFormat::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
         }
     }

@@ -1,11 +1,11 @@
 //! What a project says of its codels: the greatest time of each with which all deadlines are met, its budget; and its source.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::errors_of_text;
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, names_of, projects};
+use mauve_hir::item_tree::{Direction, Kind};
+use mauve_hir::{Database, codel as codel_of, names_of, projects};
 use mauve_ide::codel_file;
 use mauve_timing::{Level, Status, Time};
 use mauve_wcrt::{ActivityReport, Limit, Query, response_times, sensitivity};
@@ -21,6 +21,8 @@ pub(super) struct Budgets {
     pub(super) greatest: BTreeMap<String, Time>,
     /// The C++ files of the codels, where they exist.
     pub(super) sources: BTreeMap<String, PathBuf>,
+    /// The codels that need inputs to be executed alone.
+    pub(super) with_inputs: BTreeSet<String>,
     /// What to load.
     pub(super) project: PathBuf,
 }
@@ -33,6 +35,7 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
         level: Level::TEN_TO_MINUS_FOUR,
         greatest: BTreeMap::new(),
         sources: BTreeMap::new(),
+        with_inputs: BTreeSet::new(),
         project: path.to_owned(),
     };
     for (project, deployment) in deployments(&db, &workspaces, None)? {
@@ -53,6 +56,10 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
         for codel in names_of(&db, *project).of_kind(&db, Kind::Codel) {
             let source = codel_file(&db, *project, codel).filter(|path| path.is_file());
             budgets.sources.extend(source.map(|path| (codel.qualified(&db), path)));
+            let parameters = codel_of(&db, codel).map_or(&[][..], |it| &it.parameters);
+            if parameters.iter().any(|it| it.direction != Direction::Out) {
+                budgets.with_inputs.insert(codel.qualified(&db));
+            }
         }
     }
     Ok(budgets)

@@ -53,6 +53,8 @@ pub(super) struct Lack {
     pub(super) needed: u64,
     /// How many of them are missing.
     pub(super) more: u64,
+    /// The instance that lacks them.
+    pub(super) instance: String,
 }
 
 impl Estimates {
@@ -164,7 +166,7 @@ impl Measured {
             _ => needed,
         };
         let more = needed.saturating_sub(instance.executions.len() as u64);
-        Some(Lack { kind: refusal_kind(&refusal), needed, more })
+        Some(Lack { kind: refusal_kind(&refusal), needed, more, instance: instance.instance.clone() })
     }
 
     /// Returns what is wrong with the measurement, in words; the instance is named if there are several.

@@ -1,14 +1,13 @@
-//! The table of the estimates for a terminal: one line for each codel, then each kind of warning once, and what to do next.
+//! The table of the estimates for a terminal: one line for each codel, then each kind of warning once.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{TailModel, rounded_up};
 use mauve_timing::{DEPENDENT, Time};
 
 use super::estimates::{Estimates, Lack, Measured};
-use crate::cli::text::{argument, columns};
+use crate::cli::text::columns;
 
 /// The lines below the table have at most so many characters, if their words allow that.
 const WIDTH: usize = 80;
@@ -25,13 +24,11 @@ const TOO_SHORT: [&str; 8] = [
     "incomplete-recording",
 ];
 
-/// So many executions give a tail that does not change much with more of them.
-const ENOUGH: u64 = 5000;
-
 /// No codel can be measured so often.
-const MOST_EXECUTIONS: u64 = 10_000_000;
+pub(super) const MOST_EXECUTIONS: u64 = 10_000_000;
 
-pub(super) fn table(estimates: &Estimates, samples: &[PathBuf]) -> String {
+/// `next` are the commands that measure the missing times.
+pub(super) fn table(estimates: &Estimates, next: &str) -> String {
     let (short, rows): (Vec<&Measured>, Vec<&Measured>) =
         estimates.measurements.iter().partition(|it| it.is_short_access());
     let with_budgets = rows.iter().any(|it| it.budget.is_some());
@@ -64,7 +61,7 @@ pub(super) fn table(estimates: &Estimates, samples: &[PathBuf]) -> String {
         );
     }
     out += &warnings(estimates, &rows);
-    out += &next(estimates, &rows, samples);
+    out += next;
     for line in &estimates.recording {
         let _ = writeln!(out, "\n{line}");
     }
@@ -147,39 +144,8 @@ fn warnings(estimates: &Estimates, rows: &[&Measured]) -> String {
     out
 }
 
-/// Says how to get the times that are missing.
-fn next(estimates: &Estimates, rows: &[&Measured], samples: &[PathBuf]) -> String {
-    let lacks: Vec<(&Measured, Lack)> =
-        rows.iter().filter_map(|it| Some((*it, estimates.lack(it)?))).collect();
-    let codels =
-        lacks.iter().filter(|(it, lack)| it.kind() == SpanKind::Codel && lack.needed <= MOST_EXECUTIONS);
-    let most = codels.clone().map(|(_, lack)| lack.needed.max(ENOUGH)).max();
-    let names: Vec<&str> = codels.map(|(it, _)| it.name.as_str()).collect();
-    let mut out = match (lacks.is_empty(), most) {
-        (true, _) => return String::new(),
-        (_, Some(most)) => {
-            // The packages: the folder of a package has src/codels/, which has the source.
-            let source = estimates.budgets.iter().flat_map(|it| it.sources.values()).next();
-            let here = std::env::current_dir().unwrap_or_default();
-            let of_here = |it: &Path| argument(&Path::new(".").join(it.strip_prefix(&here).unwrap_or(it)));
-            let packages = source.and_then(|it| it.ancestors().nth(4)).map_or("DIR".to_owned(), of_here);
-            let to = samples.first().map_or("SAMPLES".to_owned(), |it| argument(it));
-            format!(
-                "Next: run these codels alone, or record the robot for longer:\n  \
-                 mauve measure {} -n {most} --codels {packages} -o {to}\n",
-                names.join(" ")
-            )
-        }
-        (_, None) => "Next: record the robot for longer (`mauve run --trace`)\n".to_owned(),
-    };
-    if lacks.iter().any(|(_, lack)| lack.needed > MOST_EXECUTIONS) {
-        out += "Strict levels need millions of executions: leave them out (--levels)\n";
-    }
-    format!("\n{out}")
-}
-
 /// Returns a list in lines, with the later ones below the first.
-fn wrapped(start: &str, items: &[&str]) -> String {
+pub(super) fn wrapped(start: &str, items: &[&str]) -> String {
     let indent = " ".repeat(4);
     let mut out = start.to_owned();
     let mut width = start.chars().count();

@@ -87,6 +87,7 @@ pub(super) fn write(
     let levels = levels.iter().map(Level::to_string).collect::<Vec<_>>().join(",");
     let assumed = match updated.assumed {
         0 => String::new(),
+        1 => "; 1 of them was assumed".to_owned(),
         count => format!("; {count} of them were assumed"),
     };
     messages.push(match written {
