@@ -29,6 +29,7 @@ pub fn check_name(kind: CheckKind) -> String {
     match kind {
         CheckKind::LjungBox { lags } => format!("Ljung–Box, {lags} lags"),
         CheckKind::Runs => "runs about the median".to_owned(),
+        CheckKind::Groups => "distances of long executions".to_owned(),
         CheckKind::Halves => "Kolmogorov–Smirnov, two halves".to_owned(),
         CheckKind::Kpss { lags } => format!("KPSS, {lags} lags"),
         CheckKind::LightTail => "likelihood ratio of the tail".to_owned(),
@@ -41,6 +42,7 @@ pub fn check_assumption(kind: CheckKind) -> &'static str {
     match kind {
         CheckKind::LjungBox { .. } => "executions do not depend on earlier ones",
         CheckKind::Runs => "fast and slow executions alternate at random",
+        CheckKind::Groups => "long executions do not come in groups",
         CheckKind::Halves => "both halves of the measurement have one distribution",
         CheckKind::Kpss { .. } => "the mean does not change",
         CheckKind::LightTail => "the tail is not heavier than exponential",
@@ -96,7 +98,7 @@ pub fn warning_kind(warning: &Warning) -> &'static str {
     match warning {
         Warning::Few { .. } => "few-executions",
         Warning::Rejected(check) => match check.kind {
-            CheckKind::LjungBox { .. } | CheckKind::Runs => DEPENDENT,
+            CheckKind::LjungBox { .. } | CheckKind::Runs | CheckKind::Groups => DEPENDENT,
             CheckKind::Halves | CheckKind::Kpss { .. } => "changing-times",
             CheckKind::LightTail => "heavy-tail",
             CheckKind::HoldOut => "exceeded-bounds",
@@ -148,7 +150,7 @@ fn rejected(check: &Check) -> String {
     let p = probability(check.adjusted);
     let test = check_name(check.kind);
     match check.kind {
-        CheckKind::LjungBox { .. } | CheckKind::Runs => format!(
+        CheckKind::LjungBox { .. } | CheckKind::Runs | CheckKind::Groups => format!(
             "executions depend on earlier ones ({test}: {p}): the confidence is less than 95 %; measure longer, with varied inputs"
         ),
         CheckKind::Halves | CheckKind::Kpss { .. } => format!(

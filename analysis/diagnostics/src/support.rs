@@ -173,6 +173,7 @@ mod tests {
         for (kind, expected) in [
             (CheckKind::LjungBox { lags: 20 }, true),
             (CheckKind::Runs, true),
+            (CheckKind::Groups, true),
             (CheckKind::Halves, false),
             (CheckKind::LightTail, false),
             (CheckKind::HoldOut, false),

@@ -248,6 +248,7 @@ mod tests {
             test | assumption | statistic | p | adjusted p | verdict
             Ljung–Box, 20 lags | executions do not depend on earlier ones | 17.69 | 0.608 | 1.000 | not rejected
             runs about the median | fast and slow executions alternate at random | 1.096 | 0.273 | 1.000 | not rejected
+            distances of long executions | long executions do not come in groups | 2.252 | 1.000 | 1.000 | not rejected
             Kolmogorov–Smirnov, two halves | both halves of the measurement have one distribution | 0.02667 | 0.660 | 1.000 | not rejected
             KPSS, 9 lags | the mean does not change | 0.04478 | 0.907 | 1.000 | not rejected
             likelihood ratio of the tail | the tail is not heavier than exponential | 4.901e-6 | 0.499 | 1.000 | not rejected

@@ -2,7 +2,9 @@
 //!
 //! A test can only reject: that none rejects does not prove the assumption.
 
-use crate::distributions::{chi_square, cramer_von_mises, holm, kolmogorov, normal_two_sided};
+use crate::distributions::{
+    binomial_at_least, chi_square, cramer_von_mises, holm, kolmogorov, normal_two_sided,
+};
 use crate::order::Times;
 
 /// One test, and what it says.
@@ -35,6 +37,8 @@ pub enum CheckKind {
     },
     /// Independence: as many changes of side of the median as expected.
     Runs,
+    /// Independence: the longest executions do not come in groups.
+    Groups,
     /// One distribution: both halves of the recording have the same (Kolmogorov–Smirnov).
     Halves,
     /// One distribution: the level stays (Kwiatkowski, Phillips, Schmidt, Shin).
@@ -57,6 +61,7 @@ pub(crate) fn checks(times: &Times) -> Vec<Check> {
     vec![
         check(CheckKind::LjungBox { lags }, ljung_box(&times.recorded, lags)),
         check(CheckKind::Runs, runs(times)),
+        check(CheckKind::Groups, groups(times)),
         check(CheckKind::Halves, halves(&times.recorded)),
         check(CheckKind::Kpss { lags: truncation }, kpss(&times.recorded, truncation)),
     ]
@@ -99,6 +104,31 @@ pub(crate) fn runs(times: &Times) -> (f64, f64) {
     (statistic, normal_two_sided(statistic))
 }
 
+/// The distances to the next long execution within which they are counted.
+const NEAR: [usize; 2] = [1, 10];
+
+/// How many long executions have another one near before them, divided by the number that independent ones have: the greatest of
+/// several shares of long executions and distances, with its binomial probability, for as many tests.
+///
+/// All executions may be independent of the one before them on the whole, where only long ones follow long ones.
+fn groups(times: &Times) -> (f64, f64) {
+    let count = times.count();
+    let shares = std::iter::successors(Some(count / 20), |it| Some(it / 4)).take_while(|&it| it >= 10);
+    let of_share = |long: usize| {
+        let is_long = |it: &f64| *it > times.ascending[count - long - 1];
+        let positions: Vec<usize> = (0..count).filter(|&it| is_long(&times.recorded[it])).collect();
+        NEAR.map(|near| {
+            let found = positions.windows(2).filter(|pair| pair[1] - pair[0] <= near).count();
+            let (trials, chance) =
+                (positions.len() - 1, 1.0 - (1.0 - long as f64 / count as f64).powi(near as i32));
+            (found as f64 / (trials as f64 * chance), binomial_at_least(found as u64, trials as u64, chance))
+        })
+    };
+    let all: Vec<(f64, f64)> = shares.flat_map(of_share).collect();
+    let worst = all.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((1.0, 1.0));
+    (worst.0, (worst.1 * all.len().max(1) as f64).min(1.0))
+}
+
 /// D, the greatest difference of the distributions of the halves; its p-value is that of the limit.
 pub(crate) fn halves(values: &[f64]) -> (f64, f64) {
     let (first, second) = values.split_at(values.len() / 2);
@@ -135,4 +165,47 @@ pub(crate) fn kpss(values: &[f64], lags: usize) -> (f64, f64) {
     }
     let statistic = squares / (count * count * variance);
     (statistic, cramer_von_mises(statistic))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{generator, uniform};
+
+    /// Calm and wild phases of about 200 executions with the same median: only the longest and the shortest times come together.
+    fn phases(wild: f64, seed: u64) -> Times {
+        let mut random = generator(seed, 0);
+        let mut scale = 1.0;
+        let mut time = |_| {
+            if uniform(&mut random) < 0.005 {
+                scale = wild + 1.0 - scale;
+            }
+            let side = if uniform(&mut random) < 0.5 { -1.0 } else { 1.0 };
+            side * scale * -uniform(&mut random).ln()
+        };
+        Times::of((0..10_000).map(&mut time).collect())
+    }
+
+    #[test]
+    fn long_executions_in_groups_are_dependent() {
+        let is_rejected = |wild: f64, seed: u64| {
+            let mut checks = checks(&phases(wild, seed));
+            adjust(&mut checks);
+            let is_of_order = |it: CheckKind| {
+                matches!(it, CheckKind::LjungBox { .. } | CheckKind::Runs | CheckKind::Groups)
+            };
+            checks.iter().any(|it| is_of_order(it.kind) && it.is_rejected())
+        };
+        let found = |wild: f64| (0..100).filter(|&seed| is_rejected(wild, seed)).count();
+        assert!(found(2.0) >= 95, "{} of 100 with phases", found(2.0));
+        // Of all tests together, at most 5.
+        assert!(found(1.0) <= 5, "{} of 100 without", found(1.0));
+    }
+
+    #[test]
+    fn few_executions_have_no_groups() {
+        for count in [0, 1, 20, 199] {
+            assert_eq!(groups(&Times::of((0..count).map(f64::from).collect())), (1.0, 1.0));
+        }
+    }
 }
