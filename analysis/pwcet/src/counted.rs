@@ -64,6 +64,8 @@ pub(crate) fn upper_rank(count: usize, probability: f64, confidence: f64) -> Opt
 
 #[cfg(test)]
 mod tests {
+    use rayon::prelude::*;
+
     use super::*;
     use crate::random::{generator, uniform};
 
@@ -116,5 +118,17 @@ mod tests {
             let covered = (0..300).filter(|&seed| holds(seed)).count();
             assert!(covered >= 285, "{covered} of 300 at {level}");
         }
+    }
+    /// Exponential times that grow by 0.3 σ: too little to be seen at once, and much beside the margin of 50 exceedances.
+    #[test]
+    fn bounds_of_a_slow_drift_hold() {
+        let holds = |seed: &u64| {
+            let mut random = generator(*seed, 0);
+            let time = |index: u64| (5e6 - 1e6 * uniform(&mut random).ln() + 6.0 * index as f64) as u64;
+            let executions: Vec<u64> = (0..50_000).map(time).collect();
+            counted_bounds(&executions, &[1e-3])[0].is_none_or(|it| it >= 5.3e6 - 1e6 * f64::ln(1e-3))
+        };
+        let covered = (0..200_u64).into_par_iter().filter(holds).count();
+        assert!(covered >= 190, "{covered} of 200");
     }
 }

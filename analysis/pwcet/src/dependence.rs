@@ -19,8 +19,9 @@ pub(crate) struct Dependence {
 /// The parts of a recording whose frequencies are compared.
 const PARTS: usize = 10;
 
-/// Differences of the parts are no chance if they are as improbable.
-const SIGNIFICANT: f64 = 1e-3;
+/// Differences of the parts are no chance if they are as improbable. At 1e-3, the bounds of 1e-3 from 50,000 executions that grow by
+/// 0.3 σ were too low in 9 of 100 recordings: the drift is hardly seen, but takes most of the margin of a bound that is counted.
+const SIGNIFICANT: f64 = 0.05;
 
 impl Dependence {
     /// Returns the worst of the `exceeding` longest executions and of four times as many, again and again: few of them show little.
