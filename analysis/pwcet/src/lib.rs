@@ -11,8 +11,8 @@
 //! Where about 3 of n independent executions should exceed a level's time, the bound is counted and claims nothing about the tail. Other
 //! levels have the bound of a fitted tail, which is never below the greatest execution.
 //!
-//! **What it does not claim.** A mode that no execution showed is in no number. One of which n executions should show less than 5 (less
-//! than 15 where its times are among those of the others) may be taken for the tail of the others. If executions depend on each other
+//! **What it does not claim.** A mode that no execution showed is in no number. One of which n executions should show less than 3 (less
+//! than 25 where its times are among those of the others) may be taken for the tail of the others. If executions depend on each other
 //! for longer than √n of them, less is claimed.
 //!
 //! **Why no more than 750 excesses.** A fit of 15 % of the executions has the error of the body; with more of them its interval would

@@ -202,6 +202,11 @@ pub(crate) fn excesses(times: &Times, size: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::SQRT_2;
+
+    use rayon::prelude::*;
+    use statrs::function::erf::erfc_inv;
+
     use super::*;
     use crate::random::{generator, uniform};
 
@@ -237,6 +242,29 @@ mod tests {
             assert!(point <= upper && before <= upper, "{point} and {upper} at {probability}");
             assert!(tail.lower_bound(probability).is_none_or(|lower| lower <= point));
             before = upper;
+        }
+    }
+
+    /// The body of lognormal times bends the fit: of a fixed share of a long recording, it has the error of the body in a narrow
+    /// interval: 35 of 40 bounds of 200,000 executions hold if 15 % of them are excesses.
+    #[test]
+    fn bounds_hold_as_recordings_grow() {
+        let quantile = |p: f64| (0.5 * SQRT_2 * erfc_inv(2.0 * p)).exp();
+        for count in [5_000, 200_000] {
+            let one = |seed: u64| {
+                let mut random = generator(seed, count as u64);
+                let times = Times::of((0..count).map(|_| quantile(uniform(&mut random))).collect());
+                let tail = Tail::select(&times, TailModel::GeneralisedPareto);
+                // To refuse them would hold, too.
+                [1e-6, 1e-9].map(|level| {
+                    tail.as_ref().is_ok_and(|it| it.upper_bound(&times, level) >= quantile(level))
+                })
+            };
+            let held: Vec<[bool; 2]> = (300..340).into_par_iter().map(one).collect();
+            for level in [0, 1] {
+                let held = held.iter().filter(|it| it[level]).count();
+                assert!(held >= 37, "{held} of 40 with {count} executions");
+            }
         }
     }
 
