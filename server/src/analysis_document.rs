@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use mauve_diagnostics::{
-    errors_of, exceeded, miss_conditions, missing_proof, reasons_of, supported, timing_reason,
+    errors_of, exceeded, miss_conditions, missing_proof, not_independent, reasons_of, supported,
+    timing_reason,
 };
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
@@ -14,8 +15,9 @@ use mauve_hir::{
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
-    ActivityReport, Basis, InterferenceReport, Limit, MissProbability, Query, Report, Sensitivity, Support,
-    TableSet, basis_of, probabilities_of, response_times, support, tables_of, timetable_of,
+    ActivityReport, Basis, InterferenceReport, LaterThan, Limit, MissProbability, Query, Report, Sensitivity,
+    Support, TableSet, basis_of, distribution_of, probabilities_of, response_times, support, tables_of,
+    timetable_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -164,22 +166,28 @@ impl<'db> Deployed<'db> {
         }
     }
 
-    /// What the levels of its reports support, if its times depend on them. A task set does not say how often its tasks execute
-    /// codels.
+    /// Its project and declaration; none for a task set, which does not say how often its tasks execute codels.
+    fn of_project(&self) -> Option<(Project<'db>, Decl<'db>)> {
+        let Origin::Model(tables) = self.origin else { return None };
+        Some((tables.project(self.db), self.declared?))
+    }
+
+    /// What the levels of its reports support, if its times depend on them.
     pub(crate) fn supports(&self) -> Vec<Support> {
-        let (Origin::Model(tables), Some(declared)) = (self.origin, self.declared) else { return Vec::new() };
-        let of = |level| support(self.db, tables.project(self.db), declared, level);
+        let Some((project, declared)) = self.of_project() else { return Vec::new() };
+        let of = |level| support(self.db, project, declared, level);
         self.reports.iter().filter_map(|(query, _)| of(query.level)).collect()
     }
 
-    /// How probable it is that each activity is late; none for a task set.
+    /// How probable it is that each activity is late.
     pub(crate) fn probabilities(&self) -> &'db [Option<MissProbability>] {
-        match (self.origin, self.declared) {
-            (Origin::Model(tables), Some(declared)) => {
-                probabilities_of(self.db, tables.project(self.db), declared)
-            }
-            _ => &[],
-        }
+        self.of_project().map_or(&[], |(project, declared)| probabilities_of(self.db, project, declared))
+    }
+
+    /// The distribution of the response time of an activity.
+    fn distribution(&self, index: usize) -> &'db [LaterThan] {
+        self.of_project()
+            .map_or(&[], |(project, declared)| distribution_of(self.db, project, declared, index))
     }
 
     /// The codels whose times are assumed.
@@ -204,7 +212,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             activity_document(
                 it,
                 *query,
-                (activity, probability),
+                (activity, probability.map(|found| (found, it.distribution(index)))),
                 breakdown.greatest_of(index, MOST_INTERFERENCE),
             )
         });
@@ -270,7 +278,7 @@ pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
 fn activity_document(
     of: &Deployed<'_>,
     query: Query,
-    (activity, probability): (&ActivityReport<'_>, Option<&MissProbability>),
+    (activity, probability): (&ActivityReport<'_>, Option<(&MissProbability, &[LaterThan])>),
     (interference, interference_left): (Vec<InterferenceReport>, usize),
 ) -> impl Serialize + use<> {
     let interference = interference
@@ -329,12 +337,23 @@ fn activity_document(
         // Codels that no table has, with the times that `[assume]` gives them.
         [assumed]: non_empty(assumed),
         // Only with `--probability`: how probable a late job is, at most, in an hour and, if no deadline was missed before, of one job.
-        [probability]: probability.map(|it| {
+        [probability]: probability.map(|(it, distribution)| {
+            let later = |it: &LaterThan| {
+                object! {
+                    response_ms: milliseconds(it.time),
+                    per_job: it.per_job,
+                    per_hour: it.per_hour,
+                }
+            };
             object! {
                 miss_per_job: it.per_job,
                 miss_per_hour: it.per_hour,
                 rule: it.rule(),
                 conditions: miss_conditions(it),
+                // Why no rule uses independence.
+                [reason]: not_independent(it),
+                // How probable a longer response is.
+                distribution: distribution.iter().map(later).collect::<Vec<_>>(),
             }
         }),
         reasons: reasons_of(of.db, activity),

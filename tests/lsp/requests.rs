@@ -238,7 +238,7 @@ fn the_probability_of_a_late_job_follows_the_text() {
     };
     let drawing = of_hokuyo(&mut client, text.at("activity hokuyo"));
     assert!(
-        drawing.starts_with("hokuyo of P3dxDeployment: late at most 7.2e-4 times an hour\n"),
+        drawing.starts_with("hokuyo of P3dxDeployment: late at most 1.5e-4 times an hour\n"),
         "{drawing}"
     );
     assert!(drawing.contains("    1e-9  no bound, longer in an hour with at most 7.2e-5\n"), "{drawing}");
@@ -250,7 +250,7 @@ fn the_probability_of_a_late_job_follows_the_text() {
     );
     let drawing = of_hokuyo(&mut client, text.at("activity hokuyo"));
     assert!(
-        drawing.starts_with("hokuyo of P3dxDeployment: late at most 7.2e-2 times an hour\n"),
+        drawing.starts_with("hokuyo of P3dxDeployment: late at most 1.3e-2 times an hour\n"),
         "{drawing}"
     );
 }

@@ -200,7 +200,7 @@ fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Arc<Diag
     let missing = missing_time_facts(db, project);
     found.extend(timing_diagnostics(db, project, missing));
     let of_locks = declared_locks(db, project).facts.iter().cloned();
-    let of_config = of_locks.chain(required_facts(db, project));
+    let of_config = of_locks.chain(required_facts(db, project)).chain(dependent_facts(db, project));
     let of_tables: Vec<TimingFact<'db>> = table_facts(db, project).into_iter().chain(of_config).collect();
     let mut in_tables = timing_diagnostics(db, project, &of_tables);
     in_tables.sort_by_key(|it| match it.at {

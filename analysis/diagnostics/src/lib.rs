@@ -20,8 +20,8 @@ use mauve_hir::{
     projects, relative_path, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
-    Query, TimingFact, WhatIfField, declared_locks, facts_if, missing_time_facts, priority_facts,
-    required_facts, system_of, table_facts, timing_facts, trigger_facts,
+    Query, TimingFact, WhatIfField, declared_locks, dependent_facts, facts_if, missing_time_facts,
+    priority_facts, required_facts, system_of, table_facts, timing_facts, trigger_facts,
 };
 
 mod foreign_syntax;
@@ -36,7 +36,9 @@ pub use execution_times::{
 };
 pub use proof::{exceeded, is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
-pub use support::{late_at_most, miss_conditions, miss_rule, probability_rounded_up, supported};
+pub use support::{
+    late_at_most, miss_conditions, miss_rule, not_independent, probability_rounded_up, supported,
+};
 pub use syntax_error::{message as syntax_error_message, tree_of};
 pub use table_error::table_error_message;
 pub use task_set_error::task_set_error_message;

@@ -1,5 +1,6 @@
 //! What a significance level supports, in words. Every place that shows a verdict at a level shows this beside it.
 
+use mauve_timing::NoLateness;
 use mauve_wcrt::{MissProbability, Support};
 
 use crate::enumerated;
@@ -37,20 +38,36 @@ pub fn late_at_most(of: &MissProbability) -> String {
 /// Returns the conditions of such a probability, as clauses.
 pub fn miss_conditions(of: &MissProbability) -> Vec<String> {
     let mut all = vec!["the hour begins without unfinished jobs".to_owned()];
-    let independently = if of.tolerated.is_some() { ", whatever was executed before" } else { "" };
+    let is_independent = of.tolerated.is_some() || of.per_job.is_some();
+    let independently = if is_independent { ", whatever was executed before" } else { "" };
     all.push(format!(
         "each execution exceeds its times at most as probably as the tables say{independently}"
     ));
     if of.per_job.is_some() {
         all.push("for one job, the job before it was not late".to_owned());
-    } else if !of.dependent.is_empty() {
-        let codels: Vec<String> = of.dependent.iter().map(|it| format!("`{it}`")).collect();
-        all.push(format!(
-            "probabilities are not multiplied: executions of {} depend on earlier ones",
-            enumerated(&codels)
-        ));
     }
     all
+}
+
+/// Returns why executions are not taken to be independent, if they are not: `without independence: executions of `a` depend on
+/// earlier ones`.
+pub fn not_independent(of: &MissProbability) -> Option<String> {
+    let codels: Vec<String> = of.dependent.iter().map(|it| format!("`{it}`")).collect();
+    let why = match of.refused {
+        _ if !codels.is_empty() => format!("executions of {} depend on earlier ones", enumerated(&codels)),
+        None => return None,
+        Some(why) => match why {
+            NoLateness::SeveralCpus => "it, or what may delay it, may run on several CPUs",
+            NoLateness::Waits => "it, or what may delay it, waits",
+            NoLateness::Locks => "it, or what may delay it, takes a lock",
+            NoLateness::Calls => "it, or what may delay it, calls operations",
+            NoLateness::Late => "its deadline leaves no time at any level",
+            NoLateness::Overhead => "the overhead of jobs depends on the level",
+            NoLateness::Times => "a time is not known at each level",
+        }
+        .to_owned(),
+    };
+    Some(format!("without independence: {why}"))
 }
 
 /// Returns which rule gives such a probability: `the deadline is met at 1e-8`.

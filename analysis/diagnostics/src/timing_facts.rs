@@ -79,9 +79,10 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::UnknownTimedPort { component, port, near, fixed } => {
             unknown_timing_key::of_port(at, component.name(db), port, near.as_ref(), fixed.as_deref())
         }
-        Fact::UnknownLockedCodel { lock, codel, near } => {
+        Fact::UnknownConfiguredCodel { lock, codel, near } => {
             let near = near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            let message = format!("no codel `{codel}`, which the lock `{lock}` names{near}");
+            let by = lock.as_ref().map_or("`dependent`".to_owned(), |lock| format!("the lock `{lock}`"));
+            let message = format!("no codel `{codel}`, which {by} names{near}");
             invalid_configuration::report(at, message)
         }
         Fact::AmbiguousTimingKey { key, first } => {

@@ -13,7 +13,9 @@ pub use format::{Hover, HoverFormat};
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{late_at_most, miss_conditions, miss_rule, supported, unusable_time};
+use mauve_diagnostics::{
+    late_at_most, miss_conditions, miss_rule, not_independent, supported, unusable_time,
+};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -107,7 +109,8 @@ fn of_activity<'db>(
         let probability = probabilities_of(db, project, deployment).get(activity).and_then(Option::as_ref);
         let late = |it| {
             let conditions = miss_conditions(it).join(", and ");
-            format!("{} ({}), if {conditions}\n\n", late_at_most(it), miss_rule(it))
+            let why = not_independent(it).map(|why| format!("; {why}")).unwrap_or_default();
+            format!("{} ({}), if {conditions}{why}\n\n", late_at_most(it), miss_rule(it))
         };
         explanation + "\n" + &probability.map(late).unwrap_or_default()
     });

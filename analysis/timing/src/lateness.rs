@@ -82,6 +82,10 @@ pub enum NoLateness {
     Calls,
     /// Its deadline is not met at the level.
     Late,
+    /// The overhead of jobs depends on the level.
+    Overhead,
+    /// The time of an execution at the level is not known, or not the only one.
+    Times,
 }
 
 /// Excesses are rounded up to a part of Δ; at least so many parts.

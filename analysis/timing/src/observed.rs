@@ -39,6 +39,10 @@ use crate::{Rounding, Time, TimeError, TomlKind, Unit};
 /// held = 0.2
 /// [work.worker]
 /// per_second = 0.5
+/// [response.robot]
+/// executions = 150
+/// greatest = 9.7
+/// later = [4.1, 7.7, 9.6]
 /// "#;
 /// let (observed, problems) = Observed::parse(text);
 /// assert!(problems.is_empty());
@@ -60,6 +64,8 @@ pub struct Observed {
     pub locks: BTreeMap<(String, String), ObservedTimes>,
     /// `[work]`: the CPU time of threads that are not components, by the name of the thread.
     pub work: BTreeMap<String, ObservedWork>,
+    /// `[response]`: the response times of jobs, by the name of their instance.
+    pub responses: BTreeMap<String, ObservedTimes>,
 }
 
 /// One recording that the file summarises: `[[recording]]`.
@@ -97,7 +103,7 @@ pub struct ObservedCodel {
     pub is_wait_known: bool,
 }
 
-/// The executions of a program, the accesses of a port, or the times for which a lock was held.
+/// The executions of a program, the accesses of a port, the times for which a lock was held, or the response times of jobs.
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
 pub struct ObservedTimes {
     /// The bytes of the last part of its key, quotes included.
@@ -106,6 +112,8 @@ pub struct ObservedTimes {
     pub executions: u64,
     /// The greatest time of one of them: CPU time, also of what holds a lock.
     pub greatest: u64,
+    /// Only of response times: those that at most 1/2, 1/10, 1/100, … of the jobs exceed, as far as there are so many jobs.
+    pub later: Vec<u64>,
 }
 
 impl ObservedCodel {
@@ -123,8 +131,11 @@ impl ObservedCodel {
 }
 
 impl ObservedTimes {
-    /// Adds others.
+    /// Adds others. A share of all exceeds no time that this share exceeds in no recording.
     pub fn add(&mut self, other: &ObservedTimes) {
+        let of = |it: &ObservedTimes, share: usize| it.later.get(share).copied().unwrap_or(it.greatest);
+        let shares = 0..self.later.len().max(other.later.len());
+        self.later = shares.map(|share| of(self, share).max(of(other, share))).collect();
         self.executions = self.executions.saturating_add(other.executions);
         self.greatest = self.greatest.max(other.greatest);
     }
@@ -237,6 +248,12 @@ impl Observed {
             table.insert("per_second", number(it.per_second));
             put(&mut document, &["work", thread], table);
         }
+        for (instance, it) in &self.responses {
+            let mut table = times(it.executions, "greatest", it.greatest);
+            let later = it.later.iter().filter_map(|it| number(*it).into_value().ok());
+            table.insert("later", toml_edit::value(later.collect::<toml_edit::Array>()));
+            put(&mut document, &["response", instance], table);
+        }
         format!("{HEADER}{document}")
     }
 
@@ -258,6 +275,7 @@ impl Observed {
             let all = self.work.entry(thread).or_default();
             all.per_second = all.per_second.max(it.per_second);
         }
+        merge_times(&mut self.responses, other.responses);
         true
     }
 }
@@ -343,7 +361,7 @@ impl Reader {
             match name {
                 "unit" => {}
                 "recording" => observed.recordings = self.recordings(value),
-                "codel" | "program" | "access" | "lock" | "work" => {
+                "codel" | "program" | "access" | "lock" | "work" | "response" => {
                     let DeValue::Table(section) = value.get_ref() else {
                         self.of_kind(name, value, "a section");
                         continue;
@@ -395,6 +413,7 @@ impl Reader {
             "codel" => &["executions", "greatest", "wait", "times", "waits"],
             "lock" => &["executions", "held"],
             "work" => &["per_second"],
+            "response" => &["executions", "greatest", "later"],
             _ => &["executions", "greatest"],
         };
         for (key, _) in table.iter().filter(|(key, _)| !known.contains(&&**key.get_ref())) {
@@ -410,6 +429,14 @@ impl Reader {
         }
         let executions = self.count(table, "executions", Some(&span));
         let greatest = self.time(table, if section == "lock" { "held" } else { "greatest" }, Some(&span));
+        let later = match table.get("later").map(|it| (it, it.get_ref())) {
+            Some((_, DeValue::Array(all))) => all.iter().map(|it| self.time_of("later", it)).collect(),
+            Some((value, _)) => {
+                self.of_kind("later", value, "a list of numbers");
+                return;
+            }
+            None => Vec::new(),
+        };
         let wait = self.time(table, "wait", None);
         let number = self.count(table, "times", None);
         let is_wait_known = match table.get("waits") {
@@ -424,7 +451,7 @@ impl Reader {
         if self.errors.len() != errors {
             return;
         }
-        let times = ObservedTimes { span: span.clone(), executions, greatest };
+        let times = ObservedTimes { span: span.clone(), executions, greatest, later };
         match (section, parts) {
             ("codel", _) => {
                 let codel = ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known };
@@ -432,6 +459,7 @@ impl Reader {
             }
             ("program", _) => drop(observed.programs.insert(key, times)),
             ("access", _) => drop(observed.accesses.insert(key, times)),
+            ("response", _) => drop(observed.responses.insert(key, times)),
             (_, [lock, codel @ ..]) if !codel.is_empty() => {
                 observed.locks.insert((lock.clone(), codel.join(".")), times);
             }
@@ -501,6 +529,10 @@ impl Reader {
             }
             return 0;
         };
+        self.time_of(name, value)
+    }
+
+    fn time_of(&mut self, name: &'static str, value: &Spanned<DeValue>) -> u64 {
         let text = match value.get_ref() {
             DeValue::Integer(integer) => integer_text(integer),
             DeValue::Float(float) => Some(float.as_str().to_owned()),
@@ -564,6 +596,11 @@ held = 0.2
 
 [work."pool 1"]
 per_second = 12.5
+
+[response.robot]
+executions = 150
+greatest = 9.7
+later = [4.1, 7.7, 9.6]
 "#;
 
     fn parse(text: &str) -> Observed {
@@ -607,6 +644,29 @@ per_second = 12.5
         assert_eq!(all.recordings.len(), 2);
     }
 
+    /// No share of all jobs exceeds a time that this share exceeds in no recording.
+    #[test]
+    fn shares_of_jobs_are_kept() {
+        let of = |executions: u64, later: &[u64], greatest: u64| ObservedTimes {
+            span: 0..0,
+            executions,
+            later: later.to_vec(),
+            greatest,
+        };
+        let mut all = ObservedTimes::default();
+        all.add(&parse(TEXT).responses["robot"]);
+        all.add(&of(5, &[5_000_000], 8_000_000));
+        assert_eq!(all, of(155, &[5_000_000, 8_000_000, 9_600_000], 9_700_000));
+        let mut twice = parse(TEXT);
+        assert!(
+            twice.merge(parse(
+                &TEXT.replace("3abc82820ae84cf9", "ff").replace("later = [4.1", "later = [4.5")
+            ))
+        );
+        let both = ObservedTimes { span: 0..0, ..twice.responses["robot"].clone() };
+        assert_eq!(both, of(300, &[4_500_000, 7_700_000, 9_600_000], 9_700_000));
+    }
+
     #[test]
     fn errors_name_their_place() {
         let text = r#"
@@ -632,9 +692,18 @@ executions = 1
 held = 1
 [access]
 x = 1
+[response.a]
+executions = 1
+greatest = 1
+later = 2
+[response.b]
+executions = 1
+greatest = 1
+later = [1, "x"]
 "#;
         let (observed, errors) = Observed::parse(text);
         assert!(observed.codels.is_empty() && observed.locks.is_empty() && observed.accesses.is_empty());
+        assert!(observed.responses.is_empty());
         let found: String =
             errors.iter().map(|it| format!("{:?}: {:?}\n", &text[it.span.clone()], it.kind)).collect();
         expect![[r#"
@@ -649,6 +718,8 @@ x = 1
             "wait": UnknownKey("wait")
             "bus": UnknownKey("bus")
             "1": OfKind { key: "x", expected: "a table", found: Number }
+            "2": OfKind { key: "later", expected: "a list of numbers", found: Number }
+            "\"x\"": OfKind { key: "later", expected: "a number", found: String }
         "#]]
         .assert_eq(&found);
         assert!(matches!(Observed::parse("[codel").1[0].kind, ObservedErrorKind::NotToml(_)));

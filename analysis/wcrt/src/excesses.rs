@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 
 use mauve_hir::{Decl, ModelDb};
-use mauve_timing::{Excess, Executions, Lateness, Level, lateness};
+use mauve_timing::{Excess, Executions, Lateness, Level, NoLateness, Tasks, lateness};
 use rustc_hash::FxHashMap;
 
 use crate::path_fold::{Figure, folded};
 use crate::reason::Timed;
-use crate::report::Report;
 use crate::system::System;
 use crate::table_set::TableSet;
 use crate::timetable::{Timetable, timetable_of};
@@ -52,14 +51,21 @@ impl<'db> Figure<'db> for Multiset<'_, 'db> {
 }
 
 impl<'db> JobExecutions<'db> {
-    /// Returns what the jobs of a deployment execute; `None` where waits or the overhead of jobs depend on the level.
-    pub(crate) fn of(db: &'db dyn ModelDb, tables: TableSet<'db>, system: &System<'db>) -> Option<Self> {
+    /// Returns what the jobs of a deployment execute, unless waits or the overhead of jobs depend on the level.
+    pub(crate) fn of(
+        db: &'db dyn ModelDb,
+        tables: TableSet<'db>,
+        system: &System<'db>,
+    ) -> Result<Self, NoLateness> {
         let times = timetable_of(db, tables);
         let (levelled, of_job) = times.levelled();
         let counts = levelled.iter().filter(|(_, count)| **count > 0);
         let is_wait = |of: &Timed<'db>| matches!(of, Timed::Wait(_));
-        if of_job > 0 || counts.clone().any(|(of, _)| is_wait(of)) {
-            return None;
+        if of_job > 0 {
+            return Err(NoLateness::Overhead);
+        }
+        if counts.clone().any(|(of, _)| is_wait(of)) {
+            return Err(NoLateness::Waits);
         }
         let entries: Vec<Timed<'db>> = counts.map(|(of, _)| of.clone()).collect();
         // A program with a certain time stands for none.
@@ -74,7 +80,7 @@ impl<'db> JobExecutions<'db> {
             kept.collect()
         };
         let of = system.activities.iter().map(|it| of(it.executed())).collect();
-        Some(JobExecutions { times, entries, of })
+        Ok(JobExecutions { times, entries, of })
     }
 
     /// Returns the keys of what an activity executes and whose measurement says that executions depend on earlier ones.
@@ -84,16 +90,16 @@ impl<'db> JobExecutions<'db> {
         entries.filter(|it| self.times.is_dependent(it)).map(|it| it.key(db))
     }
 
-    /// Returns how probable it is that an activity is late, from its figures at a level; `None` if that is not known.
+    /// Returns how probable it is that an activity is late, from the tasks at a level.
     pub(crate) fn lateness(
         &self,
         level: Level,
-        report: &Report<'db>,
+        tasks: &Tasks,
         activity: usize,
         interrupt: &dyn Fn(),
-    ) -> Option<Lateness> {
-        let excess = |of: &Timed<'db>| self.times.excess(of, level);
-        let excesses: Vec<Excess> = self.entries.iter().map(excess).collect::<Option<_>>()?;
-        lateness(&report.tasks, activity, &excesses, &self.of, interrupt).ok()
+    ) -> Result<Lateness, NoLateness> {
+        let excess = |of: &Timed<'db>| self.times.excess(of, level).ok_or(NoLateness::Times);
+        let excesses: Vec<Excess> = self.entries.iter().map(excess).collect::<Result<_, _>>()?;
+        lateness(tasks, activity, &excesses, &self.of, interrupt)
     }
 }

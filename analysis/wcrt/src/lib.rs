@@ -91,7 +91,7 @@ pub use mauve_timing::Priority;
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
-pub use probability::{MissProbability, probabilities_of};
+pub use probability::{LaterThan, MissProbability, dependent_facts, distribution_of, probabilities_of};
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
     ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PatternError, Prose, Reason, Refusal,
@@ -109,7 +109,8 @@ pub use table_set::{TableSet, table_sets, tables_of};
 pub use task_set::DeployedTasks;
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, observed_files,
-    observed_in, pattern_of_path, table, table_facts, table_files, table_pattern, timetable_of,
+    observed_in, observed_responses, pattern_of_path, table, table_facts, table_files, table_pattern,
+    timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use triggers::trigger_facts;

@@ -1,5 +1,7 @@
 //! The locks of `mauve.toml`: which activities take them, and for how long.
 
+use std::ops::Range;
+
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of,
@@ -52,31 +54,10 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
         let Some(protocol) = lock.protocol else { continue };
         let mut codels = Vec::new();
         for (key, span) in &lock.codels {
-            let named = names.by_key(Kind::Codel, key);
-            codels.extend_from_slice(named);
-            let elsewhere = || {
-                let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
-                others.copied().map(|root| Project::new(db, workspace, root))
-            };
-            let is_elsewhere =
-                || elsewhere().any(|other| !names_of(db, other).by_key(Kind::Codel, key).is_empty());
-            if !named.is_empty() || is_elsewhere() {
-                continue;
-            }
-            found.unknown.get_or_insert_with(|| (lock.name.as_str().into(), key.clone()));
-            // What is missing, which is an error of its own, may declare the name.
-            if names.may_declare(Kind::Codel, key) {
-                continue;
-            }
-            let known = names.all.iter().filter(|decl| decl.kind(db) == Kind::Codel).take(500);
-            let known: Vec<Name> = known.map(|decl| decl.qualified(db).into()).collect();
-            let near = similar(key, &known);
-            if let Some(file) = config_file(db, workspace) {
-                let at = Location::of_span(file, span);
-                let (lock, codel) = (lock.name.as_str().into(), key.clone());
-                found
-                    .facts
-                    .push(TimingFact::new(at, TimingFactKind::UnknownLockedCodel { lock, codel, near }));
+            codels.extend_from_slice(names.by_key(Kind::Codel, key));
+            if let Some(fact) = unknown_codel(db, project, Some(&lock.name), (key, span)) {
+                found.unknown.get_or_insert_with(|| (lock.name.as_str().into(), key.clone()));
+                found.facts.extend(fact);
             }
         }
         codels.sort_by_cached_key(|codel| codel.qualified(db));
@@ -88,6 +69,32 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
         compare(db, project, file, &mut found);
     }
     found
+}
+
+/// Returns, for a key of a lock or of `[timing] dependent` that names no codel of any project, the error, unless what is missing may
+/// declare the codel, which is an error of its own.
+pub(crate) fn unknown_codel<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    lock: Option<&str>,
+    (key, span): (&str, &Range<usize>),
+) -> Option<Option<TimingFact<'db>>> {
+    let (workspace, names) = (project.workspace(db), names_of(db, project));
+    let projects = all_roots(db, workspace).iter().map(|&root| Project::new(db, workspace, root));
+    let is_in = |it| !names_of(db, it).by_key(Kind::Codel, key).is_empty();
+    if [project].into_iter().chain(projects).any(is_in) {
+        return None;
+    }
+    if names.may_declare(Kind::Codel, key) {
+        return Some(None);
+    }
+    let known = names.all.iter().filter(|decl| decl.kind(db) == Kind::Codel).take(500);
+    let known: Vec<Name> = known.map(|decl| decl.qualified(db).into()).collect();
+    let near = similar(key, &known);
+    let (lock, codel) = (lock.map(Name::from), key.to_owned());
+    let at = |file| Location::of_span(file, span);
+    let kind = TimingFactKind::UnknownConfiguredCodel { lock, codel, near };
+    Some(config_file(db, workspace).map(|file| TimingFact::new(at(file), kind)))
 }
 
 /// Compares locks with what recordings showed. A lock that a codel holds for longer than `held` counts as not declared.

@@ -4,7 +4,7 @@
 mod refuted;
 mod unknown_keys;
 
-pub use refuted::observed_in;
+pub use refuted::{observed_in, observed_responses};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

@@ -125,7 +125,7 @@ export interface ExecutionTimes extends Drawn {
 export interface Probability extends Drawn {
   deployment: string;
   instance: string | null;
-  instances: { instance: string; missPerHour: number; missPerJob: number | null; words: string; conditions: string[]; status: string }[];
+  instances: { instance: string; missPerHour: number; missPerJob: number | null; figures: (string | null)[]; words: string; conditions: string[]; reason: string | null; status: string }[];
   activities: { index: number; instance: string; location: Location | null }[];
   reasons: string[];
 }

@@ -1,9 +1,9 @@
 //! `mauve wcrt --probability`: how probable it is that an activity is late.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{miss_conditions, probability_rounded_up, times_of};
+use mauve_diagnostics::{miss_conditions, not_independent, probability_rounded_up, times_of};
 use mauve_ide::{Drawing, draw_probability};
 use mauve_wcrt::{ActivityReport, MissProbability};
 
@@ -25,9 +25,13 @@ fn of<'a, 'db>(
 /// Returns a table, with what its figures depend on.
 pub(super) fn probability_table(it: &Deployed<'_>, only: &str) -> String {
     let mut conditions: BTreeSet<String> = BTreeSet::new();
+    let mut reasons: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let cell = |probability: Option<f64>| probability.map_or_else(|| "—".to_owned(), probability_rounded_up);
     let row = |(_, activity, found): (usize, &ActivityReport<'_>, &MissProbability)| {
-        conditions.extend(miss_conditions(found));
+        conditions.extend(miss_conditions(found).into_iter().map(|it| format!("if {it}")));
+        if let Some(why) = not_independent(found) {
+            reasons.entry(why).or_default().push(activity.instance.to_string());
+        }
         let level = found.level.map_or_else(|| "—".to_owned(), |level| level.to_string());
         let (hour, job) = (cell(Some(found.per_hour)), cell(found.per_job));
         vec![activity.instance.to_string(), hour, job, found.rule().to_owned(), level]
@@ -41,7 +45,8 @@ pub(super) fn probability_table(it: &Deployed<'_>, only: &str) -> String {
     }
     let mut out = format!("\n{}: probability of a late job, at most{}\n", it.name, times_of(it.times()));
     out += &columns(&["instance", "in an hour", "of a job", "rule", "met at"], &rows);
-    conditions.iter().for_each(|condition| _ = writeln!(out, "  if {condition}"));
+    let reasons = reasons.iter().map(|(why, instances)| format!("{}: {why}", instances.join(", ")));
+    conditions.into_iter().chain(reasons).for_each(|line| _ = writeln!(out, "  {line}"));
     out
 }
 
@@ -60,7 +65,7 @@ pub(super) fn probability_csv(
             found.per_job.map(|it| format!("{it:e}")).unwrap_or_default(),
             found.rule().to_owned(),
             found.level.map(|level| level.to_string()).unwrap_or_default(),
-            miss_conditions(found).join("; "),
+            miss_conditions(found).into_iter().chain(not_independent(found)).collect::<Vec<_>>().join("; "),
             root(it),
         ]
     };

@@ -30,6 +30,9 @@ pub struct Seen {
     pub greatest: u64,
     /// How the executions of a codel waited.
     pub wait: Wait,
+    /// Of the jobs of an instance: the response times that at most 1/2, 1/10, 1/100, … of them exceed, as far as there are so many
+    /// jobs. They are up to 2 % too long.
+    pub later: Vec<u64>,
 }
 
 /// How the executions of a codel waited.
@@ -73,6 +76,9 @@ pub struct Observation {
     open: BTreeMap<String, Vec<Open>>,
     recent: Vec<Period>,
     next_recent: usize,
+    /// How many jobs of an instance responded within times that are up to 2 % too long, if releases are recorded: at most 4096
+    /// numbers.
+    within: BTreeMap<NameId, BTreeMap<u64, u64>>,
     /// The CPU time per second of other threads.
     work: BTreeMap<String, u64>,
     /// How the program was built, if the recording says it.
@@ -158,9 +164,10 @@ impl Observation {
         self.end_recording();
         let seen = |(id, (executions, greatest, wait))| {
             let name: &Name = names.get(id);
-            Seen { name: name.clone(), executions, greatest, wait }
+            let later = self.within.get(&id).map(|within| later(within, executions)).unwrap_or_default();
+            Seen { name: name.clone(), executions, greatest, wait, later }
         };
-        self.seen.into_iter().map(seen).collect()
+        std::mem::take(&mut self.seen).into_iter().map(seen).collect()
     }
 
     fn period(&mut self, span: &Span, instance: &str) {
@@ -169,6 +176,15 @@ impl Observation {
             is_only.then_some(Lane { cpu, priority: it.priority })
         });
         self.close(instance, lane);
+        if let Some((release, end)) = span.release.zip(span.end) {
+            let response = end.saturating_sub(release);
+            let (jobs, greatest, _) = self.seen.entry(span.name).or_default();
+            (*jobs, *greatest) = (*jobs + 1, response.max(*greatest));
+            // Seven binary digits are kept.
+            let rest = response.checked_ilog2().unwrap_or(0).saturating_sub(6);
+            let within = self.within.entry(span.name).or_default();
+            *within.entry(response | ((1 << rest) - 1)).or_default() += 1;
+        }
         let Some((begin, end)) = span.begin.zip(span.end) else { return };
         let period = Period { begin, end, execution: span.execution, lane };
         match self.recent.get_mut(self.next_recent) {
@@ -214,6 +230,20 @@ impl Observation {
         };
         self.recent.iter().map(of).fold(0, u64::saturating_add)
     }
+}
+
+/// Returns [`Seen::later`] of so many jobs.
+fn later(within: &BTreeMap<u64, u64>, jobs: u64) -> Vec<u64> {
+    let shares = [2, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
+    let of_share = |share: u64| {
+        let mut later = jobs;
+        let time = within.iter().find(|(_, count)| {
+            later -= **count;
+            later <= jobs / share
+        });
+        time.map(|(time, _)| *time)
+    };
+    shares.into_iter().filter(|share| *share <= jobs).filter_map(of_share).collect()
 }
 
 #[cfg(test)]
@@ -312,6 +342,25 @@ mod tests {
         let executions = "codel,execution_ns,instance,elapsed_ns,time_ns\nf,60000,a,110000,200000\ng,60000,a,560000,900000\n";
         let (found, _) = observe(executions, PERIODS);
         assert_eq!(found, [("f".to_owned(), 0, 0, true), ("g".to_owned(), 1, 500_000, true)]);
+    }
+
+    /// 1,000 jobs respond in 1, 2, … 1,000 µs; others have no release.
+    #[test]
+    fn response_times_are_remembered_as_shares() {
+        let jobs: String = (1..=1000)
+            .map(|it| format!("a,{0},{0},{1},1000,,,,\n", it * 1_000_000, it * 1_001_000))
+            .collect();
+        let periods = format!("{PERIODS}{jobs}b,,1000,9000,1000,,,,\n");
+        let (mut reader, mut found) = (TraceReader::default(), Observe::default());
+        reader.read_both("codel,execution_ns\n".as_bytes(), periods.as_bytes(), &mut found).unwrap();
+        assert!(found.0.within.values().all(|within| within.len() <= 640));
+        let seen = found.0.finish(reader.names());
+        let [a] = &seen[..] else { panic!("{seen:?}") };
+        assert_eq!((a.name.instance.as_str(), a.executions, a.greatest), ("a", 1000, 1_000_000));
+        for (time, exact) in a.later.iter().zip([500, 900, 990, 999]) {
+            assert!((exact * 1000..exact * 1020).contains(time), "{:?}", a.later);
+        }
+        assert_eq!(a.later.len(), 4);
     }
 
     #[test]

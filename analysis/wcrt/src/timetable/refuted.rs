@@ -9,15 +9,25 @@ use mauve_timing::{
     LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
 };
 
-use super::{IMPROBABLE, Slot, TimetableBuilder};
+use super::{IMPROBABLE, Slot, TimetableBuilder, observed_of_section};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{TableFault, Timed, UnusableTime};
+use crate::table_set::TableSet;
 
 /// Reads a file of `[timing] observed`, and returns what is wrong with it.
 #[salsa::tracked(returns(ref))]
 pub fn observed_in(db: &dyn ModelDb, file: File) -> (Arc<Observed>, Vec<ObservedError>) {
     let (observed, errors) = Observed::parse(file.text(db));
     (Arc::new(observed), errors)
+}
+
+/// Returns what recordings showed of the response times of an instance, by the files of `[timing] observed` beside these tables.
+pub fn observed_responses<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, instance: &str) -> ObservedTimes {
+    let files = observed_of_section(db, tables.project(db).workspace(db), tables.section(db).clone());
+    let mut all = ObservedTimes::default();
+    let found = files.files.iter().filter_map(|&file| observed_in(db, file).0.responses.get(instance));
+    found.for_each(|it| all.add(it));
+    all
 }
 
 impl<'db> TimetableBuilder<'db> {
@@ -68,7 +78,8 @@ impl<'db> TimetableBuilder<'db> {
 
     fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedCodel) {
         let ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known } = observed;
-        let times = ObservedTimes { span: span.clone(), executions: *executions, greatest: *greatest };
+        let (executions, greatest, later) = (*executions, *greatest, Vec::new());
+        let times = ObservedTimes { span: span.clone(), executions, greatest, later };
         self.observed_time(file, Timed::Codel(codel), &times);
         let of = Timed::Wait(codel);
         let (wait, times) = (Time::from_nanos(*wait), ObservedTimes { greatest: *wait, ..times });

@@ -237,13 +237,13 @@ function ofProbability({ instance, instances, reasons: why }: Answers["probabili
     const isChosen = it.instance === instance;
     const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
     button.addEventListener("click", () => actions.choose(it.instance));
-    const cells = [it.missPerHour, it.missPerJob].map((of) => figure(of === null ? "" : level(Number(of.toPrecision(3)))));
+    const cells = it.figures.map((of) => figure(of ?? ""));
     return h("tr", { class: `${statusOf(it.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
   };
   const sorted = [...instances].sort((one, other) => other.missPerHour - one.missPerHour);
   const columns = { Instance: "", "In an hour": "figure", "Of a job": "figure" } as const;
-  const conditions = instances.find((it) => it.instance === instance)?.conditions ?? [];
-  return [reasons("No probability", why), table("activities", "Late with a probability of at most", columns, sorted.map(row)), reasons("If", conditions)];
+  const shown = instances.find((it) => it.instance === instance);
+  return [reasons("No probability", why), table("activities", "Late with a probability of at most", columns, sorted.map(row)), reasons("If", shown?.conditions ?? []), reasons("Note", shown?.reason ? [shown.reason] : [])];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {

@@ -2,10 +2,11 @@
 //!
 //! Its parameters are those of `mauve/schedule`, without a level. Of the result, `instances` has the activities with a probability;
 //! `missPerHour` is that of a late job in an hour, `missPerJob` that of one job if no deadline was missed before, or null, and both
-//! hold under the `conditions`. The drawing is that of `instance`: the one that is asked for, otherwise the one that is late with the
-//! greatest probability. Without a drawing, there are `reasons`. `incomplete` is whether a text has syntax errors.
+//! hold under the `conditions`; `figures` has both in words. The drawing is that of `instance`: the one that is asked for, otherwise
+//! the one that is late with the greatest probability. Without a drawing, there are `reasons`. `incomplete` is whether a text has
+//! syntax errors.
 
-use mauve_diagnostics::{late_at_most, miss_conditions};
+use mauve_diagnostics::{late_at_most, miss_conditions, not_independent, probability_rounded_up};
 use mauve_ide::draw_probability;
 use mauve_wcrt::{Query, probabilities_of, response_times};
 use serde_json::{Value, json};
@@ -30,9 +31,11 @@ pub(crate) fn probability(snapshot: &Snapshot, params: &ScheduleParams) -> Resul
             "instance": it.instance.to_string(),
             "missPerHour": found.per_hour,
             "missPerJob": found.per_job,
+            "figures": Vec::from([Some(found.per_hour), found.per_job].map(|it| it.map(probability_rounded_up))),
             "rule": found.rule(),
             "words": late_at_most(found),
             "conditions": miss_conditions(found),
+            "reason": not_independent(found),
             "status": it.verdict.name(),
         })
     });

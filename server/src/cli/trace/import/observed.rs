@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, toml_key};
-use mauve_pwcet::trace::{Observation, SpanKind, TraceReader, Wait, lock_of, port_of};
+use mauve_pwcet::trace::{Observation, Seen, SpanKind, TraceReader, Wait, lock_of, port_of};
 use mauve_timing::{
     LEAST_WORK, Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, UNSUSPICIOUS, digest_of,
 };
@@ -62,7 +62,8 @@ impl Memory {
         }
         for it in observation.finish(reader.names()) {
             let key = it.name.key;
-            let times = ObservedTimes { span: 0..0, executions: it.executions, greatest: it.greatest };
+            let Seen { executions, greatest, later, .. } = it;
+            let times = ObservedTimes { span: 0..0, executions, greatest, later };
             match it.name.kind {
                 SpanKind::Codel => self.add_codel(&mut observed, key, &times, it.wait),
                 SpanKind::Program => observed.programs.entry(key).or_default().add(&times),
@@ -75,7 +76,7 @@ impl Memory {
                         observed.locks.entry((lock.to_owned(), codel.to_owned())).or_default().add(&times);
                     }
                 }
-                SpanKind::Period => {}
+                SpanKind::Period => observed.responses.entry(it.name.instance).or_default().add(&times),
             }
         }
         self.traces.push(observed);
