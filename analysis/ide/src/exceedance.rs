@@ -141,8 +141,10 @@ fn svg(of: &Exceedance) -> String {
         title: format!("{time} at {level}: an execution takes longer with a probability of at most {level}"),
         is_shown: *level == of.shown,
     });
+    let stairs = of.levels.iter().map(|(level, time)| (*time, level.as_f64()));
+    let lines = vec![("curve", String::new(), stairs.collect())];
     let (title, points) = (title(of), points.collect());
-    Plot { title, axis: "execution time in ms", points, deadline: None, curve: &[] }.svg()
+    Plot { title, axis: "execution time in ms", points, deadline: None, lines }.svg()
 }
 
 #[cfg(test)]

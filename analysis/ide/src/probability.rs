@@ -2,12 +2,15 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{late_at_most, miss_conditions, probability_rounded_up};
+use mauve_diagnostics::{late_at_most, miss_conditions, not_independent, probability_rounded_up};
 use mauve_hir::{Decl, ModelDb, Project};
-use mauve_wcrt::{MissProbability, Query, probabilities_of, response_times};
+use mauve_timing::{ObservedTimes, Time};
+use mauve_wcrt::{
+    MissProbability, Query, distribution_of, observed_responses, probabilities_of, response_times, tables_of,
+};
 
 use crate::drawing::Drawing;
-use crate::probability_plot::{Plot, PlotPoint};
+use crate::probability_plot::{Plot, PlotLine, PlotPoint};
 
 /// Draws how probable it is that the activity of this index is late; `None` where that is unknown, or no time depends on the level.
 pub fn draw_probability<'db>(
@@ -24,8 +27,8 @@ pub fn draw_probability<'db>(
     if drawing != Drawing::Svg {
         return Some(text(&title, probability, query));
     }
-    let known = probability.levels.iter().filter_map(|(level, time, late)| Some((level, (*time)?, *late)));
-    let points = known.map(|(level, time, late)| PlotPoint {
+    let known = || probability.levels.iter().filter_map(|(level, time, late)| Some((level, (*time)?, *late)));
+    let points = known().map(|(level, time, late)| PlotPoint {
         time,
         probability: late,
         label: format!("{time} at {level}"),
@@ -35,9 +38,35 @@ pub fn draw_probability<'db>(
         ),
         is_shown: *level == query.level,
     });
-    let (points, axis) = (points.collect(), "response time in ms; probability of a longer one in an hour");
-    let plot = Plot { title, axis, points, deadline: report.deadline, curve: &[] };
-    Some(plot.svg())
+    let distribution = distribution_of(db, project, deployment, activity);
+    let hour = distribution.iter().map(|it| (it.time, it.per_hour));
+    let job = distribution.iter().filter_map(|it| Some((it.time, it.per_job?)));
+    let seen = observed_responses(db, tables_of(db, project, deployment), &report.instance);
+    let observed = format!("observed: at most this share of {} jobs", seen.executions);
+    let levels = known().map(|(_, time, late)| (time, late));
+    let lines = [
+        (
+            "wire",
+            "a job that responds later, in an hour, by the levels of the tables alone".to_owned(),
+            levels.collect(),
+        ),
+        ("curve", "a job that responds later, in an hour".to_owned(), hour.collect()),
+        ("curve call", "one job, if the one before it ended within its period".to_owned(), job.collect()),
+        ("seen", observed, shares(&seen)),
+    ];
+    let lines = lines.into_iter().filter(|(_, _, points): &PlotLine| !points.is_empty());
+    let (points, lines) = (points.collect(), lines.collect());
+    Some(Plot { title, axis: "response time in ms", points, deadline: report.deadline, lines }.svg())
+}
+
+/// Returns the stairs of an observed distribution, which end at the greatest response time.
+fn shares(seen: &ObservedTimes) -> Vec<(Time, f64)> {
+    let share = |number: i32| if number == 0 { 0.5 } else { 10_f64.powi(-number) };
+    let all = seen.later.iter().zip((0..).map(share)).map(|(time, share)| (*time, share));
+    // Of one more job, the recording says nothing.
+    let greatest = (seen.greatest, 1.0 / seen.executions.max(1) as f64);
+    let all = all.chain((seen.executions > 0).then_some(greatest));
+    all.map(|(time, share)| (Time::from_nanos(time), share)).collect()
 }
 
 fn text(title: &str, of: &MissProbability, query: Query) -> String {
@@ -50,5 +79,6 @@ fn text(title: &str, of: &MissProbability, query: Query) -> String {
             writeln!(out, "{:>8}  {time}, longer in an hour with at most {late}{mark}", level.to_string());
     }
     out.extend(miss_conditions(of).iter().map(|it| format!("if {it}\n")));
+    out.extend(not_independent(of).iter().map(|it| format!("{it}\n")));
     out
 }

@@ -12,15 +12,18 @@ pub(crate) struct Plot<'a> {
     pub(crate) title: String,
     /// The label of the axis of times.
     pub(crate) axis: &'a str,
-    /// The stairs, in descending order of probability: between two points, no smaller probability is known than that of the first.
+    /// In descending order of probability.
     pub(crate) points: Vec<PlotPoint>,
     /// A vertical line.
     pub(crate) deadline: Option<Time>,
-    /// A second curve, in descending order of probability.
-    pub(crate) curve: &'a [(Time, f64)],
+    /// Stairs: how they look, what they are, and their points in descending order of probability. Between two of them, no smaller
+    /// probability is known than that of the first.
+    pub(crate) lines: Vec<PlotLine>,
 }
 
-/// A point of the stairs. In the SVG, each has `data-level` with its index.
+pub(crate) type PlotLine = (&'static str, String, Vec<(Time, f64)>);
+
+/// A point with a label. In the SVG, each has `data-level` with its index.
 pub(crate) struct PlotPoint {
     pub(crate) time: Time,
     pub(crate) probability: f64,
@@ -40,45 +43,21 @@ const LEAST: f64 = 1e-13;
 
 impl Plot<'_> {
     pub(crate) fn svg(&self) -> String {
-        let probabilities =
-            self.points.iter().map(|it| it.probability).chain(self.curve.iter().map(|it| it.1));
-        let decades = probabilities.map(|it| -it.max(LEAST).log10()).fold(1.0, f64::max).ceil();
+        let all = || self.lines.iter().flat_map(|it| &it.2).copied();
+        let decades = all().map(|(_, it)| -it.max(LEAST).log10()).fold(1.0, f64::max).ceil();
         let height = (decades * 34.0).clamp(170.0, 420.0);
-        let times =
-            self.points.iter().map(|it| it.time).chain(self.deadline).chain(self.curve.iter().map(|it| it.0));
+        let times = all().map(|it| it.0).chain(self.deadline);
         let greatest = times.map(|it| it.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
         // At most ten marks.
         let step = step(greatest / 9.0);
         let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
         let x = |time: Time| LEFT + WIDTH * time.as_f64(Unit::Milliseconds) / end;
         let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
-        let size =
-            ((LEFT + WIDTH + 60.0).max(text_width(&self.title, 14.0, true) + 48.0), TOP + height + 64.0);
-        let mut out = svg_head(size, "x=\"24\" y=\"30\"", &self.title);
-        for decade in 0..=decades as u32 {
-            let at = number(y(10_f64.powi(-(decade as i32))));
-            let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
-            let _ = writeln!(
-                out,
-                "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
-                 text-anchor=\"end\">{label}</text>",
-                number(LEFT),
-                number(LEFT + WIDTH),
-                number(LEFT - 10.0),
-            );
-        }
-        for tick in 0..=(end / step).round() as u32 {
-            let value = Time::from_nanos((f64::from(tick) * step * 1e6).round() as u64);
-            let _ = writeln!(
-                out,
-                "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-                number(TOP),
-                number(TOP + height),
-                number(TOP + height + 20.0),
-                value.number(),
-                x = number(x(value)),
-            );
-        }
+        let legend = self.legend(TOP + height + 70.0);
+        let width = (LEFT + WIDTH + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
+        let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
+        let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
+        out += &grid(decades, height, (end, step));
         let _ = writeln!(
             out,
             "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
@@ -87,46 +66,93 @@ impl Plot<'_> {
             svg_text(self.axis),
         );
         if let Some(deadline) = self.deadline {
+            let (x, top, bottom) = (number(x(deadline)), number(TOP), number(TOP + height));
+            let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x} {top}V{bottom}\"/>");
+        }
+        for (class, _, points) in &self.lines {
+            let to = |(time, probability): &(Time, f64)| {
+                format!("H{}V{}", number(x(*time)), number(y(*probability)))
+            };
+            let curve: String = points.iter().map(to).collect();
+            // What was observed ends with the greatest.
+            let end = if *class == "seen" { String::new() } else { format!("H{}", number(LEFT + WIDTH)) };
             let _ = writeln!(
                 out,
-                "<path class=\"deadline\" d=\"M{at} {}V{}\"/><text class=\"soft\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">deadline</text>",
-                number(TOP),
-                number(TOP + height),
-                number(TOP - 6.0),
-                at = number(x(deadline)),
+                "<path class=\"{class}\" d=\"M{} {}{curve}{end}\"/>",
+                number(LEFT),
+                number(TOP)
             );
-        }
-        let stairs: Vec<(Time, f64)> = self.points.iter().map(|it| (it.time, it.probability)).collect();
-        for (class, points) in [("curve", stairs.as_slice()), ("wire call", self.curve)] {
-            let mut curve = String::new();
-            for (time, probability) in points {
-                if curve.is_empty() {
-                    curve = format!("M{} {}", number(LEFT), number(TOP));
-                }
-                let _ = write!(curve, "H{}V{}", number(x(*time)), number(y(*probability)));
-            }
-            if !curve.is_empty() {
-                let _ = writeln!(out, "<path class=\"{class}\" d=\"{curve}H{}\"/>", number(LEFT + WIDTH));
-            }
         }
         for (index, point) in self.points.iter().enumerate() {
             let (at, down) = (x(point.time), y(point.probability));
             // To the left of the curve, where there is room.
             let has_room = at - LEFT > text_width(&point.label, 12.0, true) + 16.0;
             let (label_x, anchor) = if has_room { (at - 9.0, "end") } else { (at + 9.0, "start") };
+            // One label at a height.
+            let is_near = |(other, it): (usize, &PlotPoint)| {
+                (other > index || it.is_shown) && (y(it.probability) - down).abs() < 14.0
+            };
+            let is_hidden = !point.is_shown && self.points.iter().enumerate().any(is_near);
+            let label = if is_hidden { String::new() } else { svg_text(&point.label) };
             let shown = if point.is_shown { " worst" } else { "" };
             let _ = writeln!(
                 out,
                 "<g class=\"level{shown}\" data-level=\"{index}\"><title>{}</title><circle class=\"tip\" cx=\"{}\" cy=\"{}\" \
-                 r=\"4.5\"/><text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{}</text></g>",
+                 r=\"4.5\"/><text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{label}</text></g>",
                 svg_text(&point.title),
                 number(at),
                 number(down),
                 number(label_x),
                 number(down - 6.0),
-                svg_text(&point.label),
             );
         }
+        out.extend(legend);
         out + "</svg>\n"
     }
+
+    /// Returns a row for each line, where there are several.
+    fn legend(&self, top: f64) -> Vec<String> {
+        let lines = self.lines.iter().map(|(class, words, _)| (*class, words.as_str()));
+        let deadline = self.deadline.map(|_| ("deadline", "deadline"));
+        let row = |(number, (class, words)): (u32, (&str, &str))| {
+            let y = top + 20.0 * f64::from(number);
+            format!(
+                "<path class=\"{class}\" d=\"M{LEFT} {y}h30\"/><text class=\"soft\" x=\"{}\" y=\"{y}\" dy=\"4\">{}</text>\n",
+                LEFT + 40.0,
+                svg_text(words),
+            )
+        };
+        let rows = lines.chain(deadline).filter(|_| self.lines.len() > 1);
+        (0..).zip(rows).map(row).collect()
+    }
+}
+
+/// Returns lines for the decades of probability, and for the times up to `end`.
+fn grid(decades: f64, height: f64, (end, step): (f64, f64)) -> String {
+    let mut out = String::new();
+    for decade in 0..=decades as u32 {
+        let at = number(TOP + height * f64::from(decade) / decades);
+        let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
+             text-anchor=\"end\">{label}</text>",
+            number(LEFT),
+            number(LEFT + WIDTH),
+            number(LEFT - 10.0),
+        );
+    }
+    for tick in 0..=(end / step).round() as u32 {
+        let value = f64::from(tick) * step;
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            number(TOP),
+            number(TOP + height),
+            number(TOP + height + 20.0),
+            Time::from_nanos((value * 1e6).round() as u64).number(),
+            x = number(LEFT + WIDTH * value / end),
+        );
+    }
+    out
 }
