@@ -333,6 +333,26 @@ async function checkOthers({ page, expect, command, openAt, model }) {
   await expect("the drawing as SVG, copied", copied, (text) => text.startsWith("<svg ") && text.includes("navigation"));
   await command("View: Close All Editors");
 
+  await openAt("deployment.mal", "activity hokuyo");
+  await command("MAUVE: Show Probability of a Late Job");
+  const probability = () => seen(page, "probability");
+  const late = (words) => (it) => it?.headline === `✓ hokuyo: late at most ${words} times an hour` && it.drawing.includes("1e-9") && it.drawing.includes("a job that responds later, in an hour") && it.rows.some((row) => row.startsWith(`hokuyo${words}`));
+  await expect("how probable it is that the activity at the cursor is late", probability, late("1.5e-4"));
+  const plot = await frameOf(page, "probability");
+  await expect("texts of the drawing, none over another", () => plot.evaluate(misplaced), ({ texts, found }) => texts > 15 && found.length === 0);
+  // With twice the period, half as many jobs.
+  await openAt("deployment.mal", "100   deadline = 100 }");
+  for (let key = 0; key < 3; key++) {
+    await page.keyboard.press("Delete");
+  }
+  await page.keyboard.type("200", { delay: 20 });
+  await expect("another period, another probability", probability, (it) => it.mark === "" && /^✓ hokuyo: late at most \S+ times an hour$/.test(it.headline) && !late("1.5e-4")(it));
+  await command("File: Revert File");
+  await expect("the probability as before", probability, late("1.5e-4"));
+  await plot.selectOption("select", "navigation");
+  await expect("another activity that is chosen", probability, (it) => it.headline.endsWith("navigation: late at most 2.9e-4 times an hour"));
+  await command("View: Close All Editors");
+
   appendFileSync(path.join(model, "mauve.toml"), `
 [chains.avoid]
 from = "drivers.hokuyo_sweep"
@@ -379,6 +399,7 @@ async function checkThemes({ page, expect, command, openAt, model }) {
     ["architecture", "deployment.mal", "activity hokuyo", "MAUVE: Show Architecture"],
     ["stateMachine", "components/navigation.mal", "component Navigation", "MAUVE: Show State Machine"],
     ["schedule", "deployment.mal", "activity navigation", "MAUVE: Show Schedule"],
+    ["probability", "deployment.mal", "activity navigation", "MAUVE: Show Probability of a Late Job"],
     ["chains", "deployment.mal", "deployment P3dxDeployment", "MAUVE: Show Chains"],
     ["executionTimes", "components/navigation_shell.mal", "astar", "MAUVE: Show Execution Times"],
   ];
