@@ -75,7 +75,8 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       const ask = (of: Subject) => named(request, "mauve/probability", "deployment", of, (it: Probability) => it.deployment);
       const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
       const choices = answer.instances.map(({ instance, words }) => ({ label: `${instance}: ${words}`, value: instance }));
-      const instance = answer.instance ?? subject.instance;
+      // While it is typed, an activity may have no probability: then another one is shown, and not kept.
+      const instance = subject.instance ?? answer.instance ?? undefined;
       return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
     },
     choose: (subject, instance) => ({ ...subject, instance }),
