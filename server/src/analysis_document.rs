@@ -336,7 +336,7 @@ fn activity_document(
         [interference_left]: Some(interference_left).filter(|left| *left > 0),
         // Codels that no table has, with the times that `[assume]` gives them.
         [assumed]: non_empty(assumed),
-        // Only with `--probability`: how probable a late job is, at most, in an hour and, if no deadline was missed before, of one job.
+        // Only with `--probability`: how probable a late job is, at most: in an hour, and one after a job that was not late.
         [probability]: probability.map(|(it, distribution)| {
             let later = |it: &LaterThan| {
                 object! {

@@ -58,7 +58,7 @@ fn the_curve_has_the_levels_and_the_deadline() {
         "teleop of P3dxDeployment: late at most 9.4e-4 times an hour",
         ">deadline<",
         ">a job that responds later, in an hour<",
-        ">one job, if the one before it ended within its period<",
+        ">one job, and the one before it ended within its period<",
         ">a job that responds later, in an hour, by the levels of the tables alone<",
         "70 ms at 1e-4",
         "data-level=\"0\"",

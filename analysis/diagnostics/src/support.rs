@@ -44,7 +44,7 @@ pub fn miss_conditions(of: &MissProbability) -> Vec<String> {
         "each execution exceeds its times at most as probably as the tables say{independently}"
     ));
     if of.per_job.is_some() {
-        all.push("for one job, the job before it was not late".to_owned());
+        all.push("for one job, late ones right after a late one do not count".to_owned());
     }
     all
 }

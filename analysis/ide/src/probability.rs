@@ -51,7 +51,7 @@ pub fn draw_probability<'db>(
             levels.collect(),
         ),
         ("curve", "a job that responds later, in an hour".to_owned(), hour.collect()),
-        ("curve call", "one job, if the one before it ended within its period".to_owned(), job.collect()),
+        ("curve call", "one job, and the one before it ended within its period".to_owned(), job.collect()),
         ("seen", observed, shares(&seen)),
     ];
     let lines = lines.into_iter().filter(|(_, _, points): &PlotLine| !points.is_empty());

@@ -14,7 +14,7 @@
 //! \[kL, (k + 2)L), of which a mission of length X has at most X/L + 1. So P(a late job) ≤ (X/L + 1)·P(the jobs of a window of 2L have a
 //! total excess of more than Δ).
 //!
-//! **One job** with the nominal instant N, if the job before it was not late. That one ended by N if D ≤ T. If no other task has its
+//! **One job** with the nominal instant N is late, and the job before it was not. That one ended by N if D ≤ T. If no other task has its
 //! priority, nothing of H was open at its end: a busy interval with N begins after N − T, at N + J at the latest. So the job is late
 //! only if the jobs that are released in \[N − T, N + J + L) have a total excess of more than Δ. Nothing less will do: that no
 //! job was late before says nothing of how long others have been executing (T = 10, an execution of 1, or of 109 with 1e-3, above
@@ -56,7 +56,7 @@ pub struct Lateness {
     pub window: Time,
     /// The probability that more occurs within two windows.
     pub probability: f64,
-    /// The probability that a job is late, if the job of the task before it was not. `None` if the task is not released every T, has
+    /// The probability that a job is late, and the job of the task before it was not. `None` if the task is not released every T, has
     /// a deadline beyond T, or shares its priority.
     pub per_job: Option<f64>,
 }

@@ -29,7 +29,7 @@ use crate::timetable::timetable_of;
 pub struct MissProbability {
     /// At most so probable is a late job in an hour that begins without unfinished jobs.
     pub per_hour: f64,
-    /// The same of one job, if the job of the activity before it was not late. Only the rule of excess gives it, for periodic activities,
+    /// The same of one job that is late after one that was not. Only the rule of excess gives it, for periodic activities,
     /// also where the other rule gives the figure of the hour.
     pub per_job: Option<f64>,
     /// The rarest level at which the deadline is met.
@@ -52,7 +52,7 @@ pub struct LaterThan {
     pub time: Time,
     /// At most so probable is it in an hour that begins without unfinished jobs.
     pub per_hour: f64,
-    /// The same of one job, if the job of the activity before it ended within its period.
+    /// The same of one job, while the job of the activity before it ended within its period.
     pub per_job: Option<f64>,
 }
 

@@ -1,7 +1,7 @@
 //! `mauve/probability`: how probable it is that activities of a deployment are late.
 //!
 //! Its parameters are those of `mauve/schedule`, without a level. Of the result, `instances` has the activities with a probability;
-//! `missPerHour` is that of a late job in an hour, `missPerJob` that of one job if no deadline was missed before, or null, and both
+//! `missPerHour` is that of a late job in an hour, `missPerJob` that of one job that is late after one that was not, or null, and both
 //! hold under the `conditions`; `figures` has both in words. The drawing is that of `instance`: the one that is asked for, otherwise
 //! the one that is late with the greatest probability. Without a drawing, there are `reasons`. `incomplete` is whether a text has
 //! syntax errors.
