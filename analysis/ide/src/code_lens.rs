@@ -2,7 +2,6 @@
 //! deployment; the chains of an architecture; the instances and the state machine of a component; the implementation of a codel.
 //! Other figures are in hints.
 
-use std::cell::LazyCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -77,8 +76,6 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
         return Vec::new();
     }
     let mut found = Vec::new();
-    let deployed =
-        LazyCell::new(|| project.map(|it| deployments_by_architecture(db, it)).unwrap_or_default());
     for &decl in declarations(db, file).all.iter().filter(|decl| !decl.name(db).is_empty()) {
         let range = Location::name_of(decl).range(db);
         let mut add = |title: String, action| found.push(CodeLens { range, title, action });
@@ -110,8 +107,7 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
                 }
             }
             Kind::Architecture => {
-                let deployments = deployed.get(&decl).map_or(&[] as &[_], Vec::as_slice);
-                let titles = project.map_or_else(Vec::new, |project| chains(db, project, deployments));
+                let titles = project.map_or_else(Vec::new, |project| chains(db, project, decl));
                 titles.into_iter().for_each(|title| add(title, LensAction::Draw(LensDrawing::Chains)));
             }
             Kind::Use | Kind::Shell | Kind::Core => {}
@@ -120,23 +116,11 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
     found
 }
 
-/// Returns the deployments of each architecture.
-fn deployments_by_architecture<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> HashMap<Decl<'db>, Vec<Decl<'db>>> {
-    let mut found: HashMap<Decl<'db>, Vec<Decl<'db>>> = HashMap::new();
-    for (deployment, flat) in deployments(db, project) {
-        if let Some(&architecture) = flat.architectures.first() {
-            found.entry(architecture).or_default().push(deployment);
-        }
-    }
-    found
-}
-
-/// Returns titles such as `5 chains: 3 have a latency, 1 late`, one for each of these deployments of an architecture where they differ.
-fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployments: &[Decl<'db>]) -> Vec<String> {
-    let title = |&deployment: &Decl<'db>| {
+/// Returns titles such as `5 chains: 3 have a latency, 1 late`, one for each deployment of an architecture where they differ.
+fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<String> {
+    let own =
+        deployments(db, project).into_iter().filter(|(_, flat)| flat.architectures.first() == Some(&of));
+    let title = |(deployment, _): (Decl<'db>, _)| {
         let chains = chains_of(db, project, deployment, Query::shown(db, project, deployment));
         let known = chains.all.iter().filter(|it| it.latency.is_some()).count();
         let late = chains.all.iter().filter(|it| it.latency.is_some() && !it.is_within_limit());
@@ -152,7 +136,7 @@ fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployments: &[Decl<
         };
         Some((title, deployment.name(db)))
     };
-    let titles: Vec<(String, &Name)> = deployments.iter().filter_map(title).collect();
+    let titles: Vec<(String, &Name)> = own.filter_map(title).collect();
     match titles.first() {
         Some((first, _)) if titles.iter().all(|(title, _)| title == first) => vec![first.clone()],
         _ => titles.into_iter().map(|(title, name)| format!("{name}: {title}")).collect(),

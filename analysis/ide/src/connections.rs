@@ -38,6 +38,12 @@ pub(crate) fn deployments<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
 ) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
-    let all = names_of(db, project).of_kind(db, Kind::Deployment);
-    all.filter_map(|of| Some((of, flat_of(db, project, target_of(db, project, of)?)))).collect()
+    let flat = |of: Decl<'db>| Some((of, flat_of(db, project, target_of(db, project, of)?)));
+    deployments_of(db, project).iter().filter_map(|of| flat(*of)).collect()
+}
+
+/// A query of its own: each architecture asks for it, and there may be thousands.
+#[salsa::tracked(returns(ref))]
+fn deployments_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Decl<'db>> {
+    names_of(db, project).of_kind(db, Kind::Deployment).collect()
 }
