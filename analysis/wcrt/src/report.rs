@@ -61,7 +61,8 @@ pub fn level_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Level {
         all.map(|deployment| Query::shown(db, project, deployment).level).min()
     };
     let selected = project.workspace(db).significance(db);
-    let chosen = || of_deployments().filter(|_| config.has_required());
+    // Without `required`, each deployment has the same level.
+    let chosen = || config.has_required().then(of_deployments).flatten();
     selected.or_else(chosen).unwrap_or_else(|| config.level())
 }
 
