@@ -134,6 +134,16 @@ fn section(section: &Section) -> String {
             let example = r#"{ "Sea": { "accept": { "planner": "measured by hand" } } }"#;
             vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
         }
+        Entries::Hosts(keys) => {
+            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let example = r#"{ "eyes": { "activities": ["camera", "tracker"], "cpus": 4 } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
+        Entries::Links(keys) => {
+            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let example = r#"{ "eyes-brain": { "latency": "2 ms" } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
         Entries::Locks(keys) => {
             let mut keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
             let required = REQUIRED_OF_LOCK.map(|name| format!("\"{name}\"")).join(", ");
@@ -251,6 +261,22 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
             let members = vec![
                 "\"type\": \"object\"".to_owned(),
                 deployments,
+                format!("\"examples\": {}", key.examples),
+            ];
+            return property(depth, key.name, key.documentation, &members);
+        }
+        KeyKind::Gateway(_, keys) => {
+            let mut members =
+                closed(depth + 1, keys.iter().map(|key| configuration_key(depth + 2, key)).collect());
+            members.push(format!("\"examples\": {}", key.examples));
+            return property(depth, key.name, key.documentation, &members);
+        }
+        KeyKind::Topics(_, keys) => {
+            let topic = closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
+            let name = "{ \"type\": \"string\" }";
+            let members = vec![
+                "\"type\": \"object\"".to_owned(),
+                format!("\"additionalProperties\": {{ \"anyOf\": [{name}, {{\n{}\n}}] }}", topic.join(",\n")),
                 format!("\"examples\": {}", key.examples),
             ];
             return property(depth, key.name, key.documentation, &members);

@@ -70,6 +70,14 @@ fn the_reference_has_every_key() {
                                 names(below).iter().map(|it| format!("[{name}.{}.NAME] {it}", key.name)),
                             );
                         }
+                        KeyKind::Gateway(_, below) => {
+                            keys.extend(names(below).iter().map(|it| format!("[{name}.{}] {it}", key.name)));
+                        }
+                        KeyKind::Topics(_, below) => {
+                            keys.extend(
+                                names(below).iter().map(|it| format!("[{name}.{}.PORT] {it}", key.name)),
+                            );
+                        }
                         _ => keys.push(format!("[{name}] {}", key.name)),
                     }
                 }
@@ -79,6 +87,12 @@ fn the_reference_has_every_key() {
                 keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
             }
             Entries::Types(below) => keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}"))),
+            Entries::Hosts(below) => {
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
+            Entries::Links(below) => {
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
             Entries::Locks(below) => {
                 keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
             }

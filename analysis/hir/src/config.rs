@@ -11,6 +11,8 @@ use std::ops::Range;
 
 use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError, Unit};
 
+use keys::Located;
+
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
@@ -70,10 +72,91 @@ pub struct Config {
     pub deployments: BTreeMap<String, DeploymentConfig>,
     /// `[chains]`
     pub chains: Vec<Chain>,
+    /// `[ros2]`, if the section is there.
+    pub ros2: Option<Ros2Config>,
+    /// `[host.…]`: the computers that the activities run on, in the order of the text; none: all run on one.
+    pub hosts: Vec<HostConfig>,
+    /// `[link.…]`: networks between hosts.
+    pub links: Vec<LinkConfig>,
+    /// `[clocks] ptp`: by how much the clocks of two hosts differ, at most; if absent, they are not synchronised.
+    pub ptp: Option<Time>,
     /// The errors.
     pub errors: Vec<Mistake>,
     /// Whether the values that response times depend on are known: a misplaced key may belong to a missing header.
     pub completeness: Completeness,
+}
+
+/// `[ros2]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Ros2Config {
+    /// The range of the name of the section.
+    pub span: Range<usize>,
+    /// `domain`; if absent, 0.
+    pub domain: Option<u32>,
+    /// `discovery`: whether other computers are found; if absent, they are not.
+    pub is_on_subnet: bool,
+    /// `namespace`, such as `/uav`; if absent, none.
+    pub namespace: Option<Located>,
+    /// `gateway`
+    pub gateway: GatewayConfig,
+    /// `topics`: those of `instance.port`, in the order of the text.
+    pub topics: Vec<TopicConfig>,
+}
+
+/// `gateway = { priority = 20, period = "1 ms", cpus = [1] }`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct GatewayConfig {
+    /// The range of the key.
+    pub span: Range<usize>,
+    /// Its priority, 2 to 99: that of the threads of the middleware is one less.
+    pub priority: Option<u32>,
+    /// Its period.
+    pub period: Option<Time>,
+    /// The CPUs that it may run on, with their range.
+    pub cpus: Option<(CpuSet, Range<usize>)>,
+}
+
+/// `"pilot.command" = { name = "/cmd_vel", reliability = "best-effort", depth = 1 }`, or its name alone.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TopicConfig {
+    /// `instance.port`, with its range.
+    pub port: Located,
+    /// `name`: absolute, or below the namespace; if absent, `instance/port`.
+    pub name: Option<Located>,
+    /// `reliability`: whether samples may be lost.
+    pub is_best_effort: bool,
+    /// `durability`: whether those who join late get the last samples.
+    pub is_transient_local: bool,
+    /// `depth`: how many samples are kept; if absent, 1.
+    pub depth: Option<u32>,
+    /// `max_bytes`: the greatest size of a sample; if absent, 1 MiB.
+    pub max_bytes: Option<u32>,
+}
+
+/// `[host.eyes]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct HostConfig {
+    /// Its name.
+    pub name: String,
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `activities`: the instances that run on it, with their ranges.
+    pub activities: Vec<Located>,
+    /// `cpus`
+    pub cpus: Option<u32>,
+    /// `tables`: its timing tables, instead of those of `[timing]`; globs from the configuration's folder.
+    pub tables: Vec<Located>,
+}
+
+/// `[link."eyes-brain"]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LinkConfig {
+    /// Its name: two hosts, joined by `-`.
+    pub name: String,
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `latency`: the most time from a write on one host to its arrival on the other.
+    pub latency: Option<Time>,
 }
 
 /// A C++ type that no message package declares.

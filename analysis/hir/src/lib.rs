@@ -32,6 +32,7 @@
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
+//! | `ros2.rs` | the topics of ROS 2 of a deployment, and the hosts of its instances |
 //! | `flat.rs`, `link.rs` | an architecture with its imports; a connection of it |
 //! | `settings.rs`, `wiring.rs` | values of properties; types and directions of connections, unconnected features |
 //! | `declared.rs`, `configured.rs` | checks of declared names and types, unused declarations; checks of `mauve.toml` |
@@ -75,6 +76,7 @@ mod program_id;
 mod project;
 mod ranges;
 mod resolve;
+mod ros2;
 mod semantics;
 mod settings;
 mod severity;
@@ -97,8 +99,9 @@ pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
-    Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, Maintainer,
-    Mistake, MistakeKind, Required, keys as config_keys, toml_key,
+    Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, GatewayConfig,
+    HostConfig, LinkConfig, Maintainer, Mistake, MistakeKind, Required, Ros2Config, TopicConfig,
+    keys as config_keys, toml_key,
 };
 pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, required_of, section_with_tables,
@@ -130,6 +133,7 @@ pub use project::{
 };
 pub use ranges::{DeclarationMap, SourceMap};
 pub use resolve::{Binding, Callee, VariableId};
+pub use ros2::{Ros2, Topic, TopicOrigin, TopicType, ros2_of};
 pub use semantics::{
     FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,
     likely_shell_of,

@@ -9,7 +9,8 @@ use mauve_timing::{CpuSet, Level, Protocol, Time};
 use super::cpp::is_cpp_type;
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
-    LockConfig, OtherConfig, Required, is_header, maintainer_of,
+    GatewayConfig, HostConfig, LinkConfig, LockConfig, OtherConfig, Required, Ros2Config, TopicConfig,
+    is_header, maintainer_of,
 };
 use crate::activity_field::GREATEST_BURST;
 use crate::severity::Severity;
@@ -33,6 +34,10 @@ pub enum Entries {
     Deployments(&'static [Key<DeploymentConfig>]),
     /// A section for each lock, such as `[locks.bus]`, with these keys.
     Locks(&'static [Key<LockConfig>]),
+    /// A section for each host, such as `[host.eyes]`, with these keys.
+    Hosts(&'static [Key<HostConfig>]),
+    /// A section for each link, such as `[link."eyes-brain"]`, with these keys.
+    Links(&'static [Key<LinkConfig>]),
     /// Keys, and a section for each clock, such as `[clocks.base]`, with the others.
     Clocks(&'static [Key<Config>], &'static [Key<ClockConfig>]),
     /// A section for each chain, such as `[chains.avoid]`, with these keys; or a list of ports.
@@ -106,6 +111,10 @@ pub enum KeyKind<T> {
         &'static [Key<DeploymentTables>],
         &'static str,
     ),
+    /// A table with these keys, such as that of the gateway.
+    Gateway(Field<T, GatewayConfig>, &'static [Key<GatewayConfig>]),
+    /// A table of ports, each with the name of its topic or a table with these keys.
+    Topics(Field<T, Vec<TopicConfig>>, &'static [Key<TopicConfig>]),
     /// An integer between two bounds, inclusive.
     Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
     /// `true` or `false`.
@@ -135,7 +144,7 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 
 /// The sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would put each field on its own line.
-pub static SECTIONS: [Section; 11] = [
+pub static SECTIONS: [Section; 14] = [
     Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
         Key { name: "root", kind: KeyKind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
             documentation: "The model that includes all others, from the folder of mauve.toml." },
@@ -230,6 +239,9 @@ pub static SECTIONS: [Section; 11] = [
         Key { name: "synchronised", kind: KeyKind::Instances(|it| &mut it.synchronised), default: None,
             examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Instances whose activities have one clock: each is released at its offset in every \
                             period, counted from one instant. Without this, the phases of their releases are unknown." },
+        Key { name: "ptp", kind: KeyKind::Time(|it| &mut it.ptp), default: None, examples: r#"["20 us"]"#,
+            documentation: "By how much the clocks of two hosts differ, at most, with its unit: ns, us, ms or s. It counts as jitter \
+                            of activities whose clock spans hosts. Without it, no clock does." },
     ], &[
         Key { name: "instances", kind: KeyKind::Instances(|it| &mut it.instances), default: None,
             examples: r#"[["camera", "tracker"]]"#, documentation: "Instances whose activities have this clock, as those of \
@@ -258,6 +270,85 @@ pub static SECTIONS: [Section; 11] = [
     ]), documentation: "Locks that several codels take, by their names: they delay activities of higher priority." },
     Section { name: "chains", summary: "how long data may take", entries: Entries::Chains(&CHAIN),
         documentation: "How long data may take from a sensor to an actuator, by the name of the chain." },
+    Section { name: "ros2", summary: "topics of ROS 2", entries: Entries::Keys(&[
+        Key { name: "domain", kind: KeyKind::Integer(0, 232, |it| &mut ros2(it).domain), default: Some("0"), examples: "[0]",
+            documentation: "The domain. The variable ROS_DOMAIN_ID takes precedence." },
+        Key { name: "discovery", kind: KeyKind::Text {
+                store: |it, text| {
+                    ros2(it).is_on_subnet = text == "subnet";
+                    matches!(text, "localhost" | "subnet").then_some(())
+                },
+                expected: r#"is "localhost" or "subnet""#, pattern: "^(localhost|subnet)$", usual: &["localhost", "subnet"],
+            }, default: Some("\"localhost\""), examples: r#"["localhost", "subnet"]"#,
+            documentation: "Whom the robot finds, and who finds it: programs of this computer, or of the local network." },
+        Key { name: "namespace", kind: KeyKind::Names { store: |it, names| ros2(it).namespace = names.into_iter().next(),
+                parts: (1, 1), is_list: false, expected: r#"is a namespace, such as "/uav""#, suggestions: Suggestions::Words(&[]) },
+            default: None, examples: r#"["/uav"]"#, documentation: "What stands before the names of all topics but absolute ones." },
+        Key { name: "gateway", kind: KeyKind::Gateway(|it| &mut ros2(it).gateway, &GATEWAY), default: None,
+            examples: r#"[{ "priority": 20, "period": "1 ms", "cpus": [1] }]"#,
+            documentation: "The activity that moves samples between the ports and the topics. The threads of the middleware have its \
+                            CPUs, and a priority one lower." },
+        Key { name: "topics", kind: KeyKind::Topics(|it| &mut ros2(it).topics, &TOPIC), default: None,
+            examples: r#"[{ "camera.frame": "/image_raw", "pilot.command": { "name": "/cmd_vel", "reliability": "best-effort" } }]"#,
+            documentation: "The topics of ports, each with its name or with its properties. Ports without a connection whose types are \
+                            messages are topics, /namespace/instance/port, without an entry." },
+    ]), documentation: "Topics of ROS 2: `mauve run --ros2`, `mauve generate --ros2`." },
+    Section { name: "host", summary: "a computer of the robot", entries: Entries::Hosts(&[
+        Key { name: "activities", kind: KeyKind::Instances(|it| &mut it.activities), default: None,
+            examples: r#"[["camera", "tracker"]]"#, documentation: "The instances that run on it." },
+        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut it.cpus), default: None, examples: "[4]",
+            documentation: "How many CPUs it has." },
+        Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["eyes.toml"]]"#,
+            documentation: "The timing tables that were measured on it, instead of those of `[timing]`." },
+    ]), documentation: "The computers that the robot runs on, by their names. Priorities and CPUs are those of each. Without \
+                        any, all runs on one." },
+    Section { name: "link", summary: "a network between two hosts", entries: Entries::Links(&[
+        Key { name: "latency", kind: KeyKind::Time(|it| &mut it.latency), default: None, examples: r#"["2 ms"]"#,
+            documentation: "The most time from a write on one host to the arrival on the other: an assumption." },
+    ]), documentation: "What the network between two hosts takes, by their names, such as [link.\"eyes-brain\"]." },
+];
+
+fn ros2(config: &mut Config) -> &mut Ros2Config {
+    config.ros2.get_or_insert_default()
+}
+
+/// The keys of `[ros2] gateway`.
+#[rustfmt::skip]
+static GATEWAY: [Key<GatewayConfig>; 3] = [
+    Key { name: "priority", kind: KeyKind::Integer(2, 99, |it| &mut it.priority), default: None, examples: "[20]",
+        documentation: "Its priority, as that of an activity, 2 to 99." },
+    Key { name: "period", kind: KeyKind::Period(|it| &mut it.period), default: None, examples: r#"["1 ms"]"#,
+        documentation: "Its period, with its unit: ns, us, ms or s." },
+    Key { name: "cpus", kind: KeyKind::Cpus(|it| &mut it.cpus), default: None, examples: "[[1]]",
+        documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
+];
+
+/// The keys of a topic of `[ros2] topics`.
+#[rustfmt::skip]
+static TOPIC: [Key<TopicConfig>; 5] = [
+    Key { name: "name", kind: KeyKind::Names { store: |it, names| it.name = names.into_iter().next(), parts: (1, 1), is_list: false,
+            expected: "is the name of a topic, such as \"/image_raw\"", suggestions: Suggestions::Words(&[]) }, default: None,
+        examples: r#"["/image_raw"]"#, documentation: "Its name; below the namespace unless it begins with `/`." },
+    Key { name: "reliability", kind: KeyKind::Text {
+            store: |it, text| {
+                it.is_best_effort = text == "best-effort";
+                matches!(text, "reliable" | "best-effort").then_some(())
+            },
+            expected: r#"is "reliable" or "best-effort""#, pattern: "^(reliable|best-effort)$", usual: &["reliable", "best-effort"],
+        }, default: Some("\"reliable\""), examples: r#"["best-effort"]"#, documentation: "Whether samples that are lost are sent again." },
+    Key { name: "durability", kind: KeyKind::Text {
+            store: |it, text| {
+                it.is_transient_local = text == "transient-local";
+                matches!(text, "volatile" | "transient-local").then_some(())
+            },
+            expected: r#"is "volatile" or "transient-local""#, pattern: "^(volatile|transient-local)$",
+            usual: &["volatile", "transient-local"],
+        }, default: Some("\"volatile\""), examples: r#"["transient-local"]"#,
+        documentation: "Whether those who join late get the last samples." },
+    Key { name: "depth", kind: KeyKind::Integer(1, 1000, |it| &mut it.depth), default: Some("1"), examples: "[1]",
+        documentation: "How many samples are kept, and moved in a period of the gateway at most." },
+    Key { name: "max_bytes", kind: KeyKind::Integer(1, 1 << 30, |it| &mut it.max_bytes), default: Some("1048576"), examples: "[2000000]",
+        documentation: "The greatest size of a sample: greater ones are dropped and counted." },
 ];
 
 /// The keys of `[chains.…]`.
@@ -365,6 +456,8 @@ impl Entries {
             Entries::Clocks(..) => with("`instances`"),
             Entries::Deployments(_) => with("`accept` or `required`"),
             Entries::Locks(_) => with("`codels` and `protocol`"),
+            Entries::Hosts(_) => with("`activities`"),
+            Entries::Links(_) => with("`latency`"),
             Entries::Chains(_) => with("`from` and `to`"),
             Entries::Lints => {
                 r#"has an invalid severity: expected "allow", "hint", "warn" or "error""#.to_owned()
@@ -399,6 +492,10 @@ impl<T> KeyKind<T> {
             KeyKind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
             KeyKind::DeploymentTables(..) => {
                 "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"
+            }
+            KeyKind::Gateway(..) => "is a table, such as { priority = 20, period = \"1 ms\", cpus = [1] }",
+            KeyKind::Topics(..) => {
+                "is a table of ports, each with the name of its topic, such as { \"camera.frame\" = \"/image_raw\" }"
             }
             KeyKind::Integer(from, to, _) => return format!("is a whole number from {from} to {to}"),
             KeyKind::Boolean(_) => "is true or false",
@@ -441,6 +538,8 @@ impl<T> KeyKind<T> {
             | KeyKind::Cpus(_)
             | KeyKind::CpuSets(..)
             | KeyKind::Others(..)
+            | KeyKind::Gateway(..)
+            | KeyKind::Topics(..)
             | KeyKind::DeploymentTables(..) => Suggestions::Words(&[]),
         }
     }
@@ -527,12 +626,16 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
         Some(Entries::Keys(keys)) => match keys.iter().find(|it| it.name == name).map(|it| &it.kind) {
             Some(KeyKind::Others(_, keys, _)) if below.is_empty() => all(keys),
             Some(KeyKind::DeploymentTables(_, keys, _)) if !below.is_empty() => all(keys),
+            Some(KeyKind::Gateway(_, keys)) if below.is_empty() => all(keys),
+            Some(KeyKind::Topics(_, keys)) if !below.is_empty() => all(keys),
             _ => Vec::new(),
         },
         Some(Entries::Clocks(keys, _)) if rest.is_empty() => all(keys),
         Some(Entries::Clocks(_, keys)) => all(keys),
         Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Locks(keys)) if !rest.is_empty() => all(keys),
+        Some(Entries::Hosts(keys)) if !rest.is_empty() => all(keys),
+        Some(Entries::Links(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Chains(keys)) if !rest.is_empty() => all(keys),
         Some(Entries::Deployments(keys)) if !rest.is_empty() && !rest.ends_with(".accept") => all(keys),
         _ => Vec::new(),

@@ -12,8 +12,8 @@ use super::keys::{
     REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
 };
 use super::{
-    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, LockConfig, Mistake, MistakeKind,
-    OtherConfig, Required, toml_key,
+    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, HostConfig, LinkConfig,
+    LockConfig, Mistake, MistakeKind, OtherConfig, Required, TopicConfig, toml_key,
 };
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -98,6 +98,9 @@ impl ConfigReader<'_> {
                     self.unknown(key, known(), MistakeKind::UnknownSection { section, expected });
                 }
                 (Some(values), Some(section)) => {
+                    if section.name == "ros2" {
+                        config.ros2.get_or_insert_default().span = key.span();
+                    }
                     for (key, value) in values {
                         self.entry(config, section, key, value);
                     }
@@ -159,7 +162,28 @@ impl ConfigReader<'_> {
                 self.lock(config, &header(), keys, key, entries);
                 true
             }
-            (Entries::Types(_) | Entries::Deployments(_) | Entries::Locks(_), None) => false,
+            (Entries::Hosts(keys), Some(entries)) => {
+                let (name, span) = (name.to_string(), key.span());
+                let mut host = HostConfig { name, span, ..HostConfig::default() };
+                self.keys(&mut host, &header(), keys, entries);
+                config.hosts.push(host);
+                true
+            }
+            (Entries::Links(keys), Some(entries)) => {
+                let (name, span) = (name.to_string(), key.span());
+                let mut link = LinkConfig { name, span, ..LinkConfig::default() };
+                self.keys(&mut link, &header(), keys, entries);
+                config.links.push(link);
+                true
+            }
+            (
+                Entries::Types(_)
+                | Entries::Deployments(_)
+                | Entries::Locks(_)
+                | Entries::Hosts(_)
+                | Entries::Links(_),
+                None,
+            ) => false,
             (Entries::Chains(keys), Some(entries)) => {
                 config.chains.push(self.chain(&header(), keys, key, entries));
                 true
@@ -212,6 +236,28 @@ impl ConfigReader<'_> {
                         }
                         None => self.wrong_value(name, value, CPU_LIST.to_owned()),
                     }
+                }
+                return;
+            }
+            (KeyKind::Gateway(field, keys), DeValue::Table(values)) => {
+                field(into).span = key.span();
+                return self.keys(field(into), &header, keys, values);
+            }
+            (KeyKind::Topics(field, keys), DeValue::Table(topics)) => {
+                for (port, value) in topics {
+                    let mut topic = TopicConfig {
+                        port: (port.get_ref().to_string(), port.span()),
+                        ..TopicConfig::default()
+                    };
+                    match value.get_ref() {
+                        DeValue::Table(values) => {
+                            let header = format!("{header}.{}", toml_key(port.get_ref()));
+                            self.keys(&mut topic, &header, keys, values);
+                        }
+                        DeValue::String(name) => topic.name = Some((name.to_string(), value.span())),
+                        _ => self.wrong_value(port, value, found.kind.expected(port.get_ref())),
+                    }
+                    field(into).push(topic);
                 }
                 return;
             }
@@ -447,7 +493,11 @@ impl<T> KeyKind<T> {
                 *field(into) = Some((cpus, value.span()));
             }
             // The reader reads the entries of these one by one.
-            KeyKind::Others(..) | KeyKind::CpuSets(..) | KeyKind::DeploymentTables(..) => return Err(None),
+            KeyKind::Others(..)
+            | KeyKind::CpuSets(..)
+            | KeyKind::DeploymentTables(..)
+            | KeyKind::Gateway(..)
+            | KeyKind::Topics(..) => return Err(None),
             KeyKind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(None)?);
