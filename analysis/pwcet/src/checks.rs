@@ -117,10 +117,11 @@ fn groups(times: &Times) -> (f64, f64) {
     let of_share = |long: usize| {
         let is_long = |it: &f64| *it > times.ascending[count - long - 1];
         let positions: Vec<usize> = (0..count).filter(|&it| is_long(&times.recorded[it])).collect();
+        // Of equal times, none is longer than the others.
+        let Some(trials @ 1..) = positions.len().checked_sub(1) else { return [(1.0, 1.0); NEAR.len()] };
         NEAR.map(|near| {
             let found = positions.windows(2).filter(|pair| pair[1] - pair[0] <= near).count();
-            let (trials, chance) =
-                (positions.len() - 1, 1.0 - (1.0 - long as f64 / count as f64).powi(near as i32));
+            let chance = 1.0 - (1.0 - long as f64 / count as f64).powi(near as i32);
             (found as f64 / (trials as f64 * chance), binomial_at_least(found as u64, trials as u64, chance))
         })
     };
@@ -200,6 +201,17 @@ mod tests {
         assert!(found(2.0) >= 95, "{} of 100 with phases", found(2.0));
         // Of all tests together, at most 5.
         assert!(found(1.0) <= 5, "{} of 100 without", found(1.0));
+    }
+
+    #[test]
+    fn equal_times_have_no_groups() {
+        let greatest_is_frequent = |it: u32| if it % 2 == 0 { 1.0 } else { 2.0 };
+        for greatest_are_few in [false, true] {
+            let time =
+                |it: u32| if greatest_are_few { f64::from(it.min(998)) } else { greatest_is_frequent(it) };
+            assert!(groups(&Times::of((0..1000).map(time).collect())).1 > 0.0);
+        }
+        assert_eq!(groups(&Times::of((0..1000).map(greatest_is_frequent).collect())), (1.0, 1.0));
     }
 
     #[test]
