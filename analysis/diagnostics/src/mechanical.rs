@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use mauve_hir::{File, ModelDb, Workspace, catalogue, is_model};
+use mauve_hir::{File, ModelDb, Workspace, catalogue_of, is_model};
 use mauve_syntax::{SyntaxKind, is_nearest};
 
 use crate::{Diagnostic, Fix};
@@ -44,7 +44,8 @@ fn last_segment<'a>(path: &'a str, separators: &[char]) -> &'a str {
 /// Returns the identifiers in the models of a workspace, and the names of message packages and messages.
 fn identifiers(db: &dyn ModelDb, workspace: Workspace) -> impl Iterator<Item = &str> {
     let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
-    let packages = workspace.packages(db).values().map(AsRef::as_ref).chain(catalogue().values());
+    let packages =
+        workspace.packages(db).values().map(AsRef::as_ref).chain(catalogue_of(db, workspace).values());
     let messages = packages.flat_map(|package| package.messages.keys().chain([&package.name]));
     let words = models.flat_map(|&file| identifiers_of(db, file)).map(String::as_str);
     words.chain(messages.map(|name| name.as_str()))

@@ -29,7 +29,7 @@
 
 use super::*;
 use mauve_syntax::is_nearest;
-use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue, data, external_types, message_of, package, used_packages};
+use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue_of, data, external_types, message_of, package, used_packages};
 
 /// Reports the unknown type `ty`, which may be a misspelling of `near`.
 pub(super) fn of_type<'db>(
@@ -258,7 +258,7 @@ struct KnownPackages {
 #[salsa::tracked(returns(ref))]
 fn known_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<String, KnownPackages> {
     let mut known: FxHashMap<String, KnownPackages> = FxHashMap::default();
-    for package in names_of(db, project).libraries().chain(catalogue().keys()) {
+    for package in names_of(db, project).libraries().chain(catalogue_of(db, project.workspace(db)).keys()) {
         let of_version = known.entry(digits(package)).or_default();
         let stem = Name::from(stem(package));
         of_version.stems.push(stem.clone());

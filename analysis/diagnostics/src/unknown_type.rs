@@ -17,7 +17,7 @@
 //! A name that is similar to a known one has the warning `misspelt-name` instead.
 
 use super::*;
-use mauve_hir::{catalogue, package};
+use mauve_hir::{catalogue_of, package};
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
@@ -34,7 +34,7 @@ pub(super) fn report<'db>(
         let workspace = project.workspace(db);
         let declares = |it: &&Name| package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name));
         if !misspelt_name::is_built_in(name)
-            && let Some(package) = catalogue().keys().find(declares)
+            && let Some(package) = catalogue_of(db, workspace).keys().find(declares)
         {
             found.message += &format!("; `{package}` has one: add `use {package}`");
             return found.add_use(of, package);

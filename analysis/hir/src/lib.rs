@@ -116,7 +116,9 @@ pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;
-pub use messages::{catalogue, message_of, named_packages, package, used_packages};
+pub use messages::{
+    catalogue, catalogue_of, message_of, named_packages, package, ros2_catalogue, used_packages,
+};
 pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
 pub use names::{
     Names, Unresolved, file_outside, incomplete_file, names_of, resolve_path, resolve_type, similar,

@@ -1,7 +1,7 @@
 //! Message packages: the types of a `use` that names no library.
 //!
-//! Installed packages are read from their `.msg` files, of ROS 1 or ROS 2. The common packages are built in
-//! (`messages/catalogue.txt`), so that models can be analysed without an installation of ROS.
+//! Installed packages are read from their `.msg` files, of ROS 1 or ROS 2. The common packages are built in, so that models can be
+//! analysed without an installation of ROS: `messages/ros2.txt` for a project with `[ros2]`, `messages/catalogue.txt` for others.
 
 use crate::msg::{Message, Package, read_message};
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,15 +10,34 @@ use std::sync::{Arc, LazyLock};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::item_tree::{Kind, Name};
-use crate::project::{Project, group_in, groups_of, is_model, project_files};
+use crate::project::{Project, config_of, group_in, groups_of, is_model, project_files};
 use crate::source::{declarations, item_tree_of};
 use crate::{File, ModelDb, Workspace};
 
-/// Returns the built-in packages, by name. Installed packages take precedence: see [`package`].
+/// Returns the built-in packages of ROS 1, by name, which ROS 2 has in other forms: see [`catalogue_of`].
 pub fn catalogue() -> &'static BTreeMap<Name, Package> {
     static CATALOGUE: LazyLock<BTreeMap<Name, Package>> =
         LazyLock::new(|| read_catalogue(include_str!("messages/catalogue.txt")));
     &CATALOGUE
+}
+
+/// Returns the built-in packages of ROS 2, by name.
+pub fn ros2_catalogue() -> &'static BTreeMap<Name, Package> {
+    static CATALOGUE: LazyLock<BTreeMap<Name, Package>> =
+        LazyLock::new(|| read_catalogue(include_str!("messages/ros2.txt")));
+    &CATALOGUE
+}
+
+/// Returns the built-in packages of a workspace: those of ROS 2, if `mauve.toml` has `[ros2]`. Installed packages take
+/// precedence: see [`package`].
+pub fn catalogue_of(db: &dyn ModelDb, workspace: Workspace) -> &'static BTreeMap<Name, Package> {
+    if has_ros2(db, workspace) { ros2_catalogue() } else { catalogue() }
+}
+
+/// Returns whether `mauve.toml` has `[ros2]`. A query, so that another change of that file invalidates no user of a package.
+#[salsa::tracked(returns(copy))]
+fn has_ros2(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    config_of(db, workspace).ros2.is_some()
 }
 
 /// Reads a catalogue: `package P` begins a package, and `Message: field; field` is a message.
@@ -42,7 +61,7 @@ fn read_catalogue(text: &str) -> BTreeMap<Name, Package> {
 pub fn package<'db>(db: &'db dyn ModelDb, workspace: Workspace, name: &Name) -> Option<&'db Package> {
     match installed(db, workspace, name.clone()) {
         Some(package) => Some(package.as_ref()),
-        None => catalogue().get(name),
+        None => catalogue_of(db, workspace).get(name),
     }
 }
 
@@ -201,29 +220,44 @@ mod tests {
         assert_eq!(elements, [("a/B", true), ("string", true), ("int8", false)]);
     }
 
-    #[test]
-    fn every_type_in_the_catalogue_is_built_in_or_in_the_catalogue() {
-        let text = include_str!("messages/catalogue.txt");
+    /// Checks that the reader skips nothing of a catalogue, and that it has the types of all fields.
+    fn check_catalogue(text: &str, catalogue: &BTreeMap<Name, Package>, built_in: &[&str]) {
         let packages: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("package ")).collect();
         assert!(packages.is_sorted(), "{packages:?}");
-        assert_eq!(catalogue().keys().map(Name::as_str).collect::<Vec<_>>(), packages);
-        for package in catalogue().values() {
+        assert_eq!(catalogue.keys().map(Name::as_str).collect::<Vec<_>>(), packages);
+        for package in catalogue.values() {
             for (name, message) in &package.messages {
-                // The reader skipped nothing.
                 let line = format!("{name}: {}", line_of(message));
                 assert!(text.lines().any(|it| it == line.trim_end()), "{line}");
                 for field in &message.fields {
                     let ty = field.element();
                     let (of, ty) = ty.split_once('/').unwrap_or((&package.name, ty));
-                    let is_declared = BUILT_IN_TYPES.contains(&field.element())
-                        || catalogue().get(of).is_some_and(|of| of.messages.contains_key(ty));
+                    let is_declared = built_in.contains(&field.element())
+                        || catalogue.get(of).is_some_and(|of| of.messages.contains_key(ty));
                     assert!(is_declared, "{}/{name}: {field}", package.name);
                 }
             }
         }
         let messages =
             text.lines().filter(|line| !line.starts_with(['#', 'p']) && line.contains(':')).count();
-        assert_eq!(catalogue().values().map(|it| it.messages.len()).sum::<usize>(), messages);
+        assert_eq!(catalogue.values().map(|it| it.messages.len()).sum::<usize>(), messages);
+    }
+
+    #[test]
+    fn every_type_in_the_catalogue_is_built_in_or_in_the_catalogue() {
+        check_catalogue(include_str!("messages/catalogue.txt"), catalogue(), &BUILT_IN_TYPES);
+        let of_ros2: Vec<&str> =
+            BUILT_IN_TYPES.into_iter().filter(|it| !["time", "duration"].contains(it)).collect();
+        check_catalogue(include_str!("messages/ros2.txt"), ros2_catalogue(), &of_ros2);
+    }
+
+    /// ROS 2 has these no more, or `rosbags` has them not.
+    #[test]
+    fn the_packages_of_ros_1_are_those_of_ros_2_but_for_a_few() {
+        let lacking: Vec<&str> =
+            catalogue().keys().filter(|it| !ros2_catalogue().contains_key(*it)).map(Name::as_str).collect();
+        assert_eq!(lacking, ["map_msgs", "tf"]);
+        assert_eq!(ros2_catalogue().values().map(|it| it.messages.len()).sum::<usize>(), 162);
     }
 
     /// The output of this test is the catalogue, if the packages named at the start of the catalogue are installed. Without
@@ -302,6 +336,15 @@ mod tests {
         let msg = found(Some("a"), &["std_msgs", "msg", "String"]);
         assert_eq!(msg.as_deref(), Some("std_msgs: string data"));
         assert_eq!(found(Some("a"), &["std_msgs", "srv", "String"]), None);
+    }
+
+    #[test]
+    fn a_project_with_ros_2_has_its_messages() {
+        let db = Database::default();
+        let of = |toml| workspace(&db, &[("/a.mal", MODEL), ("/mauve.toml", toml)]);
+        let header = |toml| found(&db, of(toml), None, &["std_msgs", "Header"]).unwrap();
+        assert_eq!(header("[timing]\n"), "std_msgs: uint32 seq; time stamp; string frame_id");
+        assert_eq!(header("[ros2]\n"), "std_msgs: builtin_interfaces/Time stamp; string frame_id");
     }
 
     #[test]

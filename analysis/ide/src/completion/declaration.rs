@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use mauve_hir::item_tree::{Direction, Kind, Name};
-use mauve_hir::{bases_of, catalogue, core_of, names_of, shell_of};
+use mauve_hir::{bases_of, catalogue_of, core_of, names_of, shell_of};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -106,8 +106,9 @@ impl Completer<'_, '_> {
     }
 
     pub(super) fn packages(&self) -> BTreeSet<Name> {
-        let installed = self.project.workspace(self.db).packages(self.db).keys();
-        installed.chain(catalogue().keys()).cloned().collect()
+        let workspace = self.project.workspace(self.db);
+        let built_in = catalogue_of(self.db, workspace).keys();
+        workspace.packages(self.db).keys().chain(built_in).cloned().collect()
     }
 
     fn cores(&mut self, path: &[&str]) {
