@@ -16,6 +16,7 @@ const FILES: &[(&str, &str)] = files![
     "include/mauve/clock.hpp",
     "include/mauve/cpus.hpp",
     "include/mauve/execution.hpp",
+    "include/mauve/gateway.hpp",
     "include/mauve/inputs.hpp",
     "include/mauve/lock.hpp",
     "include/mauve/measure.hpp",
@@ -80,8 +81,20 @@ const FILES: &[(&str, &str)] = files![
     "src/virtual_clock.hpp",
 ];
 
+/// The same of the library for topics of ROS 2, which only programs with topics have.
+const ROS2_FILES: &[(&str, &str)] = files![
+    "ros2/CMakeLists.txt",
+    "ros2/include/mauve/cdr.hpp",
+    "ros2/include/mauve/ros2.hpp",
+    "ros2/src/domain.cpp",
+    "ros2/src/domain.hpp",
+    "ros2/src/ros2.cpp",
+    "ros2/src/samples.cpp",
+    "ros2/src/samples.hpp",
+];
+
 /// Returns the files of the runtime, each with the mark of the generator.
-pub(crate) fn runtime_files() -> Vec<GeneratedFile> {
+pub(crate) fn runtime_files(has_topics: bool) -> Vec<GeneratedFile> {
     let file = |&(path, text): &(&str, &str)| {
         let mark = format!("{STANDALONE_MARK}: do not change this file.");
         let text = match path.rsplit('.').next() {
@@ -91,22 +104,22 @@ pub(crate) fn runtime_files() -> Vec<GeneratedFile> {
         };
         GeneratedFile::generated(format!("runtime/{path}"), text)
     };
-    FILES.iter().map(file).collect()
+    FILES.iter().chain(if has_topics { ROS2_FILES } else { &[] }).map(file).collect()
 }
 
 /// Returns whether a path in `runtime` has the form of one of its files, in this or another version of MAUVE.
 pub(crate) fn is_runtime_path(path: &[&str]) -> bool {
     let is_header = |file: &str| ends(file, &[".h", ".hpp"]);
     match *path {
-        ["CMakeLists.txt" | "README.md"] => true,
+        ["CMakeLists.txt" | "README.md"] | ["ros2", "CMakeLists.txt"] => true,
         ["lib", "cmake", "orocos-rtt", file] => {
             file.strip_suffix(".cmake").is_some_and(|name| name.split('-').all(|part| ends(part, &[""])))
         }
-        ["include", "mauve", file] => is_header(file),
+        ["include", "mauve", file] | ["ros2", "include", "mauve", file] => is_header(file),
         ["include", "rtt", file] | ["include", "rtt", "base" | "extras" | "internal" | "os", file] => {
             is_header(file)
         }
-        ["src", file] => ends(file, &[".cpp", ".hpp"]),
+        ["src", file] | ["ros2", "src", file] => ends(file, &[".cpp", ".hpp"]),
         _ => false,
     }
 }
@@ -125,8 +138,11 @@ mod tests {
             .map(|path| path.strip_prefix(&folder).unwrap().to_str().unwrap().replace('\\', "/"))
             .collect();
         there.sort();
-        assert_eq!(FILES.iter().map(|(path, _)| *path).collect::<Vec<_>>(), there);
-        for (path, text) in FILES {
+        let all = || FILES.iter().chain(ROS2_FILES);
+        let mut named: Vec<_> = all().map(|(path, _)| *path).collect();
+        named.sort_unstable();
+        assert_eq!(named, there);
+        for (path, text) in all() {
             assert!(!text.contains(STANDALONE_MARK), "{path}");
         }
     }

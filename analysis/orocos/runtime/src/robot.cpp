@@ -22,6 +22,7 @@
 
 #include "chains.hpp"
 #include "context.hpp"
+#include "mauve/gateway.hpp"
 #include "mauve/inputs.hpp"
 #include "mauve/stub.hpp"
 #include "options.hpp"
@@ -76,6 +77,8 @@ struct ActivityData {
   // The instance whose thread executes it, if it is another one, and the input whose data release it, if some do.
   std::string thread, input;
   std::uint64_t burst;
+  // Executes its periods instead of a component, if there is one.
+  Gateway* gateway;
 };
 
 // Real-time work that is not in the model.
@@ -121,6 +124,17 @@ std::string numbers_of(const Cpus& cpus, std::size_t first) {
   return joined(numbers);
 }
 
+bool is_scheduled(int thread, int priority, const Cpus& cpus) {
+  sched_param parameter = {};
+  cpu_set_t set;
+  if (thread == 0 || sched_getparam(thread, &parameter) != 0 || sched_getaffinity(thread, sizeof set, &set) != 0) return false;
+  if (sched_getscheduler(thread) != (priority > 0 ? SCHED_FIFO : SCHED_OTHER) || parameter.sched_priority != priority) return false;
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+    if (cpus.any() && cpus[cpu] != (CPU_ISSET(cpu, &set) != 0)) return false;
+  }
+  return true;
+}
+
 RTT::TaskContext* create(const InstanceData& instance) {
   const std::string file = "lib" + instance.package + "-components-" MAUVE_TEXT(OROCOS_TARGET) ".so";
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
@@ -157,6 +171,10 @@ struct Robot::State {
   template <class... A>
   bool tell(const std::string& instance, const char* operation, A... arguments) const;
   void connect_all();
+  void connect_gateways() const;
+  void open_gateways();
+  void close_gateways() const;
+  void remove_gateways();
   void check_rights() const;
   void lock_memory() const;
   void create_activities();
@@ -206,6 +224,7 @@ struct Robot::State {
   // In the order of `activities`.
   std::vector<PeriodicThread*> threads;
   std::vector<std::unique_ptr<OtherWork>> other_threads;
+  std::vector<std::unique_ptr<PeriodicThread>> gateway_threads;
   std::unique_ptr<Supervisor> supervisor;
   // What the main thread does, for the message if it does not end.
   std::atomic<const char*> doing{""};
@@ -271,6 +290,46 @@ void Robot::State::connect_all() {
   }
 }
 
+void Robot::State::connect_gateways() const {
+  for (const ActivityData& it : activities) {
+    if (it.gateway == nullptr) continue;
+    for (const Gateway::End& end : it.gateway->ends()) {
+      RTT::base::PortInterface* const port = task(end.instance).getPort(end.port);
+      const RTT::ConnPolicy policy = end.buffer == 0 ? RTT::ConnPolicy::data() : RTT::ConnPolicy::circularBuffer(end.buffer);
+      if (port == nullptr || !(end.is_output ? port->connectTo(end.own, policy) : end.own->connectTo(port, policy))) {
+        throw Cannot(end.instance + "." + end.port + " cannot be connected with " + it.instance + ": build its package again");
+      }
+      // As for connections of instances.
+      if (!end.is_output && end.buffer > 0) tell<const std::string&>(end.instance, "mauve_has_buffer", end.port);
+    }
+  }
+}
+
+// From here on, others may see the robot.
+void Robot::State::open_gateways() {
+  for (const ActivityData& it : activities) {
+    if (it.gateway == nullptr) continue;
+    doing_with = &it.instance;
+    doing = "open";
+    it.gateway->open(options.allows_non_realtime);
+  }
+}
+
+// Nobody outside is on the virtual clock.
+void Robot::State::remove_gateways() {
+  for (const ActivityData& it : activities) {
+    if (it.gateway != nullptr) std::cout << it.gateway->absence() << std::endl;
+  }
+  const auto is_gateway = [](const ActivityData& it) { return it.gateway != nullptr; };
+  activities.erase(std::remove_if(activities.begin(), activities.end(), is_gateway), activities.end());
+}
+
+void Robot::State::close_gateways() const {
+  for (const ActivityData& it : activities) {
+    if (it.gateway != nullptr) it.gateway->close();
+  }
+}
+
 int Robot::State::greatest_priority() const {
   int greatest = 0;
   for (const ActivityData& it : activities) greatest = std::max(greatest, it.priority);
@@ -332,10 +391,14 @@ void Robot::State::lock_memory() const {
 
 void Robot::State::create_activities() {
   for (const ActivityData& it : activities) {
-    RTT::TaskContext& task = this->task(it.instance);
-    auto* const activity = new RTT::Activity(it.priority > 0 ? ORO_SCHED_RT : ORO_SCHED_OTHER, it.priority,
-                                             1e-9 * static_cast<double>(it.period), 0u, nullptr, it.instance);
-    PeriodicThread& thread = activity->thread();
+    std::unique_ptr<RTT::Activity> activity;
+    if (it.gateway == nullptr) {
+      activity.reset(new RTT::Activity(it.priority > 0 ? ORO_SCHED_RT : ORO_SCHED_OTHER, it.priority,
+                                       1e-9 * static_cast<double>(it.period), 0u, nullptr, it.instance));
+    } else {
+      gateway_threads.emplace_back(new PeriodicThread(it.instance, {it.priority, it.period, it.cpus}));
+    }
+    PeriodicThread& thread = activity ? activity->thread() : *gateway_threads.back();
     thread.set_period(it.period);
     thread.set_cpus(it.cpus);
     thread.hold();
@@ -348,7 +411,9 @@ void Robot::State::create_activities() {
     (trace ? context.trace : context.followed) = records.get();
     if (it.priority > 0) thread.set_overhead(overhead);
     threads.push_back(&thread);
-    if (!task.setActivity(activity)) throw Cannot("the activity of " + it.instance + " cannot be created");
+    if (activity ? !task(it.instance).setActivity(activity.release()) : !thread.start(it.gateway)) {
+      throw Cannot("the activity of " + it.instance + " cannot be created");
+    }
   }
   if (!options.simulates_time) return;
   for (const OtherData& it : others) {
@@ -375,7 +440,15 @@ void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& th
 // Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
 void Robot::State::check_threads() {
   bool is_fine = true;
-  for (const ActivityData& it : activities) {
+  for (std::size_t index = 0; index < activities.size(); ++index) {
+    const ActivityData& it = activities[index];
+    if (it.gateway != nullptr) {
+      // Its thread may not have begun.
+      const auto is_scheduled = [&] { return mauve::is_scheduled(threads[index]->number(), it.priority, it.cpus); };
+      for (int pauses = 0; pauses < 10000 && !is_scheduled(); ++pauses) pause();
+      is_fine = (options.allows_non_realtime || is_scheduled()) && is_fine;
+      continue;
+    }
     const bool is_mask = (it.cpus >> 32).none();
     if (!is_mask) tell<const std::string&>(it.instance, "mauve_runs_on", numbers_of(it.cpus, 0));
     const unsigned int mask = is_mask ? static_cast<unsigned int>(it.cpus.to_ulong()) : 0;
@@ -465,6 +538,9 @@ void Robot::State::wait_for_end() {
       if (is_live() && moment % 50 == 0) show(moment == 0);
       drain();
       if (moment % 50 == 0) other_threads_of_process.look();
+      for (const ActivityData& it : activities) {
+        if (it.gateway != nullptr && moment % 50 == 0) it.gateway->look();
+      }
       for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
     }
     // What was released before the end is a part of the run. The supervisor ends it if that takes too long.
@@ -488,6 +564,7 @@ void Robot::State::stop() {
   if (virtual_clock) virtual_clock->finish();
   for (PeriodicThread* thread : threads) thread->stop();
   for (const auto& it : other_threads) it->thread.stop();
+  close_gateways();
 }
 
 // Says what has not ended.
@@ -514,13 +591,18 @@ std::vector<Row> Robot::State::rows() const {
     const Statistics& statistics = threads[index]->statistics();
     rows.push_back({it.instance, it.priority, it.cpus, it.period, it.priority > 0 ? std::max<Nanoseconds>(it.deadline, 0) : 0, it.bound, statistics.periods,
                     statistics.misses + (threads[index]->is_late() ? 1 : 0), statistics.overruns, statistics.latency, statistics.response,
-                    has_failed(task(it.instance))});
+                    it.gateway == nullptr && has_failed(task(it.instance))});
   }
   return rows;
 }
 
 Causes Robot::State::causes() const {
-  Causes causes = {{}, {}, work, ended - began};
+  Causes causes = {{}, {}, {}, ended - began};
+  for (const Work& it : work) {
+    const auto has_it = [&](const ActivityData& activity) { return activity.gateway != nullptr && activity.gateway->has_thread(it.name); };
+    // The model has them.
+    if (std::none_of(activities.begin(), activities.end(), has_it)) causes.work.push_back(it);
+  }
   for (std::size_t index = 0; index < threads.size(); ++index) {
     const Context& context = threads[index]->context();
     for (const CodelStatistics& it : context.codels) {
@@ -553,6 +635,9 @@ int Robot::State::report() const {
   bool is_fine = true;
   for (const Row& row : rows) is_fine = is_fine && row.misses == 0 && !row.has_thrown;
   std::cout << explanation(rows, causes()) << table(chains, began);
+  for (const ActivityData& it : activities) {
+    if (it.gateway != nullptr) std::cout << it.gateway->report();
+  }
   for (const ObservedChain& chain : chains) is_fine = is_fine && (chain.limit == 0 || chain.greatest() <= chain.limit);
   std::size_t most = 0;
   const auto overhead_of = [this](std::size_t index) { return threads[index]->statistics().overhead.load(); };
@@ -580,6 +665,7 @@ int Robot::State::run() {
     virtual_clock.reset(new VirtualClock(all_cpus()));
     set_timeline(*virtual_clock);
     if (options.length == never) options.length = 60 * second;
+    remove_gateways();
   } else {
     if (!options.allows_non_realtime) check_rights();
     // Memory that is freed stays, and is used again.
@@ -596,7 +682,9 @@ int Robot::State::run() {
   for (const ValueData& it : values) set(it);
   for (const Parameter& it : options.parameters) set({it.instance, it.property, it.value});
   connect_all();
+  connect_gateways();
   if (!options.simulates_time) lock_memory();
+  open_gateways();
   create_activities();
   has_threads = true;
   if (!options.simulates_time) check_threads();
@@ -658,7 +746,12 @@ void Robot::operation(const std::string& required, const std::string& provided) 
 
 void Robot::activity(const std::string& instance, std::int64_t period, int priority, const Cpus& cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
-  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", "", 0});
+  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", "", 0, nullptr});
+}
+
+void Robot::gateway(Gateway& gateway, const std::string& name, std::int64_t period, int priority, const Cpus& cpus, std::int64_t deadline,
+                    std::int64_t response) {
+  state_->activities.push_back({name, period, priority, cpus, 0, deadline, response, "", "", 0, &gateway});
 }
 
 void Robot::run_in(const std::string& instance, const std::string& other) {
@@ -733,6 +826,9 @@ int Robot::run(int argc, char** argv) {
     end_for_sure(exit_code);
     return exit_code;
   } catch (const std::exception& error) {
+    // The gateways may end before the robot.
+    for (PeriodicThread* thread : state_->threads) thread->stop();
+    state_->close_gateways();
     flush_log();
     std::cerr << "error: " << error.what() << "; nothing runs" << std::endl;
     return 2;

@@ -63,6 +63,8 @@ class PortAccess {
     outcome_ = outcome;
     number_ = number;
   }
+  // There was nothing to access.
+  void cancel() { context_ = nullptr; }
 
  private:
   // Nothing where nothing is measured.

@@ -14,6 +14,8 @@
 
 namespace mauve {
 
+class Gateway;
+
 // The response time of an activity whose response time is unbounded, or not analysed.
 constexpr std::int64_t no_bound = -1;
 
@@ -45,6 +47,10 @@ class Robot {
   void run_in(const std::string& instance, const std::string& other);
   // Data at an input releases the activity of this instance, at most `burst` times in a period.
   void release_by(const std::string& instance, const std::string& input, std::uint64_t burst);
+
+  // Creates an activity that moves samples between ports of instances and the world outside. It outlives the robot's run.
+  void gateway(Gateway& gateway, const std::string& name, std::int64_t period, int priority, const Cpus& cpus, std::int64_t deadline,
+               std::int64_t response);
 
   // A chain, whose greatest latency is shown: its bound, and its limit, 0 without one.
   void chain(const std::string& name, std::int64_t bound, std::int64_t limit);

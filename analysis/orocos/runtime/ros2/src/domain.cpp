@@ -1,0 +1,164 @@
+#include "domain.hpp"
+
+#include <dirent.h>
+#include <pthread.h>
+#include <sched.h>
+
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+namespace mauve {
+namespace {
+
+// Ports of UDP end there.
+constexpr int greatest_domain = 232;
+
+std::set<int> present_threads() {
+  std::set<int> found;
+  DIR* const folder = opendir("/proc/self/task");
+  if (folder == nullptr) return found;
+  while (const dirent* const entry = readdir(folder)) {
+    const int number = std::atoi(entry->d_name);
+    if (number > 0) found.insert(number);
+  }
+  closedir(folder);
+  return found;
+}
+
+cpu_set_t set_of(const Cpus& cpus) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (std::size_t cpu = 0; cpu < cpus.size(); ++cpu) {
+    if (cpus[cpu]) CPU_SET(cpu, &set);
+  }
+  return set;
+}
+
+}  // namespace
+
+int domain_number(int configured) {
+  const char* const text = std::getenv("ROS_DOMAIN_ID");
+  if (text == nullptr || *text == '\0') return configured;
+  char* end = nullptr;
+  const long number = std::strtol(text, &end, 10);
+  if (*end != '\0' || number < 0 || number > greatest_domain) {
+    throw std::runtime_error(std::string("ROS_DOMAIN_ID is `") + text + "`: set it to a number from 0 to " + std::to_string(greatest_domain) +
+                             ", or unset it");
+  }
+  return static_cast<int>(number);
+}
+
+std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes) {
+  std::string out = "<CycloneDDS><Domain Id=\"any\">";
+  if (discovery == Ros2::Localhost) {
+    // As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but only the loopback hears anything. It has no small packets.
+    out += "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces><AllowMulticast>false</AllowMulticast>"
+           "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>63000B</FragmentSize></General>"
+           "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+           "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
+  }
+  // A dead peer stops no other: only the last samples are kept for it. What it has not acknowledged delays the end no longer than this.
+  out += "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads><WriterLingerDuration>100 ms</WriterLingerDuration>"
+         "<Watermarks><WhcHigh>" + std::to_string(unsent_bytes) + " B</WhcHigh></Watermarks></Internal>";
+  if (priority > 0) {
+    out += "<Threads>";
+    for (const char* const name : {"recv", "tev", "gc", "dq.builtins", "dq.user"}) {
+      out += std::string("<Thread Name=\"") + name + "\"><Scheduling><Class>Realtime</Class><Priority>" + std::to_string(priority) +
+             "</Priority></Scheduling></Thread>";
+    }
+    out += "</Threads>";
+  }
+  out += "</Domain></CycloneDDS>";
+  const char* const more = std::getenv("CYCLONEDDS_URI");
+  return more == nullptr || *more == '\0' ? out : out + "," + more;
+}
+
+bool may_have_priority(int priority) {
+  int error = 0;
+  std::thread probe([&] {
+    sched_param parameter = {};
+    parameter.sched_priority = priority;
+    error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  });
+  probe.join();
+  return error == 0;
+}
+
+std::set<int> confined(const Cpus& cpus, const std::function<void()>& function) {
+  const std::set<int> before = present_threads();
+  std::exception_ptr thrown;
+  std::thread starter([&] {
+    const cpu_set_t wanted = set_of(cpus);
+    // Where it fails, the threads are elsewhere, and `difference` says it.
+    if (cpus.any()) pthread_setaffinity_np(pthread_self(), sizeof wanted, &wanted);
+    try {
+      function();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  });
+  starter.join();
+  if (thrown) std::rethrow_exception(thrown);
+  std::set<int> started;
+  for (const int thread : present_threads()) {
+    if (before.count(thread) == 0) started.insert(thread);
+  }
+  return started;
+}
+
+std::string name_of_thread(int number) {
+  std::ifstream file("/proc/self/task/" + std::to_string(number) + "/comm");
+  std::string name;
+  std::getline(file, name);
+  return name;
+}
+
+std::string difference(int thread, const MiddlewareScheduling& wanted) {
+  sched_param parameter = {};
+  const int scheduler = sched_getscheduler(thread);
+  // It has ended.
+  if (scheduler < 0 || sched_getparam(thread, &parameter) != 0) return "";
+  if (wanted.priority > 0 && (scheduler != SCHED_FIFO || parameter.sched_priority != wanted.priority)) {
+    return (scheduler == SCHED_FIFO ? "has priority " + std::to_string(parameter.sched_priority) : std::string("is not scheduled by SCHED_FIFO")) +
+           " instead of priority " + std::to_string(wanted.priority);
+  }
+  const cpu_set_t cpus = set_of(wanted.cpus);
+  cpu_set_t present;
+  CPU_ZERO(&present);
+  if (wanted.cpus.any() && (sched_getaffinity(thread, sizeof present, &present) != 0 || !CPU_EQUAL(&present, &cpus))) {
+    return "is not on the CPUs of the gateway alone";
+  }
+  return "";
+}
+
+struct Scheduled::Before {
+  int scheduler;
+  sched_param parameter;
+  cpu_set_t cpus;
+};
+
+Scheduled::Scheduled(const MiddlewareScheduling& wanted) : before_(nullptr) {
+  Before before = {};
+  sched_param parameter = {};
+  parameter.sched_priority = wanted.priority;
+  if (wanted.priority == 0 || pthread_getschedparam(pthread_self(), &before.scheduler, &before.parameter) != 0 ||
+      pthread_getaffinity_np(pthread_self(), sizeof before.cpus, &before.cpus) != 0) {
+    return;
+  }
+  const cpu_set_t cpus = set_of(wanted.cpus);
+  before_ = new Before(before);
+  if (wanted.cpus.any()) pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus);
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+}
+
+Scheduled::~Scheduled() {
+  if (before_ == nullptr) return;
+  pthread_setschedparam(pthread_self(), before_->scheduler, &before_->parameter);
+  pthread_setaffinity_np(pthread_self(), sizeof before_->cpus, &before_->cpus);
+  delete before_;
+}
+
+}  // namespace mauve
