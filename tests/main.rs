@@ -16,6 +16,7 @@
 //! | [`measured_loop`] | from a recorded robot to its response times |
 //! | [`orocos_deployer`] | a deployment in the deployer of a real Orocos |
 //! | [`protocol`] | the messages of the server, as pytest-lsp sees them |
+//! | [`ros2`] | a robot with topics beside programs of other implementations of DDS |
 //! | [`rtt_conformance`] | the observed behaviour of RTT, on the runtime for Linux |
 //! | [`runtime`] | the runtime with sanitizers, its locks, its virtual clock |
 //! | [`soak`] | a long session of random edits, files and requests |
@@ -48,6 +49,8 @@ mod measured_loop;
 #[cfg(target_os = "linux")]
 mod orocos_deployer;
 mod protocol;
+#[cfg(target_os = "linux")]
+mod ros2;
 mod rtt_conformance;
 #[cfg(target_os = "linux")]
 mod runtime;

@@ -1,6 +1,7 @@
 // Loaded before all other libraries, it counts what threads of components must not do: allocate, and lock. It looks at the threads
 // whose name is not that of the program, and prints what it has seen when the program ends. It begins and ends when the program says
-// so, or at MAUVE_INTERPOSE_FROM and MAUVE_INTERPOSE_TO, in seconds after the start of the program.
+// so, or at MAUVE_INTERPOSE_FROM and MAUVE_INTERPOSE_TO, in seconds after the start of the program. With MAUVE_INTERPOSE_THREADS, it looks
+// at the threads with these names only.
 
 #include <dlfcn.h>
 #include <pthread.h>
@@ -26,6 +27,7 @@ struct Interposer {
   std::atomic<bool> is_ready{false};
   double begin = 0, end = 1e18;
   char program[16] = {};
+  const char* threads = std::getenv("MAUVE_INTERPOSE_THREADS");
   std::atomic<unsigned long> allocations{0}, locks{0};
   std::atomic<const void*> first{nullptr};
 
@@ -59,7 +61,7 @@ struct Interposer {
     if (instant < begin || instant > end) return false;
     char name[16] = {};
     prctl(PR_GET_NAME, name);
-    return std::strcmp(name, program) != 0;
+    return std::strcmp(name, program) != 0 && (threads == nullptr || std::strstr(threads, name) != nullptr);
   }
 
   void count(std::atomic<unsigned long>& what, const void* caller) {

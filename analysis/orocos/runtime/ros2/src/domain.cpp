@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <thread>
 
@@ -37,6 +38,15 @@ cpu_set_t set_of(const Cpus& cpus) {
   return set;
 }
 
+// What the user's configuration says, if it is a text or the first of its files can be read.
+std::string own_configuration(const std::string& uri) {
+  const std::string prefix = "file://";
+  if (uri.empty() || uri[0] == '<') return uri;
+  const std::string path = uri.compare(0, prefix.size(), prefix) == 0 ? uri.substr(prefix.size()) : uri;
+  std::ifstream file(path.substr(0, path.find(',')));
+  return std::string(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+}
+
 }  // namespace
 
 int domain_number(int configured) {
@@ -45,17 +55,23 @@ int domain_number(int configured) {
   char* end = nullptr;
   const long number = std::strtol(text, &end, 10);
   if (*end != '\0' || number < 0 || number > greatest_domain) {
-    throw std::runtime_error(std::string("ROS_DOMAIN_ID is `") + text + "`: set it to a number from 0 to " + std::to_string(greatest_domain) +
-                             ", or unset it");
+    throw std::runtime_error(std::string("ROS_DOMAIN_ID is `") + text + "`: set it to a number from 0 to " +
+                             std::to_string(greatest_domain) + ", or unset it");
   }
   return static_cast<int>(number);
 }
 
 std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes) {
+  const char* const variable = std::getenv("CYCLONEDDS_URI");
+  const std::string more = variable == nullptr ? "" : variable;
+  // An interface must not be there twice.
+  const bool has_interface = own_configuration(more).find("NetworkInterface") != std::string::npos;
   std::string out = "<CycloneDDS><Domain Id=\"any\">";
   if (discovery == Ros2::Localhost) {
     // As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but only the loopback hears anything. It has no small packets.
-    out += "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces><AllowMulticast>false</AllowMulticast>"
+    const char* const loopback = "<Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>";
+    out += std::string("<General>") + (has_interface ? "" : loopback) +
+           "<AllowMulticast>false</AllowMulticast>"
            "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>63000B</FragmentSize></General>"
            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
            "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
@@ -72,8 +88,7 @@ std::string configuration(Ros2::Discovery discovery, int priority, std::size_t u
     out += "</Threads>";
   }
   out += "</Domain></CycloneDDS>";
-  const char* const more = std::getenv("CYCLONEDDS_URI");
-  return more == nullptr || *more == '\0' ? out : out + "," + more;
+  return more.empty() ? out : out + "," + more;
 }
 
 bool may_have_priority(int priority) {
@@ -122,8 +137,8 @@ std::string difference(int thread, const MiddlewareScheduling& wanted) {
   // It has ended.
   if (scheduler < 0 || sched_getparam(thread, &parameter) != 0) return "";
   if (wanted.priority > 0 && (scheduler != SCHED_FIFO || parameter.sched_priority != wanted.priority)) {
-    return (scheduler == SCHED_FIFO ? "has priority " + std::to_string(parameter.sched_priority) : std::string("is not scheduled by SCHED_FIFO")) +
-           " instead of priority " + std::to_string(wanted.priority);
+    const std::string has = "has priority " + std::to_string(parameter.sched_priority);
+    return (scheduler == SCHED_FIFO ? has : "is not scheduled by SCHED_FIFO") + " instead of priority " + std::to_string(wanted.priority);
   }
   const cpu_set_t cpus = set_of(wanted.cpus);
   cpu_set_t present;

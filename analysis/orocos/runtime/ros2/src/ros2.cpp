@@ -93,7 +93,8 @@ Qos endpoint_qos(int depth, bool is_reliable, bool is_transient_local, const std
   dds_qset_reliability(qos.get(), is_reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_qset_durability(qos.get(), is_transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   if (is_transient_local) {
-    dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+    const std::int32_t unlimited = DDS_LENGTH_UNLIMITED;
+    dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth, unlimited, unlimited, unlimited);
   }
   dds_qset_writer_data_lifecycle(qos.get(), false);
   const std::string data = "typehash=" + hash + ";";
@@ -164,8 +165,28 @@ struct Endpoint {
   dds_entity_t entity = 0;
   std::uint64_t last_number = 0;
   Count moved, too_large, malformed, overwritten, refused;
-  std::uint32_t most_peers = 0;
+  std::uint32_t peers = 0;
 };
+
+// How many endpoints of others have been matched so far, how many have another QoS, and the policy of the last one.
+struct Seen {
+  std::uint32_t peers, refused, policy;
+};
+
+Seen seen_by(const Endpoint& endpoint) {
+  if (endpoint.port->is_published()) {
+    dds_publication_matched_status_t matched = {};
+    dds_offered_incompatible_qos_status_t other = {};
+    dds_get_publication_matched_status(endpoint.entity, &matched);
+    dds_get_offered_incompatible_qos_status(endpoint.entity, &other);
+    return {matched.total_count, other.total_count, other.last_policy_id};
+  }
+  dds_subscription_matched_status_t matched = {};
+  dds_requested_incompatible_qos_status_t other = {};
+  dds_get_subscription_matched_status(endpoint.entity, &matched);
+  dds_get_requested_incompatible_qos_status(endpoint.entity, &other);
+  return {matched.total_count, other.total_count, other.last_policy_id};
+}
 
 }  // namespace
 
@@ -176,6 +197,7 @@ struct Ros2::State {
   void create();
   SharedTopic& shared(const Topic& topic);
   dds_entity_t checked(dds_entity_t entity, const std::string& what) const;
+  dds_entity_t create_topic(const std::string& name, ddsi_sertype*& type) const;
   void announce();
   void publish(Endpoint& endpoint);
   void subscribe(Endpoint& endpoint);
@@ -239,8 +261,8 @@ void Ros2::open(bool allows_non_realtime) {
     state.threads.insert(name);
     const std::string differs = difference(thread, state.scheduling);
     if (!differs.empty() && !allows_non_realtime) {
-      throw std::runtime_error("thread " + name + " of Cyclone DDS " + differs + ": CYCLONEDDS_URI must not set what its threads are; with " +
-                               "--allow-non-realtime the response times do not hold");
+      throw std::runtime_error("thread " + name + " of Cyclone DDS " + differs +
+                               ": CYCLONEDDS_URI must not set its threads; with --allow-non-realtime the response times do not hold");
     }
   }
 }
@@ -251,6 +273,11 @@ dds_entity_t Ros2::State::checked(dds_entity_t entity, const std::string& what) 
   throw std::runtime_error(what + " cannot be created: " + (complaint.empty() ? dds_strretcode(entity) : complaint) +
                            (discovery == Localhost ? "; is the loopback interface `lo` up, and CYCLONEDDS_URI right?"
                                                    : "; is a network interface up, and CYCLONEDDS_URI right?"));
+}
+
+// Exchanges the type for the one that Cyclone uses.
+dds_entity_t Ros2::State::create_topic(const std::string& name, ddsi_sertype*& type) const {
+  return checked(dds_create_topic_sertype(participant, name.c_str(), &type, nullptr, nullptr, nullptr), "topic " + name);
 }
 
 SharedTopic& Ros2::State::shared(const Topic& topic) {
@@ -267,7 +294,7 @@ SharedTopic& Ros2::State::shared(const Topic& topic) {
     if (it.topic.name == topic.name) made->arrivals.max_bytes = std::max(made->arrivals.max_bytes, it.topic.max_bytes);
   }
   ddsi_sertype* type = new_sample_type(type_name.c_str(), made->arrivals);
-  made->entity = checked(dds_create_topic_sertype(participant, ("rt" + topic.name).c_str(), &type, nullptr, nullptr, nullptr), "topic " + topic.name);
+  made->entity = create_topic("rt" + topic.name, type);
   made->type = type;
   return *made;
 }
@@ -279,9 +306,11 @@ void Ros2::State::create() {
   const Qos qos(dds_create_qos());
   const std::string enclave = "enclave=/;";
   dds_qset_userdata(qos.get(), enclave.data(), enclave.size());
-  participant = checked(dds_create_participant(static_cast<dds_domainid_t>(domain_id), qos.get(), nullptr), "the participant in " + domain_name);
-  publications = checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "a reader of publications");
-  subscriptions = checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr), "a reader of subscriptions");
+  participant = dds_create_participant(static_cast<dds_domainid_t>(domain_id), qos.get(), nullptr);
+  checked(participant, "the participant in " + domain_name);
+  const std::string what = "a reader of the endpoints in " + domain_name;
+  publications = checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), what);
+  subscriptions = checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr), what);
   for (Endpoint& it : endpoints) {
     it.shared = &shared(it.topic);
     const Qos own = endpoint_qos(it.topic.depth, it.topic.is_reliable, it.topic.is_transient_local, it.topic.hash);
@@ -295,10 +324,10 @@ void Ros2::State::create() {
 // Says whose endpoints they are.
 void Ros2::State::announce() {
   ParticipantInfo info = {gid_of(participant), {{space, node, {}, {}}}};
-  for (const Endpoint& it : endpoints) (it.port->is_published() ? info.nodes[0].writers : info.nodes[0].readers).push_back(gid_of(it.entity));
+  NodeInfo& own = info.nodes[0];
+  for (const Endpoint& it : endpoints) (it.port->is_published() ? own.writers : own.readers).push_back(gid_of(it.entity));
   ddsi_sertype* type = new_sample_type(discovery_type, nodes.arrivals);
-  const dds_entity_t topic =
-      checked(dds_create_topic_sertype(participant, "ros_discovery_info", &type, nullptr, nullptr, nullptr), "topic ros_discovery_info");
+  const dds_entity_t topic = create_topic("ros_discovery_info", type);
   const Qos qos = endpoint_qos(1, true, true, discovery_hash);
   const dds_entity_t writer = checked(dds_create_writer(participant, topic, qos.get(), nullptr), "a publisher of ros_discovery_info");
   const std::size_t size = cdr::size(info);
@@ -364,7 +393,8 @@ void Ros2::State::subscribe(Endpoint& endpoint) {
 
 void Ros2::State::compare(const Endpoint& endpoint, const dds_builtintopic_endpoint_t& peer, std::vector<std::string>& found) const {
   const bool is_ours_published = endpoint.port->is_published();
-  const std::string whose = "topic " + endpoint.topic.name + ": a " + (is_ours_published ? "subscription" : "publisher") + " of another program ";
+  const std::string kind = is_ours_published ? "subscription" : "publisher";
+  const std::string whose = "topic " + endpoint.topic.name + ": a " + kind + " of another program ";
   const std::string ours = endpoint.topic.key;
   if (endpoint.shared->type_name != peer.type_name) {
     found.push_back(whose + "has type " + printable(peer.type_name) + ", and " + ours + " has " + endpoint.shared->type_name +
@@ -417,22 +447,11 @@ void Ros2::look() {
     state.look_at_peers(state.publications, true, found);
     state.look_at_peers(state.subscriptions, false, found);
     for (Endpoint& it : state.endpoints) {
-      std::uint32_t peers = 0, refused = 0, policy = 0;
-      if (it.port->is_published()) {
-        dds_publication_matched_status_t matched = {};
-        dds_offered_incompatible_qos_status_t other = {};
-        if (dds_get_publication_matched_status(it.entity, &matched) == DDS_RETCODE_OK) peers = matched.current_count;
-        if (dds_get_offered_incompatible_qos_status(it.entity, &other) == DDS_RETCODE_OK) refused = other.total_count, policy = other.last_policy_id;
-      } else {
-        dds_subscription_matched_status_t matched = {};
-        dds_requested_incompatible_qos_status_t other = {};
-        if (dds_get_subscription_matched_status(it.entity, &matched) == DDS_RETCODE_OK) peers = matched.current_count;
-        if (dds_get_requested_incompatible_qos_status(it.entity, &other) == DDS_RETCODE_OK) refused = other.total_count, policy = other.last_policy_id;
-      }
-      it.most_peers = std::max(it.most_peers, peers);
-      if (refused > 0 && policy != DDS_DURABILITY_QOS_POLICY_ID && policy != DDS_RELIABILITY_QOS_POLICY_ID) {
-        found.push_back("topic " + it.topic.name + ": another program differs from " + it.topic.key + " in its QoS (" + policy_name(policy) +
-                        "): they exchange nothing; use ROS 2's default there");
+      const Seen seen = seen_by(it);
+      it.peers = seen.peers;
+      if (seen.refused > 0 && seen.policy != DDS_DURABILITY_QOS_POLICY_ID && seen.policy != DDS_RELIABILITY_QOS_POLICY_ID) {
+        found.push_back("topic " + it.topic.name + ": another program differs from " + it.topic.key + " in its QoS (" +
+                        policy_name(seen.policy) + "): they exchange nothing; use ROS 2's default there");
       }
     }
   }
@@ -446,6 +465,9 @@ void Ros2::look() {
 
 void Ros2::close() {
   State& state = *state_;
+  for (Endpoint& it : state.endpoints) {
+    if (it.entity > 0 && state.participant > 0) it.peers = seen_by(it).peers;
+  }
   if (state.participant > 0) dds_delete(state.participant);
   if (state.domain > 0) dds_delete(state.domain);
   state.participant = state.domain = 0;
@@ -462,7 +484,7 @@ std::string Ros2::report() const {
     const std::uint64_t used = moved + malformed + own_too_large;
     const std::uint64_t overwritten = is_published ? it.overwritten : came > used ? came - used : 0;
     out += "  " + it.topic.name + (is_published ? " <- " : " -> ") + it.topic.key + ": " + std::to_string(moved) + " samples, peers: " +
-           std::to_string(it.most_peers);
+           std::to_string(it.peers);
     const std::pair<std::uint64_t, std::string> dropped[] = {
         {too_large, "greater than max_bytes = " + std::to_string(it.topic.max_bytes)},
         {malformed, "malformed"},
