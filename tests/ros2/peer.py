@@ -197,6 +197,8 @@ def both_ways():
             of = for_cyclone(values())
             to_alls.write(of)
             assert taken(alls, 1, "messages of all types") == [of]
+        kept = reader(DomainParticipant(), "/rig/all_out", All, Qos(RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(10)))
+        assert taken(kept, 10, "samples that are kept for late subscriptions")[-1] == of
         scans = reader(participant, "/rig/scan", LaserScan)
         assert taken(scans, 20, "scans of a late subscription")[0].ranges == [1.5] * 360
     ended = time.monotonic()

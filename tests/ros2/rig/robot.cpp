@@ -33,6 +33,6 @@ int main(int argc, char** argv) {
   ros2.subscribe<sensor_msgs::msg::Image>({"image.in", "ImageEcho", "in", "/rig/image_in", image_hash, image, 2, true, false, 4 * mib});
   ros2.publish<sensor_msgs::msg::Image>({"image.out", "ImageEcho", "out", "/rig/image_out", image_hash, image, 2, true, false, 4 * mib});
   ros2.subscribe<rig::msg::All>({"all.in", "AllEcho", "in", "/rig/all_in", all_hash, "rig::msg::dds_::All_", 10, true, false, 4096});
-  ros2.publish<rig::msg::All>({"all.out", "AllEcho", "out", "/rig/all_out", all_hash, "rig::msg::dds_::All_", 10, true, false, 4096});
+  ros2.publish<rig::msg::All>({"all.out", "AllEcho", "out", "/rig/all_out", all_hash, "rig::msg::dds_::All_", 10, true, true, 4096});
   return robot.run(argc, argv);
 }

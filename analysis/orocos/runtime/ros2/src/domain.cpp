@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <fstream>
@@ -13,6 +14,9 @@
 
 namespace mauve {
 namespace {
+
+// What is not greater is counted, if it is too large for its topic.
+constexpr std::size_t least_sample_limit = 64 << 20;
 
 // Ports of UDP end there.
 constexpr int greatest_domain = 232;
@@ -61,7 +65,7 @@ int domain_number(int configured) {
   return static_cast<int>(number);
 }
 
-std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes) {
+std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes, std::size_t max_bytes) {
   const char* const variable = std::getenv("CYCLONEDDS_URI");
   const std::string more = variable == nullptr ? "" : variable;
   // An interface must not be there twice.
@@ -76,8 +80,9 @@ std::string configuration(Ros2::Discovery discovery, int priority, std::size_t u
            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
            "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
   }
-  // A dead peer stops no other: only the last samples are kept for it. What it has not acknowledged delays the end no longer than this.
+  // A sample that is much too large is not even put together. A dead peer stops no other: only the last samples are kept for it. What it has not acknowledged delays the end no longer than this.
   out += "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads><WriterLingerDuration>100 ms</WriterLingerDuration>"
+         "<MaxSampleSize>" + std::to_string(std::max(least_sample_limit, 2 * max_bytes)) + " B</MaxSampleSize>"
          "<Watermarks><WhcHigh>" + std::to_string(unsent_bytes) + " B</WhcHigh></Watermarks></Internal>";
   if (priority > 0) {
     out += "<Threads>";

@@ -22,8 +22,9 @@ struct MiddlewareScheduling {
 // The number of the domain: that of ROS_DOMAIN_ID, if it is set. Throws where that is none.
 int domain_number(int configured);
 
-// What Cyclone reads. A priority of 0 leaves its threads to the system. What CYCLONEDDS_URI says comes last, and wins.
-std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes);
+// What Cyclone reads. A priority of 0 leaves its threads to the system. What CYCLONEDDS_URI says comes last.
+// Writers keep `unsent_bytes` before they refuse samples; the greatest sample of all topics has `max_bytes`.
+std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes, std::size_t max_bytes);
 
 // Whether this user may have threads of this priority.
 bool may_have_priority(int priority);

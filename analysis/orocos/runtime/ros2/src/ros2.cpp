@@ -23,6 +23,9 @@ namespace {
 const char discovery_hash[] = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e";
 const char discovery_type[] = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 
+// Greater sizes are none for Cyclone.
+constexpr std::size_t greatest_size = 2000000000;
+
 // More endpoints of others are looked at later.
 constexpr std::uint32_t looked_at_once = 16;
 
@@ -249,9 +252,13 @@ void Ros2::open(bool allows_non_realtime) {
   State& state = *state_;
   const int number = domain_number(state.domain_id);
   if (allows_non_realtime && state.scheduling.priority > 0 && !may_have_priority(state.scheduling.priority)) state.scheduling.priority = 0;
-  std::size_t unsent = 1000000;
-  for (const Endpoint& it : state.endpoints) unsent += 2 * it.topic.max_bytes * static_cast<std::size_t>(std::max(1, it.topic.depth));
-  state.xml = configuration(state.discovery, state.scheduling.priority, std::min<std::size_t>(unsent, 2000000000));
+  std::size_t unsent = 1000000, largest = 0;
+  for (const Endpoint& it : state.endpoints) {
+    largest = std::max(largest, it.topic.max_bytes);
+    unsent += 2 * it.topic.max_bytes * static_cast<std::size_t>(std::max(1, it.topic.depth));
+  }
+  largest = std::min(largest, greatest_size / 2);
+  state.xml = configuration(state.discovery, state.scheduling.priority, std::min(unsent, greatest_size), largest);
   dds_set_log_sink(note_complaint, nullptr);
   dds_set_log_mask(DDS_LC_FATAL | DDS_LC_ERROR | DDS_LC_WARNING);
   state.domain_id = number;
