@@ -366,6 +366,9 @@ codes! {
     may_be_overwritten: MAY_BE_OVERWRITTEN = Hint "may-be-overwritten";
     buffer_stays_full: BUFFER_STAYS_FULL = Warning "buffer-stays-full";
     never_read: NEVER_READ = Hint "never-read";
+    invalid_topic: INVALID_TOPIC = Error "invalid-topic";
+    across_hosts: ACROSS_HOSTS = Error "across-hosts";
+    missing_link: MISSING_LINK = Hint "missing-link";
     unused_codel: UNUSED_CODEL = Hint "unused-codel" unused;
     unused_variable: UNUSED_VARIABLE = Hint "unused-variable" unused;
     unused_property: UNUSED_PROPERTY = Hint "unused-property" unused;

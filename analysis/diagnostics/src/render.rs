@@ -87,6 +87,7 @@ reports! { db, project, at:
     K::RecursiveOperation { name } => recursive_operation::report(at, name);
     K::ReservedName { name, is } => reserved_name::report(at, name, *is);
     K::ReturnType { of, expected, found } => return_type::report(at, of, expected, found);
+    K::Ros2(fact) => invalid_topic::report(at, fact);
     K::SeveralInitialStates { first, second, all } => initial_state::several(at, first, second, all);
     K::SwappedEnds { kind, source, target } => connection_direction::swapped(db, at, *kind, source, target);
     K::TooLarge { with } => too_large::report(db, *with);

@@ -13,6 +13,7 @@ use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
 use crate::item_tree::{FeatureKind, Kind, Name};
 use crate::names::names_of;
+use crate::ros2::check::facts_of;
 use crate::size::too_large;
 use crate::source::{Decl, Location, component, shell};
 
@@ -50,6 +51,9 @@ pub fn declaration_facts<'db>(
             checker.names_in_deployment();
             checker.settings();
             checker.unset_and_unconnected();
+            // What is written in `mauve.toml` is reported there: see `configured`.
+            let facts = facts_of(db, project, decl).iter();
+            checker.found.extend(facts.filter(|it| !matches!(it.at, Location::Range(..))).cloned());
         }
         Kind::Component => checker.component(),
         Kind::Shell => checker.shell(),

@@ -12,6 +12,7 @@ use crate::infer::uses_of;
 use crate::item_tree::{Core, Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, roots_exist};
+use crate::ros2::check::{facts_of, facts_of_configuration, has_ros2_or_hosts};
 use crate::source::{Decl, Location, core};
 use crate::{File, ModelDb, Workspace};
 
@@ -123,6 +124,8 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
             && config.chains.is_empty()
             && config.deployments.is_empty()
             && config.deployment_tables.is_empty()
+            && !has_ros2_or_hosts(db, workspace)
+            && config.links.is_empty()
     {
         return Vec::new();
     }
@@ -144,6 +147,21 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     let accepted = check_acceptances(db, file, &config.deployments, &deployed);
     found.extend(accepted.into_iter().map(|fact| (any, fact)));
     found.extend(check_tables(db, file, config, &deployed));
+    let topics = config.ros2.iter().flat_map(|it| &it.topics).map(|it| &it.port);
+    for (value, span) in topics.filter(|(key, _)| key.contains('.')) {
+        found.extend(checker.port((value, span)));
+    }
+    for (value, span) in config.hosts.iter().flat_map(|it| &it.activities) {
+        found.extend(checker.instance(value, (value, span)));
+    }
+    found.extend(facts_of_configuration(db, workspace).into_iter().map(|fact| (any, fact)));
+    for (project, deployment, _) in &deployed {
+        for fact in facts_of(db, *project, *deployment) {
+            if matches!(fact.at, Location::Range(..)) && found.iter().all(|(_, it)| it != fact) {
+                found.push((*project, fact.clone()));
+            }
+        }
+    }
     found
 }
 

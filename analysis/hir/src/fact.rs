@@ -12,6 +12,7 @@ use crate::builtin::Builtin;
 use crate::item_tree::{FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef};
 use crate::link::Link;
 use crate::project::Project;
+pub use crate::ros2::check::{InvalidName, Quality, Ros2Fact, Unmapped};
 use crate::source::{Decl, Location};
 pub use crate::types::OperatorError;
 use crate::types::{Signature, Type};
@@ -38,6 +39,9 @@ impl<'db> Fact<'db> {
     /// listed are errors, which is safe for a new kind. `diagnostics` asserts that the severity of the fact's code agrees.
     pub fn is_error(&self) -> bool {
         use FactKind as K;
+        if let K::Ros2(fact) = &self.kind {
+            return fact.is_error();
+        }
         !matches!(
             self.kind,
             K::ContinuedLine { .. }
@@ -169,6 +173,8 @@ pub enum FactKind<'db> {
     TwoBehaviours { machines: bool },
     /// An invalid size of a buffer, as written.
     BufferSize { size: Name },
+    /// A topic of ROS 2, a host or a link is wrong.
+    Ros2(Ros2Fact),
     /// A line that continues the initial value of a variable; with the white space before it, unless there is a comment.
     ContinuedLine { name: Name, white: Option<SourceId> },
     /// The source and the target of a connection have different types: the name, the type and the declaration of both.

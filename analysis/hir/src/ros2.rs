@@ -7,6 +7,10 @@
 //! topics = { "camera.frame" = "/image_raw" }
 //! ```
 
+pub(crate) mod check;
+
+use std::fmt;
+
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
@@ -120,6 +124,13 @@ impl TopicType {
             _ => return None,
         };
         Some(TopicType { package: "std_msgs".into(), message: wrapping.into(), is_wrapped: true })
+    }
+}
+
+/// As the tools of ROS 2 write it: `sensor_msgs/msg/LaserScan`.
+impl fmt::Display for TopicType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/msg/{}", self.package, self.message)
     }
 }
 

@@ -10,6 +10,8 @@ use crate::infer::signature;
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name, SourceId};
 use crate::link::Link;
 use crate::project::Project;
+use crate::ros2::check::has_ros2_or_hosts;
+use crate::ros2::ros2_of;
 use crate::source::{Location, architecture, deployment_interface};
 use crate::values::whole_number;
 
@@ -125,6 +127,7 @@ impl<'db> Checker<'db> {
         let activities =
             data.activities.iter().rev().flat_map(|it| &it.instances).map(|it| (&it.name, it.id));
         let activities: FxHashMap<&Name, SourceId> = activities.collect();
+        let ros2 = has_ros2_or_hosts(db, project.workspace(db)).then(|| ros2_of(db, project, of));
         for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
             let Some(features) = instance.features(db, project) else { continue };
             if features.completeness.is_incomplete() || features.cycle {
@@ -138,7 +141,8 @@ impl<'db> Checker<'db> {
                 let Some(data) = feature.data(db) else { continue };
                 let end = (instance.name.clone(), name.clone());
                 let declared = Location::Source(feature.shell, data.name.id);
-                let is_unconnected = links_are_valid && !connected.contains(&end);
+                let is_topic = ros2.is_some_and(|it| it.topic(&end.0, &end.1).is_some());
+                let is_unconnected = links_are_valid && !connected.contains(&end) && !is_topic;
                 let (instance, name) = (instance.name.clone(), name.clone());
                 let kind = match feature.kind {
                     kind @ (FeatureKind::Property | FeatureKind::Constant)

@@ -1,0 +1,475 @@
+//! Checks of topics, hosts and links. Without `[ros2]` and `[host.…]`, there is nothing to check.
+
+use std::ops::Range;
+
+use rustc_hash::FxHashSet;
+
+use super::{Ros2, Topic, TopicType, host_of, ros2_of};
+use crate::config::{Config, TopicConfig};
+use crate::fact::{Fact, FactKind};
+use crate::flat::{Flat, deployed};
+use crate::item_tree::{FeatureKind, Name};
+use crate::messages::package;
+use crate::msg::BUILT_IN_TYPES;
+use crate::names::similar;
+use crate::project::{Project, config_file, config_of, platform_of};
+use crate::source::{Decl, Location, deployment};
+use crate::types::Type;
+use crate::{ModelDb, Workspace};
+
+/// Messages nested deeper than this may contain themselves.
+const DEEPEST: usize = 16;
+
+/// The most bytes of the name of a topic with its prefix `rt`.
+const LONGEST_NAME: usize = 255;
+
+/// What is wrong with a topic, a host or a link.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
+pub enum Ros2Fact {
+    /// A key of `topics` is not `instance.port`.
+    NoPort { key: Name },
+    /// An entry of `topics` for an input that this connection feeds.
+    ConnectedInput { port: Name, link: String },
+    /// The type of this port is no message.
+    NoMessage { port: Name, ty: Type },
+    /// A message of this port cannot be a topic, because of a field.
+    Unmapped { port: Name, message: String, why: Unmapped },
+    /// The name of a topic, or the namespace, is invalid, with the valid form where there is a similar one.
+    InvalidName { name: Name, why: InvalidName, fixed: Option<String> },
+    /// Two ports of different types are this topic: each with its type.
+    TwoTypes { topic: Name, ports: [(String, String); 2] },
+    /// A reader asks for more than a writer of the same topic offers.
+    Quality { topic: Name, writer: String, reader: String, property: Quality },
+    /// `[ros2]` has topics, and its gateway lacks this key.
+    NoGateway { key: &'static str },
+    /// An instance or a host has a name that the gateways have.
+    NameOfGateway { name: Name, is_host: bool },
+    /// No host has this instance.
+    NoHost { instance: Name },
+    /// Two hosts have this instance.
+    TwoHosts { instance: Name, first: Name },
+    /// An activity may run on a CPU that its host does not have.
+    NoCpuOfHost { instance: Name, host: Name, cpus: u32 },
+    /// A connection between operations of instances on different hosts.
+    OperationAcross { link: String, hosts: [Name; 2] },
+    /// A connection across hosts whose type is no message.
+    NoMessageAcross { link: String, hosts: [Name; 2], ty: Type },
+    /// A connection across hosts without `[ros2]`.
+    NoRos2 { link: String, hosts: [Name; 2] },
+    /// Hosts that have connections, and no link.
+    NoLink { hosts: [Name; 2], link: String },
+    /// A link whose name is not that of two hosts.
+    InvalidLink { name: Name, near: Option<Name> },
+    /// An instance has a clock with one of another host, and `[clocks] ptp` is missing.
+    ClockAcross { instance: Name, other: Name, hosts: [Name; 2] },
+}
+
+/// Why a message cannot be a topic. `field` is its path, such as `header.stamp`.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum Unmapped {
+    NoPackage { field: String, package: Name },
+    NoSuchMessage { field: String, ty: String },
+    WideString { field: String },
+    Recursive { field: String },
+}
+
+/// Why the name of a topic, or a namespace, is invalid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum InvalidName {
+    Empty,
+    Character(char),
+    Digit,
+    DoubleSlash,
+    EndsWithSlash,
+    Tilde,
+    TooLong,
+}
+
+/// A property of the quality of service that does not match.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum Quality {
+    Reliability,
+    Durability,
+}
+
+impl Ros2Fact {
+    /// Returns whether it is an error, instead of a hint.
+    pub(crate) fn is_error(&self) -> bool {
+        !matches!(self, Ros2Fact::NoLink { .. })
+    }
+}
+
+/// Returns whether `mauve.toml` has topics or hosts. A query, so that other changes of that file invalidate no deployment.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn has_ros2_or_hosts(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    let config = config_of(db, workspace);
+    config.ros2.is_some() || !config.hosts.is_empty()
+}
+
+/// Returns the facts about the topics and hosts of a deployment: in models, and in `mauve.toml`.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn facts_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
+    if !has_ros2_or_hosts(db, project.workspace(db)) {
+        return Vec::new();
+    }
+    let Some((flat, _)) = deployed(db, project, of) else { return Vec::new() };
+    let config = config_of(db, project.workspace(db));
+    let ros2 = ros2_of(db, project, of);
+    let mut checker = TopicChecker { db, project, of, config, flat, ros2, found: Vec::new() };
+    checker.entries();
+    checker.topics();
+    checker.pairs();
+    checker.hosts();
+    checker.links();
+    checker.found
+}
+
+/// Returns the facts that concern `mauve.toml` alone.
+pub(crate) fn facts_of_configuration<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Fact<'db>> {
+    let (config, Some(file)) = (config_of(db, workspace), config_file(db, workspace)) else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    let mut report = |span: &Range<usize>, fact| {
+        found.push(Fact::new(Location::of_span(file, span), FactKind::Ros2(fact)));
+    };
+    let ros2 = config.ros2.as_ref();
+    let names = ros2.into_iter().flat_map(|it| &it.topics).filter_map(|it| it.name.as_ref());
+    for (name, span) in names.chain(ros2.and_then(|it| it.namespace.as_ref())) {
+        if let Some(why) = invalid_name(name) {
+            let fixed = valid_name(name).filter(|fixed| fixed != name);
+            report(span, Ros2Fact::InvalidName { name: name.as_str().into(), why, fixed });
+        }
+    }
+    for topic in ros2.into_iter().flat_map(|it| &it.topics).filter(|it| !it.port.0.contains('.')) {
+        report(&topic.port.1, Ros2Fact::NoPort { key: topic.port.0.as_str().into() });
+    }
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    for host in &config.hosts {
+        if host.name.contains('@') || host.name == "ros2" {
+            report(&host.span, Ros2Fact::NameOfGateway { name: host.name.as_str().into(), is_host: true });
+        }
+        for (instance, span) in &host.activities {
+            match seen.iter().find(|(known, _)| known == instance) {
+                Some((_, first)) => report(
+                    span,
+                    Ros2Fact::TwoHosts { instance: instance.as_str().into(), first: (*first).into() },
+                ),
+                None => seen.push((instance, &host.name)),
+            }
+        }
+    }
+    for link in config.links.iter().filter(|it| ends_of_link(config, &it.name).is_none()) {
+        let hosts = || config.hosts.iter().map(|it| it.name.as_str());
+        let pairs = hosts().flat_map(|a| hosts().filter(move |b| a != *b).map(move |b| format!("{a}-{b}")));
+        let near = similar(&link.name, &pairs.map(Name::from).collect::<Vec<_>>());
+        report(&link.span, Ros2Fact::InvalidLink { name: link.name.as_str().into(), near });
+    }
+    if config.ptp.is_none() {
+        for (clock, (instance, span)) in config.on_clocks() {
+            let others = config.on_clocks().filter(|(it, _)| *it == clock).map(|(_, (it, _))| it);
+            let host = host_of(config, instance);
+            let before = others.take_while(|it| *it != instance);
+            let Some(other) = before.into_iter().find(|it| host_of(config, it) != host) else { continue };
+            if let (Some(host), Some(of_other)) = (host, host_of(config, other)) {
+                let hosts = [of_other, host].map(|it| name_of_host(config, it));
+                let (instance, other) = (instance.as_str().into(), other.as_str().into());
+                report(span, Ros2Fact::ClockAcross { instance, other, hosts });
+            }
+        }
+    }
+    found
+}
+
+/// Returns why a name of a topic, absolute or below the namespace, or a namespace, is invalid by the rules of ROS 2.
+fn invalid_name(name: &str) -> Option<InvalidName> {
+    let is_sign = |it: char| it.is_ascii_alphanumeric() || it == '_' || it == '/';
+    if name.is_empty() || name == "/" {
+        return Some(InvalidName::Empty);
+    }
+    if name.contains('~') {
+        return Some(InvalidName::Tilde);
+    }
+    if let Some(sign) = name.chars().find(|it| !is_sign(*it)) {
+        return Some(InvalidName::Character(sign));
+    }
+    let parts = name.strip_prefix('/').unwrap_or(name);
+    if name.contains("//") {
+        Some(InvalidName::DoubleSlash)
+    } else if name.ends_with('/') {
+        Some(InvalidName::EndsWithSlash)
+    } else if parts.split('/').any(|it| it.starts_with(|it: char| it.is_ascii_digit())) {
+        Some(InvalidName::Digit)
+    } else {
+        ("rt/".len() + parts.len() > LONGEST_NAME).then_some(InvalidName::TooLong)
+    }
+}
+
+/// Returns the valid name that an invalid one most likely means.
+fn valid_name(name: &str) -> Option<String> {
+    let sign = |it: char| if it.is_ascii_alphanumeric() || it == '_' || it == '/' { it } else { '_' };
+    let start = if name.starts_with('/') { "/" } else { "" };
+    let parts: Vec<String> =
+        name.split('/').filter(|it| !it.is_empty()).map(|it| it.chars().map(sign).collect()).collect();
+    let fixed = format!("{start}{}", parts.join("/"));
+    (!name.contains('~') && invalid_name(&fixed).is_none()).then_some(fixed)
+}
+
+/// Returns the hosts that a link such as `eyes-brain` joins.
+fn ends_of_link(config: &Config, name: &str) -> Option<(usize, usize)> {
+    let host = |name: &str| config.hosts.iter().position(|it| it.name == name);
+    let mut splits = name.match_indices('-');
+    splits.find_map(|(at, _)| Some((host(&name[..at])?, host(&name[at + 1..])?))).filter(|(a, b)| a != b)
+}
+
+fn name_of_host(config: &Config, host: usize) -> Name {
+    config.hosts.get(host).map_or_else(Name::default, |it| it.name.as_str().into())
+}
+
+/// Returns why a message cannot be a topic.
+fn unmapped(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    (of, name): (&str, &str),
+    path: &mut Vec<String>,
+    checked: &mut FxHashSet<(String, String)>,
+) -> Option<Unmapped> {
+    let field = || path.join(".");
+    if checked.contains(&(of.to_owned(), name.to_owned())) {
+        return None;
+    }
+    if path.len() > DEEPEST {
+        return Some(Unmapped::Recursive { field: field() });
+    }
+    let Some(found) = package(db, workspace, &of.into()) else {
+        return Some(Unmapped::NoPackage { field: field(), package: of.into() });
+    };
+    let Some(message) = found.messages.get(name) else {
+        return Some(Unmapped::NoSuchMessage { field: field(), ty: format!("{of}/{name}") });
+    };
+    for it in &message.fields {
+        path.push(it.name.to_string());
+        match it.element() {
+            "wstring" => return Some(Unmapped::WideString { field: path.join(".") }),
+            // These are of ROS 1.
+            ty @ ("time" | "duration") => {
+                return Some(Unmapped::NoSuchMessage { field: path.join("."), ty: ty.to_owned() });
+            }
+            ty if BUILT_IN_TYPES.contains(&ty) => {}
+            ty => {
+                let nested = ty.split_once('/').unwrap_or((of, ty));
+                if let Some(why) = unmapped(db, workspace, nested, path, checked) {
+                    return Some(why);
+                }
+            }
+        }
+        path.pop();
+    }
+    checked.insert((of.to_owned(), name.to_owned()));
+    None
+}
+
+struct TopicChecker<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    config: &'db Config,
+    flat: &'db Flat<'db>,
+    ros2: &'db Ros2,
+    found: Vec<Fact<'db>>,
+}
+
+impl<'db> TopicChecker<'db> {
+    fn report(&mut self, at: Location<'db>, fact: Ros2Fact) {
+        let fact = Fact::new(at, FactKind::Ros2(fact));
+        if !self.found.contains(&fact) {
+            self.found.push(fact);
+        }
+    }
+
+    /// Returns the entry of a port in `[ros2] topics`.
+    fn entry(&self, (instance, port): &(Name, Name)) -> Option<&'db TopicConfig> {
+        let is_it = |it: &&TopicConfig| {
+            it.port.0.split_once('.').is_some_and(|(of, name)| *instance == of && *port == name)
+        };
+        self.config.ros2.as_ref()?.topics.iter().find(is_it)
+    }
+
+    fn in_config(&self, span: &Range<usize>) -> Location<'db> {
+        let file = config_file(self.db, self.project.workspace(self.db));
+        file.map_or(Location::name_of(self.of), |file| Location::of_span(file, span))
+    }
+
+    /// Returns the location of the activity of an instance, otherwise that of the deployment.
+    fn at_activity(&self, instance: &str) -> Location<'db> {
+        let activities = deployment(self.db, self.of).into_iter().flat_map(|it| &it.activities);
+        let mut instances = activities.flat_map(|it| &it.instances);
+        let found = instances.find(|it| it.name == *instance);
+        found.map_or(Location::name_of(self.of), |it| Location::Source(self.of, it.id))
+    }
+
+    /// Returns the location of a topic: its entry, otherwise the activity of its instance.
+    fn at(&self, port: &(Name, Name)) -> Location<'db> {
+        match self.entry(port) {
+            Some(entry) => self.in_config(&entry.port.1),
+            None => self.at_activity(&port.0),
+        }
+    }
+
+    fn host(&self, instance: &str) -> Option<usize> {
+        host_of(self.config, instance)
+    }
+
+    /// Checks the ports that `[ros2] topics` names. Other checks report those that do not exist.
+    fn entries(&mut self) {
+        for entry in self.config.ros2.iter().flat_map(|it| &it.topics) {
+            let Some((instance, port)) = entry.port.0.split_once('.') else { continue };
+            let port = (Name::from(instance), Name::from(port));
+            let Some(feature) = self.flat.feature(self.db, self.project, &port) else { continue };
+            if !feature.kind.is_port() {
+                continue;
+            }
+            let at = self.in_config(&entry.port.1);
+            let ty = feature.ty(self.db, self.project);
+            if TopicType::of(&ty).is_none() {
+                let port = entry.port.0.as_str().into();
+                self.report(at.clone(), Ros2Fact::NoMessage { port, ty });
+            }
+            let mut links = self.flat.links.iter().filter(|it| !it.operation && it.target == port);
+            let local = links.find(|it| self.host(&it.source.0) == self.host(&it.target.0));
+            if let Some(link) = local.filter(|_| feature.kind == FeatureKind::Input) {
+                let port = entry.port.0.as_str().into();
+                self.report(at, Ros2Fact::ConnectedInput { port, link: link.to_string() });
+            }
+        }
+    }
+
+    /// Checks each topic: its type and its name.
+    fn topics(&mut self) {
+        let workspace = self.project.workspace(self.db);
+        let mut checked = FxHashSet::default();
+        for topic in &self.ros2.topics {
+            let TopicType { package, message, .. } = &topic.ty;
+            if let Some(why) = unmapped(self.db, workspace, (package, message), &mut Vec::new(), &mut checked)
+            {
+                let port = Name::from(format!("{}.{}", topic.port.0, topic.port.1));
+                let fact = Ros2Fact::Unmapped { port, message: topic.ty.to_string(), why };
+                self.report(self.at(&topic.port), fact);
+            }
+            // An invalid name of `mauve.toml` is reported there.
+            if invalid_name(&topic.name) == Some(InvalidName::TooLong) {
+                let name = topic.name.clone();
+                let fact = Ros2Fact::InvalidName { name, why: InvalidName::TooLong, fixed: None };
+                self.report(self.at(&topic.port), fact);
+            }
+        }
+        let gateway = self.config.ros2.as_ref().filter(|_| !self.ros2.topics.is_empty());
+        let gateway = gateway.map(|it| (it, &it.gateway));
+        if let Some((section, gateway)) = gateway {
+            let span = if gateway.span.is_empty() { &section.span } else { &gateway.span };
+            let lacking = [("priority", gateway.priority.is_none()), ("period", gateway.period.is_none())];
+            if let Some((key, _)) = lacking.into_iter().find(|(_, lacks)| *lacks) {
+                self.report(self.in_config(span), Ros2Fact::NoGateway { key });
+            }
+        }
+        let named = self.flat.instances.iter().find(|it| it.name == *"ros2");
+        if let Some(at) = named.filter(|_| gateway.is_some()).and_then(|it| it.declaration(self.db)) {
+            self.report(at, Ros2Fact::NameOfGateway { name: "ros2".into(), is_host: false });
+        }
+    }
+
+    /// Checks the ports of each topic against each other.
+    fn pairs(&mut self) {
+        let full = |it: &Topic| format!("{}.{}", it.port.0, it.port.1);
+        for (index, topic) in self.ros2.topics.iter().enumerate() {
+            let is_same =
+                |it: &Topic| (&it.ty.package, &it.ty.message) == (&topic.ty.package, &topic.ty.message);
+            let mut earlier =
+                self.ros2.topics.iter().take(index).filter(|it| it.name == topic.name).peekable();
+            if let Some(first) = earlier.peek().filter(|it| !is_same(it)) {
+                let ports = [first, topic].map(|it| (full(it), it.ty.to_string()));
+                let fact = Ros2Fact::TwoTypes { topic: topic.name.clone(), ports };
+                self.report(self.at(&topic.port), fact);
+                continue;
+            }
+            for earlier in earlier.filter(|it| is_same(it) && it.is_published != topic.is_published) {
+                let (writer, reader) = if topic.is_published { (topic, earlier) } else { (earlier, topic) };
+                let property = if writer.is_best_effort && !reader.is_best_effort {
+                    Quality::Reliability
+                } else if reader.is_transient_local && !writer.is_transient_local {
+                    Quality::Durability
+                } else {
+                    continue;
+                };
+                let (topic, at) = (topic.name.clone(), self.at(&reader.port));
+                let (writer, reader) = (full(writer), full(reader));
+                self.report(at, Ros2Fact::Quality { topic, writer, reader, property });
+            }
+        }
+    }
+
+    /// Checks that each instance has a host, and that the host has its CPUs.
+    fn hosts(&mut self) {
+        if self.config.hosts.is_empty() {
+            return;
+        }
+        for instance in self.flat.instances.iter().filter(|it| !it.repeated) {
+            if self.host(&instance.name).is_none() {
+                let fact = Ros2Fact::NoHost { instance: instance.name.clone() };
+                self.report(self.at_activity(&instance.name), fact);
+            }
+        }
+        let platform = platform_of(self.db, self.project.workspace(self.db));
+        for activity in deployment(self.db, self.of).into_iter().flat_map(|it| &it.activities) {
+            let Some((field, cpus)) = platform.cpus_of(activity) else { continue };
+            let mut hosts = activity.instances.iter().filter_map(|it| Some((it, self.host(&it.name)?)));
+            let too_few = hosts.find_map(|(instance, host)| {
+                let host = self.config.hosts.get(host)?;
+                let has = host.cpus?;
+                let is_missing = !(cpus - mauve_timing::CpuSet::first_few(has)).is_empty();
+                is_missing.then(|| (instance.name.clone(), Name::from(host.name.as_str()), has))
+            });
+            if let Some((instance, host, cpus)) = too_few {
+                let at = Location::Source(self.of, field.name.id);
+                self.report(at, Ros2Fact::NoCpuOfHost { instance, host, cpus });
+            }
+        }
+    }
+
+    /// Checks the connections across hosts.
+    fn links(&mut self) {
+        let mut joined: FxHashSet<(usize, usize)> =
+            self.config.links.iter().filter_map(|it| ends_of_link(self.config, &it.name)).collect();
+        for link in &self.flat.links {
+            let hosts = (self.host(&link.source.0), self.host(&link.target.0));
+            let (Some(from), Some(to)) = hosts else { continue };
+            if from == to {
+                continue;
+            }
+            let (at, text) = (link.at.clone(), link.to_string());
+            let hosts = [from, to].map(|it| name_of_host(self.config, it));
+            if link.operation {
+                self.report(at, Ros2Fact::OperationAcross { link: text, hosts });
+                continue;
+            }
+            if self.config.ros2.is_none() {
+                self.report(at, Ros2Fact::NoRos2 { link: text, hosts });
+                continue;
+            }
+            let ty = self.flat.feature(self.db, self.project, &link.source);
+            let ty = ty.map_or(Type::Unknown, |it| it.ty(self.db, self.project));
+            if TopicType::of(&ty).is_none() {
+                let fact = Ros2Fact::NoMessageAcross { link: text.clone(), hosts: hosts.clone(), ty };
+                self.report(at.clone(), fact);
+            }
+            if !joined.contains(&(from, to)) && !joined.contains(&(to, from)) {
+                joined.insert((from, to));
+                self.report(at, Ros2Fact::NoLink { hosts, link: text });
+            }
+        }
+    }
+}
