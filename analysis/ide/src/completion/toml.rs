@@ -220,6 +220,11 @@ impl Toml<'_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
         let item = |key| Completion::new(CompletionKind::Key, key);
         match section_named(section).map(|it| &it.entries) {
+            _ if section == "ros2.topics" => {
+                let ports = |it: InstanceOf<'_, '_>| [self.ports(it, false), self.ports(it, true)].concat();
+                let all = self.instances(ports).into_iter();
+                all.map(|it| Completion::new(CompletionKind::Port, it.label)).collect()
+            }
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
             _ => keys_below(section).into_iter().map(|(key, _)| item(key).rank(0)).collect(),
         }

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{Feature, HookKind, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
-    Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, flat_of,
-    inference_of_core, line_of, names_of, product_of, shell, type_of, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, first_target_of,
+    flat_of, inference_of_core, line_of, names_of, product_of, ros2_of, shell, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
@@ -48,7 +48,8 @@ pub(super) fn details<'db>(
     }
     let Definition::At(Location::Source(of, id)) = found.definition else { return String::new() };
     match found.kind {
-        SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, id)),
+        SymbolKind::Port => block([connections(db, project, of, id), topics(db, project, of, id)].concat()),
+        SymbolKind::Operation => block(connections(db, project, of, id)),
         SymbolKind::Property | SymbolKind::Constant => {
             resolved_type(db, project, of, id, shown) + &block(values(db, project, of, id))
         }
@@ -176,6 +177,31 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
         }
     }
     summary::where_they_differ(db, of_each)
+}
+
+/// Returns the topics of ROS 2 of a port, such as `laser.scan publishes /laser/scan: sensor_msgs/msg/LaserScan`.
+fn topics(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
+    let mut lines = Vec::new();
+    let having = having(db, project, of, id);
+    for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
+        let target = first_target_of(db, project, deployment);
+        let ros2 = ros2_of(db, project, deployment);
+        for (_, _, instance, name) in having.iter().filter(|it| Some(it.0) == target) {
+            let Some(topic) = ros2.topic(instance, name) else { continue };
+            let verb = if topic.is_published { "publishes" } else { "subscribes to" };
+            let reliability = if topic.is_best_effort { "best effort" } else { "reliable" };
+            let durability = if topic.is_transient_local { "transient local" } else { "volatile" };
+            let host = ros2.hosts.get(topic.host).map(|it| format!(", on host {it}")).unwrap_or_default();
+            let line = format!(
+                "{instance}.{name} {verb} {}: {}, {reliability}, {durability}, depth {}, at most {} bytes{host}",
+                topic.name, topic.ty, topic.depth, topic.max_bytes
+            );
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
+        }
+    }
+    lines
 }
 
 /// Returns the values of a property or constant, such as `laser.rate = 5 in D`.

@@ -95,7 +95,10 @@ impl<'db> KeyReader<'db> {
         let all = deployed(None);
         let chains = || config.chains.iter();
         let ends = || chains().flat_map(|it| it.ends().chain(&it.answers));
-        for (end, span) in config.on_clocks().map(|(_, it)| it).chain(ends()) {
+        let topics = config.ros2.iter().flat_map(|it| &it.topics).map(|it| &it.port);
+        let on_hosts = config.hosts.iter().flat_map(|it| &it.activities);
+        let on_clocks = config.on_clocks().map(|(_, it)| it);
+        for (end, span) in on_clocks.chain(on_hosts).chain(topics).chain(ends()) {
             self.endpoint(db, project, &all, end, span);
         }
         for (end, span) in ends() {
