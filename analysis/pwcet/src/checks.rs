@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn equal_times_have_no_groups() {
-        let greatest_is_frequent = |it: u32| if it % 2 == 0 { 1.0 } else { 2.0 };
+        let greatest_is_frequent = |it: u32| if it.is_multiple_of(2) { 1.0 } else { 2.0 };
         for greatest_are_few in [false, true] {
             let time =
                 |it: u32| if greatest_are_few { f64::from(it.min(998)) } else { greatest_is_frequent(it) };
