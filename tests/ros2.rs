@@ -62,6 +62,11 @@ fn ros2_threads_are_scheduled_and_neither_lock_nor_allocate_in_a_flood() {
 }
 
 #[test]
+fn ros2_packets_that_nobody_can_read_stop_no_activity() {
+    peer("junk");
+}
+
+#[test]
 fn ros2_robot_starts_with_all_topics_or_not_at_all() {
     peer("refusals");
 }

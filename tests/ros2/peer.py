@@ -47,6 +47,16 @@ class Robot:
         self.process.send_signal(signal.SIGINT)
         self.report, self.warnings = self.process.communicate(timeout=PATIENCE)
 
+    def threads(self):
+        """The priority and the CPU of each real-time thread but the supervisor."""
+        folder, found = f"/proc/{self.process.pid}/task", {}
+        for thread in os.listdir(folder):
+            name = open(f"{folder}/{thread}/comm").read().strip()
+            if name != "robot" and os.sched_getscheduler(int(thread)) == os.SCHED_FIFO:
+                (cpu,) = os.sched_getaffinity(int(thread))
+                found[name] = (os.sched_getparam(int(thread)).sched_priority, cpu)
+        return found
+
     def topic(self, name):
         return next(line for line in self.report.splitlines() if line.startswith(f"  {name} "))
 
@@ -263,22 +273,15 @@ def reads():
 
 def scheduling():
     """All threads are scheduled as modelled, and those of components neither lock nor allocate, while a peer floods the robot."""
-    others = ("gc", "recv", "tev", "dq.builtins", "dq.user")
-    expected = {"Laser": (40, 0), "TwistEcho": (39, 0), "ImageEcho": (10, 0), "AllEcho": (9, 0), "ros2": (20, 1), **{name: (19, 1) for name in others}}
+    names = ("gc", "recv", "tev", "dq.builtins", "dq.user")
+    expected = {"Laser": (40, 0), "TwistEcho": (39, 0), "ImageEcho": (10, 0), "AllEcho": (9, 0), "ros2": (20, 1)}
+    expected.update({name: (19, 1) for name in names})
     counting = {"MAUVE_INTERPOSE_FROM": "1.5", "MAUVE_INTERPOSE_TO": "3.5", "MAUVE_INTERPOSE_THREADS": "Laser TwistEcho"}
     with Robot("--log-level", "error", LD_PRELOAD=FOLDER + "/libinterposer.so", **counting) as robot:
         participant = DomainParticipant()
         flooded = writer(participant, "/cmd_vel", Twist, Qos(RELIABLE, Policy.History.KeepLast(1)))
         malformed = writer(DomainParticipant(), "/cmd_vel", HalfTwist, Qos(RELIABLE, Policy.History.KeepLast(1)))
-        found = {}
-        folder = f"/proc/{robot.process.pid}/task"
-        for thread in os.listdir(folder):
-            name = open(f"{folder}/{thread}/comm").read().strip()
-            if name in expected:
-                assert os.sched_getscheduler(int(thread)) == os.SCHED_FIFO, name
-                (cpu,) = os.sched_getaffinity(int(thread))
-                found[name] = (os.sched_getparam(int(thread)).sched_priority, cpu)
-        assert found == expected, found
+        assert robot.threads() == expected, robot.threads()
         end = time.monotonic() + 4
         count = 0
         while time.monotonic() < end:
@@ -289,6 +292,18 @@ def scheduling():
     assert robot.samples("/cmd_vel") > 1000 and robot.dropped("/cmd_vel", "malformed") > 1000, robot.report
     assert "interposer: 0 allocations, 0 locks," in robot.warnings, robot.warnings
     print(f"{count} samples of each kind\n{robot.report}")
+
+
+def junk():
+    """Packets that nobody can read take all of a CPU: its activities go on."""
+    with Robot("--log-level", "error") as robot:
+        time.sleep(1)
+        senders = [subprocess.Popen([FOLDER + "/flood", "3"]) for _ in range(2)]
+        assert [sender.wait() for sender in senders] == [0, 0]
+        wait_for(lambda: robot.threads().get("recv") == (19, 1), "the priority after the flood")
+        scans = reader(DomainParticipant(), "/rig/scan", LaserScan)
+        taken(scans, 20, "scans after the flood")
+    assert robot.process.returncode == 0, robot.report
 
 
 def refusals():

@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <pthread.h>
 #include <sched.h>
+#include <time.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -152,6 +153,19 @@ std::string difference(int thread, const MiddlewareScheduling& wanted) {
     return "is not on the CPUs of the gateway alone";
   }
   return "";
+}
+
+Nanoseconds cpu_of(int thread) {
+  timespec used = {};
+  // As pthread_getcpuclockid makes it: that needs the thread's handle.
+  clock_gettime(static_cast<clockid_t>((~static_cast<unsigned>(thread) << 3) | 6u), &used);
+  return used.tv_sec * Nanoseconds(1000000000) + used.tv_nsec;
+}
+
+void set_priority(int thread, int priority) {
+  sched_param parameter = {};
+  parameter.sched_priority = priority;
+  sched_setscheduler(thread, priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
 }
 
 struct Scheduled::Before {

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "mauve/clock.hpp"
 #include "mauve/cpus.hpp"
 #include "mauve/ros2.hpp"
 
@@ -37,6 +38,10 @@ std::string name_of_thread(int number);
 
 // What differs between a thread and what it should be; empty if nothing does.
 std::string difference(int thread, const MiddlewareScheduling& wanted);
+
+// The CPU time that a thread has used; and its priority from now on, 0 for SCHED_OTHER. Neither waits nor allocates.
+Nanoseconds cpu_of(int thread);
+void set_priority(int thread, int priority);
 
 // While it exists, the calling thread is scheduled so, if it may be: what it holds, threads of this priority may wait for.
 class Scheduled {

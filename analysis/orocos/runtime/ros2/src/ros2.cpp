@@ -29,6 +29,10 @@ constexpr std::size_t greatest_size = 2000000000;
 // More endpoints of others are looked at later.
 constexpr std::uint32_t looked_at_once = 16;
 
+// The system suspends all real-time threads of a CPU that has no time for others. Before that, the threads of Cyclone lose their priority:
+// where they use more than this part of the CPU, in percent, until they use less than the other.
+constexpr Nanoseconds flood_length = 100000000, flood_begin = 70, flood_end = 40;
+
 // What ROS 2 calls rmw_dds_common/msg/ParticipantEntitiesInfo: which endpoints are whose node's.
 typedef std::array<std::uint8_t, 16> Gid;
 
@@ -71,7 +75,8 @@ void note_complaint(void*, const dds_log_data_t* data) {
   const std::unique_lock<std::mutex> lock(complaints().mutex, std::try_to_lock);
   // A peer's samples that cannot be used are counted.
   if (!lock || std::strstr(data->message, "deserialization") != nullptr) return;
-  complaints().last.assign(data->message, data->size);
+  // Without the bytes of a packet.
+  complaints().last.assign(data->message, std::find(data->message, data->message + data->size, '<'));
   while (!complaints().last.empty() && complaints().last.back() <= ' ') complaints().last.pop_back();
 }
 
@@ -202,6 +207,7 @@ struct Ros2::State {
   dds_entity_t checked(dds_entity_t entity, const std::string& what) const;
   dds_entity_t create_topic(const std::string& name, ddsi_sertype*& type) const;
   void announce();
+  void watch_load();
   void publish(Endpoint& endpoint);
   void subscribe(Endpoint& endpoint);
   void look_at_peers(dds_entity_t reader, bool are_writers, std::vector<std::string>& found);
@@ -216,6 +222,10 @@ struct Ros2::State {
   std::deque<Endpoint> endpoints;
   std::map<std::string, std::unique_ptr<SharedTopic>> topics;
   std::set<std::string> threads, said;
+  // The numbers of Cyclone's threads, and what the gateway has seen of them last.
+  std::vector<int> workers;
+  Nanoseconds watched_at = 0, used = 0;
+  std::atomic<bool> is_flooded{false};
   SharedTopic nodes{0};
   dds_entity_t domain = 0, participant = 0, publications = 0, subscriptions = 0;
 };
@@ -266,6 +276,7 @@ void Ros2::open(bool allows_non_realtime) {
   for (const int thread : started) {
     const std::string name = name_of_thread(thread);
     state.threads.insert(name);
+    state.workers.push_back(thread);
     const std::string differs = difference(thread, state.scheduling);
     if (!differs.empty() && !allows_non_realtime) {
       throw std::runtime_error("thread " + name + " of Cyclone DDS " + differs +
@@ -344,7 +355,21 @@ void Ros2::State::announce() {
   checked(dds_writecdr(writer, sample), "the announcement of node " + node);
 }
 
+void Ros2::State::watch_load() {
+  const Nanoseconds at = now(), length = at - watched_at;
+  if (scheduling.priority == 0 || length < flood_length) return;
+  Nanoseconds sum = 0;
+  for (const int thread : workers) sum += cpu_of(thread);
+  const Nanoseconds share = watched_at == 0 ? 0 : 100 * (sum - used) / length;
+  watched_at = at;
+  used = sum;
+  if (is_flooded ? share >= flood_end : share <= flood_begin) return;
+  is_flooded = !is_flooded;
+  for (const int thread : workers) set_priority(thread, is_flooded ? 0 : scheduling.priority);
+}
+
 bool Ros2::step() {
+  state_->watch_load();
   for (Endpoint& it : state_->endpoints) it.port->is_published() ? state_->publish(it) : state_->subscribe(it);
   return true;
 }
@@ -461,6 +486,10 @@ void Ros2::look() {
                         policy_name(seen.policy) + "): they exchange nothing; use ROS 2's default there");
       }
     }
+  }
+  if (state.is_flooded) {
+    found.push_back("other programs send more than the CPUs of the gateway can receive: the threads of Cyclone DDS have no priority "
+                    "until that ends, and samples may be late");
   }
   const std::string complaint = taken_complaint();
   if (!complaint.empty()) found.push_back("Cyclone DDS: " + complaint);
