@@ -1,12 +1,16 @@
 #include "domain.hpp"
 
+#include <arpa/inet.h>
 #include <dirent.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/socket.h>
 #include <time.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <iterator>
@@ -22,15 +26,29 @@ constexpr std::size_t least_sample_limit = 64 << 20;
 // Ports of UDP end there.
 constexpr int greatest_domain = 232;
 
-std::set<int> present_threads() {
+// The numbers in a folder of /proc.
+std::set<int> numbers_in(const char* path) {
   std::set<int> found;
-  DIR* const folder = opendir("/proc/self/task");
+  DIR* const folder = opendir(path);
   if (folder == nullptr) return found;
   while (const dirent* const entry = readdir(folder)) {
-    const int number = std::atoi(entry->d_name);
-    if (number > 0) found.insert(number);
+    if (entry->d_name[0] != '.') found.insert(std::atoi(entry->d_name));
   }
   closedir(folder);
+  return found;
+}
+
+std::set<int> present_threads() { return numbers_in("/proc/self/task"); }
+
+// The sockets that hear all interfaces.
+std::set<int> open_sockets() {
+  std::set<int> found;
+  for (const int file : numbers_in("/proc/self/fd")) {
+    sockaddr_in address = {};
+    socklen_t size = sizeof address;
+    const bool is_socket = getsockname(file, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+    if (is_socket && address.sin_family == AF_INET && address.sin_addr.s_addr == htonl(INADDR_ANY)) found.insert(file);
+  }
   return found;
 }
 
@@ -44,7 +62,9 @@ cpu_set_t set_of(const Cpus& cpus) {
 }
 
 // What the user's configuration says, if it is a text or the first of its files can be read.
-std::string own_configuration(const std::string& uri) {
+std::string own_configuration() {
+  const char* const variable = std::getenv("CYCLONEDDS_URI");
+  const std::string uri = variable == nullptr ? "" : variable;
   const std::string prefix = "file://";
   if (uri.empty() || uri[0] == '<') return uri;
   const std::string path = uri.compare(0, prefix.size(), prefix) == 0 ? uri.substr(prefix.size()) : uri;
@@ -69,21 +89,22 @@ int domain_number(int configured) {
 std::string configuration(Ros2::Discovery discovery, int priority, std::size_t unsent_bytes, std::size_t max_bytes) {
   const char* const variable = std::getenv("CYCLONEDDS_URI");
   const std::string more = variable == nullptr ? "" : variable;
-  // An interface must not be there twice.
-  const bool has_interface = own_configuration(more).find("NetworkInterface") != std::string::npos;
   std::string out = "<CycloneDDS><Domain Id=\"any\">";
   if (discovery == Ros2::Localhost) {
     // As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but only the loopback hears anything. It has no small packets.
+    // An interface must not be there twice.
     const char* const loopback = "<Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>";
-    out += std::string("<General>") + (has_interface ? "" : loopback) +
+    out += std::string("<General>") + (has_own_interface() ? "" : loopback) +
            "<AllowMulticast>false</AllowMulticast>"
            "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>63000B</FragmentSize></General>"
            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
            "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
   }
-  // A sample that is much too large is not even put together. A dead peer stops no other: only the last samples are kept for it. What it has not acknowledged delays the end no longer than this.
+  // A sample that is much too large is not even put together. A dead peer stops no other: only the last samples are kept for it, and
+  // delay the end no longer than this.
+  const std::size_t limit = std::max(least_sample_limit, 2 * max_bytes);
   out += "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads><WriterLingerDuration>100 ms</WriterLingerDuration>"
-         "<MaxSampleSize>" + std::to_string(std::max(least_sample_limit, 2 * max_bytes)) + " B</MaxSampleSize>"
+         "<MaxSampleSize>" + std::to_string(limit) + " B</MaxSampleSize>"
          "<Watermarks><WhcHigh>" + std::to_string(unsent_bytes) + " B</WhcHigh></Watermarks></Internal>";
   if (priority > 0) {
     out += "<Threads>";
@@ -95,6 +116,18 @@ std::string configuration(Ros2::Discovery discovery, int priority, std::size_t u
   }
   out += "</Domain></CycloneDDS>";
   return more.empty() ? out : out + "," + more;
+}
+
+bool has_own_interface() { return own_configuration().find("NetworkInterface") != std::string::npos; }
+
+void on_loopback(const std::function<void()>& function) {
+  const std::set<int> before = open_sockets();
+  function();
+  for (const int file : open_sockets()) {
+    if (before.count(file) > 0 || setsockopt(file, SOL_SOCKET, SO_BINDTODEVICE, "lo", 3) == 0) continue;
+    throw std::runtime_error(std::string("other computers could reach the robot: a socket cannot be bound to `lo` (") + std::strerror(errno) +
+                             "); use Linux 5.7 or later, run as root, or set discovery = \"subnet\" in [ros2]");
+  }
 }
 
 bool may_have_priority(int priority) {

@@ -130,17 +130,6 @@ std::string hash_in(const dds_qos_t* qos) {
   return text.substr(begin + 9, text.find(';', begin) - begin - 9);
 }
 
-std::string policy_name(std::uint32_t id) {
-  switch (id) {
-    case DDS_DURABILITY_QOS_POLICY_ID: return "durability";
-    case DDS_RELIABILITY_QOS_POLICY_ID: return "reliability";
-    case DDS_DEADLINE_QOS_POLICY_ID: return "deadline";
-    case DDS_LIVELINESS_QOS_POLICY_ID: return "liveliness";
-    case DDS_DATA_REPRESENTATION_QOS_POLICY_ID: return "data representation";
-    default: return "policy " + std::to_string(id);
-  }
-}
-
 // What strangers call their types is shown.
 std::string printable(const char* text) {
   std::string out = text == nullptr ? "" : std::string(text).substr(0, 200);
@@ -320,7 +309,14 @@ SharedTopic& Ros2::State::shared(const Topic& topic) {
 // In a thread with the CPUs of the gateway.
 void Ros2::State::create() {
   const std::string domain_name = "domain " + std::to_string(domain_id) + " of ROS 2";
-  domain = checked(dds_create_domain(static_cast<dds_domainid_t>(domain_id), xml.c_str()), domain_name);
+  const auto open_domain = [&] {
+    domain = checked(dds_create_domain(static_cast<dds_domainid_t>(domain_id), xml.c_str()), domain_name);
+  };
+  if (discovery == Localhost && !has_own_interface()) {
+    on_loopback(open_domain);
+  } else {
+    open_domain();
+  }
   const Qos qos(dds_create_qos());
   const std::string enclave = "enclave=/;";
   dds_qset_userdata(qos.get(), enclave.data(), enclave.size());
@@ -482,8 +478,8 @@ void Ros2::look() {
       const Seen seen = seen_by(it);
       it.peers = seen.peers;
       if (seen.refused > 0 && seen.policy != DDS_DURABILITY_QOS_POLICY_ID && seen.policy != DDS_RELIABILITY_QOS_POLICY_ID) {
-        found.push_back("topic " + it.topic.name + ": another program differs from " + it.topic.key + " in its QoS (" +
-                        policy_name(seen.policy) + "): they exchange nothing; use ROS 2's default there");
+        found.push_back("topic " + it.topic.name + ": another program differs from " + it.topic.key + " in its QoS (policy " +
+                        std::to_string(seen.policy) + " of DDS): they exchange nothing; use ROS 2's default there");
       }
     }
   }

@@ -112,27 +112,14 @@ std::size_t print(const ddsi_sertype*, const ddsi_serdata*, char* text, std::siz
 
 void key_hash(const ddsi_serdata*, ddsi_keyhash* hash, bool) { std::memset(hash, 0, sizeof *hash); }
 
-ddsi_serdata_ops operations() {
-  ddsi_serdata_ops made = {};
-  made.eqkey = equal_keys;
-  made.get_size = size_of;
-  made.from_ser = from_fragments;
-  made.from_ser_iov = from_pieces;
-  made.from_keyhash = from_key;
-  made.from_sample = from_sample;
-  made.to_ser = to_bytes;
-  made.to_ser_ref = to_reference;
-  made.to_ser_unref = end_reference;
-  made.to_sample = to_sample;
-  made.to_untyped = to_untyped;
-  made.untyped_to_sample = untyped_to_sample;
-  made.free = free_sample;
-  made.print = print;
-  made.get_keyhash = key_hash;
-  return made;
-}
-
-const ddsi_serdata_ops sample_operations = operations();
+const ddsi_serdata_ops sample_operations = {
+    equal_keys,   size_of,       from_fragments, from_pieces, from_key,          from_sample, to_bytes,
+    to_reference, end_reference, to_sample,      to_untyped,  untyped_to_sample, free_sample, print,
+    key_hash,
+#ifdef DDS_HAS_SHM
+    nullptr,      nullptr,
+#endif
+};
 
 void free_type(ddsi_sertype* type) {
   ddsi_sertype_fini(type);
