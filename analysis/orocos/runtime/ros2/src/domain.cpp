@@ -125,7 +125,8 @@ void on_loopback(const std::function<void()>& function) {
   function();
   for (const int file : open_sockets()) {
     if (before.count(file) > 0 || setsockopt(file, SOL_SOCKET, SO_BINDTODEVICE, "lo", 3) == 0) continue;
-    throw std::runtime_error(std::string("other computers could reach the robot: a socket cannot be bound to `lo` (") + std::strerror(errno) +
+    const std::string reason = std::strerror(errno);
+    throw std::runtime_error("other computers could reach the robot: a socket cannot be bound to `lo` (" + reason +
                              "); use Linux 5.7 or later, run as root, or set discovery = \"subnet\" in [ros2]");
   }
 }

@@ -30,8 +30,8 @@ std::string configuration(Ros2::Discovery discovery, int priority, std::size_t u
 // Whether the user has chosen network interfaces in CYCLONEDDS_URI.
 bool has_own_interface();
 
-// Calls a function that opens sockets, which then hear the loopback alone: Cyclone opens those that it receives with to all interfaces. Throws
-// where that cannot be, and what the function throws.
+// Calls a function that opens sockets, which then hear the loopback alone: Cyclone opens those that it receives with to all interfaces.
+// Throws where that cannot be, and what the function throws.
 void on_loopback(const std::function<void()>& function);
 
 // Whether this user may have threads of this priority.
