@@ -139,6 +139,40 @@ mod tests {
         check(&fixture.concat(), expected);
     }
 
+    #[test]
+    fn ports_of_topics_and_instances_of_hosts() {
+        let robot = "use std_msgs
+shell S { output port state: String }
+core C(S) { update = { } }
+component Driver(S, C)
+architecture A { instance left: Driver }
+deployment D { architecture A  activity left { priority = 1  period = 100 } }
+//- /mauve.toml
+[ros2]
+topics = { \"left.sta$1te\" = \"/state\" }
+[host.eyes]
+activities = [\"le$2ft\"]
+";
+        let at = |mark: &str| {
+            let text = robot.replace(mark, "$0");
+            ["$1", "$2"].iter().fold(text, |text, mark| text.replace(mark, ""))
+        };
+        check(
+            &at("$1"),
+            expect![[r#"
+                state
+                -> /model.mal:2 state | state
+            "#]],
+        );
+        check(
+            &at("$2"),
+            expect![[r#"
+                left
+                -> /model.mal:5 left | left
+            "#]],
+        );
+    }
+
     const ROBOT: &str = r#"
 //- /robot.mal
 include "parts.mal"

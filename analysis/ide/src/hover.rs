@@ -640,6 +640,40 @@ shoot = [1, 2]
     }
 
     #[test]
+    fn a_port_has_its_topic() {
+        let robot = "use std_msgs
+shell S { output port sta$0te: String  input port goal: double }
+core C(S) { update = { } }
+component Driver(S, C)
+architecture A { instance left: Driver }
+deployment D { architecture A  activity left { priority = 1  period = 100 } }
+//- /mauve.toml
+[ros2]
+namespace = \"/uav\"
+gateway = { priority = 20, period = \"1 ms\" }
+[host.eyes]
+activities = [\"left\"]
+";
+        check(
+            robot,
+            expect![[r#"
+                state
+                ---
+                ```mauve
+                output port state: String
+                ```
+
+                ```text
+                left.state is not connected
+                left.state publishes /uav/left/state: std_msgs/msg/String, reliable, volatile, depth 1, at most 1048576 bytes, on host eyes
+                ```
+            "#]],
+        );
+        let without = robot.split("//- /mauve.toml").next().unwrap();
+        assert!(!Fixture::new(without).hover().unwrap().markdown.contains("publishes"));
+    }
+
+    #[test]
     fn a_port_has_its_connections() {
         check(
             &details("$2"),

@@ -601,6 +601,10 @@ pub fn headers() -> Vec<Header> {
             KeyKind::Others(_, _, summary) => in_sections.insert(0, (format!("[[{name}]]"), summary)),
             KeyKind::DeploymentTables(_, _, summary) => in_sections.push((format!("[{name}.Name]"), summary)),
             KeyKind::CpuSets(_, summary) => in_sections.push((format!("[{name}]"), summary)),
+            KeyKind::Gateway(..) => {
+                in_sections.push((format!("[{name}]"), "the activity that moves samples"))
+            }
+            KeyKind::Topics(..) => in_sections.push((format!("[{name}]"), "the topics of ports")),
             _ => {}
         }
     }

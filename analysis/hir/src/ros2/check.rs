@@ -473,3 +473,140 @@ impl<'db> TopicChecker<'db> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    use salsa::Setter as _;
+
+    use super::*;
+    use crate::msg::{Package, read_message};
+    use crate::{Database, check_configuration, declaration_facts, names_of, projects, ros2_catalogue};
+
+    fn workspace(db: &Database, toml: &str, model: &str) -> Workspace {
+        let texts = [("/mauve.toml", toml), ("/robot.mal", model)];
+        Workspace::of_texts(db, "/".into(), texts.map(|(path, text)| (path.into(), text.to_owned())))
+    }
+
+    #[test]
+    fn names_of_ros_2() {
+        use InvalidName as N;
+        for (name, expected) in [
+            ("/uav/camera/frame_2", None),
+            ("scan", None),
+            ("_a/b", None),
+            ("", Some(N::Empty)),
+            ("/", Some(N::Empty)),
+            ("/a b", Some(N::Character(' '))),
+            ("/é", Some(N::Character('é'))),
+            ("/a//b", Some(N::DoubleSlash)),
+            ("/a/", Some(N::EndsWithSlash)),
+            ("/a/2", Some(N::Digit)),
+            ("~/a", Some(N::Tilde)),
+        ] {
+            assert_eq!(invalid_name(name), expected, "{name}");
+        }
+        assert_eq!(invalid_name(&format!("/{}", "a".repeat(252))), None);
+        assert_eq!(invalid_name(&format!("/{}", "a".repeat(253))), Some(N::TooLong));
+        for (name, fixed) in [
+            ("/a//b-c/", Some("/a/b_c")),
+            ("a/", Some("a")),
+            ("/é", Some("/_")),
+            ("/2", None),
+            ("~/a/", None),
+            ("//", None),
+        ] {
+            assert_eq!(valid_name(name).as_deref(), fixed, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_message_of_the_catalogue_is_mapped_but_wide_strings() {
+        let db = Database::default();
+        let workspace = workspace(&db, "[ros2]\n", "");
+        for (of, package) in ros2_catalogue() {
+            for (name, message) in &package.messages {
+                let why = unmapped(&db, workspace, (of, name), &mut Vec::new(), &mut FxHashSet::default());
+                let is_wide = message.fields.iter().any(|it| it.element() == "wstring");
+                assert_eq!(why.is_some(), is_wide, "{of}/{name}: {why:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_mapped_names_its_field() {
+        let mut db = Database::default();
+        let workspace = workspace(&db, "[ros2]\n", "");
+        let messages = [
+            ("Wide", "int32 a\nwstring[3] text"),
+            ("Outer", "Wide[] inner"),
+            ("Ring", "int32 a\nLink next"),
+            ("Link", "Ring back"),
+            ("Old", "time stamp"),
+            ("Lost", "far_msgs/Thing thing"),
+            ("Near", "Thing thing"),
+        ];
+        let messages: BTreeMap<Name, _> =
+            messages.into_iter().map(|(name, text)| (name.into(), read_message(text))).collect();
+        // Each has two of the next: without a record of those that were checked, there would be 2^40.
+        let deep = (0..15).map(|it| {
+            (Name::from(format!("D{it}")), read_message(&format!("D{0}[] a\nD{0} b\nD{0} c\nD{0} d", it + 1)))
+        });
+        let end = [(Name::from("D15"), read_message("int8 a"))];
+        let messages = messages.into_iter().chain(deep).chain(end).collect();
+        let package = Arc::new(Package { name: "my_msgs".into(), messages });
+        workspace
+            .set_packages(&mut db)
+            .to(Arc::new([(Name::from("my_msgs"), package)].into_iter().collect()));
+        let of = |name: &str| {
+            unmapped(&db, workspace, ("my_msgs", name), &mut Vec::new(), &mut FxHashSet::default())
+        };
+        let field = |it: &str| it.to_owned();
+        assert_eq!(of("Outer"), Some(Unmapped::WideString { field: field("inner.text") }));
+        let no_message =
+            |it: &str, ty: &str| Some(Unmapped::NoSuchMessage { field: field(it), ty: ty.to_owned() });
+        assert_eq!(of("Old"), no_message("stamp", "time"));
+        assert_eq!(of("Near"), no_message("thing", "my_msgs/Thing"));
+        assert_eq!(
+            of("Lost"),
+            Some(Unmapped::NoPackage { field: field("thing"), package: "far_msgs".into() })
+        );
+        assert!(
+            matches!(of("Ring"), Some(Unmapped::Recursive { field }) if field.starts_with("next.back.next"))
+        );
+        assert_eq!(of("D0"), None);
+    }
+
+    const MODEL: &str = "
+        shell S { output port out: int } shell T { input port into: int }
+        core C(S) { update = { } } core E(T) { update = { } }
+        component Eye(S, C) component Brain(T, E)
+        architecture A { instance eye: Eye instance brain: Brain connection eye.out -> brain.into }
+        deployment D { architecture A activity eye { priority = 1 period = 9 } activity brain { priority = 2 period = 9 } }";
+
+    #[test]
+    fn without_topics_and_hosts_nothing_is_checked() {
+        let db = Database::default();
+        let workspace = workspace(&db, "[clocks]\nsynchronised = [\"eye\", \"brain\"]\n", MODEL);
+        assert_eq!(check_configuration(&db, workspace), []);
+        for project in projects(&db, workspace) {
+            for &decl in &names_of(&db, *project).all {
+                let facts = declaration_facts(&db, *project, decl).iter();
+                assert!(facts.into_iter().all(|it| !matches!(it.kind, FactKind::Ros2(_))));
+            }
+        }
+    }
+
+    #[test]
+    fn a_link_joins_hosts_whose_names_have_dashes() {
+        let hosts = "[host.a-b]\nactivities = []\n[host.c]\nactivities = []\n";
+        let config = crate::config::read(hosts);
+        assert_eq!(ends_of_link(&config, "a-b-c"), Some((0, 1)));
+        assert_eq!(ends_of_link(&config, "c-a-b"), Some((1, 0)));
+        for name in ["", "-", "a-b", "c-c", "a-b-c-"] {
+            assert_eq!(ends_of_link(&config, name), None, "{name}");
+        }
+    }
+}

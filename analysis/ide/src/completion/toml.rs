@@ -223,7 +223,7 @@ impl Toml<'_> {
             _ if section == "ros2.topics" => {
                 let ports = |it: InstanceOf<'_, '_>| [self.ports(it, false), self.ports(it, true)].concat();
                 let all = self.instances(ports).into_iter();
-                all.map(|it| Completion::new(CompletionKind::Port, it.label)).collect()
+                all.map(|it| Completion::new(CompletionKind::Port, it.label).rank(0)).collect()
             }
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
             _ => keys_below(section).into_iter().map(|(key, _)| item(key).rank(0)).collect(),
@@ -446,9 +446,14 @@ library nav {
             2 [deployment.Name] (what is accepted of a deployment)
             2 [locks.Name] (locks that codels take)
             2 [chains.Name] (how long data may take)
+            2 [ros2] (topics of ROS 2)
+            2 [host.Name] (a computer of the robot)
+            2 [link.Name] (a network between two hosts)
             2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
             2 [platform.cpu_sets] (names of CPUs)
+            2 [ros2.gateway] (the activity that moves samples)
+            2 [ros2.topics] (the topics of ports)
             2 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
@@ -463,9 +468,14 @@ library nav {
             0 [deployment.Name] (what is accepted of a deployment)
             0 [locks.Name] (locks that codels take)
             0 [chains.Name] (how long data may take)
+            0 [ros2] (topics of ROS 2)
+            0 [host.Name] (a computer of the robot)
+            0 [link.Name] (a network between two hosts)
             0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
             0 [platform.cpu_sets] (names of CPUs)
+            0 [ros2.gateway] (the activity that moves samples)
+            0 [ros2.topics] (the topics of ports)
             0 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
@@ -481,6 +491,11 @@ library nav {
             0 jitter ⇒ "jitter = "
         "#]]
         .assert_eq(&offered(&with(others, ""), 0));
+        let topics = "[ros2.topics]\n$0";
+        expect![[r#"
+            0 navigation.way ⇒ "\"navigation.way\" = "
+        "#]]
+        .assert_eq(&offered(&with(topics, ""), 0));
         let tables = "[timing.deployment.Sea]\n$0";
         expect![[r#"
             0 tables ⇒ "tables = "
@@ -536,6 +551,12 @@ library nav {
             ),
             (
                 "[clocks]\nsynchronised = [\"$0\"]",
+                expect![[r#"
+                1 navigation ⇒ "\"navigation\""
+            "#]],
+            ),
+            (
+                "[host.eyes]\nactivities = [\"$0\"]",
                 expect![[r#"
                 1 navigation ⇒ "\"navigation\""
             "#]],

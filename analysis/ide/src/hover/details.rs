@@ -182,23 +182,20 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
 /// Returns the topics of ROS 2 of a port, such as `laser.scan publishes /laser/scan: sensor_msgs/msg/LaserScan`.
 fn topics(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
     let mut lines = Vec::new();
-    let having = having(db, project, of, id);
-    for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
-        let target = first_target_of(db, project, deployment);
-        let ros2 = ros2_of(db, project, deployment);
-        for (_, _, instance, name) in having.iter().filter(|it| Some(it.0) == target) {
-            let Some(topic) = ros2.topic(instance, name) else { continue };
-            let verb = if topic.is_published { "publishes" } else { "subscribes to" };
-            let reliability = if topic.is_best_effort { "best effort" } else { "reliable" };
-            let durability = if topic.is_transient_local { "transient local" } else { "volatile" };
-            let host = ros2.hosts.get(topic.host).map(|it| format!(", on host {it}")).unwrap_or_default();
-            let line = format!(
-                "{instance}.{name} {verb} {}: {}, {reliability}, {durability}, depth {}, at most {} bytes{host}",
-                topic.name, topic.ty, topic.depth, topic.max_bytes
-            );
-            if !lines.contains(&line) {
-                lines.push(line);
-            }
+    for (root, _, instance, name) in having(db, project, of, id) {
+        // Without deployments, it is an architecture.
+        let ros2 = ros2_of(db, project, root);
+        let Some(topic) = ros2.topic(instance, name) else { continue };
+        let verb = if topic.is_published { "publishes" } else { "subscribes to" };
+        let reliability = if topic.is_best_effort { "best effort" } else { "reliable" };
+        let durability = if topic.is_transient_local { "transient local" } else { "volatile" };
+        let host = ros2.hosts.get(topic.host).map(|it| format!(", on host {it}")).unwrap_or_default();
+        let line = format!(
+            "{instance}.{name} {verb} {}: {}, {reliability}, {durability}, depth {}, at most {} bytes{host}",
+            topic.name, topic.ty, topic.depth, topic.max_bytes
+        );
+        if !lines.contains(&line) {
+            lines.push(line);
         }
     }
     lines
