@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{Feature, HookKind, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
-    Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, first_target_of,
-    flat_of, inference_of_core, line_of, names_of, product_of, ros2_of, shell, type_of, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, flat_of,
+    inference_of_core, line_of, names_of, product_of, ros2_of, shell, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
