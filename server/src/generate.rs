@@ -140,7 +140,7 @@ pub(crate) fn generate<'db>(
         // The project has no problems: it would have been refused.
         let mut made = packages(db, *project, *deployment).unwrap_or_default();
         if request.is_standalone && !made.is_empty() {
-            made.extend(standalone(db, *project, *deployment));
+            made.extend(standalone(db, *project, *deployment, false));
         }
         match folders.iter_mut().find(|(known, _)| known.real == out.real) {
             Some((_, all)) => all.push((*project, made)),

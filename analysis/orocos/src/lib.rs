@@ -57,6 +57,7 @@ mod stubs;
 mod task;
 mod template;
 mod trace;
+mod type_hash;
 
 pub use codels::is_empty_stub;
 pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};

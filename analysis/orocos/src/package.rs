@@ -125,7 +125,7 @@ mod tests {
             let workspace = Workspace::of_texts(&db, folder, texts);
             for &project in projects(&db, workspace) {
                 all.extend(packages(&db, project, None).unwrap());
-                all.push(standalone(&db, project, None).unwrap());
+                all.push(standalone(&db, project, None, false).unwrap());
             }
         }
         all

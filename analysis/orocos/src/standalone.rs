@@ -15,8 +15,9 @@ mod measure;
 mod messages;
 mod program;
 mod recorded_inputs;
+mod topics;
 
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project, ros2_of};
 
 use crate::codels::headers_of;
 use crate::deployment::{Deployed, deployed};
@@ -30,8 +31,8 @@ pub use inputs::{InputProblem, Shape};
 pub use measure::{MEASURE, measuring};
 pub use recorded_inputs::record_inputs;
 
-/// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project. It is a package in
-/// the sense of [`crate::plan()`].
+/// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project; with the topics of ROS 2,
+/// if `has_topics`. It is a package in the sense of [`crate::plan()`].
 ///
 /// # Errors
 ///
@@ -40,9 +41,10 @@ pub fn standalone<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
+    has_topics: bool,
 ) -> Result<Package, Vec<Problem<'db>>> {
     let models = models(db, project, deployment)?;
-    let mut messages = Messages::new(db, project.workspace(db));
+    let mut messages = Messages::new(db, project.workspace(db), has_topics);
     models.iter().for_each(|&model| messages.add(headers_of(model).messages));
     let mut programs = Vec::new();
     let mut files = Vec::new();
@@ -53,17 +55,23 @@ pub fn standalone<'db>(
             }
             let Some(deployed) = deployed(model, decl) else { continue };
             let program = program_name(&deployed);
-            let text = program::main_file(model, decl, &deployed);
+            if has_topics {
+                let types = ros2_of(db, project, decl).topics.iter().map(|it| &it.ty);
+                messages.add(
+                    types.filter(|it| !it.is_wrapped).map(|it| (it.package.clone(), it.message.clone())),
+                );
+            }
+            let text = program::main_file(model, decl, &deployed, has_topics);
             files.push(GeneratedFile::generated(format!("{program}.cpp"), text));
             programs.push((program, deployed.packages));
         }
     }
     files.push(GeneratedFile::generated(
         "CMakeLists.txt".to_owned(),
-        cmake_lists(&models, &messages, &programs),
+        cmake_lists(&models, &messages, &programs, has_topics),
     ));
     files.extend(messages.files());
-    files.extend(runtime_files(false));
+    files.extend(runtime_files(has_topics));
     Ok(Package { name: STANDALONE.to_owned(), files })
 }
 
@@ -94,6 +102,7 @@ fn cmake_lists(
     models: &[Model<'_, '_>],
     messages: &Messages<'_>,
     programs: &[(String, Vec<String>)],
+    has_topics: bool,
 ) -> String {
     let has_targets =
         |model: &&Model<'_, '_>| !model.library.codels.is_empty() || !model.library.components.is_empty();
@@ -109,6 +118,9 @@ fn cmake_lists(
         ("message_packages", messages.packages().join(" ")),
         ("packages", packages.collect::<Vec<_>>().join(" ")),
         ("programs", lines(added)),
+        ("runtime", if has_topics { "mauve-ros2" } else { "mauve-rtt" }.to_owned()),
+        ("ros2", if has_topics { "add_subdirectory(runtime/ros2)" } else { "" }.to_owned()),
+        ("has_ros", if has_topics { "OFF" } else { "${MAUVE_ROS_MESSAGES}" }.to_owned()),
     ];
     filled(include_str!("../templates/standalone.cmake"), &values)
 }
@@ -127,7 +139,7 @@ mod tests {
         let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (PathBuf::from(path), text));
         let db = Database::default();
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
-        let standalone = standalone(&db, projects(&db, workspace)[0], None).unwrap();
+        let standalone = standalone(&db, projects(&db, workspace)[0], None, false).unwrap();
         expected.assert_eq(&standalone.files.iter().find(|file| file.path == path).unwrap().text);
     }
 

@@ -3,6 +3,12 @@
 {description}
 
 #include <mauve/robot.hpp>
+@if topics
+#include <mauve/ros2.hpp>
+@end
+@if headers
+{headers}
+@end
 
 int main(int argc, char** argv) {
   mauve::Robot robot({deployment});
@@ -28,6 +34,13 @@ int main(int argc, char** argv) {
   // Creates the activities: period in ns, priority (0: background), CPUs (one bit for each; 0: any),
   // offset, deadline and response time in ns.
 {activities}
+@if topics
+
+  // Moves samples between ports and topics of ROS 2: period and priority of the gateway, CPUs, deadline and response time.
+{gateway}
+  // Each port with its instance and name, topic, type and its hash, depth, reliable, transient local, greatest size.
+{topics}
+@end
 @if others
 
   // Real-time work that is not in the model: period and execution time in ns, priority, CPUs.

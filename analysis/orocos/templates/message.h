@@ -1,6 +1,6 @@
 // {mark}: do not change this file.
 //
-// The message {of}/{name}, with the fields of the header of ROS 1.
+// The message {of}/{name}, with the fields of the header of ROS {ros}.
 
 #pragma once
 @if standard
@@ -20,6 +20,19 @@ struct {name} {
 };
 @else
 struct {name} {};
+@end
+@if visit
+
+// Lists the fields for whatever writes or reads samples of a topic.
+template <class Stream>
+void visit(Stream& stream, {name}&{message}) {
+{visit}
+}
+
+// Its name in ROS 2.
+namespace msg {
+using ::{of}::{name};
+}
 @end
 
 }  // namespace {of}

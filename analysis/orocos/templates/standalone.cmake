@@ -24,6 +24,9 @@ set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of th
 set(ORO_USE_CATKIN OFF)
 set(OROCOS_TARGET gnulinux)
 add_subdirectory(runtime)
+@if ros2
+{ros2}
+@end
 set(OROCOS-RTT_DIR "${CMAKE_CURRENT_SOURCE_DIR}/runtime/lib/cmake/orocos-rtt")
 @if headers
 
@@ -31,7 +34,7 @@ set(OROCOS-RTT_DIR "${CMAKE_CURRENT_SOURCE_DIR}/runtime/lib/cmake/orocos-rtt")
 option(MAUVE_ROS_MESSAGES "Use the messages of ROS 1 if they are installed" ON)
 set(ros_include_dirs)
 set(ros_libraries)
-set(has_ros ${MAUVE_ROS_MESSAGES})
+set(has_ros {has_ros})
 foreach(header
   ros/serialization.h
 {headers}
@@ -83,7 +86,7 @@ file(GENERATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp" CONTENT "#def
 # A program loads its components by their names, so it is linked with them although it calls none of them.
 function(add_program program)
   add_executable(${program} ${program}.cpp)
-  target_link_libraries(${program} PRIVATE mauve-rtt ${ARGN})
+  target_link_libraries(${program} PRIVATE {runtime} ${ARGN})
   target_compile_options(${program} PRIVATE -include "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp")
   set_target_properties(${program} PROPERTIES
     LINK_FLAGS "-Wl,--no-as-needed"

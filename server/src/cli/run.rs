@@ -8,7 +8,7 @@ pub(super) mod build;
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{Database, Decl, Project};
+use mauve_hir::{Database, Decl, Project, ros2_of};
 use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, record_inputs, standalone};
 use mauve_timing::Time;
 
@@ -51,6 +51,9 @@ pub(crate) struct Run {
     /// Run on a virtual clock, as fast as possible, with the execution times of the timing tables.
     #[arg(long)]
     simulate_time: bool,
+    /// Exchange the topics of `[ros2]` with programs of ROS 2. Needs Cyclone DDS, and no ROS.
+    #[arg(long, conflicts_with = "simulate_time")]
+    ros2: bool,
     /// Set a property of an instance; may be given several times.
     #[arg(long, value_name = "INSTANCE.PROPERTY=VALUE")]
     param: Vec<String>,
@@ -77,6 +80,7 @@ impl Run {
             anstream::eprint!("{text}");
             return Ok(Output::verbatim("", 1));
         }
+        self.check_topics(&db, project, deployment)?;
         check_tools()?;
         warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
         let program = self.build(&db, project, deployment)?;
@@ -84,6 +88,41 @@ impl Run {
             return Ok(Output::escaped(format!("{}\n", program.display()), 0));
         }
         Err(execute(&program, &arguments))
+    }
+
+    /// Says whether there are topics, and what they need.
+    ///
+    /// # Errors
+    ///
+    /// They cannot be made.
+    fn check_topics<'db>(
+        &self,
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+    ) -> Result<(), String> {
+        let found = ros2_of(db, project, deployment);
+        if !found.hosts.is_empty() {
+            return Err(
+                "the program of one of several hosts cannot be made yet: delete the sections `[host.…]`"
+                    .to_owned(),
+            );
+        }
+        match (self.ros2, found.topics.is_empty()) {
+            (true, true) => Err(format!(
+                "`{}` has no topics: write `[ros2]` with a `gateway` into mauve.toml, and leave a port whose type is a message without \
+                 a connection, or name it in `topics`",
+                deployment.qualified(db)
+            )),
+            (true, false) if !has_cyclone() => Err(
+                "`mauve run --ros2` needs Cyclone DDS, and does not find it: on Debian, `apt-get install cyclonedds-dev`".to_owned(),
+            ),
+            (false, false) if !self.simulate_time => {
+                say("topics of ROS 2 are not made without --ros2");
+                Ok(())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Returns the arguments of the program.
@@ -134,7 +173,7 @@ impl Run {
             None => packages_with_stubs(db, project, deployment).unwrap_or_default(),
         };
         // The project has no problems: they were reported.
-        all.extend(standalone(db, project, Some(deployment)));
+        all.extend(standalone(db, project, Some(deployment), self.ros2));
         let program = program_in(&all).ok_or("the deployment has no program")?;
         if let Some(package) = all.last_mut().filter(|_| self.inputs) {
             for (codel, parameter) in record_inputs(db, project, deployment, &program, package) {
@@ -152,6 +191,14 @@ impl Run {
         }
         Build::open(root, codels.as_deref())?.build(&all, &program, &name)
     }
+}
+
+/// Whether CMake will find Cyclone DDS: where it looks on Debian, or where the user says.
+fn has_cyclone() -> bool {
+    let is_named = ["CMAKE_PREFIX_PATH", "CycloneDDS_DIR", "CycloneDDS_ROOT"];
+    let header = |folder: &str| Path::new(folder).join("include/dds/dds.h").exists();
+    is_named.into_iter().any(|it| std::env::var_os(it).is_some())
+        || ["/usr", "/usr/local"].into_iter().any(header)
 }
 
 /// Returns the folder of the packages with the user's codels.

@@ -70,7 +70,7 @@ pub fn measuring<'db>(
     let linked: String = libraries.iter().map(|it| format!(" {it}-codels")).collect();
     // The caller has reported the problems of the project.
     let mut package =
-        standalone(db, project, Some(deployment)).map_err(|_| (deployment, InputProblem::NotThere))?;
+        standalone(db, project, Some(deployment), false).map_err(|_| (deployment, InputProblem::NotThere))?;
     package.files.push(GeneratedFile::generated(format!("{MEASURE}.cpp"), text));
     add_to_build(&mut package, &format!("\nadd_program({MEASURE}{linked})\n"));
     Ok((package, paths))

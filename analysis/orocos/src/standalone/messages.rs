@@ -24,6 +24,8 @@ use crate::template::{filled, lines};
 pub(super) struct Messages<'db> {
     db: &'db dyn ModelDb,
     workspace: Workspace,
+    /// Whether they have the types of ROS 2, and list their fields: samples of topics.
+    are_samples: bool,
     /// By package and name.
     all: BTreeMap<(Name, Name), &'db Message>,
 }
@@ -40,8 +42,8 @@ struct FieldType {
 }
 
 impl<'db> Messages<'db> {
-    pub(super) fn new(db: &'db dyn ModelDb, workspace: Workspace) -> Messages<'db> {
-        Messages { db, workspace, all: BTreeMap::new() }
+    pub(super) fn new(db: &'db dyn ModelDb, workspace: Workspace, are_samples: bool) -> Messages<'db> {
+        Messages { db, workspace, are_samples, all: BTreeMap::new() }
     }
 
     /// Adds messages, and those of their fields.
@@ -88,6 +90,7 @@ impl<'db> Messages<'db> {
     /// Returns the header of a message.
     fn header(&self, (of, name): &(Name, Name), message: &Message) -> String {
         let mut headers: BTreeSet<String> = BTreeSet::new();
+        let mut visited: Vec<String> = Vec::new();
         let mut body: Vec<String> = message.constants.iter().filter_map(|it| constant(it, name)).collect();
         if !body.is_empty() && !message.fields.is_empty() {
             body.push(String::new());
@@ -96,16 +99,29 @@ impl<'db> Messages<'db> {
             let found = field_type(of, field);
             // A message that is not installed.
             let found = found.filter(|it| it.message.as_ref().is_none_or(|it| self.all.contains_key(it)));
-            let Some(found) = found else {
+            let Some(mut found) = found else {
                 body.push(format!("// {} is missing: its type is unknown.", comment(&field.to_string())));
                 continue;
             };
+            if self.are_samples && field.element() == "bool" {
+                found.cpp = found.cpp.replace("std::uint8_t", "bool");
+            } else if self.are_samples && field.element() == "byte" {
+                found.cpp = found.cpp.replace("std::int8_t", "std::uint8_t");
+            }
+            if self.are_samples {
+                let field_name = field_name(&field.name, name);
+                visited.push(format!("  stream(message.{field_name}{});", bounds(&field.ty)));
+            }
             headers.extend(found.headers);
             body.push(format!("{} {}{};", found.cpp, field_name(&field.name, name), found.initial));
         }
         let indented =
             body.iter().map(|line| if line.is_empty() { String::new() } else { format!("  {line}") });
         let [standard, own] = included(&headers);
+        let is_empty = visited.is_empty();
+        if self.are_samples && is_empty {
+            visited.push("  stream.empty();".to_owned());
+        }
         let values = [
             ("mark", STANDALONE_MARK.to_owned()),
             ("of", of.to_string()),
@@ -113,6 +129,9 @@ impl<'db> Messages<'db> {
             ("standard", standard),
             ("own", own),
             ("body", lines(indented)),
+            ("ros", if self.are_samples { "2" } else { "1" }.to_owned()),
+            ("message", if is_empty { "" } else { " message" }.to_owned()),
+            ("visit", lines(visited)),
         ];
         filled(include_str!("../../templates/message.h"), &values)
     }
@@ -127,6 +146,19 @@ impl<'db> Messages<'db> {
         let mut packages: Vec<&str> = self.all.keys().map(|(of, _)| of.as_str()).collect();
         packages.dedup();
         packages
+    }
+}
+
+/// Returns the bounds of a type as further arguments: of a sequence or a string, and of the strings in a sequence.
+fn bounds(ty: &str) -> String {
+    let (element, dimension) = match ty.strip_suffix(']').and_then(|ty| ty.rsplit_once('[')) {
+        Some((element, dimension)) => (element, Some(dimension.strip_prefix("<=").unwrap_or("0"))),
+        None => (ty, None),
+    };
+    match (dimension, element.split_once("<=").map(|(_, bound)| bound)) {
+        (None | Some("0"), None) => String::new(),
+        (None, Some(bound)) | (Some(bound), None) => format!(", {bound}"),
+        (Some(bound), Some(of_text)) => format!(", {bound}, {of_text}"),
     }
 }
 
@@ -227,7 +259,7 @@ mod tests {
         let workspace = Workspace::of_texts(&db, "/".into(), []);
         let packages = BTreeMap::from([(package.name.clone(), Arc::new(package))]);
         workspace.set_packages(&mut db).to(Arc::new(packages));
-        let mut messages = Messages::new(&db, workspace);
+        let mut messages = Messages::new(&db, workspace, false);
         messages.add([("p".into(), "M".into())]);
         let files = messages.files().into_iter().filter(|file| file.path.ends_with(".h"));
         let texts = files.map(|file| format!("---- {}\n{}", file.path, file.text));
@@ -381,7 +413,7 @@ mod tests {
     fn the_catalogue_is_complete() {
         let db = Database::default();
         let workspace = Workspace::of_texts(&db, "/".into(), []);
-        let mut messages = Messages::new(&db, workspace);
+        let mut messages = Messages::new(&db, workspace, false);
         let all = mauve_hir::catalogue().iter();
         messages.add(all.flat_map(|(of, it)| it.messages.keys().map(|name| (of.clone(), name.clone()))));
         for file in messages.files() {

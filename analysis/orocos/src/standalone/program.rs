@@ -13,6 +13,7 @@ use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
 
+use super::topics;
 use crate::cpp_name::task_name;
 use crate::deployment::{BACKGROUND, Deployed, Task};
 use crate::escape::cpp_string;
@@ -26,7 +27,12 @@ use crate::trace::{codel_key, port_key, program_key};
 const MOST_CHAINS: usize = 10;
 
 /// Returns the main of a deployment.
-pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) -> String {
+pub(super) fn main_file<'db>(
+    model: Model<'_, 'db>,
+    of: Decl<'db>,
+    deployed: &Deployed,
+    has_topics: bool,
+) -> String {
     let Model { db, project, .. } = model;
     let report = response_times(db, project, of, Query::shown(db, project, of));
     let bounds: FxHashMap<String, Option<Time>> =
@@ -67,6 +73,8 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         let arguments = [cpp_string(&other.name), period, time, priority, cpu_set(cpus)];
         call("other_work", &arguments)
     });
+    let ros2 =
+        if has_topics { topics::calls(model, of, deployed, &bounds) } else { topics::Calls::default() };
     let chains = expected_chains(db, project, of, Query::shown(db, project, of), MOST_CHAINS);
     let about_times = format!(
         "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
@@ -80,6 +88,9 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
         ("connections", lines(connections)),
         ("operations", lines(operations)),
         ("activities", lines(activities)),
+        ("headers", ros2.headers),
+        ("gateway", ros2.gateway),
+        ("topics", ros2.topics),
         ("others", lines(others)),
         ("chains", lines(chains.iter().flat_map(chain))),
         ("level", comment("  ", &about_times)),
@@ -137,7 +148,7 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
 }
 
 /// Returns a set of CPUs: a mask, or the numbers of more CPUs than C++ has bits for.
-fn cpu_set(cpus: CpuSet) -> String {
+pub(super) fn cpu_set(cpus: CpuSet) -> String {
     match u64::try_from(cpus.0) {
         Ok(mask) => format!("{mask:#x}"),
         Err(_) => {

@@ -1,0 +1,100 @@
+//! What the main of a deployment says of its topics of ROS 2.
+//!
+//! ```text
+//! mauve::Ros2 ros2(robot, "/uav", "robot_Run");
+//! ros2.gateway(1000000, 20, 0x1, 1000000, 400000);
+//! ros2.publish<sensor_msgs::LaserScan>({"laser.scan", "laser", "scan", "/uav/laser/scan", "RIHS01_…", "…", 1, true, false, 1048576});
+//! ```
+
+use std::collections::BTreeSet;
+
+use mauve_hir::{Decl, Topic, config_of, ros2_of};
+use mauve_timing::Time;
+use rustc_hash::FxHashMap;
+
+use super::program::cpu_set;
+use crate::cpp_name::{script_name, task_name};
+use crate::cpp_type::cpp_type;
+use crate::deployment::Deployed;
+use crate::escape::cpp_string;
+use crate::library::Model;
+use crate::template::lines;
+use crate::type_hash::type_hash;
+
+/// The lines of a main.
+#[derive(Debug, Default)]
+pub(super) struct Calls {
+    pub(super) headers: String,
+    pub(super) gateway: String,
+    pub(super) topics: String,
+}
+
+/// Returns the lines for the topics of a deployment. `bounds` are the response times.
+pub(super) fn calls<'db>(
+    model: Model<'_, 'db>,
+    of: Decl<'db>,
+    deployed: &Deployed,
+    bounds: &FxHashMap<String, Option<Time>>,
+) -> Calls {
+    let Model { db, project, .. } = model;
+    let (found, config) = (ros2_of(db, project, of), config_of(db, project.workspace(db)));
+    let Some(written) = config.ros2.as_ref() else { return Calls::default() };
+    let namespace = written.namespace.as_ref().map_or("", |(it, _)| it.trim_matches('/'));
+    let name = found.gateway(0);
+    let node: String = format!("{}_{}", deployed.package, deployed.name);
+    let gateway = &written.gateway;
+    let period = gateway.period.unwrap_or_default().as_nanos();
+    let cpus = gateway.cpus.as_ref().map_or("0".to_owned(), |(cpus, _)| cpu_set(*cpus));
+    let response = bounds.get(name.as_str()).copied().flatten();
+    let response = response.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
+    let gateway = [
+        format!(
+            "  mauve::Ros2 ros2(robot, {}, {});",
+            cpp_string(&format!("/{namespace}")),
+            cpp_string(&node)
+        ),
+        format!("  ros2.domain({});", written.domain.unwrap_or_default()),
+        format!(
+            "  ros2.discovery(mauve::Ros2::{});",
+            if written.is_on_subnet { "Subnet" } else { "Localhost" }
+        ),
+        format!("  ros2.gateway({period}, {}, {cpus}, {period}, {response});", gateway.priority.unwrap_or(2)),
+    ];
+    let messages = found.topics.iter().filter(|it| !it.ty.is_wrapped);
+    let headers: BTreeSet<String> =
+        messages.map(|it| format!("#include <{}/{}.h>", it.ty.package, it.ty.message)).collect();
+    Calls {
+        headers: lines(headers),
+        gateway: lines(gateway),
+        topics: lines(found.topics.iter().filter_map(|it| call(model, of, it))),
+    }
+}
+
+/// Returns the call for a topic; `None` if its type is unknown, which is an error of the model.
+fn call<'db>(model: Model<'_, 'db>, of: Decl<'db>, topic: &Topic) -> Option<String> {
+    let Model { db, project, .. } = model;
+    let (instance, port) = &topic.port;
+    let ty = &topic.ty;
+    let cpp = match ty.is_wrapped {
+        true => {
+            let (flat, _) = mauve_hir::deployed(db, project, of)?;
+            let features = flat.instance(instance)?.features(db, project)?;
+            cpp_type(db, model.workspace(), &features.get(port)?.ty(db, project))?
+        }
+        false => format!("{}::{}", ty.package, ty.message),
+    };
+    let hash = type_hash(db, project.workspace(db), &ty.package, &ty.message)?;
+    let texts = [
+        format!("{instance}.{port}"),
+        task_name(instance),
+        script_name(port),
+        topic.name.to_string(),
+        hash,
+        format!("{}::msg::dds_::{}_", ty.package, ty.message),
+    ];
+    let texts = texts.map(|it| cpp_string(&it)).join(", ");
+    let call = if topic.is_published { "publish" } else { "subscribe" };
+    let (reliable, transient_local) = (!topic.is_best_effort, topic.is_transient_local);
+    let (depth, max_bytes) = (topic.depth, topic.max_bytes);
+    Some(format!("  ros2.{call}<{cpp}>({{{texts}, {depth}, {reliable}, {transient_local}, {max_bytes}}});"))
+}
