@@ -122,6 +122,10 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
         Reason::NoTime(it) => {
             words(format!("no time for codel `{}`", it.qualified(db)), format!("no time for {}", it.name(db)))
         }
+        Reason::NoTopicTime(key) => words(
+            format!("no time for a sample of a topic: write `[access]` `\"{key}\" = …`, or `[assume] codel`"),
+            format!("no time for {key}"),
+        ),
         Reason::Table(it) => unusable(db, it),
         Reason::ComponentTime(it) => words(unusable_time(db, it), "time unusable"),
         Reason::NoOverhead { level, table } => {

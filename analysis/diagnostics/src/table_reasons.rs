@@ -68,6 +68,7 @@ pub(super) fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
         Timed::Program(component, key) => format!("`{}/{key}`", component.name(db)),
         Timed::Component(component) => format!("component `{}`", component.name(db)),
         Timed::Wait(codel) => format!("the wait of codel `{}`", codel.qualified(db)),
+        Timed::Topic(topic) => format!("the topic of `{topic}`"),
         Timed::Access(component, port) => format!("port `{}.{port}`", component.name(db)),
     }
 }

@@ -59,7 +59,7 @@ pub fn basis_of<'db>(
                 times.codel_time(db, *codel, level)
             }
             // Its times are those of reads and writes.
-            Timed::Access(..) => continue,
+            Timed::Access(..) | Timed::Topic(_) => continue,
             of => times.time(of, level),
         };
         basis.times += 1;

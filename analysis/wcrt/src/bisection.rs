@@ -6,6 +6,7 @@ use std::cell::Cell;
 use mauve_timing::{Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::gateway::gateway_psm;
 use crate::locks::locks_of;
 use crate::psm::{OtherTimes, PsmResult, psm_of, psm_with};
 use crate::report::Query;
@@ -54,6 +55,9 @@ impl<'db> Variants<'db> {
         let psm = |&component| (component, psm_with(db, tables, component, query.level, what_if));
         let changed: FxHashMap<Decl<'db>, PsmResult<'db>> = components.iter().map(psm).collect();
         let psms = system.activities.iter().map(|activity| {
+            if let Some(of) = activity.gateway {
+                return Some(gateway_psm(db, tables, of.deployment, of.host, query.level));
+            }
             let component = activity.executed()?;
             changed.get(&component).or_else(|| Some(psm_of(db, tables, component, query.level)))
         });

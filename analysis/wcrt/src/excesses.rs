@@ -6,6 +6,7 @@ use mauve_hir::{Decl, ModelDb};
 use mauve_timing::{Excess, Executions, Lateness, Level, NoLateness, Tasks, lateness};
 use rustc_hash::FxHashMap;
 
+use crate::gateway::moved;
 use crate::path_fold::{Figure, folded};
 use crate::reason::Timed;
 use crate::system::System;
@@ -79,7 +80,18 @@ impl<'db> JobExecutions<'db> {
             let kept = edges.map(|it| it.into_iter().filter(|(it, _)| *it < entries.len()).collect());
             kept.collect()
         };
-        let of = system.activities.iter().map(|it| of(it.executed())).collect();
+        let of = system.activities.iter().map(|it| match it.gateway {
+            Some(gateway) => {
+                let topics = moved(db, tables, gateway);
+                let numbered = topics.filter_map(|(topic, samples)| {
+                    let number = entries.iter().position(|it| *it == Timed::Topic(topic.clone()))?;
+                    Some((number, samples))
+                });
+                vec![numbered.collect()]
+            }
+            None => of(it.executed()),
+        });
+        let of = of.collect();
         Ok(JobExecutions { times, entries, of })
     }
 

@@ -17,6 +17,7 @@ use mauve_timing::{Edge, Level, Priority, StateMachine, Task, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{LackingLevel, TimingFact, TimingFactKind};
+use crate::gateway::moved;
 use crate::locks::{DeclaredLock, codels_of, declared_locks};
 use crate::path_fold::{Figure, Folded, folded};
 use crate::reason::Timed;
@@ -64,6 +65,14 @@ pub fn executions_of<'db>(
 ) -> Vec<f64> {
     let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
     let own = |it: &ResolvedActivity<'db>| {
+        if let Some(gateway) = it.gateway {
+            let (levelled, of_job) = timetable_of(db, tables).levelled();
+            let count = |(topic, samples): (Name, u64)| {
+                levelled.get(&Timed::Topic(topic)).copied().unwrap_or(0).saturating_mul(samples)
+            };
+            let of_topics = moved(db, tables, gateway).map(count).fold(of_job, u64::saturating_add);
+            return Some(of_topics as f64 * jobs_in(&it.task, mission));
+        }
         let component = it.component?;
         let counts = counts_of(db, tables, component).as_ref()?;
         match it.priority {

@@ -14,6 +14,7 @@
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
 //! | `component_tables.rs` | which timing tables count for a component |
+//! | `gateway.rs` | the gateway to ROS 2, an activity without a component |
 //! | `sends.rs` | the calls that a component sends to its required operations |
 //! | `served.rs` | the operations that activities execute for others |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file |
@@ -53,6 +54,7 @@ mod execution_times;
 mod executions;
 mod exported;
 mod fact;
+mod gateway;
 mod locks;
 mod missing_times;
 mod new_activity;
@@ -86,6 +88,7 @@ pub use fact::{
     Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, LackingLevel, Missed, MissingTime,
     Overload, Recorded, TableSection, TimingFact, TimingFactKind, Unbounded,
 };
+pub use gateway::Gateway;
 pub use locks::{DeclaredLock, DeclaredLocks, declared_locks};
 pub use mauve_timing::Priority;
 pub use missing_times::{budgets, missing_time_facts};

@@ -98,6 +98,8 @@ pub enum Reason<'db> {
     IncompleteShell { project: Project<'db>, shell: Decl<'db> },
     /// No table has a time for a codel.
     NoTime(Decl<'db>),
+    /// No table has a time for this key of a topic.
+    NoTopicTime(String),
     /// The entry of a time in a table cannot be used.
     Table(UnusableTime<'db>),
     /// The entry of the time of a component, which the classic method needs, cannot be used.
@@ -125,6 +127,7 @@ impl Reason<'_> {
             Reason::Lock(why) => {
                 matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
             }
+            Reason::NoTopicTime(_) => false,
             Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
             _ => true,
         }
@@ -230,6 +233,8 @@ pub enum Timed<'db> {
     Wait(Decl<'db>),
     /// A read or a write of a port of a component.
     Access(Decl<'db>, Name),
+    /// A sample that the gateway to ROS 2 moves, at `INSTANCE.PORT`.
+    Topic(Name),
 }
 
 impl Timed<'_> {
@@ -238,6 +243,7 @@ impl Timed<'_> {
         match self {
             Timed::Codel(of) | Timed::Component(of) | Timed::Wait(of) => of.qualified(db),
             Timed::Access(component, port) => format!("{}.{port}", component.qualified(db)),
+            Timed::Topic(topic) => format!("ros2.{topic}"),
             Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
         }
     }

@@ -8,6 +8,7 @@ use mauve_timing::{CpuSet, Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
+use crate::gateway::Gateway;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::tables_of;
@@ -17,8 +18,8 @@ use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind,
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved, architecture,
-    declarations, deployment, field_entry, flat_of, incomplete_file, number, platform_of, resolve_path,
-    resolve_type, similar, similar_field, too_large,
+    config_file, config_of, declarations, deployment, field_entry, flat_of, incomplete_file, number,
+    platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -76,6 +77,8 @@ pub struct ResolvedActivity<'db> {
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
     pub unknown_priority: Option<UnknownPriority>,
+    /// Whether it is a gateway to ROS 2, and which.
+    pub gateway: Option<Gateway<'db>>,
 }
 
 impl Deref for ResolvedActivity<'_> {
@@ -222,6 +225,7 @@ impl<'db> SystemReader<'db> {
                 entries.iter().for_each(|entry| self.entry(None, entry));
             }
         }
+        self.gateways();
         self.cpus(&entries);
     }
 
@@ -396,6 +400,7 @@ impl<'db> SystemReader<'db> {
             activity: name.clone(),
             refusals: Vec::new(),
             unknown_priority: None,
+            gateway: None,
         }
     }
 
@@ -719,6 +724,36 @@ impl<'db> SystemReader<'db> {
                 })
             })
             .collect();
+    }
+
+    /// Adds the gateway of each host that has topics. Its CPUs are checked like those of an activity.
+    fn gateways(&mut self) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        let found = ros2_of(db, project, of);
+        let config = config_of(db, project.workspace(db));
+        let (Some(ros2), Some(file)) = (&config.ros2, config_file(db, project.workspace(db))) else { return };
+        let hosts: BTreeSet<usize> = found.topics.iter().map(|it| it.host).collect();
+        for host in hosts {
+            let written = &ros2.gateway;
+            let span = if written.span.is_empty() { &ros2.span } else { &written.span };
+            let at = Location::of_span(file, span);
+            let mut resolved = self.resolved(&found.gateway(host), at.clone(), None);
+            resolved.component_name = "gateway".into();
+            resolved.gateway = Some(Gateway { deployment: of, host });
+            resolved.task.cpus = Some(written.cpus.as_ref().map_or(CpuSet::NONE, |(cpus, _)| *cpus));
+            (resolved.task.period, resolved.task.deadline) = (written.period, written.period);
+            match written.priority {
+                Some(priority) => resolved.task.priority = Priority::RealTime(priority),
+                None => {
+                    resolved.task.priority = Priority::Unknown;
+                    resolved.refuse(Reason::NoField(ActivityField::Priority), at.clone());
+                }
+            }
+            if written.period.is_none() {
+                resolved.refuse(Reason::NoField(ActivityField::Period), at);
+            }
+            self.found.activities.push(resolved);
+        }
     }
 
     fn cpus(&mut self, entries: &[Entry<'_>]) {

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
 
+use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{Psm, PsmResult, psm_of};
 use crate::reason::{Reason, Refusal};
@@ -119,7 +120,11 @@ pub(crate) fn psms_of<'db>(
     // If the tables are incomplete, every time may be longer.
     let timed = incomplete_tables(db, tables).is_none();
     let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
-    system.activities.iter().map(|it| Some(psm_of(db, tables, executed(it)?, level))).collect()
+    let of = |it: &ResolvedActivity<'db>| match it.gateway.filter(|_| timed) {
+        Some(of) => Some(gateway_psm(db, tables, of.deployment, of.host, level)),
+        None => Some(psm_of(db, tables, executed(it)?, level)),
+    };
+    system.activities.iter().map(of).collect()
 }
 
 /// What the activities of a deployment execute.

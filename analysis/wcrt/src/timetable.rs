@@ -18,6 +18,7 @@ use mauve_timing::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
+use crate::gateway::PREFIX;
 use crate::reason::{
     IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
@@ -27,7 +28,7 @@ use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey, Project,
     Workspace, all_roots, behaviour_of, config_file, config_of, core_of, declarations, errors_in,
-    features_of, is_core_for, names_of, normalised, owner_of_tables, shell_of, similar, uses_of,
+    features_of, is_core_for, names_of, normalised, owner_of_tables, ros2_of, shell_of, similar, uses_of,
 };
 
 /// Reads a table.
@@ -575,6 +576,12 @@ impl<'db> TimetableBuilder<'db> {
     /// Enters the time of an access to a port: `Component.port`.
     fn access(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
+        if let Some(topic) = entry.key.strip_prefix(PREFIX).filter(|it| self.is_topic(it)) {
+            let of = Timed::Topic(topic.into());
+            self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
+            self.times.slots.entry(of).or_default().push(slot);
+            return;
+        }
         let (component, port) = entry.key.rsplit_once('.').unwrap_or((&entry.key, ""));
         let port = Name::from(port);
         let of = |decl| Timed::Access(decl, port.clone());
@@ -609,6 +616,14 @@ impl<'db> TimetableBuilder<'db> {
         let fixed = near.as_ref().map(|near| format!("{prefix}{near}"));
         let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
         self.report(at, TimingFactKind::UnknownTimedPort { component, port, near, fixed });
+    }
+
+    /// Returns whether a deployment has the topic `INSTANCE.PORT`.
+    fn is_topic(&self, key: &str) -> bool {
+        let (db, project) = (self.db, self.project);
+        let mut deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+        let Some((instance, port)) = key.rsplit_once('.') else { return false };
+        deployments.any(|it| ros2_of(db, project, it).topic(instance, port).is_some())
     }
 
     /// Returns the ports of a component, as far as they are known.

@@ -11,6 +11,7 @@ use mauve_timing::{
 
 use super::{IMPROBABLE, Slot, TimetableBuilder, observed_of_section};
 use crate::fact::{Recorded, TimingFactKind};
+use crate::gateway::PREFIX;
 use crate::reason::{TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
 
@@ -52,6 +53,10 @@ impl<'db> TimetableBuilder<'db> {
                 }
             }
             for (key, times) in &observed.accesses {
+                if let Some(topic) = key.strip_prefix(PREFIX).filter(|it| self.is_topic(it)) {
+                    self.observed_time(file, Timed::Topic(topic.into()), times);
+                    continue;
+                }
                 let Some((component, port)) = key.rsplit_once('.') else { continue };
                 for decl in self.components(component) {
                     self.observed_time(file, Timed::Access(decl, port.into()), times);
