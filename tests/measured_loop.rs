@@ -77,7 +77,7 @@ fn build_robot(folder: &Path, table: &Table) -> PathBuf {
     let mut all = names_of(&db, project).all.iter();
     let deployment = *all.find(|it| it.kind(&db) == Kind::Deployment).unwrap();
     let mut packages = packages_with_stubs(&db, project, deployment).expect("a model without mistakes");
-    packages.push(standalone(&db, project, Some(deployment)).expect("a model without mistakes"));
+    packages.push(standalone(&db, project, Some(deployment), false).expect("a model without mistakes"));
     let mut files = Vec::new();
     for package in &packages {
         for file in &package.files {

@@ -1,7 +1,7 @@
 //! # invalid-topic
 //!
 //! A topic of ROS 2 cannot exist as `[ros2]` of `mauve.toml` has it: its name breaks the rules of ROS 2, its port has a
-//! type that is no message, a connection feeds its input already, two ports have it with different types, or a reader asks for a
+//! type that is not a message, a connection feeds its input already, two ports have it with different types, or a reader asks for a
 //! better quality of service than the writer offers (no sample would ever arrive).
 //!
 //! ```mauve
@@ -41,7 +41,7 @@ pub(super) fn report<'db>(at: Location<'db>, fact: &F) -> Diagnostic<'db> {
             "`{port}` has the connection {link} already, and an input has one writer: delete the connection or this entry"
         ),
         F::NoMessage { port, ty } => format!(
-            "`{port}` cannot be a topic: its type {} is no message; give the port a message as its type, or delete this entry",
+            "`{port}` cannot be a topic: its type {} is not a message; give the port a message as its type, or delete this entry",
             type_name(ty)
         ),
         F::Unmapped { port, message, why } => {

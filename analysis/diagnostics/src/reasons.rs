@@ -126,6 +126,19 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
             format!("no time for a sample of a topic: write `[access]` `\"{key}\" = …`, or `[assume] codel`"),
             format!("no time for {key}"),
         ),
+        Reason::Middleware(priority) => words(
+            format!(
+                "threads of Cyclone DDS, with priority {priority}, delay it on a CPU of the gateway, and a flood of samples can make them \
+                 execute without end: give the gateway a CPU of its own, or the lowest priority there; or declare \
+                 `[[platform.other]]` with `name = \"recv\"` and how much they execute"
+            ),
+            "middleware has a higher priority",
+        ),
+        Reason::SeveralHosts => words(
+            "it runs on several hosts, `[host.…]` of mauve.toml, and these are not analysed together: analyse each with a \
+             configuration of its own",
+            "several hosts",
+        ),
         Reason::Table(it) => unusable(db, it),
         Reason::ComponentTime(it) => words(unusable_time(db, it), "time unusable"),
         Reason::NoOverhead { level, table } => {

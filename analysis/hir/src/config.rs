@@ -11,11 +11,12 @@ use std::ops::Range;
 
 use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError, Unit};
 
-use keys::Located;
-
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
+
+/// A string, and its range in bytes.
+pub type Located = (String, Range<usize>);
 
 /// The content of a `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

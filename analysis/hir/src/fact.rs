@@ -12,7 +12,7 @@ use crate::builtin::Builtin;
 use crate::item_tree::{FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef};
 use crate::link::Link;
 use crate::project::Project;
-pub use crate::ros2::check::{InvalidName, Quality, Ros2Fact, Unmapped};
+pub use crate::ros2_fact::{InvalidName, Quality, Ros2Fact, Unmapped};
 use crate::source::{Decl, Location};
 pub use crate::types::OperatorError;
 use crate::types::{Signature, Type};

@@ -32,7 +32,7 @@
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
-//! | `ros2.rs` | the topics of ROS 2 of a deployment, and the hosts of its instances |
+//! | `ros2.rs`, `ros2/`, `ros2_fact.rs` | the topics of ROS 2 of a deployment, and the hosts of its instances |
 //! | `flat.rs`, `link.rs` | an architecture with its imports; a connection of it |
 //! | `settings.rs`, `wiring.rs` | values of properties; types and directions of connections, unconnected features |
 //! | `declared.rs`, `configured.rs` | checks of declared names and types, unused declarations; checks of `mauve.toml` |
@@ -77,6 +77,7 @@ mod project;
 mod ranges;
 mod resolve;
 mod ros2;
+mod ros2_fact;
 mod semantics;
 mod settings;
 mod severity;
@@ -100,7 +101,7 @@ pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
     Acceptance, Chain, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType, GatewayConfig,
-    HostConfig, LinkConfig, Maintainer, Mistake, MistakeKind, Required, Ros2Config, TopicConfig,
+    HostConfig, LinkConfig, Located, Maintainer, Mistake, MistakeKind, Required, Ros2Config, TopicConfig,
     keys as config_keys, toml_key,
 };
 pub use configured::{

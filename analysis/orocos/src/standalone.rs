@@ -10,6 +10,7 @@
 //!
 //! The packages are the same with and without this folder: one component code, two runtimes.
 
+mod cpu_set;
 mod inputs;
 mod measure;
 mod messages;

@@ -124,7 +124,8 @@ mod tests {
         let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query = Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+        let query =
+            Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
         let report = response_times(&db, project, of, query);
         let all = report.activities.iter();
         all.map(|it| (it.instance.to_string(), it.response.map(Time::as_nanos))).collect()

@@ -100,6 +100,10 @@ pub enum Reason<'db> {
     NoTime(Decl<'db>),
     /// No table has a time for this key of a topic.
     NoTopicTime(String),
+    /// Threads of the middleware of the gateway to ROS 2, whose time is unknown, have a higher priority on one of its CPUs.
+    Middleware(u32),
+    /// The deployment runs on several hosts.
+    SeveralHosts,
     /// The entry of a time in a table cannot be used.
     Table(UnusableTime<'db>),
     /// The entry of the time of a component, which the classic method needs, cannot be used.
@@ -127,7 +131,7 @@ impl Reason<'_> {
             Reason::Lock(why) => {
                 matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
             }
-            Reason::NoTopicTime(_) => false,
+            Reason::NoTopicTime(_) | Reason::Middleware(_) | Reason::SeveralHosts => false,
             Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
             _ => true,
         }

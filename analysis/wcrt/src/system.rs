@@ -17,9 +17,9 @@ use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
-    FlatInstance, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved, architecture,
-    config_file, config_of, declarations, deployment, field_entry, flat_of, incomplete_file, number,
-    platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field, too_large,
+    FlatInstance, GatewayConfig, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
+    architecture, config_file, config_of, declarations, deployment, field_entry, flat_of, incomplete_file,
+    number, platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -731,7 +731,11 @@ impl<'db> SystemReader<'db> {
         let (db, project, of) = (self.db, self.project, self.of);
         let found = ros2_of(db, project, of);
         let config = config_of(db, project.workspace(db));
-        let (Some(ros2), Some(file)) = (&config.ros2, config_file(db, project.workspace(db))) else { return };
+        let Some(file) = config_file(db, project.workspace(db)) else { return };
+        if let Some(host) = config.hosts.first() {
+            self.not_analysed(Reason::SeveralHosts, Location::of_span(file, &host.span));
+        }
+        let Some(ros2) = config.ros2.as_ref().filter(|_| !found.topics.is_empty()) else { return };
         let hosts: BTreeSet<usize> = found.topics.iter().map(|it| it.host).collect();
         for host in hosts {
             let written = &ros2.gateway;
@@ -753,6 +757,27 @@ impl<'db> SystemReader<'db> {
                 resolved.refuse(Reason::NoField(ActivityField::Period), at);
             }
             self.found.activities.push(resolved);
+        }
+        self.below_middleware(&ros2.gateway);
+    }
+
+    /// Refuses the activities that threads of the middleware delay, unless `[[platform.other]]` says by how much: their priority is
+    /// one less than that of the gateway, on its CPUs.
+    fn below_middleware(&mut self, gateway: &GatewayConfig) {
+        let platform = platform_of(self.db, self.project.workspace(self.db));
+        let is_declared = platform.others.iter().any(|it| &*it.name == "recv");
+        let Some(priority) = gateway.priority.map(|it| it.saturating_sub(1)).filter(|_| !is_declared) else {
+            return;
+        };
+        let all = |cpus: CpuSet| if cpus.is_empty() { CpuSet::ALL } else { cpus };
+        let cpus = all(gateway.cpus.as_ref().map_or(CpuSet::NONE, |(cpus, _)| *cpus));
+        for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
+            let is_below = activity.priority.real_time().is_none_or(|it| it <= priority);
+            let is_delayed = is_below && activity.priority != Priority::Background;
+            if is_delayed && all(activity.cpus.unwrap_or(CpuSet::ALL)).meets(cpus) {
+                let at = activity.at.clone();
+                activity.refuse(Reason::Middleware(priority), at);
+            }
         }
     }
 

@@ -9,8 +9,8 @@ use mauve_timing::{CpuSet, Level, Protocol, Time};
 use super::cpp::is_cpp_type;
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
-    GatewayConfig, HostConfig, LinkConfig, LockConfig, OtherConfig, Required, Ros2Config, TopicConfig,
-    is_header, maintainer_of,
+    GatewayConfig, HostConfig, LinkConfig, Located, LockConfig, OtherConfig, Required, Ros2Config,
+    TopicConfig, is_header, maintainer_of,
 };
 use crate::activity_field::GREATEST_BURST;
 use crate::severity::Severity;
@@ -58,9 +58,6 @@ pub struct Key<T: 'static> {
 
 /// The field of the configuration that stores a value.
 pub type Field<T, V> = fn(&mut T) -> &mut V;
-
-/// A string, and its range in bytes.
-pub type Located = (String, Range<usize>);
 
 /// The valid values of a key, and the field that stores them.
 pub enum KeyKind<T> {

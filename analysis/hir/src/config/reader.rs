@@ -8,11 +8,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    self, BESIDE_PERIOD, BESIDE_SIGNIFICANCE, CPU_LIST, Entries, Key, KeyKind, Located, OLD_CHAIN,
-    REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
+    self, BESIDE_PERIOD, BESIDE_SIGNIFICANCE, CPU_LIST, Entries, Key, KeyKind, OLD_CHAIN, REQUIRED_OF_LOCK,
+    REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
 };
 use super::{
-    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, HostConfig, LinkConfig,
+    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, HostConfig, LinkConfig, Located,
     LockConfig, Mistake, MistakeKind, OtherConfig, Required, TopicConfig, toml_key,
 };
 use crate::completeness::Completeness;

@@ -8,11 +8,12 @@
 //! ```
 
 use mauve_hir::{Decl, Value};
-use mauve_timing::{CpuSet, Time};
+use mauve_timing::Time;
 use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
 
+use super::cpu_set::cpu_set;
 use super::topics;
 use crate::cpp_name::task_name;
 use crate::deployment::{BACKGROUND, Deployed, Task};
@@ -145,17 +146,6 @@ fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
         call("release_by", &[cpp_string(&task.name), cpp_string(port), burst])
     });
     about.into_iter().chain([call("activity", &arguments)]).chain(released_by).collect()
-}
-
-/// Returns a set of CPUs: a mask, or the numbers of more CPUs than C++ has bits for.
-pub(super) fn cpu_set(cpus: CpuSet) -> String {
-    match u64::try_from(cpus.0) {
-        Ok(mask) => format!("{mask:#x}"),
-        Err(_) => {
-            let numbers: Vec<String> = cpus.iter().map(|cpu| cpu.to_string()).collect();
-            format!("mauve::cpus({{{}}})", numbers.join(", "))
-        }
-    }
 }
 
 /// Returns the calls for a chain.

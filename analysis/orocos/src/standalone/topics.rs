@@ -12,7 +12,7 @@ use mauve_hir::{Decl, Topic, config_of, ros2_of};
 use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
-use super::program::cpu_set;
+use super::cpu_set::cpu_set;
 use crate::cpp_name::{script_name, task_name};
 use crate::cpp_type::cpp_type;
 use crate::deployment::Deployed;
