@@ -56,6 +56,17 @@ fn the_tutorial_can_be_followed_on_a_clean_home() {
     assert!(reader.follow(&page) >= 20);
 }
 
+#[test]
+fn the_page_for_users_of_ros_2_can_be_followed() {
+    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "documents-ros2");
+    let programs = Path::new(MAUVE).parent().unwrap().to_owned();
+    let mut reader = Reader::new(&home, home.clone(), programs);
+    // It runs until it is interrupted; other tests run such a robot.
+    reader.skipped = vec!["mauve run --ros2\n"];
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/tutorial/ros2.md");
+    assert!(reader.follow(&page) >= 5);
+}
+
 struct Reader {
     home: PathBuf,
     /// Where the next command runs.

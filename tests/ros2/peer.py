@@ -24,7 +24,7 @@ from cyclonedds.sub import DataReader  # noqa: E402
 from cyclonedds.topic import Topic  # noqa: E402
 from cyclonedds.util import duration  # noqa: E402
 
-from messages import DEFINITIONS, All, HalfTwist, Inner, LaserScan, OtherTwist, Twist, Vector3  # noqa: E402
+from messages import DEFINITIONS, All, Float64, HalfTwist, Header, Inner, LaserScan, OtherTwist, Time, Twist, Vector3  # noqa: E402
 
 RELIABLE = Policy.Reliability.Reliable(duration(seconds=2))
 QOS = Qos(RELIABLE, Policy.History.KeepLast(10))
@@ -216,6 +216,25 @@ def both_ways():
     # Otherwise its lease has ended.
     assert time.monotonic() - ended < 3
     assert robot.samples("/cmd_vel") == robot.samples("/rig/twist") == 100, robot.report
+    assert "warning" not in robot.warnings, robot.warnings
+
+
+def generated():
+    """The program that `mauve run --ros2` builds of a model: messages both ways, and a number as a message of std_msgs."""
+    with Robot() as robot:
+        participant = DomainParticipant()
+        twists, speeds = reader(participant, "/rig/pilot/twist", Twist), reader(participant, "/speed", Float64)
+        wait_for(twists.get_matched_publications, "a publisher of twists")
+        to_twists, to_scans = writer(participant, "/cmd_vel", Twist), writer(participant, "/scan", LaserScan)
+        time.sleep(0.2)
+        for _ in range(20):
+            sent = Twist(Vector3(*floats(3)), Vector3(*floats(3)))
+            to_twists.write(sent)
+            assert taken(twists, 1, "a twist") == [sent]
+            to_scans.write(LaserScan(Header(Time(1, 2), "laser"), 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 9.0, [1.0, 2.0, 3.0], []))
+        assert taken(speeds, 1, "a speed")[0].data == 1.5
+    assert robot.samples("/cmd_vel") == robot.samples("/rig/pilot/twist") == 20, robot.report
+    assert robot.samples("/scan") > 0 and "dropped" not in robot.topic("/scan"), robot.report
     assert "warning" not in robot.warnings, robot.warnings
 
 
