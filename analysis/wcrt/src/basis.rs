@@ -25,6 +25,8 @@ pub struct Basis {
     pub assumed: usize,
     /// The number of codels with a wait.
     pub waits: usize,
+    /// The number of gateways to ROS 2: how long they wait for locks of the middleware is not known.
+    pub gateways: usize,
     /// The ports whose reads and writes are counted as nothing although their values are large or of variable size.
     pub ports: Vec<String>,
 }
@@ -36,6 +38,7 @@ impl Basis {
         self.measured += other.measured;
         self.assumed += other.assumed;
         self.waits += other.waits;
+        self.gateways += other.gateways;
         self.ports.extend(other.ports);
     }
 }
@@ -48,7 +51,10 @@ pub fn basis_of<'db>(
     level: Level,
 ) -> Basis {
     let times = timetable_of(db, tables_of(db, project, deployment));
-    let mut basis = Basis { ports: unmeasured_ports(db, project, deployment), ..Basis::default() };
+    let activities = system_of(db, project, deployment).activities.iter();
+    let gateways = activities.filter(|it| it.gateway.is_some()).count();
+    let ports = unmeasured_ports(db, project, deployment);
+    let mut basis = Basis { ports, gateways, ..Basis::default() };
     for it in executed_times(db, project, deployment, level) {
         let of = &it.of;
         let found = match of {

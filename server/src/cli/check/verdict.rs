@@ -89,13 +89,21 @@ pub(crate) fn conditions_of(all: &Basis) -> String {
         several => format!("the {several} execution times hold"),
     };
     let waits = if all.waits == 0 { "no codel waits" } else { "no codel waits longer than written" };
-    let ports = match all.ports.len() {
-        0 => String::new(),
-        1 => ", and 1 large port costs nothing".to_owned(),
-        several => format!(", and {several} large ports cost nothing"),
+    let mut more = match all.ports.len() {
+        0 => Vec::new(),
+        1 => vec!["1 large port costs nothing".to_owned()],
+        several => vec![format!("{several} large ports cost nothing")],
     };
-    let and = if ports.is_empty() { " and" } else { "," };
-    format!(", if {times}{and} {waits}{ports}")
+    if all.gateways > 0 {
+        more.push("the gateway waits for no lock of Cyclone DDS".to_owned());
+    }
+    match more.pop() {
+        None => format!(", if {times} and {waits}"),
+        Some(last) => {
+            let rest: String = more.iter().map(|it| format!(", {it}")).collect();
+            format!(", if {times}, {waits}{rest}, and {last}")
+        }
+    }
 }
 
 /// Says how many deadlines are proved, and how many messages about the others are accepted or hidden by comments.
