@@ -19,6 +19,8 @@
 //!   activity brain { priority = 1 period = 100 }
 //! }
 //! //- /mauve.toml
+//! [lints]
+//! not-analysed = "allow"
 //! [ros2]
 //! gateway = { priority = 20, period = "1 ms" }
 //! [clocks]

@@ -12,6 +12,8 @@
 //! architecture A { instance driver: Driver }
 //! deployment D { architecture A  activity driver { priority = 1 period = 100 } }
 //! //- /mauve.toml
+//! [lints]
+//! not-analysed = "allow"
 //! [ros2]
 //! gateway = { priority = 20, period = "1 ms" }
 //! [ros2.topics]

@@ -96,6 +96,8 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("unreadable-file", "it is about a file that is no text"),
     ("too-large", "no mistake makes a model so large"),
     ("chain-late", "the models declare no chain"),
+    ("invalid-topic", "the models have no topic"),
+    ("across-hosts", "the models have no host"),
 ];
 
 type Operator = fn(&mut Seed) -> Option<()>;

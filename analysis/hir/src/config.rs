@@ -105,7 +105,7 @@ pub struct Ros2Config {
 }
 
 /// `gateway = { priority = 20, period = "1 ms", cpus = [1] }`
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct GatewayConfig {
     /// The range of the key.
     pub span: Range<usize>,

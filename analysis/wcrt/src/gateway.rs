@@ -16,9 +16,6 @@ use crate::reason::{Reason, Refusal, Timed, TooLong};
 use crate::table_set::TableSet;
 use crate::timetable::{Lookup, timetable_of};
 
-/// What the keys of the times of topics begin with.
-pub(crate) const PREFIX: &str = "ros2.";
-
 /// Which gateway an activity is: that of a deployment on a host, by its index in [`mauve_hir::Ros2::hosts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct Gateway<'db> {
@@ -28,7 +25,7 @@ pub struct Gateway<'db> {
     pub host: usize,
 }
 
-/// Returns what a gateway moves in a period: the key of each topic of its host behind [`PREFIX`], and the number of its samples.
+/// Returns what a gateway moves in a period: the key of each topic of its host behind `ros2.`, and the number of its samples.
 pub(crate) fn moved<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
@@ -118,7 +115,7 @@ mod tests {
             deployment D {{ architecture A activity a {{ priority = 1 period = 40 affinity = 1 }} {activity} }}"
         );
         let config = format!(
-            "timing.tables = [\"t.toml\"]\n[ros2]\ngateway = {{ priority = 20, period = \"10 ms\", cpus = [1] }}\n{topics}\n"
+            "timing.tables = [\"t.toml\"]\n[[platform.other]]\nname = \"recv\"\npriority = 19\nperiod = \"1 s\"\ntime = \"1 us\"\ncpus = [2]\n[ros2]\ngateway = {{ priority = 20, period = \"10 ms\", cpus = [1] }}\n{topics}\n"
         );
         let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table.to_owned())];
         let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));

@@ -241,13 +241,16 @@ pub enum Timed<'db> {
     Topic(Name),
 }
 
+/// What the keys of the times of topics begin with.
+pub(crate) const PREFIX_OF_TOPICS: &str = "ros2.";
+
 impl Timed<'_> {
     /// Returns its key in a timing table.
     pub fn key(&self, db: &dyn ModelDb) -> String {
         match self {
             Timed::Codel(of) | Timed::Component(of) | Timed::Wait(of) => of.qualified(db),
             Timed::Access(component, port) => format!("{}.{port}", component.qualified(db)),
-            Timed::Topic(topic) => format!("ros2.{topic}"),
+            Timed::Topic(topic) => format!("{PREFIX_OF_TOPICS}{topic}"),
             Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
         }
     }

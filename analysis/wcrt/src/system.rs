@@ -18,8 +18,9 @@ use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind,
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, GatewayConfig, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
-    architecture, config_file, config_of, declarations, deployment, field_entry, flat_of, incomplete_file,
-    number, platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field, too_large,
+    Workspace, architecture, config_file, config_of, declarations, deployment, field_entry, flat_of,
+    incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field,
+    too_large,
 };
 
 /// The activities of a deployment.
@@ -145,6 +146,19 @@ impl<'db> ResolvedActivity<'db> {
         }
         (self.task.priority, self.task.cpus) = (Priority::Unknown, None);
     }
+}
+
+/// Returns the gateway of `mauve.toml`, and where it is written; none without `[ros2]` and `[host.…]`. A query, so that other changes
+/// of that file invalidate no deployment without topics.
+#[salsa::tracked(returns(ref))]
+fn gateway_of(db: &dyn ModelDb, workspace: Workspace) -> Option<(GatewayConfig, Location<'_>)> {
+    let config = config_of(db, workspace);
+    let gateway = config.ros2.as_ref().map(|it| it.gateway.clone()).unwrap_or_default();
+    let ros2 = config.ros2.iter().map(|it| &it.span);
+    let spans = [&gateway.span].into_iter().filter(|it| !it.is_empty()).chain(ros2);
+    let span = spans.chain(config.hosts.iter().map(|it| &it.span)).next()?;
+    let at = Location::of_span(config_file(db, workspace)?, span);
+    Some((gateway, at))
 }
 
 /// Reads a deployment.
@@ -730,17 +744,15 @@ impl<'db> SystemReader<'db> {
     fn gateways(&mut self) {
         let (db, project, of) = (self.db, self.project, self.of);
         let found = ros2_of(db, project, of);
-        let config = config_of(db, project.workspace(db));
-        let Some(file) = config_file(db, project.workspace(db)) else { return };
-        if let Some(host) = config.hosts.first() {
-            self.not_analysed(Reason::SeveralHosts, Location::of_span(file, &host.span));
+        let Some((written, at)) = gateway_of(db, project.workspace(db)).as_ref() else { return };
+        if !found.hosts.is_empty() {
+            self.not_analysed(Reason::SeveralHosts, at.clone());
         }
-        let Some(ros2) = config.ros2.as_ref().filter(|_| !found.topics.is_empty()) else { return };
+        if found.topics.is_empty() {
+            return;
+        }
         let hosts: BTreeSet<usize> = found.topics.iter().map(|it| it.host).collect();
         for host in hosts {
-            let written = &ros2.gateway;
-            let span = if written.span.is_empty() { &ros2.span } else { &written.span };
-            let at = Location::of_span(file, span);
             let mut resolved = self.resolved(&found.gateway(host), at.clone(), None);
             resolved.component_name = "gateway".into();
             resolved.gateway = Some(Gateway { deployment: of, host });
@@ -754,11 +766,11 @@ impl<'db> SystemReader<'db> {
                 }
             }
             if written.period.is_none() {
-                resolved.refuse(Reason::NoField(ActivityField::Period), at);
+                resolved.refuse(Reason::NoField(ActivityField::Period), at.clone());
             }
             self.found.activities.push(resolved);
         }
-        self.below_middleware(&ros2.gateway);
+        self.below_middleware(written);
     }
 
     /// Refuses the activities that threads of the middleware delay, unless `[[platform.other]]` says by how much: their priority is

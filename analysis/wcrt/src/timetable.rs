@@ -18,10 +18,9 @@ use mauve_timing::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
-use crate::gateway::PREFIX;
 use crate::reason::{
-    IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
-    WrongProgram,
+    IncompleteTable, PREFIX_OF_TOPICS, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels,
+    Timed, UnusableTime, WrongProgram,
 };
 use crate::table_set::{TableSet, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
@@ -576,7 +575,7 @@ impl<'db> TimetableBuilder<'db> {
     /// Enters the time of an access to a port: `Component.port`.
     fn access(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
-        if let Some(topic) = entry.key.strip_prefix(PREFIX).filter(|it| self.is_topic(it)) {
+        if let Some(topic) = entry.key.strip_prefix(PREFIX_OF_TOPICS).filter(|it| self.is_topic(it)) {
             let of = Timed::Topic(topic.into());
             self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
             self.times.slots.entry(of).or_default().push(slot);

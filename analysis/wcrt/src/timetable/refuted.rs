@@ -11,8 +11,7 @@ use mauve_timing::{
 
 use super::{IMPROBABLE, Slot, TimetableBuilder, observed_of_section};
 use crate::fact::{Recorded, TimingFactKind};
-use crate::gateway::PREFIX;
-use crate::reason::{TableFault, Timed, UnusableTime};
+use crate::reason::{PREFIX_OF_TOPICS, TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
 
 /// Reads a file of `[timing] observed`, and returns what is wrong with it.
@@ -53,7 +52,7 @@ impl<'db> TimetableBuilder<'db> {
                 }
             }
             for (key, times) in &observed.accesses {
-                if let Some(topic) = key.strip_prefix(PREFIX).filter(|it| self.is_topic(it)) {
+                if let Some(topic) = key.strip_prefix(PREFIX_OF_TOPICS).filter(|it| self.is_topic(it)) {
                     self.observed_time(file, Timed::Topic(topic.into()), times);
                     continue;
                 }
