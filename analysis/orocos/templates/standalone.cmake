@@ -87,6 +87,9 @@ file(GENERATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp" CONTENT "#def
 function(add_program program)
   add_executable(${program} ${program}.cpp)
   target_link_libraries(${program} PRIVATE {runtime} ${ARGN})
+@if ros2
+  target_include_directories(${program} SYSTEM PRIVATE ${ros_include_dirs})
+@end
   target_compile_options(${program} PRIVATE -include "${CMAKE_CURRENT_BINARY_DIR}/mauve-build.hpp")
   set_target_properties(${program} PROPERTIES
     LINK_FLAGS "-Wl,--no-as-needed"
