@@ -142,8 +142,8 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
         return Ros2 { hosts: hosts(config), topics: Vec::new() };
     };
     let mut found = Ros2 { hosts: hosts(config), topics: Vec::new() };
-    let links = || flat.links.iter().filter(|link| !link.operation);
-    let connected: FxHashSet<&(Name, Name)> = links().flat_map(|it| [&it.source, &it.target]).collect();
+    let links = flat.links.iter().filter(|link| !link.operation);
+    let connected: FxHashSet<&(Name, Name)> = links.flat_map(|it| [&it.source, &it.target]).collect();
     for instance in flat.instances.iter().filter(|it| !it.repeated) {
         let features = instance.features(db, project);
         for feature in features.into_iter().flat_map(|it| it.by_name.values()).filter_map(|it| it.first()) {
@@ -155,24 +155,15 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let Some(ty) = TopicType::of(&feature.ty(db, project)) else { continue };
             let full = format!("{}.{}", port.0, port.1);
             let written = config.ros2.iter().flat_map(|it| &it.topics).position(|it| it.port.0 == full);
-            let across = links().position(|it| {
-                let is_end = it.source == port || it.target == port;
+            let across = flat.links.iter().position(|it| {
+                let is_end = !it.operation && (it.source == port || it.target == port);
                 is_end && host_of(config, &it.source.0) != host_of(config, &it.target.0)
             });
-            let origin = match (written, across) {
-                (_, Some(_)) => {
-                    let is_across = |link: &crate::link::Link<'db>| {
-                        let is_end = link.source == port || link.target == port;
-                        !link.operation
-                            && is_end
-                            && host_of(config, &link.source.0) != host_of(config, &link.target.0)
-                    };
-                    flat.links.iter().position(is_across).map(TopicOrigin::AcrossHosts)
-                }
-                (Some(index), None) => Some(TopicOrigin::Written(index)),
-                (None, None) => {
-                    (!connected.contains(&port) && !ty.is_wrapped).then_some(TopicOrigin::Unconnected)
-                }
+            let is_free = || !connected.contains(&port) && !ty.is_wrapped;
+            let origin = match (across, written) {
+                (Some(link), _) => Some(TopicOrigin::AcrossHosts(link)),
+                (None, Some(index)) => Some(TopicOrigin::Written(index)),
+                (None, None) => is_free().then_some(TopicOrigin::Unconnected),
             };
             let Some(origin) = origin else { continue };
             let written = written.and_then(|index| config.ros2.as_ref()?.topics.get(index));

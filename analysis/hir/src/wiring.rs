@@ -128,6 +128,7 @@ impl<'db> Checker<'db> {
             data.activities.iter().rev().flat_map(|it| &it.instances).map(|it| (&it.name, it.id));
         let activities: FxHashMap<&Name, SourceId> = activities.collect();
         let ros2 = has_ros2_or_hosts(db, project.workspace(db)).then(|| ros2_of(db, project, of));
+        let topics: FxHashSet<_> = ros2.iter().flat_map(|it| &it.topics).map(|it| &it.port).collect();
         for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
             let Some(features) = instance.features(db, project) else { continue };
             if features.completeness.is_incomplete() || features.cycle {
@@ -141,8 +142,7 @@ impl<'db> Checker<'db> {
                 let Some(data) = feature.data(db) else { continue };
                 let end = (instance.name.clone(), name.clone());
                 let declared = Location::Source(feature.shell, data.name.id);
-                let is_topic = ros2.is_some_and(|it| it.topic(&end.0, &end.1).is_some());
-                let is_unconnected = links_are_valid && !connected.contains(&end) && !is_topic;
+                let is_unconnected = links_are_valid && !connected.contains(&end) && !topics.contains(&end);
                 let (instance, name) = (instance.name.clone(), name.clone());
                 let kind = match feature.kind {
                     kind @ (FeatureKind::Property | FeatureKind::Constant)
