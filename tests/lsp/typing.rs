@@ -85,6 +85,22 @@ fn every_activity_has_a_figure_while_a_text_is_typed() {
     }
 }
 
+/// The comparison of a text with the one before may not have ended when its figures are shown, and the next edit cancels it.
+#[test]
+fn older_figures_are_those_that_were_shown_last() {
+    let mut client = robot();
+    let mut text = client.open_file(&mauve_tests::models().join("p3dx/deployment.mal"));
+    for _ in 0..5 {
+        client.edit(&mut text, "deadline = 1000", "deadline = 990");
+        client.idle();
+        client.edit(&mut text, "deadline = 990", "deadline = 1000");
+        assert_eq!(client.hint(&text, "activity navigation"), "! 997 / 1000 ms");
+        client.edit(&mut text, "period = 1000", "period = /* */");
+        assert_eq!(client.hint(&text, "activity navigation"), "… 997 / 1000 ms");
+        client.edit(&mut text, "period = /* */", "period = 1000");
+    }
+}
+
 #[test]
 fn the_reason_follows_when_the_text_stays_incomplete() {
     let mut client = robot();

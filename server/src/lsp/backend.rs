@@ -620,7 +620,16 @@ impl Backend {
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
-        self.hints(move |snapshot| inlay_hints::inlay_hints(snapshot, &params)).await
+        let main_loop = self.main_loop.clone();
+        self.hints(move |snapshot| {
+            let (hints, figures) = inlay_hints::inlay_hints(snapshot, &params)?;
+            // Before the answer: an edit that follows cancels the comparison, which would have found them.
+            if !figures.is_empty() {
+                let _ = main_loop.send(Event::FiguresShown(snapshot.generation, figures));
+            }
+            Ok(hints)
+        })
+        .await
     }
 
     async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {

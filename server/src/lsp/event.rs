@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use mauve_ide::EarlierFigures;
 use mauve_timing::Level;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
 
@@ -70,6 +71,8 @@ pub(crate) enum Event {
     DiagnosticsNotGiven(Url),
     /// The client was given the inlay hints or code lenses of this generation; none if changes cancelled the request.
     HintsGiven(Option<u64>),
+    /// Hints of this generation showed these figures, which were in none before.
+    FiguresShown(u64, EarlierFigures),
     /// Changes cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
     /// A check of this generation found diagnostics.

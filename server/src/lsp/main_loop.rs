@@ -241,6 +241,12 @@ impl MainLoop {
                     self.refresh_hints();
                 }
             }
+            Event::FiguresShown(generation, figures) => {
+                // A comparison of a newer generation does not know them.
+                if generation == self.staleness.generation() {
+                    Arc::make_mut(&mut self.earlier).add(figures);
+                }
+            }
             Event::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
             Event::Checked(generation, checked) => {
                 self.apply_changes();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, ModelDb, Project, declarations, parse};
+use mauve_hir::{Decl, File, ModelDb, Project, declarations, parse, source_map};
 use mauve_syntax::{NodeOrToken, SyntaxKind, TextRange, TextSize};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
@@ -100,6 +100,44 @@ impl EarlierFigures {
             });
         }
         updated
+    }
+
+    /// Returns the figures that the hints in `range` show and these ones lack: an editor may show them before all texts are compared.
+    #[must_use]
+    pub fn shown(
+        &self,
+        db: &dyn ModelDb,
+        (file, project): (File, Project<'_>),
+        range: TextRange,
+        options: HintOptions,
+        are_saved: bool,
+    ) -> EarlierFigures {
+        let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+        let mut shown = EarlierFigures::default();
+        for (&decl, _) in declared.filter(|(_, map)| map.range.intersect(range).is_some()) {
+            let owner = Owner::of(db, project, decl);
+            let before = self.of.get(&owner);
+            let hash = hash_of_declaration(db, project, decl, options);
+            if before.is_none_or(|before| before.hash != hash) {
+                let figures = figures_of(db, project, decl, options, before, hash, are_saved);
+                shown.of.extend((!figures.of.is_empty()).then(|| (owner, Arc::new(figures))));
+            }
+        }
+        shown
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.of.is_empty()
+    }
+
+    /// Takes in what [`EarlierFigures::shown`] has returned for the texts that these figures are of, or for the next ones.
+    pub fn add(&mut self, shown: EarlierFigures) {
+        for (owner, figures) in shown.of {
+            if self.of.get(&owner).is_none_or(|known| known.hash != figures.hash) {
+                self.of.insert(owner, figures);
+            }
+        }
     }
 
     /// Returns the figures of the deployments that the complete text of a file had, with their qualified names.

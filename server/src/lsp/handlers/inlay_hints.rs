@@ -9,7 +9,7 @@
 //! | `load` | the utilisation of a CPU in percent, if the hint shows it |
 //! | `at` | what the server needs to resolve the hint |
 
-use mauve_ide::HintStatus;
+use mauve_ide::{EarlierFigures, HintStatus};
 use serde::Deserialize as _;
 use serde_json::json;
 use tower_lsp::jsonrpc::Result;
@@ -27,20 +27,23 @@ type Explained = (Url, Option<i32>, u32, u32);
 const OLDER: &str =
     "The figure is that of the last complete text: this one has an error, or is being edited.";
 
-/// Returns the hints of a range. Their tooltips are computed when the client resolves them.
+/// Returns the hints of a range, and their figures that were in none before. Tooltips are computed when the client resolves them.
 pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
     params: &InlayHintParams,
-) -> Result<Option<Vec<lsp_types::InlayHint>>> {
+) -> Result<(Option<Vec<lsp_types::InlayHint>>, EarlierFigures)> {
     if snapshot.is_stopped {
-        return Ok(Some(Vec::new()));
+        return Ok((Some(Vec::new()), EarlierFigures::default()));
     }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let range = lines.text_range(params.range);
     let (db, options) = (&snapshot.db, snapshot.settings.hints);
     let of_project = |project| mauve_ide::inlay_hints(db, project, file, range, options, &snapshot.earlier);
-    let hints = snapshot.project(file).map(of_project).unwrap_or_default();
+    let project = snapshot.project(file);
+    let hints = project.map(of_project).unwrap_or_default();
+    let of_project = |it| snapshot.earlier.shown(db, (file, it), range, options, snapshot.are_saved);
+    let figures = project.map(of_project).unwrap_or_default();
     let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
         let mut data = json!({ "status": hint.status.name() });
@@ -66,7 +69,7 @@ pub(crate) fn inlay_hints(
             data: Some(data),
         }
     });
-    Ok(Some(hints.collect()))
+    Ok((Some(hints.collect()), figures))
 }
 
 /// A hint with its explanation.
