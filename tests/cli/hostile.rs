@@ -135,9 +135,10 @@ impl Project {
         let script = self.top.join("home/limited");
         let (binary, home) = (MAUVE, self.top.join("home"));
         let (home, seconds) = (home.display(), if cfg!(debug_assertions) { 10 } else { 5 });
-        // The launchers of compilers that the tests use keep files of this user.
+        // The launchers of compilers that the tests use keep files of this user. Each arena of glibc's reserves 64 MB of addresses:
+        // with one for each thread, they take all the address space of a server that uses 150 MB.
         let text = format!(
-            "#!/bin/sh\nulimit -v 1048576\nulimit -t {seconds}\nexport HOME='{home}'\n\
+            "#!/bin/sh\nulimit -v 1048576\nulimit -t {seconds}\nexport MALLOC_ARENA_MAX=4\nexport HOME='{home}'\n\
              export CMAKE_BUILD_TYPE=None\nunset XDG_CACHE_HOME XDG_CONFIG_HOME XDG_DATA_HOME CMAKE_C_COMPILER_LAUNCHER CMAKE_CXX_COMPILER_LAUNCHER\n\
              set -- env PATH=\":.:bin:./bin:$PATH\" '{binary}' \"$@\"\n\
              [ \"$(id -u)\" != 0 ] || set -- setpriv --reuid 65534 --regid 65534 --clear-groups \"$@\"\nexec \"$@\"\n"

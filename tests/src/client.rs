@@ -164,7 +164,10 @@ impl Client {
             match self.hear(left) {
                 Some((at, message)) if is_it(&message) => return (at, message),
                 Some(other) => self.waiting.push_back(other),
-                None => panic!("the server does not send {what}; it said {:?}", self.waiting),
+                None => {
+                    let ended = if Instant::now() < end { ", it has ended" } else { "" };
+                    panic!("the server does not send {what}{ended}; it said {:?}", self.waiting)
+                }
             }
         }
     }
@@ -233,6 +236,10 @@ impl Client {
             let status = self.call("mauve/status", Value::Null);
             let sent = status.ok().and_then(|status| status["settled"].as_u64());
             settled = if sent.is_some() { settled + 1 } else { 0 };
+            if sent.is_none() {
+                // Answers take the time of processors that the server needs for its work.
+                std::thread::sleep(Duration::from_millis(2));
+            }
             while sent.is_some_and(|sent| self.received < sent) {
                 let message = self.hear(PATIENCE);
                 self.waiting.push_back(message.unwrap_or_else(|| panic!("{sent:?} messages do not come")));
