@@ -22,6 +22,7 @@
 //! [lints]
 //! not-analysed = "allow"
 //! [ros2]
+//! discovery = "subnet"
 //! gateway = { priority = 20, period = "1 ms" }
 //! [clocks]
 //! synchronised = ["eye", "brain"]   # error
@@ -55,6 +56,12 @@ pub(super) fn report<'db>(at: Location<'db>, fact: &F) -> Diagnostic<'db> {
         F::NoMessageAcross { link, hosts: [from, to], ty } => format!(
             "{link} leads from host `{from}` to host `{to}`, and its type {} cannot be a topic; use a message as the type of the ports",
             type_name(ty)
+        ),
+        F::NotOnSubnet { link, hosts: [from, to] } => format!(
+            "{link} leads from host `{from}` to host `{to}`, which do not find each other: `discovery` is \"localhost\"; write `discovery = \"subnet\"` into `[ros2]`"
+        ),
+        F::ActivityAcross { instances: [one, other], hosts: [first, second] } => format!(
+            "one activity executes `{one}` on host `{first}` and `{other}` on host `{second}`: put both on one host, or give each an activity"
         ),
         F::NoRos2 { link, hosts: [from, to] } => format!(
             "{link} leads from host `{from}` to host `{to}`, and mauve.toml has no `[ros2]`: add it, with its `gateway`"

@@ -24,6 +24,7 @@
 //! [lints]
 //! not-analysed = "allow"
 //! [ros2]
+//! discovery = "subnet"
 //! gateway = { priority = 20, period = "1 ms" }
 //! [host.eyes]
 //! activities = ["eye"]

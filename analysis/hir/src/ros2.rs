@@ -87,6 +87,11 @@ impl Ros2 {
         self.topics.iter().find(|it| it.port.0 == instance && it.port.1 == port)
     }
 
+    /// Returns the topics of a host.
+    pub fn topics_of(&self, host: usize) -> impl Iterator<Item = &Topic> {
+        self.topics.iter().filter(move |it| it.host == host)
+    }
+
     /// Returns the name of the gateway of a host, that of its activity: `ros2`, or `ros2@eyes`.
     pub fn gateway(&self, host: usize) -> Name {
         match self.hosts.get(host) {
@@ -168,7 +173,13 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let Some(origin) = origin else { continue };
             let written = written.and_then(|index| config.ros2.as_ref()?.topics.get(index));
             let named = named_port(flat, origin, &port);
-            found.topics.push(topic(config, &port, named, feature.kind, ty, written, origin));
+            let mut topic = topic(config, &port, named, feature.kind, ty, written, origin);
+            // What a connection keeps on one host, it keeps between two.
+            if written.is_none_or(|it| it.depth.is_none()) {
+                let buffer = across.and_then(|link| flat.links.get(link)?.buffer);
+                topic.depth = topic.depth.max(buffer.unwrap_or_default());
+            }
+            found.topics.push(topic);
         }
     }
     found

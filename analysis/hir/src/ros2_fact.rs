@@ -37,6 +37,10 @@ pub enum Ros2Fact {
     NoMessageAcross { link: String, hosts: [Name; 2], ty: Type },
     /// A connection across hosts without `[ros2]`.
     NoRos2 { link: String, hosts: [Name; 2] },
+    /// A connection across hosts, and other computers are not found: `[ros2] discovery`.
+    NotOnSubnet { link: String, hosts: [Name; 2] },
+    /// One activity executes instances of different hosts.
+    ActivityAcross { instances: [Name; 2], hosts: [Name; 2] },
     /// Hosts that have connections, and no link.
     NoLink { hosts: [Name; 2], link: String },
     /// A link whose name is not that of two hosts.

@@ -33,6 +33,8 @@ pub(crate) struct Deployed {
     pub(crate) name: String,
     /// The name in the model, with its library: `guide.Museum`.
     pub(crate) qualified: String,
+    /// The host whose part it is; none: all of it.
+    pub(crate) host: Option<Name>,
     pub(crate) package: String,
     pub(crate) description: String,
     /// The packages of its components, those that others call first.
@@ -125,17 +127,23 @@ impl Streams {
     }
 }
 
-/// Resolves a deployment of a library; `None` if its architecture is incomplete.
-pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
+/// Resolves a deployment of a library, or what one of its hosts has of it: its instances, and the connections between them.
+/// `None` if its architecture is incomplete.
+pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>, host: Option<usize>) -> Option<Deployed> {
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
     let activities = Activities::new(model, of, flat);
-    let tasks: Vec<Task> =
-        flat.instances.iter().filter_map(|instance| task(model, of, &activities, instance)).collect();
+    let host = host.and_then(|host| model.config().hosts.get(host));
+    let is_here = |instance: &Name| {
+        host.is_none_or(|host| host.activities.iter().any(|(name, _)| **instance == **name))
+    };
+    let instances = flat.instances.iter().filter(|it| is_here(&it.name));
+    let tasks: Vec<Task> = instances.filter_map(|it| task(model, of, &activities, it)).collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
-    let connections = flat.links.iter().filter(|link| !link.operation);
-    let operations = flat.links.iter().filter(|link| link.operation);
+    let links = flat.links.iter().filter(|it| is_here(&it.source.0) && is_here(&it.target.0));
+    let connections = links.clone().filter(|link| !link.operation);
+    let operations = links.filter(|link| link.operation);
     let used: FxHashSet<&str> =
         tasks.iter().filter_map(|task| Some(task.class.split_once("::")?.0)).collect();
     let packages = libraries.all.iter().map(|library| library.package.clone());
@@ -169,6 +177,7 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Depl
     Some(Deployed {
         name: file_name(of.name(db)),
         qualified: of.qualified(db),
+        host: host.map(|it| it.name.as_str().into()),
         package: library.package.clone(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",

@@ -65,5 +65,7 @@ pub use library::{Artifact, Problem, ProblemKind, configuration_problems, proble
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::packages;
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
-pub use standalone::{InputProblem, MEASURE, Shape, measuring, record_inputs, standalone};
+pub use standalone::{
+    InputProblem, MEASURE, Shape, measuring, program_of_host, programs_of, record_inputs, standalone,
+};
 pub use stubs::packages_with_stubs;

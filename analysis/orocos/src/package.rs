@@ -88,7 +88,7 @@ pub(crate) fn package(model: Model<'_, '_>) -> Package {
 fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let mut files = Vec::new();
     for &decl in &model.library.deployments {
-        let Some(deployed) = deployed(model, decl) else { continue };
+        let Some(deployed) = deployed(model, decl, None) else { continue };
         let name = &deployed.name;
         let texts = [
             (format!("scripts/{name}.lua"), script::script(&deployed)),

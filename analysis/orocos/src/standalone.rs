@@ -3,6 +3,7 @@
 //! ```text
 //! CMakeLists.txt        builds the runtime, the packages, and the programs
 //! robot-Bench.cpp       the main of a deployment                              program.rs
+//! robot-Bench-eyes.cpp  the same of one of several hosts, instead
 //! runtime/              what the components use of RTT, for Linux             runtime.rs
 //! mauve-measure.cpp     the main of `mauve measure`, in its build alone         measure.rs
 //! messages/             the messages of ROS, for machines without its headers messages.rs
@@ -18,6 +19,7 @@ mod program;
 mod recorded_inputs;
 mod topics;
 
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, ros2_of};
 
 use crate::codels::headers_of;
@@ -44,6 +46,53 @@ pub fn standalone<'db>(
     deployment: Option<Decl<'db>>,
     has_topics: bool,
 ) -> Result<Package, Vec<Problem<'db>>> {
+    folder(db, project, deployment, has_topics, None)
+}
+
+/// Returns the folders of the programs of a deployment with their topics: one for each host, with its name; without hosts, one.
+///
+/// # Errors
+///
+/// The problems that prevent generation.
+pub fn programs_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Result<Vec<(Option<Name>, Package)>, Vec<Problem<'db>>> {
+    let found = ros2_of(db, project, deployment);
+    if found.hosts.is_empty() {
+        let has_topics = !found.topics.is_empty();
+        return Ok(vec![(None, folder(db, project, Some(deployment), has_topics, None)?)]);
+    }
+    let hosts = found.hosts.iter().enumerate();
+    let folder_of = |host| program_of_host(db, project, deployment, host, true);
+    hosts.map(|(host, name)| Ok((Some(name.clone()), folder_of(host)?))).collect()
+}
+
+/// Returns the folder of the program of one host, with its topics, if `has_topics`. `host` is its index in
+/// [`mauve_hir::Ros2::hosts`].
+///
+/// # Errors
+///
+/// The problems that prevent generation.
+pub fn program_of_host<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    host: usize,
+    has_topics: bool,
+) -> Result<Package, Vec<Problem<'db>>> {
+    let has_topics = has_topics && ros2_of(db, project, deployment).topics_of(host).next().is_some();
+    folder(db, project, Some(deployment), has_topics, Some(host))
+}
+
+fn folder<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Option<Decl<'db>>,
+    has_topics: bool,
+    host: Option<usize>,
+) -> Result<Package, Vec<Problem<'db>>> {
     let models = models(db, project, deployment)?;
     let mut messages = Messages::new(db, project.workspace(db), has_topics);
     models.iter().for_each(|&model| messages.add(headers_of(model).messages));
@@ -54,15 +103,16 @@ pub fn standalone<'db>(
             if deployment.is_some_and(|only| only != decl) {
                 continue;
             }
-            let Some(deployed) = deployed(model, decl) else { continue };
+            let Some(deployed) = deployed(model, decl, host) else { continue };
             let program = program_name(&deployed);
             if has_topics {
-                let types = ros2_of(db, project, decl).topics.iter().map(|it| &it.ty);
+                let types = ros2_of(db, project, decl).topics_of(host.unwrap_or_default()).map(|it| &it.ty);
                 messages.add(
                     types.filter(|it| !it.is_wrapped).map(|it| (it.package.clone(), it.message.clone())),
                 );
             }
-            let text = program::main_file(model, decl, &deployed, has_topics);
+            let text =
+                program::main_file(model, decl, &deployed, has_topics.then_some(host.unwrap_or_default()));
             files.push(GeneratedFile::generated(format!("{program}.cpp"), text));
             programs.push((program, deployed.packages));
         }
@@ -79,7 +129,21 @@ pub fn standalone<'db>(
 /// Returns the name of the program of a deployment, which is also a target of CMake: no target of a package has it.
 fn program_name(deployed: &Deployed) -> String {
     let is_target = matches!(deployed.name.trim_end_matches('_'), "codels" | "components");
-    format!("{}-{}{}", deployed.package, deployed.name, if is_target { "_" } else { "" })
+    let program = format!("{}-{}{}", deployed.package, deployed.name, if is_target { "_" } else { "" });
+    match &deployed.host {
+        Some(host) => format!("{program}-{}", host_name(host)),
+        None => program,
+    }
+}
+
+/// Returns the name of a host in the names of programs and nodes, which have letters, digits and `_`. Distinct names stay distinct.
+fn host_name(host: &str) -> String {
+    let letters = |it: char| match it {
+        'a'..='z' | 'A'..='Z' | '0'..='9' => it.to_string(),
+        '_' => "__".to_owned(),
+        other => format!("_u{:x}_", u32::from(other)),
+    };
+    host.chars().map(letters).collect()
 }
 
 /// Returns whether a path has the form of a file of [`standalone`].
@@ -87,7 +151,8 @@ pub(crate) fn is_standalone_path(path: &str) -> bool {
     match *path.split('/').collect::<Vec<&str>>().as_slice() {
         ["CMakeLists.txt"] => true,
         [file] => {
-            file.split_once('-').is_some_and(|(package, rest)| is_name(package) && ends(rest, &[".cpp"]))
+            let parts: Option<Vec<&str>> = file.strip_suffix(".cpp").map(|it| it.split('-').collect());
+            parts.is_some_and(|it| (2..=3).contains(&it.len()) && it.iter().all(|it| is_name(it)))
         }
         ["messages", "include", package, file] => is_name(package) && ends(file, &[".h"]),
         ["messages", package, file] => {
@@ -355,6 +420,88 @@ program = { "Pilot/Busy.run" = 4 }
                 add_program(robot-codels_ motion-components)
             "##]],
         );
+    }
+
+    const HOSTS: &str = r#"
+//- /robot.mal
+library rig {
+  shell EyeShell { output port frame: double }
+  core EyeCore(EyeShell) { update = { write(frame, 1.0); } }
+  component Eye(EyeShell, EyeCore)
+  shell BrainShell { input port frame: double  input port near: double  output port out: double }
+  core BrainCore(BrainShell) { update = { write(out, 1.0); } }
+  component Brain(BrainShell, BrainCore)
+  architecture Robot {
+    instance eye: Eye  instance brain: Brain  instance arm: Brain
+    connection eye.frame -> [4] brain.frame
+    connection brain.out -> arm.near
+  }
+  deployment Base {
+    architecture Robot
+    activity eye { priority = 1  period = 100  affinity = 2 }
+    activity brain { priority = 2  period = 100 }
+    activity arm { priority = 3  period = 100 }
+  }
+}
+//- /mauve.toml
+[ros2]
+discovery = "subnet"
+gateway = { priority = 20, period = "1 ms", cpus = [1] }
+[host.brain]
+cpus = 2
+activities = ["brain", "arm"]
+[host.l-eye]
+cpus = 2
+activities = ["eye"]
+[link."l-eye-brain"]
+latency = "2 ms"
+"#;
+
+    #[test]
+    fn each_host_has_a_program_of_its_part() {
+        let texts = mauve_tests::fixture(HOSTS).into_iter().map(|(path, text)| (PathBuf::from(path), text));
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let project = projects(&db, workspace)[0];
+        let deployment = mauve_hir::names_of(&db, project)
+            .of_kind(&db, mauve_hir::item_tree::Kind::Deployment)
+            .next()
+            .unwrap();
+        let programs = programs_of(&db, project, deployment).unwrap();
+        let hosts: Vec<_> = programs.iter().map(|(host, _)| host.as_deref()).collect();
+        assert_eq!(hosts, [Some("brain"), Some("l-eye")]);
+        let paths = ["rig-Base-brain.cpp", "rig-Base-l_u2d_eye.cpp"];
+        let calls = programs.iter().zip(paths).map(|((_, folder), path)| {
+            assert!(is_standalone_path(path));
+            let text = &folder.files.iter().find(|file| file.path == path).unwrap().text;
+            let is_call = |line: &&str| {
+                line.starts_with("  robot.") || line.contains("ros2(") || line.contains("ros2.")
+            };
+            text.lines().filter(is_call).map(|it| it.to_owned() + "\n").collect::<String>()
+        });
+        expect![[r##"
+            #include <mauve/ros2.hpp>
+              robot.instance("brain", "rig", "rig::Brain");
+              robot.instance("arm", "rig", "rig::Brain");
+              robot.connect("brain.out", "arm.near");
+              robot.activity("brain", 100000000, 2, 0x3, 0, 100000000, mauve::no_bound);
+              robot.activity("arm", 100000000, 3, 0x3, 0, 100000000, mauve::no_bound);
+              mauve::Ros2 ros2(robot, "/", "rig_Base_brain");
+              ros2.domain(0);
+              ros2.discovery(mauve::Ros2::Subnet);
+              ros2.gateway(1000000, 20, 0x1, 1000000, mauve::no_bound, "ros2@brain");
+              ros2.subscribe<double>({"brain.frame", "brain", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576});
+
+            #include <mauve/ros2.hpp>
+              robot.instance("eye", "rig", "rig::Eye");
+              robot.activity("eye", 100000000, 1, 0x2, 0, 100000000, mauve::no_bound);
+              mauve::Ros2 ros2(robot, "/", "rig_Base_l_u2d_eye");
+              ros2.domain(0);
+              ros2.discovery(mauve::Ros2::Subnet);
+              ros2.gateway(1000000, 20, 0x1, 1000000, mauve::no_bound, "ros2@l-eye");
+              ros2.publish<double>({"eye.frame", "eye", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576});
+        "##]]
+        .assert_eq(&calls.collect::<Vec<_>>().join("\n"));
     }
 
     #[test]

@@ -8,8 +8,11 @@ pub(super) mod build;
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{Database, Decl, Project, ros2_of};
-use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, record_inputs, standalone};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Database, Decl, Project, ros2_of, similar};
+use mauve_orocos::{
+    GeneratedFile, Package, packages_with_stubs, problems, program_of_host, record_inputs, standalone,
+};
 use mauve_timing::Time;
 
 use super::generate::{refusal_text, warn_of_deadlines};
@@ -54,6 +57,9 @@ pub(crate) struct Run {
     /// Exchange the topics of `[ros2]` with programs of ROS 2. Needs Cyclone DDS, and no ROS.
     #[arg(long, conflicts_with = "simulate_time")]
     ros2: bool,
+    /// Run the part of this host, `[host.NAME]`, with its topics of ROS 2: a robot with several computers has a program for each.
+    #[arg(long, value_name = "NAME")]
+    host: Option<String>,
     /// Set a property of an instance; may be given several times.
     #[arg(long, value_name = "INSTANCE.PROPERTY=VALUE")]
     param: Vec<String>,
@@ -80,14 +86,52 @@ impl Run {
             anstream::eprint!("{text}");
             return Ok(Output::verbatim("", 1));
         }
-        self.check_topics(&db, project, deployment)?;
+        let host = self.host(&db, project, deployment)?;
+        self.check_topics(&db, project, deployment, host)?;
         check_tools()?;
         warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
-        let program = self.build(&db, project, deployment)?;
+        let program = self.build(&db, project, deployment, host)?;
         if self.build_only {
             return Ok(Output::escaped(format!("{}\n", program.display()), 0));
         }
         Err(execute(&program, &arguments))
+    }
+
+    /// Returns the host whose part is run, by its index.
+    ///
+    /// # Errors
+    ///
+    /// There are hosts, and none of them is named; another one is named.
+    fn host<'db>(
+        &self,
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+    ) -> Result<Option<usize>, String> {
+        let hosts = &ros2_of(db, project, deployment).hosts;
+        let all = || hosts.iter().map(|it| it.as_str()).collect::<Vec<_>>().join(", ");
+        let of = deployment.qualified(db);
+        let path =
+            if self.path == Path::new(".") { String::new() } else { format!(" {}", argument(&self.path)) };
+        match (&self.host, hosts.first()) {
+            (None, None) => Ok(None),
+            (None, Some(first)) => Err(format!(
+                "`{of}` runs on hosts {}: on each, run its part, such as `mauve run{path} --host {}`",
+                all(),
+                argument(Path::new(first.as_str()))
+            )),
+            (Some(name), None) => Err(format!(
+                "there is no host `{name}`: the robot has one computer; run without --host, or write `[host.{name}]` into mauve.toml"
+            )),
+            (Some(name), Some(_)) => {
+                hosts.iter().position(|it| it == name.as_str()).map(Some).ok_or_else(|| {
+                    let names: Vec<Name> = hosts.clone();
+                    let near = similar(name, &names)
+                        .map_or_else(String::new, |it| format!("; did you mean `{it}`?"));
+                    format!("there is no host `{name}`: `{of}` runs on {}{near}", all())
+                })
+            }
+        }
     }
 
     /// Says whether there are topics, and what they need.
@@ -100,24 +144,25 @@ impl Run {
         db: &'db Database,
         project: Project<'db>,
         deployment: Decl<'db>,
+        host: Option<usize>,
     ) -> Result<(), String> {
         let found = ros2_of(db, project, deployment);
-        if !found.hosts.is_empty() {
-            return Err(
-                "the program of one of several hosts cannot be made yet: delete the sections `[host.…]`"
-                    .to_owned(),
-            );
+        let has_topics = found.topics_of(host.unwrap_or_default()).next().is_some();
+        if self.simulate_time && has_topics && host.is_some() {
+            say("on the virtual clock, no data comes from the other hosts, and none goes there");
         }
-        match (self.ros2, found.topics.is_empty()) {
-            (true, true) => Err(format!(
+        let with_topics = !self.simulate_time && (self.ros2 || host.is_some());
+        match (with_topics, has_topics) {
+            (true, false) if host.is_some() => Ok(()),
+            (true, false) => Err(format!(
                 "`{}` has no topics: write `[ros2]` with a `gateway` into mauve.toml, and leave a port whose type is a message without \
                  a connection, or name it in `topics`",
                 deployment.qualified(db)
             )),
-            (true, false) if !has_cyclone() => Err(
+            (true, true) if !has_cyclone() => Err(
                 "`mauve run --ros2` needs Cyclone DDS, and does not find it: on Debian, `apt-get install cyclonedds-dev`".to_owned(),
             ),
-            (false, false) if !self.simulate_time => {
+            (false, true) if !self.simulate_time => {
                 say("topics of ROS 2 are not made without --ros2");
                 Ok(())
             }
@@ -162,6 +207,7 @@ impl Run {
         db: &'db Database,
         project: Project<'db>,
         deployment: Decl<'db>,
+        host: Option<usize>,
     ) -> Result<PathBuf, String> {
         let root = project.root(db).path(db);
         let codels = match &self.codels {
@@ -173,7 +219,10 @@ impl Run {
             None => packages_with_stubs(db, project, deployment).unwrap_or_default(),
         };
         // The project has no problems: they were reported.
-        all.extend(standalone(db, project, Some(deployment), self.ros2));
+        all.extend(match host {
+            Some(host) => program_of_host(db, project, deployment, host, !self.simulate_time),
+            None => standalone(db, project, Some(deployment), self.ros2),
+        });
         let program = program_in(&all).ok_or("the deployment has no program")?;
         if let Some(package) = all.last_mut().filter(|_| self.inputs) {
             for (codel, parameter) in record_inputs(db, project, deployment, &program, package) {

@@ -345,9 +345,17 @@ impl<'db> TopicChecker<'db> {
         }
         let platform = platform_of(self.db, self.project.workspace(self.db));
         for activity in deployment(self.db, self.of).into_iter().flat_map(|it| &it.activities) {
+            let hosts: Vec<_> =
+                activity.instances.iter().filter_map(|it| Some((it, self.host(&it.name)?))).collect();
+            let mut pairs = hosts.iter().zip(hosts.iter().skip(1));
+            if let Some((&(one, first), &(other, second))) = pairs.find(|((_, a), (_, b))| a != b) {
+                let instances = [one, other].map(|it| it.name.clone());
+                let hosts = [first, second].map(|it| name_of_host(self.config, it));
+                let at = Location::Source(self.of, other.id);
+                self.report(at, Ros2Fact::ActivityAcross { instances, hosts });
+            }
             let Some((field, cpus)) = platform.cpus_of(activity) else { continue };
-            let mut hosts = activity.instances.iter().filter_map(|it| Some((it, self.host(&it.name)?)));
-            let too_few = hosts.find_map(|(instance, host)| {
+            let too_few = hosts.iter().find_map(|&(instance, host)| {
                 let host = self.config.hosts.get(host)?;
                 let has = host.cpus?;
                 let is_missing = !(cpus - mauve_timing::CpuSet::first_few(has)).is_empty();
@@ -362,6 +370,8 @@ impl<'db> TopicChecker<'db> {
 
     /// Checks the connections across hosts.
     fn links(&mut self) {
+        // Once for all connections.
+        let mut is_hidden = false;
         let mut joined: FxHashSet<(usize, usize)> =
             self.config.links.iter().filter_map(|it| ends_of_link(self.config, &it.name)).collect();
         for link in &self.flat.links {
@@ -376,9 +386,14 @@ impl<'db> TopicChecker<'db> {
                 self.report(at, Ros2Fact::OperationAcross { link: text, hosts });
                 continue;
             }
-            if self.config.ros2.is_none() {
+            let Some(ros2) = &self.config.ros2 else {
                 self.report(at, Ros2Fact::NoRos2 { link: text, hosts });
                 continue;
+            };
+            if !ros2.is_on_subnet && !is_hidden {
+                is_hidden = true;
+                let fact = Ros2Fact::NotOnSubnet { link: text.clone(), hosts: hosts.clone() };
+                self.report(self.in_config(&ros2.span), fact);
             }
             let ty = self.flat.feature(self.db, self.project, &link.source);
             let ty = ty.map_or(Type::Unknown, |it| it.ty(self.db, self.project));

@@ -27,12 +27,12 @@ use crate::trace::{codel_key, port_key, program_key};
 /// Chains that are not declared, and are followed.
 const MOST_CHAINS: usize = 10;
 
-/// Returns the main of a deployment.
+/// Returns the main of a deployment, or of what one host has of it; with the topics of a host, by its index.
 pub(super) fn main_file<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
     deployed: &Deployed,
-    has_topics: bool,
+    topics_of: Option<usize>,
 ) -> String {
     let Model { db, project, .. } = model;
     let report = response_times(db, project, of, Query::shown(db, project, of));
@@ -43,6 +43,7 @@ pub(super) fn main_file<'db>(
     let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
     let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
     let about = deployed.description.trim_end_matches('.');
+    let on_host = deployed.host.as_ref().map_or_else(String::new, |host| format!(" on host {host}"));
     let instances = deployed.in_order().map(|Task { name, class, .. }| {
         let package = class.split("::").next().unwrap_or_default();
         call("instance", &[name, package, class].map(cpp_string))
@@ -74,15 +75,17 @@ pub(super) fn main_file<'db>(
         let arguments = [cpp_string(&other.name), period, time, priority, cpu_set(cpus)];
         call("other_work", &arguments)
     });
-    let ros2 =
-        if has_topics { topics::calls(model, of, deployed, &bounds) } else { topics::Calls::default() };
-    let chains = expected_chains(db, project, of, Query::shown(db, project, of), MOST_CHAINS);
+    let ros2 = topics_of.map(|host| topics::calls(model, of, deployed, host, &bounds)).unwrap_or_default();
+    let mut chains = expected_chains(db, project, of, Query::shown(db, project, of), MOST_CHAINS);
+    // Another host's recording has the rest of a chain.
+    let is_here = |instance: &str| deployed.tasks.iter().any(|it| it.name == task_name(instance));
+    chains.retain(|chain| chain.steps.iter().all(|step| is_here(&step.instance)));
     let about_times = format!(
         "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
     );
     let filled_in = [
         ("generated", generated_from(&deployed.package)),
-        ("description", comment("", &format!("{about}, without Orocos."))),
+        ("description", comment("", &format!("{about}{on_host}, without Orocos."))),
         ("deployment", cpp_string(&deployed.qualified)),
         ("instances", lines(instances)),
         ("values", lines(values)),

@@ -13,6 +13,7 @@ use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
+use super::host_name;
 use crate::cpp_name::{script_name, task_name};
 use crate::cpp_type::cpp_type;
 use crate::deployment::Deployed;
@@ -29,23 +30,28 @@ pub(super) struct Calls {
     pub(super) topics: String,
 }
 
-/// Returns the lines for the topics of a deployment. `bounds` are the response times.
+/// Returns the lines for the topics of a host. `bounds` are the response times.
 pub(super) fn calls<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
     deployed: &Deployed,
+    host: usize,
     bounds: &FxHashMap<String, Option<Time>>,
 ) -> Calls {
     let Model { db, project, .. } = model;
     let (found, config) = (ros2_of(db, project, of), config_of(db, project.workspace(db)));
     let Some(written) = config.ros2.as_ref() else { return Calls::default() };
     let namespace = written.namespace.as_ref().map_or("", |(it, _)| it.trim_matches('/'));
-    let name = found.gateway(0);
-    let node: String = format!("{}_{}", deployed.package, deployed.name);
+    let name = found.gateway(host);
+    let node = match &deployed.host {
+        Some(host) => format!("{}_{}_{}", deployed.package, deployed.name, host_name(host)),
+        None => format!("{}_{}", deployed.package, deployed.name),
+    };
+    let own_name = if deployed.host.is_some() { format!(", {}", cpp_string(&name)) } else { String::new() };
     let gateway = &written.gateway;
     let period = gateway.period.unwrap_or_default().as_nanos();
     let cpus = gateway.cpus.as_ref().map_or("0".to_owned(), |(cpus, _)| cpu_set(*cpus));
-    let response = bounds.get(name.as_str()).copied().flatten();
+    let response = bounds.get(&task_name(&name)).copied().flatten();
     let response = response.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
     let gateway = [
         format!(
@@ -58,15 +64,18 @@ pub(super) fn calls<'db>(
             "  ros2.discovery(mauve::Ros2::{});",
             if written.is_on_subnet { "Subnet" } else { "Localhost" }
         ),
-        format!("  ros2.gateway({period}, {}, {cpus}, {period}, {response});", gateway.priority.unwrap_or(2)),
+        format!(
+            "  ros2.gateway({period}, {}, {cpus}, {period}, {response}{own_name});",
+            gateway.priority.unwrap_or(2)
+        ),
     ];
-    let messages = found.topics.iter().filter(|it| !it.ty.is_wrapped);
+    let messages = found.topics_of(host).filter(|it| !it.ty.is_wrapped);
     let headers: BTreeSet<String> =
         messages.map(|it| format!("#include <{}/{}.h>", it.ty.package, it.ty.message)).collect();
     Calls {
         headers: lines(headers),
         gateway: lines(gateway),
-        topics: lines(found.topics.iter().filter_map(|it| call(model, of, it))),
+        topics: lines(found.topics_of(host).filter_map(|it| call(model, of, it))),
     }
 }
 
