@@ -10,14 +10,14 @@ use mauve_diagnostics::{
 };
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Acceptance, Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects,
+    Acceptance, Database, Decl, Hosts, ModelDb, Project, Workspace, accepted, config_of, names_of, projects,
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
     ActivityReport, Basis, InterferenceReport, LaterThan, Limit, MissProbability, Query, Report, Sensitivity,
-    Support, TableSet, basis_of, distribution_of, probabilities_of, response_times, support, tables_of,
-    timetable_of,
+    Support, TableSet, basis_of, distribution_of, levels_of, probabilities_of, response_times, support,
+    tables_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -212,6 +212,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             activity_document(
                 it,
                 *query,
+                &report.hosts,
                 (activity, probability.map(|found| (found, it.distribution(index)))),
                 breakdown.greatest_of(index, MOST_INTERFERENCE),
             )
@@ -221,13 +222,14 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             schedulable: it.errors == 0 && report.schedulable(),
             // The reasons why no activity is analysed.
             [lost]: non_empty(report.not_analysed.iter().map(|lost| timing_reason(it.db, &lost.reason))),
-            cpus: report.cpus.iter().map(cpu_document).collect::<Vec<_>>(),
+            cpus: report.cpus.iter().map(|it| cpu_document(&report.hosts, it)).collect::<Vec<_>>(),
             activities: activities.collect::<Vec<_>>(),
             // Only with `--sensitivity`.
             [sensitivity]: it.sensitivities.get(index).map(|found| sensitivity_document(it.db, found)),
         }
     });
     let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
+    let hosts = it.reports.first().map(|(_, report)| report.hosts.clone()).unwrap_or_default();
     object! {
         deployment: it.name.to_owned(),
         // The root of its project, or the file that it comes from.
@@ -253,17 +255,19 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             }
         }),
         // Real-time work that is not in the model, and interferes too.
-        [other]: non_empty(others.map(other_document)),
+        [other]: non_empty(others.map(|it| other_document(&hosts, it))),
         // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.
         [unsafe_horizon]: query.and_then(|query| query.horizon).map(milliseconds),
         results: results.collect::<Vec<_>>(),
     }
 }
 
-fn other_document(other: &Task) -> impl Serialize + use<> {
+fn other_document(hosts: &Hosts, other: &Task) -> impl Serialize + use<> {
+    let (host, cpus) = hosts.local(other.cpus.unwrap_or_default());
     object! {
         name: other.name.to_string(),
-        affinity: other.cpus,
+        [host]: host.map(ToString::to_string),
+        affinity: other.cpus.map(|_| cpus),
         priority: other.priority.real_time(),
         period: other.period.map(milliseconds),
         jitter: milliseconds(other.jitter),
@@ -271,16 +275,19 @@ fn other_document(other: &Task) -> impl Serialize + use<> {
     }
 }
 
-pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
-    object! { mask: cpu.cpus, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
+pub(crate) fn cpu_document(hosts: &Hosts, cpu: &CpuLoad) -> impl Serialize + use<> {
+    let (host, mask) = hosts.local(cpu.cpus);
+    object! { [host]: host.map(ToString::to_string), mask: mask, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
 fn activity_document(
     of: &Deployed<'_>,
     query: Query,
+    hosts: &Hosts,
     (activity, probability): (&ActivityReport<'_>, Option<(&MissProbability, &[LaterThan])>),
     (interference, interference_left): (Vec<InterferenceReport>, usize),
 ) -> impl Serialize + use<> {
+    let (host, cpus) = hosts.local(activity.cpus.unwrap_or_default());
     let interference = interference
         .into_iter()
         .map(|it| object! { instance: it.instance.to_string(), jobs: it.jobs, time: milliseconds(it.time) });
@@ -305,7 +312,9 @@ fn activity_document(
     object! {
         instance: activity.instance.to_string(),
         component: activity.component_name.to_string(),
-        affinity: activity.cpus,
+        // The computer that it runs on, where there are several: affinities are in its numbers.
+        [host]: host.map(ToString::to_string),
+        affinity: activity.cpus.map(|_| cpus),
         priority: activity.priority.real_time(),
         period: activity.period.map(milliseconds),
         deadline: activity.deadline.map(milliseconds),
@@ -318,7 +327,7 @@ fn activity_document(
         // Whether it waits only while each of its CPUs executes an activity of higher or equal priority.
         [waits_for_all_cpus]: matches!(activity.rule, Some(CpuRule::Global(_))).then_some(true),
         // The CPUs whose activities are counted, where these are not those of the affinity.
-        [counted_cpus]: activity.rule.map(CpuRule::cpus).filter(|cpus| Some(*cpus) != activity.cpus),
+        [counted_cpus]: activity.rule.map(CpuRule::cpus).filter(|cpus| Some(*cpus) != activity.cpus).map(|cpus| hosts.local(cpus).1),
         own: activity.own.map(milliseconds),
         // What of `own` its codels wait.
         [wait]: Some(activity.task.wait()).filter(|wait| *wait > Time::ZERO).map(milliseconds),
@@ -447,7 +456,7 @@ pub(crate) fn levels<'db>(
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let levels = timetable_of(db, tables_of(db, project, deployment)).levels.clone();
+            let levels = levels_of(db, project, deployment);
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }

@@ -46,7 +46,8 @@ pub(crate) fn graph_document<'db>(
             "lit": edge.is_lit,
         })
     };
-    let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);
+    let cpus = graph.report.into_iter();
+    let cpus = cpus.flat_map(|report| report.cpus.iter().map(|it| cpu_document(&report.hosts, it)));
     let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
     let missing = graph.missing.iter().cloned();
     json!({
@@ -57,7 +58,7 @@ pub(crate) fn graph_document<'db>(
         "significance": graph.report.map(|_| query.level.as_f64()),
         "nodes": graph.nodes.iter().map(node).collect::<Vec<_>>(),
         "edges": graph.edges.iter().map(edge).collect::<Vec<_>>(),
-        "cpus": cpus.map(cpu_document).collect::<Vec<_>>(),
+        "cpus": cpus.collect::<Vec<_>>(),
         "lost": missing.chain(of_report.map(|lost| timing_reason(db, &lost.reason))).collect::<Vec<_>>(),
     })
 }

@@ -120,7 +120,7 @@ pub(super) fn overloaded<'db>(
             format!("`{greatest}` contributes most{share}")
         }
     };
-    let cpu = reasons::overloaded(overload.cpu, overload.priority, overload.utilisation);
+    let cpu = reasons::overloaded(&overload.named, overload.priority, overload.utilisation);
     // The message has the period of the activity that overloads the CPU alone.
     let alone =
         |it: &Unbounded<'db>| it.alone.filter(|_| overload.alone.is_none() || it.instance != *greatest);

@@ -134,11 +134,18 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
             ),
             "middleware has a higher priority",
         ),
-        Reason::SeveralHosts => words(
-            "it runs on several hosts, `[host.…]` of mauve.toml, and these are not analysed together: analyse each with a \
-             configuration of its own",
-            "several hosts",
+        Reason::CpusOfHost(host) => words(
+            format!(
+                "how many CPUs host `{host}` has is not known: add `cpus` to `[host.{host}]`; all hosts have {} together at most",
+                CpuSet::MOST
+            ),
+            "CPUs of a host unknown",
         ),
+        Reason::NoHost => words("no host has it: add it to the `activities` of one", "no host"),
+        Reason::NoCpuOfHost => words("its host does not have a CPU that it names", "no such CPU"),
+        Reason::SeveralHosts => {
+            words("the instances of its activity are on several hosts: a thread runs on one", "several hosts")
+        }
         Reason::Table(it) => unusable(db, it),
         Reason::ComponentTime(it) => words(unusable_time(db, it), "time unusable"),
         Reason::NoOverhead { level, table } => {
@@ -148,7 +155,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
         Reason::NoMachine(error) => words(machine_error(*error), "no state machine"),
 
         Reason::DelayedBy { instances, unknown_priority, .. } => delayed_by(instances, unknown_priority),
-        Reason::Overloaded { cpu, priority, utilisation } => overload(*cpu, *priority, *utilisation),
+        Reason::Overloaded { named, priority, utilisation, .. } => overload(named, *priority, *utilisation),
         Reason::NoBound(why) => no_bound(*why),
     }
 }
@@ -365,16 +372,15 @@ fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> Words {
     words(format!("{}{unknown} may preempt it and {verb} not analysed", enumerated(&names)), short)
 }
 
-fn overload(cpu: CpuSet, priority: u32, utilisation: Share) -> Words {
-    let short = format!("{} overloaded ({})", cpu_names(cpu), percent(utilisation, "> 100 %"));
+fn overload(cpu: &str, priority: u32, utilisation: Share) -> Words {
+    let short = format!("{cpu} overloaded ({})", percent(utilisation, "> 100 %"));
     words(overloaded(cpu, priority, utilisation), short)
 }
 
 /// Returns the message for a CPU that the activities of this priority or a higher one overload.
-pub(super) fn overloaded(cpu: CpuSet, priority: u32, utilisation: Share) -> String {
+pub(super) fn overloaded(cpu: &str, priority: u32, utilisation: Share) -> String {
     format!(
-        "{} overloaded ({} at priority ≥ {priority})",
-        cpu_names(cpu),
+        "{cpu} overloaded ({} at priority ≥ {priority})",
         percent(utilisation, "more than 100 %")
     )
 }

@@ -400,9 +400,11 @@ impl Chain {
 }
 
 impl Config {
-    /// Returns the patterns of all tables: of those for every deployment, then of those of single deployments.
+    /// Returns the patterns of all tables: of those for every deployment, then of those of single deployments, then of those of hosts.
     pub fn all_tables(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
-        self.tables.iter().chain(self.deployment_tables.values().flat_map(|it| &it.tables))
+        let of_hosts = self.hosts.iter().flat_map(|it| &it.tables);
+        let of_deployments = self.deployment_tables.values().flat_map(|it| &it.tables);
+        self.tables.iter().chain(of_deployments).chain(of_hosts)
     }
 
     /// Returns the patterns of all files with times: of tables, and of what recordings showed.

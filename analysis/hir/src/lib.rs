@@ -62,6 +62,7 @@ mod features;
 mod flat;
 mod flow;
 mod graph;
+mod hosts;
 mod infer;
 pub mod item_tree;
 mod lines;
@@ -114,6 +115,7 @@ pub use features::{
     FeatureOf, Features, Implementation, bases_of, core_of, features_of, is_core_for, shell_of,
 };
 pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
+pub use hosts::{Host, Hosts, hosts_of};
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;

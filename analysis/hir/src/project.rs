@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mauve_timing::{CpuSet, StateMachine, Task};
+use mauve_timing::{CpuSet, StateMachine, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::activity_field::{FieldValue, PLACES, field_entry};
@@ -62,6 +62,8 @@ pub struct Platform {
     pub rt_throttling: Option<bool>,
     /// The numbers of the clocks of instances that have one in common.
     pub clocks: BTreeMap<String, u32>,
+    /// `[clocks] ptp`: by how much the clocks of two hosts differ, at most.
+    pub ptp: Option<Time>,
     /// Whether no error in the configuration hides a value of these.
     pub is_complete: bool,
 }
@@ -99,6 +101,7 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
         cpu_sets: cpu_sets.iter().map(|(name, set)| (name.as_str().into(), set.cpus.0)).collect(),
         rt_throttling: *rt_throttling,
         clocks: config.on_clocks().map(|(clock, (name, _))| (name.clone(), clock)).collect(),
+        ptp: config.ptp,
         is_complete: completeness.is_complete(),
     }
 }

@@ -64,7 +64,8 @@ struct Figures {
 }
 
 impl Figures {
-    fn of(node: &GraphNode<'_>) -> Option<Figures> {
+    fn of(graph: &Graph<'_>, node: &GraphNode<'_>) -> Option<Figures> {
+        let names = |cpus| graph.report.map_or_else(|| cpu_names(cpus), |it| it.hosts.names(cpus));
         let activity = node.activity?;
         let status = match activity.verdict {
             Status::Met => "met",
@@ -74,7 +75,7 @@ impl Figures {
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
-        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(cpu_names);
+        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(names);
         let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
         let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
         let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
@@ -118,7 +119,7 @@ fn dot(graph: &Graph<'_>) -> String {
         dot_text(&graph.title)
     );
     for (index, node) in graph.nodes.iter().enumerate() {
-        let figures = Figures::of(node);
+        let figures = Figures::of(graph, node);
         let fill = match figures.as_ref().map(|figures| figures.status) {
             Some("met") => "#e8f5e9",
             Some("missed") => "#fdecea",
@@ -225,7 +226,7 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     for ((index, node), (placed, ports)) in
         graph.nodes.iter().enumerate().zip(placement.boxes.iter().zip(&ports))
     {
-        svg_box(&mut out, index, node, placed, ports);
+        svg_box(&mut out, (graph, index, node), placed, ports);
     }
     if has_figures {
         let y = size.1 - 18.0;
@@ -243,9 +244,14 @@ fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
     graph.nodes.get(*number).map(|node| format!("{}.{feature}", node.instance)).unwrap_or_default()
 }
 
-fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+fn svg_box(
+    out: &mut String,
+    (graph, index, node): (&Graph<'_>, usize, &GraphNode<'_>),
+    placed: &PlacedBox,
+    ports: &[(Name, bool)],
+) {
     let Area { x, y, width, .. } = placed.area;
-    let figures = Figures::of(node);
+    let figures = Figures::of(graph, node);
     let status = figures.as_ref().map_or("", |figures| figures.status);
     let lit = if node.is_lit { " passed" } else { "" };
     let spoken = figures.as_ref().map(|it| format!(", {}, {}", it.verdict, it.settings)).unwrap_or_default();
@@ -318,7 +324,7 @@ fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
         let lit = if node.is_lit { "» " } else { "" };
         let name = format!("{lit}{}: {}", node.instance, node.component);
-        std::iter::once(name).chain(Figures::of(node).map(|it| it.with_load())).collect()
+        std::iter::once(name).chain(Figures::of(graph, node).map(|it| it.with_load())).collect()
     };
     let (diagram, ports) = diagram(graph, |node, ports| {
         let rows = rows_of(node);
@@ -362,16 +368,17 @@ pub fn instance_tree(graph: &Graph<'_>) -> String {
     for node in &graph.nodes {
         groups.entry(node.activity.and_then(|it| it.cpus).unwrap_or_default()).or_default().push(node);
     }
+    let names = |cpus| graph.report.map_or_else(|| cpu_names(cpus), |it| it.hosts.names(cpus));
     let mut out = format!("{}\n", graph.title.split(": ").next().unwrap_or_default());
     for (cpus, mut nodes) in groups {
         let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.cpus == cpus));
         let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
-        let _ = writeln!(out, "  {}{load}", cpu_names(cpus));
+        let _ = writeln!(out, "  {}{load}", names(cpus));
         let priority = |node: &GraphNode<'_>| node.activity.and_then(|it| it.priority.real_time());
         nodes.sort_by_key(|node| (Reverse(priority(node)), node.instance.as_str()));
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();
         for node in nodes {
-            let verdict = Figures::of(node).map(|figures| figures.verdict).unwrap_or_default();
+            let verdict = Figures::of(graph, node).map(|figures| figures.verdict).unwrap_or_default();
             let line = format!("    {:longest$}  {verdict}", node.instance.as_str());
             let _ = writeln!(out, "{}", line.trim_end());
         }

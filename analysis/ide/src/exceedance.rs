@@ -68,7 +68,7 @@ pub fn exceedance<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
     if first < all.len() {
         return all.swap_remove(first);
     }
-    in_tables(db, TableSet::new(db, project, None), codel)
+    in_tables(db, TableSet::new(db, project, None, None), codel)
 }
 
 fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Exceedance {

@@ -12,7 +12,7 @@ pub use text::{explain_response, explain_response_of};
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{EXHAUSTED, cpu_names, times_of, timing_reason};
+use mauve_diagnostics::{EXHAUSTED, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::{
@@ -106,7 +106,7 @@ struct Why {
 
 /// The utilisation of an overloaded CPU.
 struct Overload<'db> {
-    cpu: CpuSet,
+    named: Name,
     priority: u32,
     utilisation: Share,
     parts: Vec<Load<'db>>,
@@ -300,17 +300,17 @@ pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Optio
     match activity.rule? {
         rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.cpus())) => {
             let of = if activity.cpus == Some(rule.cpus()) { "" } else { ", the best one of its CPUs" };
-            let cpu = cpu_names(rule.cpus());
+            let cpu = report.hosts.names(rule.cpus());
             Some(format!("on {cpu}{of}, with all activities of higher or equal priority that may run there"))
         }
         CpuRule::Cpu(_) => None,
         rule @ CpuRule::Linked(_) => Some(format!(
             "on {} as if they were one CPU: activities have different affinities with several CPUs there",
-            cpu_names(rule.cpus())
+            report.hosts.names(rule.cpus())
         )),
         CpuRule::Global(cpus) => Some(format!(
             "on {}: it waits only while each of them executes an activity of higher or equal priority",
-            cpu_names(cpus)
+            report.hosts.names(cpus)
         )),
     }
 }
@@ -321,8 +321,10 @@ fn is_on_all_cpus(activity: &ActivityReport<'_>) -> bool {
 
 impl<'db> Overload<'db> {
     fn new(report: &Report<'db>, activity: &ActivityReport<'db>, is_throttled: bool) -> Option<Self> {
-        let (cpu, priority, utilisation) = activity.reasons.iter().find_map(|it| match it.reason {
-            Reason::Overloaded { cpu, priority, utilisation } => Some((cpu, priority, utilisation)),
+        let (cpu, named, priority, utilisation) = activity.reasons.iter().find_map(|it| match &it.reason {
+            Reason::Overloaded { cpu, named, priority, utilisation } => {
+                Some((*cpu, named.clone(), *priority, *utilisation))
+            }
             _ => None,
         })?;
         let is_counted = |it: &Task| {
@@ -342,7 +344,7 @@ impl<'db> Overload<'db> {
         if is_throttled {
             parts.push(Load { of: Row::named(THROTTLING), period: None, share: Share(0.05) });
         }
-        Some(Overload { cpu, priority, utilisation, parts })
+        Some(Overload { named, priority, utilisation, parts })
     }
 }
 

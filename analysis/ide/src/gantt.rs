@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{cpu_names, shortened};
+use mauve_diagnostics::{shortened};
 use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
@@ -142,7 +142,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         let (mut y, mut index) = (TOP, 0);
         let mut middles: FxHashMap<usize, f64> = FxHashMap::default();
         for lanes in self.groups() {
-            let (at, cpus) = (y + HEADING - 7.0, cpu_names(lanes[0].cpus));
+            let (at, cpus) = (y + HEADING - 7.0, self.deployment.hosts.names(lanes[0].cpus));
             let _ = writeln!(out, "<text x=\"20\" y=\"{at:.1}\" class=\"name\">{cpus}</text>");
             y += HEADING;
             for lane in lanes {
@@ -209,7 +209,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         out += axis.iter().collect::<String>().trim_end();
         out.push('\n');
         for lanes in self.groups() {
-            let _ = writeln!(out, "{}", cpu_names(lanes[0].cpus));
+            let _ = writeln!(out, "{}", self.deployment.hosts.names(lanes[0].cpus));
             for lane in lanes {
                 let mut row = vec![' '; COLUMNS + 1];
                 let mut fill = |from: Time, to: Time, letter: char| {
@@ -417,7 +417,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     /// `pilot, job 3 on CPU 1, 20 to 25 ms: Idle → Moving (go)`
     fn description(&self, lane: &Lane<'_>, slice: &Slice) -> String {
         let (name, job) = (&lane.name, slice.job);
-        let cpu = cpu_names(CpuSet::of(slice.cpu));
+        let cpu = self.deployment.hosts.names(CpuSet::of(slice.cpu));
         let times = format!("{} to {}", slice.start.number(), slice.end);
         let Some((psm, edge)) = self.deployment.edge(slice) else {
             return match self.deployment.call(slice) {
@@ -449,7 +449,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             self.schedule.slices.iter().filter(|slice| slice.activity < self.schedule.statistics.len());
         let used: CpuSet = used.map(|slice| slice.cpu).collect();
         for cpu in used.iter() {
-            entry(&bar(&colour(cpu), 0.0, 24.0), &cpu_names(CpuSet::of(cpu)));
+            entry(&bar(&colour(cpu), 0.0, 24.0), &self.deployment.hosts.names(CpuSet::of(cpu)));
         }
         let first = used.first().unwrap_or_default();
         let line = "<path d=\"M8 -5 h8\" class=\"waits\"/>";

@@ -1,5 +1,6 @@
 //! Sets of CPUs.
 
+use std::fmt;
 use std::ops::{BitAnd, BitOr, BitOrAssign, Sub};
 
 use serde::{Serialize, Serializer};
@@ -116,6 +117,38 @@ impl FromIterator<CpuSet> for CpuSet {
 impl FromIterator<u32> for CpuSet {
     fn from_iter<T: IntoIterator<Item = u32>>(cpus: T) -> CpuSet {
         cpus.into_iter().map(CpuSet::of).collect()
+    }
+}
+
+/// Above this number of CPUs, those in a row are shown as `3 to 9`.
+const MOST_LISTED: u32 = 8;
+
+/// As users number them, from 1.
+///
+/// ```
+/// use mauve_timing::CpuSet;
+///
+/// assert_eq!(CpuSet(0b1).to_string(), "CPU 1");
+/// assert_eq!(CpuSet(0b1011).to_string(), "CPUs 1, 2 and 4");
+/// assert_eq!((CpuSet::first_few(96) - CpuSet::of(1)).to_string(), "CPUs 1 and 3 to 96");
+/// ```
+impl fmt::Display for CpuSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let numbers: Vec<u32> = self.iter().map(|cpu| cpu + 1).collect();
+        let is_short = self.len() <= MOST_LISTED;
+        let rows = numbers.chunk_by(|one, next| !is_short && one + 1 == *next);
+        let numbers: Vec<String> = rows
+            .map(|row| match row {
+                [first, .., last] => format!("{first} to {last}"),
+                row => row.iter().map(u32::to_string).collect(),
+            })
+            .collect();
+        match numbers.as_slice() {
+            [one] if self.is_one() => write!(f, "CPU {one}"),
+            [row] => write!(f, "CPUs {row}"),
+            [rest @ .., last] => write!(f, "CPUs {} and {last}", rest.join(", ")),
+            [] => f.write_str("no CPU"),
+        }
     }
 }
 

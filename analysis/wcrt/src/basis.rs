@@ -8,7 +8,6 @@ use rustc_hash::FxHashSet;
 use crate::reason::Timed;
 use crate::sensitivity::executed_times;
 use crate::system::system_of;
-use crate::table_set::tables_of;
 use crate::timetable::{Lookup, timetable_of};
 
 /// Values of ports with more bytes, or of variable size, are not copied for nothing.
@@ -50,13 +49,13 @@ pub fn basis_of<'db>(
     deployment: Decl<'db>,
     level: Level,
 ) -> Basis {
-    let times = timetable_of(db, tables_of(db, project, deployment));
     let activities = system_of(db, project, deployment).activities.iter();
     let gateways = activities.filter(|it| it.gateway.is_some()).count();
     let ports = unmeasured_ports(db, project, deployment);
     let mut basis = Basis { ports, gateways, ..Basis::default() };
-    for it in executed_times(db, project, deployment, level) {
-        let of = &it.of;
+    let executed = executed_times(db, project, deployment, level).iter();
+    for (of, tables) in executed.flat_map(|it| it.tables.iter().map(|tables| (&it.of, *tables))) {
+        let times = timetable_of(db, tables);
         let found = match of {
             Timed::Codel(codel) => {
                 let wait = times.wait(*codel, level);
@@ -85,13 +84,11 @@ pub(crate) fn unmeasured_ports<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
 ) -> Vec<String> {
-    let times = timetable_of(db, tables_of(db, project, deployment));
     let mut seen = FxHashSet::default();
     let mut found = Vec::new();
-    for component in system_of(db, project, deployment).activities.iter().filter_map(|it| it.executed()) {
-        if !seen.insert(component) {
-            continue;
-        }
+    for activity in &system_of(db, project, deployment).activities {
+        let Some(component) = activity.executed().filter(|it| seen.insert((*it, activity.tables))) else { continue };
+        let times = timetable_of(db, activity.tables);
         let ports = large_ports(db, project, component).iter();
         let without_time = ports.filter(|port| !times.has_entry(&Timed::Access(component, (*port).clone())));
         found.extend(without_time.map(|port| format!("{}.{port}", component.name(db))));

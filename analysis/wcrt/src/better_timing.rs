@@ -26,7 +26,7 @@ use crate::response::{response_times, response_times_if};
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::what_if::WhatIfField;
 use mauve_hir::item_tree::{Field, Name};
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 
 /// So many activities are analysed in one search, those of each analysis counted. The limit is a number of steps and no
@@ -222,10 +222,12 @@ impl<'db> TimingSearch<'db> {
 
     fn moves(&mut self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
         let mut found = Vec::new();
+        let hosts = hosts_of(self.db, self.project.workspace(self.db));
         for cpu in self.system.cpus.each() {
-            if activity.cpus == Some(cpu) {
+            if activity.cpus == Some(cpu) || hosts.host(cpu) != activity.host {
                 continue;
             }
+            let (_, cpu) = hosts.local(cpu);
             let fields = vec![field(activity, ActivityField::Affinity, cpu.0.to_string())];
             let Some(report) = self.ask(&fields) else { break };
             let is_it = |it: &&ActivityReport<'_>| it.instance == activity.instance;

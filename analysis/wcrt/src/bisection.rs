@@ -12,7 +12,7 @@ use crate::psm::{OtherTimes, PsmResult, psm_of, psm_with};
 use crate::report::Query;
 use crate::served::served_in;
 use crate::system::{System, system_of};
-use crate::table_set::{TableSet, tables_of};
+use crate::table_set::TableSet;
 use crate::task_set::{Executables, tasks_of};
 use mauve_hir::{Decl, ModelDb, Project};
 
@@ -21,7 +21,6 @@ pub(crate) struct Variants<'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) project: Project<'db>,
     pub(crate) deployment: Decl<'db>,
-    tables: TableSet<'db>,
     pub(crate) query: Query,
     pub(crate) system: &'db System<'db>,
     /// The number of analyses that are left.
@@ -40,8 +39,7 @@ impl<'db> Variants<'db> {
     ) -> Variants<'db> {
         let system: &System<'db> = system_of(db, project, deployment);
         let left = Cell::new(most_analysed / system.activities.len().max(1));
-        let tables = tables_of(db, project, deployment);
-        Variants { db, project, deployment, tables, query, system, left }
+        Variants { db, project, deployment, query, system, left }
     }
 
     /// Returns the deployment where the times in `what_if` replace those of the tables. All of them are times that
@@ -51,19 +49,22 @@ impl<'db> Variants<'db> {
         components: &FxHashSet<Decl<'db>>,
         what_if: OtherTimes<'_, 'db>,
     ) -> Tasks {
-        let Variants { db, project, tables, query, system, .. } = *self;
-        let psm = |&component| (component, psm_with(db, tables, component, query.level, what_if));
-        let changed: FxHashMap<Decl<'db>, PsmResult<'db>> = components.iter().map(psm).collect();
+        let Variants { db, project, query, system, .. } = *self;
+        let changed = system.activities.iter().filter_map(|it| Some((it.executed()?, it.tables)));
+        let changed: FxHashSet<_> = changed.filter(|(it, _)| components.contains(it)).collect();
+        let psm = |of: (Decl<'db>, TableSet<'db>)| (of, psm_with(db, of.1, of.0, query.level, what_if));
+        let changed: FxHashMap<_, PsmResult<'db>> = changed.into_iter().map(psm).collect();
         let psms = system.activities.iter().map(|activity| {
+            let tables = activity.tables;
             if let Some(of) = activity.gateway {
                 return Some(gateway_psm(db, tables, of.deployment, of.host, query.level));
             }
             let component = activity.executed()?;
-            changed.get(&component).or_else(|| Some(psm_of(db, tables, component, query.level)))
+            changed.get(&(component, tables)).or_else(|| Some(psm_of(db, tables, component, query.level)))
         });
         let psms: Vec<Option<&PsmResult<'db>>> = psms.collect();
-        let served = served_in(db, tables, system, query.level, what_if);
-        let locks = locks_of(db, tables, system, query.level, what_if);
+        let served = served_in(db, project, system, query.level, what_if);
+        let locks = locks_of(db, project, system, query.level, what_if);
         let executed = Executables { psms: &psms, served: &served, locks: &locks };
         tasks_of(db, project, system, executed, query.method)
     }

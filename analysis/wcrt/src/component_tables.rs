@@ -5,7 +5,7 @@ use mauve_hir::{Decl, ModelDb, Project, names_of};
 use rustc_hash::FxHashSet;
 
 use crate::system::system_of;
-use crate::table_set::{TableSet, table_sets, tables_of};
+use crate::table_set::{TableSet, table_sets};
 
 /// Returns the timing tables of the deployments that execute a component; if none does, those of all deployments.
 #[salsa::tracked(returns(ref))]
@@ -18,17 +18,15 @@ pub fn tables_for<'db>(
     if all.len() <= 1 {
         return all.clone();
     }
-    let executes = |deployment: &Decl<'db>| {
-        let activities = &system_of(db, project, *deployment).activities;
-        activities.iter().any(|activity| activity.component == Some(component))
-    };
-    let deployments = names_of(db, project).of_kind(db, Kind::Deployment).filter(executes);
-    let used: FxHashSet<TableSet<'db>> = deployments.map(|it| tables_of(db, project, it)).collect();
+    let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+    let activities = deployments.flat_map(|it| &system_of(db, project, it).activities);
+    let executing = activities.filter(|activity| activity.component == Some(component));
+    let used: FxHashSet<TableSet<'db>> = executing.map(|it| it.tables).collect();
     all.iter().copied().filter(|it| used.is_empty() || used.contains(it)).collect()
 }
 
 /// Returns the first of [`tables_for`] a component: for one view of it that belongs to no deployment.
 pub fn first_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> TableSet<'db> {
     let first = tables_for(db, project, component).first();
-    first.copied().unwrap_or_else(|| TableSet::new(db, project, None))
+    first.copied().unwrap_or_else(|| TableSet::new(db, project, None, None))
 }

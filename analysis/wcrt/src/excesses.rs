@@ -2,22 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use mauve_hir::{Decl, ModelDb};
+use mauve_hir::{ModelDb, Project};
 use mauve_timing::{Excess, Executions, Lateness, Level, NoLateness, Tasks, lateness};
 use rustc_hash::FxHashMap;
 
 use crate::gateway::moved;
 use crate::path_fold::{Figure, folded};
 use crate::reason::Timed;
-use crate::system::System;
+use crate::system::{ResolvedActivity, System};
 use crate::table_set::TableSet;
 use crate::timetable::{Timetable, timetable_of};
 
 /// What the jobs of each activity execute: which entries of the tables, and how often.
 pub(crate) struct JobExecutions<'db> {
-    times: &'db Timetable<'db>,
-    /// The entries whose times depend on the level.
-    entries: Vec<Timed<'db>>,
+    /// The entries whose times depend on the level, each in its tables.
+    entries: Vec<(Timed<'db>, &'db Timetable<'db>)>,
     of: Vec<Executions>,
 }
 
@@ -55,51 +54,55 @@ impl<'db> JobExecutions<'db> {
     /// Returns what the jobs of a deployment execute, unless waits or the overhead of jobs depend on the level.
     pub(crate) fn of(
         db: &'db dyn ModelDb,
-        tables: TableSet<'db>,
+        project: Project<'db>,
         system: &System<'db>,
     ) -> Result<Self, NoLateness> {
-        let times = timetable_of(db, tables);
-        let (levelled, of_job) = times.levelled();
-        let counts = levelled.iter().filter(|(_, count)| **count > 0);
-        let is_wait = |of: &Timed<'db>| matches!(of, Timed::Wait(_));
-        if of_job > 0 {
-            return Err(NoLateness::Overhead);
-        }
-        if counts.clone().any(|(of, _)| is_wait(of)) {
-            return Err(NoLateness::Waits);
-        }
-        let entries: Vec<Timed<'db>> = counts.map(|(of, _)| of.clone()).collect();
-        // A program with a certain time stands for none.
-        let all: FxHashMap<Timed<'db>, usize> =
-            levelled.keys().map(|it| (it.clone(), entries.len())).collect();
-        let numbers = entries.iter().cloned().zip(0..);
-        let all = Multiset(&all.into_iter().chain(numbers).collect());
-        let of = |component: Option<Decl<'db>>| {
-            let folded = component.and_then(|it| folded(db, tables.project(db), it, &all));
-            let edges = folded.into_iter().flat_map(|it| it.edges);
-            let kept = edges.map(|it| it.into_iter().filter(|(it, _)| *it < entries.len()).collect());
-            kept.collect()
-        };
-        let of = system.activities.iter().map(|it| match it.gateway {
-            Some(gateway) => {
-                let topics = moved(db, tables, gateway);
-                let numbered = topics.filter_map(|(topic, samples)| {
-                    let number = entries.iter().position(|it| *it == Timed::Topic(topic.clone()))?;
-                    Some((number, samples))
-                });
-                vec![numbered.collect()]
+        let mut entries: Vec<(Timed<'db>, &'db Timetable<'db>)> = Vec::new();
+        let mut all: FxHashMap<TableSet<'db>, FxHashMap<Timed<'db>, usize>> = FxHashMap::default();
+        for tables in system.activities.iter().map(|it| it.tables) {
+            if all.contains_key(&tables) {
+                continue;
             }
-            None => of(it.executed()),
-        });
-        let of = of.collect();
-        Ok(JobExecutions { times, entries, of })
+            let times = timetable_of(db, tables);
+            let (levelled, of_job) = times.levelled();
+            if of_job > 0 {
+                return Err(NoLateness::Overhead);
+            }
+            let of_tables = all.entry(tables).or_default();
+            for (timed, count) in levelled {
+                if count > 0 && matches!(timed, Timed::Wait(_)) {
+                    return Err(NoLateness::Waits);
+                }
+                // A program with a certain time stands for none.
+                let number = if count > 0 { entries.len() } else { usize::MAX };
+                if count > 0 {
+                    entries.push((timed.clone(), times));
+                }
+                of_tables.insert(timed, number);
+            }
+        }
+        let of = |it: &ResolvedActivity<'db>| {
+            let Some(numbers) = all.get(&it.tables) else { return Vec::new() };
+            if let Some(gateway) = it.gateway {
+                let topics = moved(db, project, gateway);
+                let numbered = topics.filter_map(|(topic, samples)| {
+                    Some((*numbers.get(&Timed::Topic(topic)).filter(|it| **it < entries.len())?, samples))
+                });
+                return vec![numbered.collect()];
+            }
+            let folded = it.executed().and_then(|it| folded(db, project, it, &Multiset(numbers)));
+            let edges = folded.into_iter().flat_map(|it| it.edges);
+            edges.map(|it| it.into_iter().filter(|(it, _)| *it < entries.len()).collect()).collect()
+        };
+        let of = system.activities.iter().map(of).collect();
+        Ok(JobExecutions { entries, of })
     }
 
     /// Returns the keys of what an activity executes and whose measurement says that executions depend on earlier ones.
     pub(crate) fn dependent(&self, db: &'db dyn ModelDb, activity: usize) -> impl Iterator<Item = String> {
         let all = self.of.get(activity).into_iter().flatten().flatten();
         let entries = all.filter_map(|(entry, _)| self.entries.get(*entry));
-        entries.filter(|it| self.times.is_dependent(it)).map(|it| it.key(db))
+        entries.filter(|(it, times)| times.is_dependent(it)).map(|(it, _)| it.key(db))
     }
 
     /// Returns how probable it is that an activity is late, from the tasks at a level.
@@ -110,7 +113,7 @@ impl<'db> JobExecutions<'db> {
         activity: usize,
         interrupt: &dyn Fn(),
     ) -> Result<Lateness, NoLateness> {
-        let excess = |of: &Timed<'db>| self.times.excess(of, level).ok_or(NoLateness::Times);
+        let excess = |(of, times): &(Timed<'db>, &Timetable<'db>)| times.excess(of, level).ok_or(NoLateness::Times);
         let excesses: Vec<Excess> = self.entries.iter().map(excess).collect::<Result<_, _>>()?;
         lateness(tasks, activity, &excesses, &self.of, interrupt)
     }

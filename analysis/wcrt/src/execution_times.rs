@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::reason::Timed;
 use crate::system::system_of;
-use crate::table_set::tables_of;
+use crate::table_set::tables_of_host;
 use crate::timetable::{Lookup, timetable_of};
 
 /// The execution times of a deployment at one level.
@@ -27,20 +27,22 @@ pub struct ExecutionTimes<'db> {
     pub overhead: Time,
 }
 
-/// Returns the execution times of a deployment, from its timing tables and `[assume]`.
+/// Returns the execution times of a deployment, of one host if it has several, from its timing tables and `[assume]`.
 pub fn execution_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
+    host: Option<usize>,
     level: Level,
 ) -> ExecutionTimes<'db> {
-    let times = timetable_of(db, tables_of(db, project, deployment));
+    let times = timetable_of(db, tables_of_host(db, project, deployment, host));
     let known = |found: Lookup<'db>| match found {
         Lookup::Known(time) | Lookup::Assumed(time) if times.incomplete.is_none() => Some(time),
         _ => None,
     };
     let activities = &system_of(db, project, deployment).activities;
-    let components: FxHashSet<Decl<'db>> = activities.iter().filter_map(|it| it.component).collect();
+    let here = activities.iter().filter(|it| host.is_none() || it.host == host);
+    let components: FxHashSet<Decl<'db>> = here.filter_map(|it| it.component).collect();
     let components = sorted(db, components);
     let cores =
         || components.iter().filter_map(|&component| Some((component, core_of(db, project, component)?)));

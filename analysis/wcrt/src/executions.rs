@@ -25,7 +25,7 @@ use crate::sends::{sends_of, sends_of_operation};
 use crate::served::MOST_OPERATIONS;
 use crate::system::{Connected, ResolvedActivity, System, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::timetable::{times_of, timetable_of};
+use crate::timetable::{levels_of, times_of, timetable_of};
 
 /// What a significance level supports.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,18 +63,18 @@ pub fn executions_of<'db>(
     deployment: Decl<'db>,
     mission: Time,
 ) -> Vec<f64> {
-    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
+    let system = system_of(db, project, deployment);
     let own = |it: &ResolvedActivity<'db>| {
         if let Some(gateway) = it.gateway {
-            let (levelled, of_job) = timetable_of(db, tables).levelled();
+            let (levelled, of_job) = timetable_of(db, it.tables).levelled();
             let count = |(topic, samples): (Name, u64)| {
                 levelled.get(&Timed::Topic(topic)).copied().unwrap_or(0).saturating_mul(samples)
             };
-            let of_topics = moved(db, tables, gateway).map(count).fold(of_job, u64::saturating_add);
+            let of_topics = moved(db, project, gateway).map(count).fold(of_job, u64::saturating_add);
             return Some(of_topics as f64 * jobs_in(&it.task, mission));
         }
         let component = it.component?;
-        let counts = counts_of(db, tables, component).as_ref()?;
+        let counts = counts_of(db, it.tables, component).as_ref()?;
         match it.priority {
             // It delays others only while it holds a lock, and nothing limits how often that is.
             Priority::Background => may_hold_lock(db, project, component).then_some(f64::INFINITY),
@@ -83,7 +83,7 @@ pub fn executions_of<'db>(
     };
     let mut found: Vec<f64> = system.activities.iter().map(|it| own(it).unwrap_or(0.0)).collect();
     if !system.connected.is_empty() {
-        add_calls(db, tables, system, mission, &mut found);
+        add_calls(db, project, system, mission, &mut found);
     }
     found
 }
@@ -107,12 +107,11 @@ pub(crate) fn jobs_in(task: &Task, mission: Time) -> f64 {
 /// Adds the executions in operations that activities execute for others, as often as clients call them.
 fn add_calls<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    project: Project<'db>,
     system: &System<'db>,
     mission: Time,
     found: &mut [f64],
 ) {
-    let project = tables.project(db);
     let calls = |it: &Connected| {
         let client = system.activities.get(it.client)?;
         let sends = sends_of(db, project, client.executed()?).get(&it.required).copied()?;
@@ -123,11 +122,10 @@ fn add_calls<'db>(
     // With more chains of calls, or a ring of them, no provider has a figure.
     for _ in 0..MOST_OPERATIONS {
         let Some((connected, calls)) = open.pop() else { break };
-        let Some(component) = system.activities.get(connected.provider).and_then(|it| it.component) else {
-            continue;
-        };
+        let Some(provider) = system.activities.get(connected.provider) else { continue };
+        let Some(component) = provider.component else { continue };
         if let (Some(counts), Some(found)) =
-            (counts_of(db, tables, component), found.get_mut(connected.provider))
+            (counts_of(db, provider.tables, component), found.get_mut(connected.provider))
         {
             *found += calls * counts.of_operation(&connected.operation);
         }
@@ -270,21 +268,21 @@ pub(crate) fn chosen_level<'db>(
     deployment: Decl<'db>,
 ) -> Option<ChosenLevel> {
     let required = required_of(db, project, deployment)?;
-    let times = timetable_of(db, tables_of(db, project, deployment));
+    let (times, levels) = (timetable_of(db, tables_of(db, project, deployment)), levels_of(db, project, deployment));
     let executions: f64 = executions_of(db, project, deployment, required.mission).into_iter().sum();
     let probability = required.probability.as_f64();
     if executions == 0.0 {
-        return times.levels.first().map(|&level| ChosenLevel { level, lacking: None });
+        return levels.first().map(|&level| ChosenLevel { level, lacking: None });
     }
     let enough = |level: &&Level| executions * level.as_f64() <= probability;
-    if let Some(&level) = times.levels.iter().find(enough) {
+    if let Some(&level) = levels.iter().find(enough) {
         return Some(ChosenLevel { level, lacking: None });
     }
     let exponent = (probability / executions).log10().floor().max(-300.0) as i32;
     let needed = format!("1e{exponent}").parse().ok().and_then(Level::from_f64)?;
     let table = times.with_levels.iter().max_by_key(|it| it.levels.iter().min().copied())?.clone();
     let lacking = Some(LackingLevel { needed, executions: executions as u64, table });
-    Some(ChosenLevel { level: *times.levels.last()?, lacking })
+    Some(ChosenLevel { level: *levels.last()?, lacking })
 }
 
 /// Returns a fact for each deployment whose tables lack the level that `required` needs.

@@ -17,8 +17,8 @@ use crate::report::ActivityReport;
 use crate::served::{Served, served_in};
 use crate::system::{Connected, ResolvedActivity, System, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::{DeployedTasks, psms_of};
-use crate::timetable::timetable_of;
+use crate::task_set::{DeployedTasks, others_of, psms_of};
+use crate::timetable::{levels_of, timetable_of};
 use mauve_hir::{Decl, Edges, ModelDb, Project, config_of, platform_of};
 
 /// Returns the task set of a deployment, at all levels of its tables; `prose` renders reasons.
@@ -30,12 +30,12 @@ pub fn task_set_of<'db>(
 ) -> TaskSet {
     let message = |reason: &Reason<'db>| one_line(&prose(db, reason));
     let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
-    let (levels, set) = set_of(db, tables);
-    let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, tables, system, level)).collect();
+    let (levels, set) = set_of(db, tables, levels_of(db, project, deployment));
+    let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, system, level)).collect();
     let served: Vec<Served<'db>> =
-        levels.iter().map(|&level| served_in(db, tables, system, level, &|_| None)).collect();
+        levels.iter().map(|&level| served_in(db, project, system, level, &|_| None)).collect();
     let locks: Vec<LocksOfDeployment<'db>> =
-        levels.iter().map(|&level| locks_of(db, tables, system, level, &|_| None)).collect();
+        levels.iter().map(|&level| locks_of(db, project, system, level, &|_| None)).collect();
     let task = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let of_operations = served.iter().zip(&locks).map(|(served, locks)| {
             let of_index = [served.refusals.get(&index), locks.refusals.get(&index)];
@@ -73,8 +73,7 @@ pub fn task_set_of<'db>(
         burst: burst(it),
         jitter: Some(it.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
         priority: it.priority.real_time().map(|priority| Number::Whole(priority.into())),
-        // Without CPUs, it may run on all.
-        cpus: Some(Numbers::of_cpus(it.cpus.unwrap_or(system.cpus))),
+        cpus: it.cpus.map(Numbers::of_cpus),
         time: Numbers::of_times(&[it.greatest_cost()]),
         ..TaskEntry::default()
     };
@@ -86,7 +85,7 @@ pub fn task_set_of<'db>(
         rt_throttling: platform.rt_throttling,
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
         task: system.activities.iter().enumerate().map(task).collect(),
-        other: platform.others.iter().map(other).collect(),
+        other: others_of(db, project, system).iter().map(other).collect(),
         operation: operations_of(system, &served),
         lock: exported_locks(system, &locks),
         ..set
@@ -162,7 +161,7 @@ pub fn exported_component<'db>(
     prose: Prose,
 ) -> TaskSet {
     let message = |reason: &Reason<'db>| one_line(&prose(db, reason));
-    let (levels, set) = set_of(db, tables);
+    let (levels, set) = set_of(db, tables, timetable_of(db, tables).levels.clone());
     let incomplete = timetable_of(db, tables).incomplete.as_ref();
     let psm = |&level: &Level| incomplete.is_none().then(|| psm_of(db, tables, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
@@ -183,8 +182,11 @@ type Psms<'db> = Vec<Option<&'db PsmResult<'db>>>;
 
 /// Returns the levels of tables, and a set without tasks, whose `levels` are the same. Tables without levels give the level of
 /// `mauve.toml`, and a set without `levels`.
-fn set_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Vec<Level>, TaskSet) {
-    let levels = timetable_of(db, tables).levels.clone();
+fn set_of<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    levels: Vec<Level>,
+) -> (Vec<Level>, TaskSet) {
     let times = tables.section(db).as_deref().map(one_line);
     let set = TaskSet { times, unit: Unit::Nanoseconds, levels: levels.clone(), ..TaskSet::default() };
     match levels.as_slice() {
@@ -334,6 +336,7 @@ impl<'db> DeployedTasks<'db> {
             operations: file.operation.iter().map(|it| it.name.as_str().into()).collect(),
             times: file.times.as_deref().map(Into::into),
             not_analysed: file.not_analysed.iter().map(stated).collect(),
+            hosts: Arc::default(),
             tasks,
         })
     }

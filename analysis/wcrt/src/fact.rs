@@ -203,8 +203,9 @@ impl TableSection {
 /// otherwise that of the activity without a bound that has the highest priority.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Overload<'db> {
-    /// The CPU, as its bit.
+    /// The CPU, as its bit, and its name.
     pub cpu: CpuSet,
+    pub named: Name,
     /// The highest priority of an activity without a bound, and the utilisation by all of this priority or a higher one.
     pub priority: u32,
     pub utilisation: Share,

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Edge, Edges, Location, ModelDb, config_file, ros2_of};
+use mauve_hir::{Decl, Edge, Edges, Location, ModelDb, Project, config_file, ros2_of};
 use mauve_timing::{Level, StateMachine};
 
 use crate::psm::Psm;
@@ -28,10 +28,10 @@ pub struct Gateway<'db> {
 /// Returns what a gateway moves in a period: the key of each topic of its host behind `ros2.`, and the number of its samples.
 pub(crate) fn moved<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    project: Project<'db>,
     of: Gateway<'db>,
 ) -> impl Iterator<Item = (Name, u64)> {
-    let topics = ros2_of(db, tables.project(db), of.deployment).topics.iter();
+    let topics = ros2_of(db, project, of.deployment).topics.iter();
     let topics = topics.filter(move |it| it.host == of.host);
     topics.map(|it| (format!("{}.{}", it.port.0, it.port.1).into(), u64::from(it.depth.max(1))))
 }
@@ -56,7 +56,7 @@ pub(crate) fn gateway_psm<'db>(
         };
     };
     let (mut cost, mut assumed) = (overhead, Vec::new());
-    for (topic, samples) in moved(db, tables, Gateway { deployment, host }) {
+    for (topic, samples) in moved(db, tables.project(db), Gateway { deployment, host }) {
         let of = Timed::Topic(topic);
         let time = match (times.time(&of, level), times.assume) {
             (Lookup::Known(time) | Lookup::Assumed(time), _) => time,

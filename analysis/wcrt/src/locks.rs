@@ -1,5 +1,6 @@
 //! The locks of `mauve.toml`: which activities take them, and for how long.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use mauve_hir::item_tree::{Kind, Name};
@@ -14,7 +15,6 @@ use crate::fact::{Recorded, TimingFact, TimingFactKind};
 use crate::psm::{OtherTimes, is_readable};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
 use crate::system::System;
-use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, observed_files, observed_in, timetable_of};
 
 /// A lock of `mauve.toml`, with the codels that its keys name.
@@ -147,18 +147,16 @@ pub(crate) struct LocksOfDeployment<'db> {
 /// Returns the locks that the activities of a deployment take. `what_if` replaces times of the tables.
 pub(crate) fn locks_of<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    project: Project<'db>,
     system: &System<'db>,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
 ) -> LocksOfDeployment<'db> {
-    let project = tables.project(db);
     let declared = declared_locks(db, project);
     let mut found = LocksOfDeployment::default();
     if declared.all.is_empty() && declared.unknown.is_none() && declared.undeclared.is_empty() {
         return found;
     }
-    let times = timetable_of(db, tables);
     for (index, activity) in system.activities.iter().enumerate() {
         let mut refuse = |why: LockReason| {
             let refusal = Refusal::new(Reason::Lock(why), activity.at.clone());
@@ -180,15 +178,20 @@ pub(crate) fn locks_of<'db>(
                 let locks = [first.name.clone(), second.name.clone()];
                 refuse(LockReason::TwoLocks { codel: codel_name(), locks });
             }
+            let times = timetable_of(db, activity.tables);
             let waits = !matches!(times.wait(*codel, level), Lookup::Absent | Lookup::Known(Time::ZERO));
             if let Some(lock) = its().find(|lock| waits && lock.held.is_none()) {
                 refuse(LockReason::WaitsWithLock { codel: codel_name(), lock: lock.name.clone() });
             }
         }
     }
-    for lock in &declared.all {
-        let users = system.activities.iter().enumerate().filter_map(|(task, activity)| {
+    // Each host has locks of its own.
+    let hosts: BTreeSet<Option<usize>> = system.activities.iter().map(|it| it.host).collect();
+    for (lock, host) in declared.all.iter().flat_map(|lock| hosts.iter().map(move |host| (lock, *host))) {
+        let activities = system.activities.iter().enumerate().filter(|(_, it)| it.host == host);
+        let users = activities.filter_map(|(task, activity)| {
             let component = activity.component?;
+            let times = timetable_of(db, activity.tables);
             let held = match codels_of(db, project, component) {
                 // It may take any lock.
                 None => None,

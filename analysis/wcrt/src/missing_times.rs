@@ -9,8 +9,8 @@ use crate::psm::psm_of;
 use crate::reason::{Reason, Timed, UnusableTime};
 use crate::report::Query;
 use crate::response::response_times;
-use crate::system::{ResolvedActivity, System, system_of};
-use crate::table_set::{TableSet, table_sets, tables_of};
+use crate::system::{System, system_of};
+use crate::table_set::{TableSet, all_tables_of, table_sets};
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
@@ -36,12 +36,12 @@ pub fn budgets<'db>(
     if missing.len() > MOST_BUDGETS || !system.not_analysed.is_empty() {
         return Vec::new();
     }
-    let tables = tables_of(db, project, deployment);
     let untimed: FxHashSet<Decl<'db>> = system
         .activities
         .iter()
-        .filter_map(ResolvedActivity::executed)
-        .filter(|&component| psm_of(db, tables, component, query.level).is_err())
+        .filter_map(|it| Some((it.executed()?, it.tables)))
+        .filter(|&(component, tables)| psm_of(db, tables, component, query.level).is_err())
+        .map(|(component, _)| component)
         .collect();
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
     // Whether every deadline is proved where `codel` takes `time`; the outer `None` where no steps are left, the inner one where
@@ -95,9 +95,8 @@ fn missing_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Vec<MissingTime<'db>> {
-    let tables = tables_of(db, project, deployment);
     let mut missing: Vec<MissingTime<'db>> = Vec::new();
-    let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
+    let mut index: FxHashMap<(Decl<'db>, TableSet<'db>), usize> = FxHashMap::default();
     let reports = &response_times(db, project, deployment, query).activities;
     // The reasons of a report include those of the state machine of the component.
     for (activity, report) in system_of(db, project, deployment).activities.iter().zip(reports) {
@@ -108,7 +107,8 @@ fn missing_times<'db>(
                 _ => continue,
             };
             let user = (activity.instance.clone(), activity.at.clone());
-            let at = *index.entry(codel).or_insert(missing.len());
+            let tables = activity.tables;
+            let at = *index.entry((codel, tables)).or_insert(missing.len());
             match missing.get_mut(at) {
                 // Its periods and the operations that it executes may need one codel.
                 Some(known) if known.users.last() == Some(&user) => {}
@@ -125,7 +125,9 @@ fn missing_times<'db>(
 pub fn missing_time_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<TimingFact<'db>> {
     let mut deployments: FxHashMap<TableSet<'db>, Vec<Decl<'db>>> = FxHashMap::default();
     for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
-        deployments.entry(tables_of(db, project, decl)).or_default().push(decl);
+        for tables in all_tables_of(db, project, decl) {
+            deployments.entry(tables).or_default().push(decl);
+        }
     }
     let mut found = Vec::new();
     for &tables in table_sets(db, project) {
@@ -146,7 +148,10 @@ fn missing_in<'db>(
         return Vec::new();
     }
     let project = tables.project(db);
-    let missing = |it: Decl<'db>| missing_times(db, project, it, Query::shown(db, project, it));
+    let missing = |it: Decl<'db>| {
+        let all = missing_times(db, project, it, Query::shown(db, project, it)).into_iter();
+        all.filter(|it| it.tables == tables).collect()
+    };
     let deployments = deployments.iter().map(|&it| (it, missing(it)));
     let deployments: Vec<(Decl<'db>, Vec<MissingTime<'db>>)> = deployments.collect();
     let mut found = Vec::new();

@@ -2,7 +2,7 @@
 //! that CPU has, and the period of its neighbours.
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, PLACES, Project, deployed, deployment};
+use mauve_hir::{Decl, ModelDb, PLACES, Project, deployed, deployment, hosts_of};
 use mauve_timing::{CpuSet, Priority, Time};
 use rustc_hash::FxHashMap;
 
@@ -59,7 +59,7 @@ pub fn new_activities<'db>(
     of: Decl<'db>,
     instances: &[Name],
 ) -> Vec<NewActivity> {
-    let system = system_of(db, project, of);
+    let (system, hosts) = (system_of(db, project, of), hosts_of(db, project.workspace(db)));
     let data = deployment(db, of);
     let has_affinity = data.is_some_and(|it| {
         it.activities.iter().any(|it| PLACES.iter().any(|place| it.field(*place).is_some()))
@@ -79,10 +79,12 @@ pub fn new_activities<'db>(
     }
     let new = instances.iter().map(|instance| {
         let period = near.get(instance).and_then(|periods| most_frequent(periods.iter().copied())).or(all);
-        let (affinity, priority) = next_place(&mut cpus);
+        let host = hosts.of(instance);
+        let of_host = cpus.iter_mut().filter(|it| host.is_none() || hosts.host(it.cpu) == host);
+        let (affinity, priority) = next_place(of_host);
         NewActivity {
             instance: instance.clone(),
-            affinity: affinity.filter(|_| is_written),
+            affinity: affinity.filter(|_| is_written).map(|cpu| hosts.local(cpu).1),
             priority,
             period: period.unwrap_or(DEFAULT_PERIOD),
         }
@@ -129,8 +131,8 @@ fn cpus_of<'db>(
 }
 
 /// Takes the lowest free priority on the CPU with the lowest utilisation, otherwise with the fewest activities.
-fn next_place(cpus: &mut [Cpu]) -> (Option<CpuSet>, u32) {
-    let Some(cpu) = cpus.iter_mut().min_by_key(|cpu| (cpu.utilisation, cpu.count)) else { return (None, 1) };
+fn next_place<'a>(cpus: impl Iterator<Item = &'a mut Cpu>) -> (Option<CpuSet>, u32) {
+    let Some(cpu) = cpus.min_by_key(|cpu| (cpu.utilisation, cpu.count)) else { return (None, 1) };
     let priority = (1..=99).find(|priority| cpu.priorities & (1 << priority) == 0).unwrap_or(1);
     cpu.priorities |= 1 << priority;
     cpu.count += 1;

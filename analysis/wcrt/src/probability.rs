@@ -21,8 +21,7 @@ use crate::locks::{codels_of, declared_locks, unknown_codel};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};
-use crate::table_set::tables_of;
-use crate::timetable::timetable_of;
+use crate::timetable::levels_of;
 
 /// How probable it is that an activity is late.
 #[derive(Debug, Clone, PartialEq, salsa::SalsaValue)]
@@ -71,13 +70,13 @@ pub fn probabilities_of<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
 ) -> Vec<Option<MissProbability>> {
-    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
+    let system = system_of(db, project, deployment);
     let executions = executions_of(db, project, deployment, HOUR);
     let reports = reports_of(db, project, deployment);
     let depends_on_all =
         !system.connected.is_empty() || !declared_locks(db, project).all.is_empty() || has_lists(system);
     let declared = declared_dependent(db, project);
-    let jobs = JobExecutions::of(db, tables, system);
+    let jobs = JobExecutions::of(db, project, system);
     let interrupt = || db.unwind_if_revision_cancelled();
     let of = |index: usize| {
         let at = |report: &&'db Report<'db>| report.activities.get(index);
@@ -161,8 +160,8 @@ pub fn distribution_of<'db>(
     let steps = (0..MOST_TIMES - 1).map(after).map(Time::from_nanos);
     let times: BTreeSet<Time> = steps.chain(Some(deadline.max(first))).collect();
 
-    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
-    let jobs = JobExecutions::of(db, tables, system).ok().filter(|_| found.dependent.is_empty());
+    let system = system_of(db, project, deployment);
+    let jobs = JobExecutions::of(db, project, system).ok().filter(|_| found.dependent.is_empty());
     let mut tasks: Vec<(Level, Tasks)> =
         reports.iter().map(|(level, it)| (*level, Tasks::clone(&it.tasks))).collect();
     let (mut hour, mut job) = (1.0_f64, 1.0_f64);
@@ -193,8 +192,8 @@ fn reports_of<'db>(
     deployment: Decl<'db>,
 ) -> Vec<(Level, &'db Report<'db>)> {
     let query = |level| Query { level, method: Method::Best, horizon: None };
-    let levels = &timetable_of(db, tables_of(db, project, deployment)).levels;
-    levels.iter().map(|&level| (level, response_times(db, project, deployment, query(level)))).collect()
+    let levels = levels_of(db, project, deployment).into_iter();
+    levels.map(|level| (level, response_times(db, project, deployment, query(level)))).collect()
 }
 
 /// Returns whether an activity may use several CPUs: then others of any CPU may delay it.

@@ -102,7 +102,13 @@ pub enum Reason<'db> {
     NoTopicTime(String),
     /// Threads of the middleware of the gateway to ROS 2, whose time is unknown, have a higher priority on one of its CPUs.
     Middleware(u32),
-    /// The deployment runs on several hosts.
+    /// The number of the CPUs of a host is unknown, or there are too many.
+    CpusOfHost(Name),
+    /// No host has its instance.
+    NoHost,
+    /// Its host does not have a CPU that it names.
+    NoCpuOfHost,
+    /// The instances of its activity are on several hosts.
     SeveralHosts,
     /// The entry of a time in a table cannot be used.
     Table(UnusableTime<'db>),
@@ -119,7 +125,7 @@ pub enum Reason<'db> {
     /// their unknown property if they seem to have a lower priority.
     DelayedBy { first: usize, instances: Vec<Name>, unknown_priority: Option<UnknownPriority> },
     /// This CPU is overloaded by the activities of this priority or a higher one: their utilisation.
-    Overloaded { cpu: CpuSet, priority: u32, utilisation: Share },
+    Overloaded { cpu: CpuSet, named: Name, priority: u32, utilisation: Share },
     /// The search for a bound ended without one.
     NoBound(NoBoundReason),
 }
@@ -131,7 +137,8 @@ impl Reason<'_> {
             Reason::Lock(why) => {
                 matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
             }
-            Reason::NoTopicTime(_) | Reason::Middleware(_) | Reason::SeveralHosts => false,
+            Reason::NoTopicTime(_) | Reason::Middleware(_) => false,
+            Reason::CpusOfHost(_) | Reason::SeveralHosts => false,
             Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
             _ => true,
         }

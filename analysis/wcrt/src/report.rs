@@ -12,7 +12,7 @@ use crate::executions::chosen_level;
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, Share, UnknownPriority};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, Location, ModelDb, Project, config_of, names_of};
+use mauve_hir::{Decl, Hosts, Location, ModelDb, Project, config_of, names_of};
 
 /// A query to the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -78,6 +78,8 @@ pub struct Report<'db> {
     pub cpus: Vec<CpuLoad>,
     /// Why nothing is analysed: an activity or a time may be missing.
     pub not_analysed: Vec<Refusal<'db>>,
+    /// The hosts of its CPUs.
+    pub hosts: Arc<Hosts>,
     pub(crate) tasks: Arc<Tasks>,
     pub(crate) options: Options,
 }

@@ -82,6 +82,7 @@ fn report<'db>(deployed: &DeployedTasks<'db>, query: Query, interrupt: &dyn Fn()
             .map(|it| CpuLoad { complete: it.complete && deployed.not_analysed.is_empty(), ..it })
             .collect(),
         not_analysed: deployed.not_analysed.clone(),
+        hosts: deployed.hosts.clone(),
         tasks: analysis.tasks,
         options,
     }
@@ -125,7 +126,9 @@ impl<'db> DeployedTasks<'db> {
                 let utilisation = Share(analysis.utilisation_above(index).unwrap_or_default());
                 // An unknown priority counts as the highest.
                 let priority = report.priority.real_time().unwrap_or(99);
-                Some(Reason::Overloaded { cpu: CpuSet::of(*cpu), priority, utilisation })
+                let cpu = CpuSet::of(*cpu);
+                let named = self.hosts.names(cpu).into();
+                Some(Reason::Overloaded { cpu, named, priority, utilisation })
             }
             Bound::NoBound(why) => Some(Reason::NoBound(*why)),
             Bound::NotAnalysed { .. } | Bound::Background => None,

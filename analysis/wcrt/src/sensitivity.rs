@@ -16,7 +16,7 @@ use crate::reason::{ActivityField, Timed};
 use crate::report::Query;
 use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of, written_field};
-use crate::table_set::tables_of;
+use crate::table_set::TableSet;
 use crate::timetable::{Lookup, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Cost, Decl, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
@@ -147,16 +147,20 @@ pub fn time_sensitivity<'db>(
     query: Query,
 ) -> Option<TimeSensitivity<'db>> {
     let executed = executed_times(db, project, deployment, query.level);
-    let ExecutedTime { activities, .. } = executed.iter().find(|it| it.of == of)?;
-    let times = timetable_of(db, tables_of(db, project, deployment));
-    let lookup = match &of {
-        Timed::Codel(codel) => times.codel_time(db, *codel, query.level),
-        program => times.time(program, query.level),
+    let ExecutedTime { activities, tables, .. } = executed.iter().find(|it| it.of == of)?;
+    let in_tables = |tables: &TableSet<'db>| {
+        let times = timetable_of(db, *tables);
+        let lookup = match &of {
+            Timed::Codel(codel) => times.codel_time(db, *codel, query.level),
+            program => times.time(program, query.level),
+        };
+        match lookup {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+            Lookup::Absent | Lookup::Unusable(_) => None,
+        }
     };
-    let time = match lookup {
-        Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
-        Lookup::Absent | Lookup::Unusable(_) => None,
-    };
+    // That of the slowest host.
+    let time = tables.iter().map(in_tables).reduce(|one, other| Some(one?.max(other?))).flatten();
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
     let search = LimitSearch { variants, of: activities };
     let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
@@ -195,6 +199,8 @@ pub fn period_sensitivity<'db>(
 pub(crate) struct ExecutedTime<'db> {
     pub(crate) of: Timed<'db>,
     activities: Vec<usize>,
+    /// The tables that it has a time in: one for each host.
+    pub(crate) tables: Vec<TableSet<'db>>,
 }
 
 /// Returns the times that the edges of activities, and the connected operations that they provide, consist of: those of codels,
@@ -207,11 +213,11 @@ pub(crate) fn executed_times<'db>(
     level: Level,
 ) -> Vec<ExecutedTime<'db>> {
     let system: &System<'db> = system_of(db, project, deployment);
-    let times = timetable_of(db, tables_of(db, project, deployment));
     let mut found: Vec<ExecutedTime<'db>> = Vec::new();
     let mut places: FxHashMap<Timed<'db>, usize> = FxHashMap::default();
     for (index, activity) in system.activities.iter().enumerate() {
         let Some(component) = activity.component else { continue };
+        let times = timetable_of(db, activity.tables);
         let Some(core) = core_of(db, project, component) else { continue };
         let behaviour = behaviour_of(db, project, core);
         if !behaviour.refusals.is_empty() {
@@ -258,9 +264,12 @@ pub(crate) fn executed_times<'db>(
         for of in of_activity {
             let place = *places.entry(of.clone()).or_insert(found.len());
             if place == found.len() {
-                found.push(ExecutedTime { of, activities: Vec::new() });
+                found.push(ExecutedTime { of, activities: Vec::new(), tables: Vec::new() });
             }
             let Some(known) = found.get_mut(place) else { continue };
+            if !known.tables.contains(&activity.tables) {
+                known.tables.push(activity.tables);
+            }
             // In the background, nothing is delayed.
             if activity.priority != Priority::Background && known.activities.last() != Some(&index) {
                 known.activities.push(index);

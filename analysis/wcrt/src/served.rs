@@ -11,9 +11,8 @@ use crate::psm::{OtherTimes, is_readable, operation_with};
 use crate::reason::{CallsReason, Reason, Refusal};
 use crate::sends::sends_of;
 use crate::system::{Connected, System};
-use crate::table_set::TableSet;
-use mauve_hir::ModelDb;
 use mauve_hir::item_tree::Name;
+use mauve_hir::{ModelDb, Project};
 
 /// The operations that are executed in a deployment, and why they cannot be analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -72,10 +71,9 @@ pub(crate) const MOST_OPERATIONS: usize = 4096;
 /// Returns the calls that the jobs of clients send, the last connection first.
 fn sent_by_jobs<'a, 'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    project: Project<'db>,
     system: &'a System<'db>,
 ) -> Vec<Sent<'a>> {
-    let project = tables.project(db);
     let mut sent = Vec::new();
     for connected in system.connected.iter().rev() {
         let component = system.activities.get(connected.client).and_then(|client| client.component);
@@ -93,7 +91,7 @@ fn sent_by_jobs<'a, 'db>(
 /// Returns the operations that are executed in a deployment. `what_if` replaces times of the tables.
 pub(crate) fn served_in<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    project: Project<'db>,
     system: &System<'db>,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
@@ -107,7 +105,7 @@ pub(crate) fn served_in<'db>(
         by_client.entry(connected.client).or_default().push(connected);
     }
     // The calls that are sent; those of every client first, in the order of the connections.
-    let mut open = sent_by_jobs(db, tables, system);
+    let mut open = sent_by_jobs(db, project, system);
     let mut visited = 0;
     while let Some(Sent { connected, sends, during, mut chain }) = open.pop() {
         visited += 1;
@@ -120,7 +118,7 @@ pub(crate) fn served_in<'db>(
         let operation = connected.operation.clone();
         let executed = provider
             .component
-            .and_then(|component| operation_with(db, tables, component, &operation, level, what_if));
+            .and_then(|component| operation_with(db, provider.tables, component, &operation, level, what_if));
         // The provider is refused for the same reason, and what it sends is unknown.
         let Some(executed) = executed else { continue };
         let of_provider = by_client.get(&connected.provider).map_or(&[] as &[_], Vec::as_slice);

@@ -11,14 +11,14 @@ use crate::fact::{TimingFact, TimingFactKind};
 use crate::gateway::Gateway;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
-use crate::table_set::tables_of;
+use crate::table_set::{TableSet, all_tables_of, tables_of_host};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
-    FlatInstance, GatewayConfig, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
-    Workspace, architecture, config_file, config_of, declarations, deployment, field_entry, flat_of,
+    FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
+    Workspace, architecture, config_file, config_of, declarations, deployment, field_entry, flat_of, hosts_of,
     incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field,
     too_large,
 };
@@ -28,7 +28,8 @@ use mauve_hir::{
 pub struct System<'db> {
     /// In the order of the deployment; instances without an activity last.
     pub activities: Vec<ResolvedActivity<'db>>,
-    /// The CPUs: those of `mauve.toml`, otherwise those that an activity names.
+    /// The CPUs: those of `mauve.toml`, otherwise those that an activity names. With hosts, they and those of the activities have
+    /// the numbers of [`mauve_hir::Hosts`].
     pub cpus: CpuSet,
     /// The connected operations.
     pub connected: Vec<Connected>,
@@ -80,6 +81,10 @@ pub struct ResolvedActivity<'db> {
     pub unknown_priority: Option<UnknownPriority>,
     /// Whether it is a gateway to ROS 2, and which.
     pub gateway: Option<Gateway<'db>>,
+    /// The host that it runs on, by its index in [`mauve_hir::Hosts::all`]; none without hosts.
+    pub host: Option<usize>,
+    /// The timing tables of its host.
+    pub tables: TableSet<'db>,
 }
 
 impl Deref for ResolvedActivity<'_> {
@@ -174,9 +179,11 @@ pub(crate) fn read<'db>(
     of: Decl<'db>,
     data: &Deployment,
 ) -> System<'db> {
-    let mut reader = SystemReader { db, project, of, found: System::default() };
+    let hosts = hosts_of(db, project.workspace(db));
+    let mut reader = SystemReader { db, project, of, hosts, found: System::default() };
     reader.deployment(data);
-    if let Some(tables) = incomplete_tables(db, tables_of(db, project, of)) {
+    for tables in all_tables_of(db, project, of) {
+        let Some(tables) = incomplete_tables(db, tables) else { continue };
         let at = Location::Range(tables.file, 0, 0);
         reader.not_analysed(Reason::IncompleteTables(tables.clone()), at);
     }
@@ -191,6 +198,7 @@ struct SystemReader<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
+    hosts: &'db Hosts,
     found: System<'db>,
 }
 
@@ -241,6 +249,7 @@ impl<'db> SystemReader<'db> {
         }
         self.gateways();
         self.cpus(&entries);
+        self.below_middleware();
     }
 
     fn at(&self, id: SourceId) -> Location<'db> {
@@ -402,6 +411,7 @@ impl<'db> SystemReader<'db> {
             architecture(self.db, declared)?.instances.get(index)?.component.as_ref()?.path.last().cloned()
         };
         let component_name = component.map(|component| component.name(self.db).clone()).or_else(written);
+        let host = self.hosts.of(name);
         ResolvedActivity {
             task: Task { name: name.as_str().into(), ..Task::default() },
             instance: name.clone(),
@@ -415,6 +425,8 @@ impl<'db> SystemReader<'db> {
             refusals: Vec::new(),
             unknown_priority: None,
             gateway: None,
+            host,
+            tables: tables_of_host(self.db, self.project, self.of, host),
         }
     }
 
@@ -745,17 +757,16 @@ impl<'db> SystemReader<'db> {
         let (db, project, of) = (self.db, self.project, self.of);
         let found = ros2_of(db, project, of);
         let Some((written, at)) = gateway_of(db, project.workspace(db)).as_ref() else { return };
-        if !found.hosts.is_empty() {
-            self.not_analysed(Reason::SeveralHosts, at.clone());
-        }
-        if found.topics.is_empty() {
-            return;
+        if let Some(host) = self.hosts.all.iter().find(|it| it.cpus.is_empty()) {
+            self.not_analysed(Reason::CpusOfHost(host.name.clone()), at.clone());
         }
         let hosts: BTreeSet<usize> = found.topics.iter().map(|it| it.host).collect();
         for host in hosts {
             let mut resolved = self.resolved(&found.gateway(host), at.clone(), None);
             resolved.component_name = "gateway".into();
             resolved.gateway = Some(Gateway { deployment: of, host });
+            resolved.host = Some(host).filter(|it| *it < self.hosts.all.len());
+            resolved.tables = tables_of_host(db, project, of, resolved.host);
             resolved.task.cpus = Some(written.cpus.as_ref().map_or(CpuSet::NONE, |(cpus, _)| *cpus));
             (resolved.task.period, resolved.task.deadline) = (written.period, written.period);
             match written.priority {
@@ -770,25 +781,29 @@ impl<'db> SystemReader<'db> {
             }
             self.found.activities.push(resolved);
         }
-        self.below_middleware(written);
     }
 
     /// Refuses the activities that threads of the middleware delay, unless `[[platform.other]]` says by how much: their priority is
     /// one less than that of the gateway, on its CPUs.
-    fn below_middleware(&mut self, gateway: &GatewayConfig) {
+    fn below_middleware(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        let is_declared = platform.others.iter().any(|it| &*it.name == "recv");
-        let Some(priority) = gateway.priority.map(|it| it.saturating_sub(1)).filter(|_| !is_declared) else {
+        if platform.others.iter().any(|it| &*it.name == "recv") {
             return;
-        };
-        let all = |cpus: CpuSet| if cpus.is_empty() { CpuSet::ALL } else { cpus };
-        let cpus = all(gateway.cpus.as_ref().map_or(CpuSet::NONE, |(cpus, _)| *cpus));
-        for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
-            let is_below = activity.priority.real_time().is_none_or(|it| it <= priority);
-            let is_delayed = is_below && activity.priority != Priority::Background;
-            if is_delayed && all(activity.cpus.unwrap_or(CpuSet::ALL)).meets(cpus) {
+        }
+        let all = &mut self.found.activities;
+        let gateways = all.iter().filter(|it| it.gateway.is_some());
+        let threads: Vec<(u32, CpuSet)> = gateways
+            .filter_map(|it| Some((it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL))))
+            .collect();
+        for activity in all.iter_mut().filter(|it| it.gateway.is_none()) {
+            let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
+            let is_delayed = |(priority, of_thread): &&(u32, CpuSet)| {
+                let is_below = activity.priority.real_time().is_none_or(|it| it <= *priority);
+                is_below && activity.priority != Priority::Background && cpus.meets(*of_thread)
+            };
+            if let Some((priority, _)) = threads.iter().find(is_delayed) {
                 let at = activity.at.clone();
-                activity.refuse(Reason::Middleware(priority), at);
+                activity.refuse(Reason::Middleware(*priority), at);
             }
         }
     }
@@ -798,6 +813,7 @@ impl<'db> SystemReader<'db> {
         let named: CpuSet = self.found.activities.iter().filter_map(|it| it.cpus).collect();
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
         let all = match platform.cpus {
+            _ if !self.hosts.all.is_empty() => self.hosts.all.iter().map(|it| it.cpus).collect(),
             Some(cpus) => CpuSet::first_few(cpus),
             None if named.is_empty() => CpuSet::of(0),
             None => named,
@@ -811,17 +827,36 @@ impl<'db> SystemReader<'db> {
                 clocks.map(|it| platform.clocks.get(it.name.as_str())).collect();
             let clock = clocks.first().copied().flatten().filter(|_| clocks.len() == 1);
             resolved.task.clock = clock.copied().unwrap_or_default();
+            // What synchronises clocks of several hosts moves releases. Nothing else compares times of two hosts.
+            let hosts = platform.clocks.iter().filter(|(_, it)| Some(*it) == clock);
+            let hosts: BTreeSet<Option<usize>> = hosts.map(|(name, _)| self.hosts.of(name)).collect();
+            if let Some(drift) = platform.ptp.filter(|_| hosts.len() > 1) {
+                resolved.task.jitter = resolved.task.jitter.checked_add(drift).unwrap_or(drift);
+            }
             let is_released = clock.is_some() && resolved.is_exact && !resolved.is_sporadic;
             let is_released = is_released && resolved.priority != Priority::Background;
             resolved.task.offset = is_released.then(|| resolved.written_offset.unwrap_or_default());
-            let Some(cpus) = resolved.cpus else { continue };
-            let cpus = if cpus.is_empty() { all } else { cpus };
+            let Some(named) = resolved.cpus else { continue };
+            let of_host = resolved.host.and_then(|it| self.hosts.all.get(it)).map_or(all, |it| it.cpus);
+            let cpus = if named.is_empty() { of_host } else { self.hosts.numbered(resolved.host, named) };
             resolved.task.cpus = Some(cpus);
+            let at = resolved.at.clone();
+            let of_thread = activity.into_iter().flat_map(|it| &it.instances);
+            if of_thread.map(|it| self.hosts.of(&it.name)).any(|it| it != resolved.host) {
+                resolved.refuse(Reason::SeveralHosts, at.clone());
+            }
+            if resolved.host.is_none() && !self.hosts.all.is_empty() {
+                resolved.refuse(Reason::NoHost, at);
+                resolved.forget_priority(UnknownPriority::NoSuchCpu);
+                continue;
+            }
             if resolved.priority == Priority::Background {
                 continue;
             }
-            let at = resolved.at.clone();
-            if !(cpus - all).is_empty() {
+            if cpus.len() < named.len() {
+                resolved.refuse(Reason::NoCpuOfHost, at);
+                resolved.forget_priority(UnknownPriority::NoSuchCpu);
+            } else if !(cpus - all).is_empty() {
                 let missing = NoSuchCpu { named: cpus, available: all };
                 let affinity = activity.and_then(|of| PLACES.into_iter().find_map(|it| of.field(it)));
                 let value = affinity.map_or(at.clone(), |it| Location::Source(self.of, it.value_id));

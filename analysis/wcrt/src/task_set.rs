@@ -1,8 +1,9 @@
 //! A deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
-use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
+use mauve_timing::{CpuSet, Executed, Level, Method, Slice, Task, Tasks};
 
 use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
@@ -14,7 +15,7 @@ use crate::system::{ResolvedActivity, System, system_of};
 use crate::table_set::{TableSet, tables_of};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Edge, ModelDb, Project, platform_of};
+use mauve_hir::{Decl, Edge, Hosts, ModelDb, Project, hosts_of, platform_of};
 
 /// A deployment at one level.
 #[derive(Debug, Clone)]
@@ -30,6 +31,8 @@ pub struct DeployedTasks<'db> {
     /// The section of its timing tables.
     pub(crate) times: Option<Name>,
     pub(crate) not_analysed: Vec<Refusal<'db>>,
+    /// The hosts of its CPUs.
+    pub hosts: Arc<Hosts>,
 }
 
 impl<'db> DeployedTasks<'db> {
@@ -45,10 +48,10 @@ impl<'db> DeployedTasks<'db> {
         system: &System<'db>,
         query: Query,
     ) -> Self {
-        let psms = psms_of(db, tables, system, query.level);
-        let served = served_in(db, tables, system, query.level, &|_| None);
-        let locks = locks_of(db, tables, system, query.level, &|_| None);
         let project = tables.project(db);
+        let psms = psms_of(db, system, query.level);
+        let served = served_in(db, project, system, query.level, &|_| None);
+        let locks = locks_of(db, project, system, query.level, &|_| None);
         let executed = Executables { psms: &psms, served: &served, locks: &locks };
         let tasks = tasks_of(db, project, system, executed, query.method);
         let known: Vec<Option<&'db Psm<'db>>> =
@@ -73,6 +76,7 @@ impl<'db> DeployedTasks<'db> {
             operations: served.connections.into_iter().map(|it| it.operation).collect(),
             times: tables.section(db).clone(),
             not_analysed: system.not_analysed.clone(),
+            hosts: Arc::new(hosts_of(db, project.workspace(db)).clone()),
             tasks,
         }
     }
@@ -113,16 +117,14 @@ impl<'db> DeployedTasks<'db> {
 
 pub(crate) fn psms_of<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
     system: &System<'db>,
     level: Level,
 ) -> Vec<Option<&'db PsmResult<'db>>> {
     // If the tables are incomplete, every time may be longer.
-    let timed = incomplete_tables(db, tables).is_none();
-    let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
-    let of = |it: &ResolvedActivity<'db>| match it.gateway.filter(|_| timed) {
-        Some(of) => Some(gateway_psm(db, tables, of.deployment, of.host, level)),
-        None => Some(psm_of(db, tables, executed(it)?, level)),
+    let of = |it: &ResolvedActivity<'db>| match (incomplete_tables(db, it.tables), it.gateway) {
+        (Some(_), _) => None,
+        (None, Some(of)) => Some(gateway_psm(db, it.tables, of.deployment, of.host, level)),
+        (None, None) => Some(psm_of(db, it.tables, it.executed()?, level)),
     };
     system.activities.iter().map(of).collect()
 }
@@ -151,15 +153,33 @@ pub(crate) fn tasks_of<'db>(
         let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
         Task { demand, waits, ..activity.task.clone() }
     });
-    let platform = platform_of(db, project.workspace(db));
-    // Without CPUs, other work may run on all.
-    let on_all = |it: &Task| Task { cpus: it.cpus.or(Some(system.cpus)), ..it.clone() };
-    let others = platform.others.iter().map(on_all).collect();
-    let mut tasks =
-        Tasks::new(activities.collect()).with_platform(others, platform.rt_throttling == Some(true));
+    let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let others = others_of(db, project, system);
+    let mut tasks = Tasks::new(activities.collect()).with_platform(others, is_throttled);
     tasks.operations.clone_from(&executed.served.operations);
     tasks.locks.clone_from(&executed.locks.all);
     tasks
+}
+
+/// Returns the real-time work that is not in the model. Without CPUs, it may run on all. Each host has it.
+pub(crate) fn others_of(db: &dyn ModelDb, project: Project<'_>, system: &System<'_>) -> Vec<Task> {
+    let workspace = project.workspace(db);
+    let (platform, hosts) = (platform_of(db, workspace), hosts_of(db, workspace));
+    let on = |host: Option<usize>| {
+        let name = host.and_then(|it| Some(&hosts.all.get(it)?.name));
+        platform.others.iter().map(move |it| Task {
+            name: name.map_or_else(|| it.name.clone(), |host| format!("{}@{host}", it.name).into()),
+            cpus: Some(match (host, it.cpus) {
+                (None, cpus) => cpus.unwrap_or(system.cpus),
+                (host, cpus) => hosts.numbered(host, cpus.unwrap_or(CpuSet::ALL)),
+            }),
+            ..it.clone()
+        })
+    };
+    match hosts.all.len() {
+        0 => on(None).collect(),
+        hosts => (0..hosts).flat_map(|host| on(Some(host))).filter(|it| it.cpus != Some(CpuSet::NONE)).collect(),
+    }
 }
 
 impl<'a, 'db> Executables<'a, 'db> {

@@ -22,7 +22,7 @@ use crate::reason::{
     IncompleteTable, PREFIX_OF_TOPICS, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels,
     Timed, UnusableTime, WrongProgram,
 };
-use crate::table_set::{TableSet, checked_sets, table_sets};
+use crate::table_set::{TableSet, all_tables_of, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey, Project,
@@ -72,16 +72,23 @@ const OBSERVED_SUFFIX: &str = ".observed.toml";
 
 /// Returns the files of a set of tables, sorted by their paths.
 pub fn files_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db [File] {
-    &files_of_section(db, tables.project(db).workspace(db), tables.section(db).clone()).files
+    let workspace = tables.project(db).workspace(db);
+    &files_of_section(db, workspace, tables.section(db).clone(), tables.host(db).clone()).files
 }
 
 /// Finds the tables that a section of the configuration names.
 #[salsa::tracked(returns(ref))]
-fn files_of_section(db: &dyn ModelDb, workspace: Workspace, section: Option<Name>) -> TableFiles {
+fn files_of_section(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    section: Option<Name>,
+    host: Option<Name>,
+) -> TableFiles {
     let config = config_of(db, workspace);
-    let patterns = match section {
-        None => Some(&config.tables),
-        Some(name) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
+    let patterns = match (host, section) {
+        (Some(name), _) => config.hosts.iter().find(|it| *name == *it.name).map(|it| &it.tables),
+        (None, None) => Some(&config.tables),
+        (None, Some(name)) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
     };
     without_observed(db, files_named(db, workspace, patterns.into_iter().flatten()))
 }
@@ -317,6 +324,17 @@ pub fn levels_of_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> imp
     table_sets(db, project).iter().flat_map(|&tables| timetable_of(db, tables).levels.iter().copied())
 }
 
+/// Returns the levels that all tables of a deployment have, from the most probable down; none where no time depends on a level.
+pub fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Vec<Level> {
+    let all = all_tables_of(db, project, deployment);
+    let mut levelled = all.iter().map(|&it| timetable_of(db, it)).filter(|it| !it.with_levels.is_empty());
+    let mut found = levelled.next().map_or_else(Vec::new, |it| it.levels.clone());
+    for other in levelled {
+        found.retain(|it| other.levels.contains(it));
+    }
+    found
+}
+
 /// Returns why the tables are incomplete. A query that reads only this is not run again for every other change of a table.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<IncompleteTable> {
@@ -327,7 +345,7 @@ pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>
 fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
     let (project, section) = (tables.project(db), tables.section(db));
     let workspace = project.workspace(db);
-    let found = files_of_section(db, workspace, section.clone());
+    let found = files_of_section(db, workspace, section.clone(), tables.host(db).clone());
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
     let mut builder = TimetableBuilder {

@@ -8,8 +8,7 @@ use crate::psm::entry_of_greatest_time;
 use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
-use crate::system::system_of;
-use crate::table_set::{TableSet, tables_of};
+use crate::system::{System, system_of};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
 /// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
@@ -58,14 +57,14 @@ pub fn timing_facts<'db>(
         let kind = TimingFactKind::UnmeasuredAccess { ports };
         found.push(TimingFact::new(Location::name_of(deployment), kind));
     }
-    found.extend(overloads(db, tables_of(db, project, deployment), report, query.level));
+    found.extend(overloads(db, system_of(db, project, deployment), report, query.level));
     found
 }
 
 /// Returns a fact for each overloaded CPU.
 fn overloads<'db>(
     db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
+    system: &System<'db>,
     report: &Report<'db>,
     level: Level,
 ) -> Vec<TimingFact<'db>> {
@@ -74,7 +73,8 @@ fn overloads<'db>(
     for report in reports {
         let Some(at) = report.at.clone() else { continue };
         for Refusal { reason, .. } in &report.reasons {
-            let &Reason::Overloaded { cpu, priority, utilisation } = reason else { continue };
+            let Reason::Overloaded { cpu, named, priority, utilisation } = reason else { continue };
+            let (cpu, priority, utilisation) = (*cpu, *priority, *utilisation);
             let alone = report.own.zip(report.deadline).filter(|(own, deadline)| own > deadline);
             let unbounded = Unbounded { instance: report.instance.clone(), at: at.clone(), alone };
             match found.iter_mut().find(|(overload, _)| overload.cpu == cpu) {
@@ -90,6 +90,7 @@ fn overloads<'db>(
                     let greatest = report.instance.clone();
                     let overload = Overload {
                         cpu,
+                        named: named.clone(),
                         priority,
                         utilisation,
                         greatest,
@@ -108,8 +109,10 @@ fn overloads<'db>(
             it.priority.real_time() >= Some(overload.priority) && it.cpus == Some(overload.cpu)
         };
         let share = |it: &ActivityReport<'db>| it.share.map_or(0.0, |share| share.0);
-        let contributing = reports.iter().filter(contributes);
-        let Some(greatest) = contributing.max_by(|a, b| share(a).total_cmp(&share(b))) else { continue };
+        let contributing = reports.iter().enumerate().filter(|(_, it)| contributes(it));
+        let Some((index, greatest)) = contributing.max_by(|a, b| share(a.1).total_cmp(&share(b.1))) else {
+            continue;
+        };
         (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
         let share_of = |it: &&Task| {
             let (time, period) = it.greatest_cost().zip(it.period)?;
@@ -129,7 +132,9 @@ fn overloads<'db>(
             overload.alone = (share_of_other > 1.0).then_some((time, period));
             continue;
         }
-        overload.table = greatest.component.and_then(|it| entry_of_greatest_time(db, tables, it, level));
+        let tables = system.activities.get(index).map(|it| it.tables);
+        let component = greatest.component.zip(tables);
+        overload.table = component.and_then(|(it, tables)| entry_of_greatest_time(db, tables, it, level));
         let of_burst = greatest.own.and_then(|own| own.checked_mul(greatest.burst()));
         if let Some(alone) = of_burst.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
             *at = greatest.at.clone();

@@ -2,7 +2,7 @@
 
 use mauve_diagnostics::errors_of_text;
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Project, Workspace};
+use mauve_hir::{Database, Decl, Project, Workspace, hosts_of};
 
 use crate::analysis_document::deployments;
 use crate::cli::text::counted;
@@ -40,6 +40,29 @@ pub(super) fn only_deployment<'db>(
         [one] => Ok(*one),
         [] => Err(nothing_to(doing, errors_of_text(db, workspaces))),
         several => Err(several_of(db, Kind::Deployment, several)),
+    }
+}
+
+/// Returns the host of a name, by its index; none in a project without hosts.
+///
+/// # Errors
+///
+/// There is none of that name, or several and no name.
+pub(super) fn host_called(
+    db: &Database,
+    project: Project<'_>,
+    name: Option<&str>,
+) -> Result<Option<usize>, String> {
+    let hosts = &hosts_of(db, project.workspace(db)).all;
+    let all: Vec<&str> = hosts.iter().map(|it| it.name.as_str()).collect();
+    match name {
+        None if all.is_empty() => Ok(None),
+        None => Err(format!("the robot runs on several hosts: choose one with --host: {}", all.join(", "))),
+        Some(name) if all.is_empty() => Err(format!("mauve.toml has no `[host.{name}]`: omit --host")),
+        Some(name) => match all.iter().position(|it| *it == name) {
+            None => Err(format!("mauve.toml has no `[host.{name}]`: the hosts are {}", all.join(", "))),
+            found => Ok(found),
+        },
     }
 }
 

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
-use mauve_hir::{Database, Decl, Project};
+use mauve_hir::{Database, Decl, Hosts, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
 use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
@@ -280,7 +280,7 @@ fn table(it: &Simulation<'_>) -> String {
         "instance", "CPU", "priority", "period", "deadline", "jobs", "average", "greatest", "bound",
         "of bound", "",
     ];
-    let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&row)).collect();
+    let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&it.report.hosts, &row)).collect();
     out += &columns(&header, &rows);
     match it.worst_case() {
         Some(worst) => out += &format!("  {worst}\n{}", way_table(it)),
@@ -313,7 +313,7 @@ fn way_table(it: &Simulation<'_>) -> String {
     if rows.is_empty() { String::new() } else { columns(&header, &rows) }
 }
 
-fn cells(row: &Row<'_, '_>) -> Vec<String> {
+fn cells(hosts: &Hosts, row: &Row<'_, '_>) -> Vec<String> {
     let Row { activity, statistics, .. } = row;
     let rounded = |time: Option<Time>| match time {
         Some(time) => format!("{:.3}", time.as_f64(Unit::Milliseconds)),
@@ -328,7 +328,7 @@ fn cells(row: &Row<'_, '_>) -> Vec<String> {
     };
     vec![
         activity.instance.to_string(),
-        activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
+        activity.cpus.map_or_else(|| "?".to_owned(), |cpus| cpu_numbers(hosts, cpus)),
         priority(activity.priority),
         number(activity.period),
         number(activity.deadline),

@@ -11,12 +11,12 @@ use mauve_diagnostics::{
     timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, Location, Project, Workspace};
+use mauve_hir::{Database, Hosts, Location, Workspace};
 use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, response_times_of, sensitivity, tables_of, timetable_of,
+    ActivityReport, Priority, Query, Refusal, Report, response_times_of, all_tables_of, sensitivity, timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -98,10 +98,9 @@ impl Wcrt {
             return Err(nothing_to("analyse", errors));
         }
         if matches!(self.significance, Some(Significance::All)) {
-            let partial = |&(project, deployment): &(Project<'_>, Decl<'_>)| {
-                timetable_of(&db, tables_of(&db, project, deployment)).partial_levels.clone()
-            };
-            let left_out: BTreeSet<(Level, String)> = found.iter().flat_map(partial).collect();
+            let tables = found.iter().flat_map(|&(project, deployment)| all_tables_of(&db, project, deployment));
+            let left_out: BTreeSet<&(Level, String)> =
+                tables.flat_map(|it| &timetable_of(&db, it).partial_levels).collect();
             for (level, without) in left_out.iter().rev() {
                 say(&format!("{level} is left out: {without} does not have it"));
             }
@@ -307,8 +306,9 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         );
     }
     let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
+    let hosts = it.reports.first().map(|(_, report)| report.hosts.clone()).unwrap_or_default();
     out.extend(others.map(|other| {
-        let (name, cpus) = (name_of_other(&other.name), cpu_names(other.cpus.unwrap_or_default()));
+        let (name, cpus) = (name_of_other(&other.name), hosts.names(other.cpus.unwrap_or_default()));
         let (time, period) = (other.greatest_cost().unwrap_or_default(), other.period.unwrap_or_default());
         let priority = priority(other.priority);
         format!("  {name} interferes too: {time} every {period}, priority {priority}, {cpus}\n")
@@ -421,7 +421,7 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
             let mut cells = vec![activity.instance.to_string()];
             cells.extend(has_components.then(|| activity.component_name.to_string()));
             cells.extend([
-                activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
+                activity.cpus.map_or_else(|| "?".to_owned(), |cpus| cpu_numbers(&report.hosts, cpus)),
                 priority(activity.priority),
                 number(activity.period),
                 number(activity.deadline),
@@ -477,14 +477,18 @@ fn utilisations(report: &Report<'_>) -> String {
     let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}{what}: {at_least}{}", cpu_names(cpu.cpus), utilisation(cpu))
+        format!("{}{what}: {at_least}{}", report.hosts.names(cpu.cpus), utilisation(cpu))
     };
     let all: Vec<String> = report.cpus.iter().enumerate().map(of_cpu).collect();
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
 }
 
-pub(super) fn cpu_numbers(cpus: CpuSet) -> String {
-    cpu_names(cpus).trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()
+/// `1`, `2, 3`; of several hosts, `eyes: 1`.
+pub(super) fn cpu_numbers(hosts: &Hosts, cpus: CpuSet) -> String {
+    let (host, cpus) = hosts.local(cpus);
+    let numbers = cpu_names(cpus);
+    let numbers = numbers.trim_start_matches("CPUs ").trim_start_matches("CPU ");
+    host.map_or_else(|| numbers.to_owned(), |host| format!("{host}: {numbers}"))
 }
 
 pub(super) fn priority(priority: Priority) -> String {

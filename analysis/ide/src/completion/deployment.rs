@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of,
+    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of, hosts_of,
     likely_declaration, platform_of,
 };
 use mauve_syntax::SyntaxKind::{self, *};
@@ -146,7 +146,10 @@ impl<'db> Completer<'_, 'db> {
     }
 
     fn cpus(&mut self, written: impl Fn(u32) -> String) {
+        let hosts = hosts_of(self.db, self.project.workspace(self.db));
         let all = self.decl.map_or(CpuSet::NONE, |of| system_of(self.db, self.project, of).cpus);
+        let host = self.activity_name().and_then(|name| hosts.all.get(hosts.of(&name)?));
+        let (_, all) = hosts.local(host.map_or(all, |it| it.cpus));
         for cpu in all.iter() {
             let note = cpu_names(CpuSet::of(cpu));
             self.add(Completion::new(CompletionKind::Value, written(cpu)).note(note));

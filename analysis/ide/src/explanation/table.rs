@@ -197,7 +197,7 @@ fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> St
         out += &row(&[&format!("{others} more activities"), "", "", &percent(share), ""]);
     }
     let what =
-        format!("**{}, priority ≥ {}**", mauve_diagnostics::cpu_names(overload.cpu), overload.priority);
+        format!("**{}, priority ≥ {}**", overload.named, overload.priority);
     out + &row(&[&what, "", "", &format!("**{}**", percent(overload.utilisation.0)), ""])
 }
 

@@ -1,9 +1,9 @@
 //! The affinity and the priority of an activity in words: the CPUs of the mask and their utilisation, and the activities of a
 //! higher or equal priority.
 
-use mauve_diagnostics::{cpu_names, utilisation};
+use mauve_diagnostics::{utilisation};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, PERIODS, Project, declaration_at, parse};
+use mauve_hir::{Decl, File, Hosts, ModelDb, PERIODS, Project, declaration_at, hosts_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{TextSize, tokens_at};
@@ -40,7 +40,7 @@ pub(super) fn of_field(
         }
         ActivityField::Priority => {
             let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            priority(activity, activities, report.others())?
+            priority(&report.hosts, activity, activities, report.others())?
         }
         _ => return None,
     };
@@ -63,22 +63,25 @@ fn affinity<'db>(
     deployment: Decl<'db>,
     activity: &ResolvedActivity<'db>,
 ) -> Option<String> {
+    let hosts = hosts_of(db, project.workspace(db));
     let cpus = activity.cpus.filter(|cpus| !cpus.is_empty())?;
-    let sum: Vec<String> = cpus.each().map(|cpu| cpu.0.to_string()).collect();
+    let (_, written) = hosts.local(cpus);
+    let sum: Vec<String> = written.each().map(|cpu| cpu.0.to_string()).collect();
     let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
     let known = &response_times(db, project, deployment, Query::shown(db, project, deployment)).cpus;
     // CPUs that activities use alternatively have one utilisation.
     let used = known.iter().filter(|cpu| cpu.cpus.meets(cpus)).map(|cpu| {
         let least = if cpu.complete { "" } else { "at least " };
-        format!("{} {least}{}", cpu_names(cpu.cpus), utilisation(cpu))
+        format!("{} {least}{}", hosts.names(cpu.cpus), utilisation(cpu))
     });
     let used: Vec<String> = used.collect();
     let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };
-    Some(format!("{} (mask {}{sum}). Utilisation: {used}.\n", cpu_names(cpus), cpus.0))
+    Some(format!("{} (mask {}{sum}). Utilisation: {used}.\n", hosts.names(cpus), written.0))
 }
 
 /// `Higher or equal priority on CPU 1: laser 30, pilot 20 (equal).`
 fn priority(
+    hosts: &Hosts,
     activity: &ResolvedActivity<'_>,
     activities: &[ResolvedActivity<'_>],
     others: &[Task],
@@ -100,7 +103,7 @@ fn priority(
         }
     }
     above.sort_by_key(|(priority, _)| std::cmp::Reverse(*priority));
-    let cpus = cpu_names(cpus);
+    let cpus = hosts.names(cpus);
     let above = above.into_iter().map(|(priority, name)| {
         format!("{name} {priority}{}", if priority == own { " (equal)" } else { "" })
     });

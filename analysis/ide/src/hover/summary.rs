@@ -1,7 +1,7 @@
 //! What a hover shows of the names of deployments, architectures, components and instances: a summary of each fact that stands in
 //! another place, with the name of the deployment where deployments differ.
 
-use mauve_diagnostics::{cpu_names, supported, times_of, utilisation};
+use mauve_diagnostics::{supported, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{
     Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, names_of, resolve_type,
@@ -80,7 +80,7 @@ fn deployment<'db>(
     let loads = report.cpus.iter().map(|cpu| {
         // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{}", cpu_names(cpu.cpus), utilisation(cpu))
+        format!("{} {at_least}{}", report.hosts.names(cpu.cpus), utilisation(cpu))
     });
     let loads: Vec<String> = loads.collect();
     if !loads.is_empty() {

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 
-use mauve_diagnostics::cpu_names;
 use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
@@ -144,8 +143,8 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
         let is_overloaded = cpu.utilisation.exceeds_one() && cpu.cpus.len() == 1;
         // Rounded up: the colour is that of the number.
         let load = percent.ceil() as u32;
-        let names = cpu_names(cpu.cpus);
-        let names = if names.chars().count() > 12 { format!("{} CPUs", cpu.cpus.len()) } else { names };
+        let names = report.hosts.names(cpu.cpus);
+        let names = if cpu.cpus.len() > 1 && names.chars().count() > 12 { format!("{} CPUs", cpu.cpus.len()) } else { names };
         let at_least = if cpu.complete { "" } else { "≥ " };
         let text = format!("{names} {at_least}{percent:.1} %");
         let status = match load {

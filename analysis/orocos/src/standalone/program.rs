@@ -39,7 +39,7 @@ pub(super) fn main_file<'db>(
     let bounds: FxHashMap<String, Option<Time>> =
         report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
     let level = Query::shown(db, project, of).level;
-    let times = execution_times(db, project, of, level);
+    let times = execution_times(db, project, of, None, level);
     let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
     let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
     let about = deployed.description.trim_end_matches('.');

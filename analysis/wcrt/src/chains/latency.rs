@@ -24,7 +24,6 @@ use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::sends::writes_of;
 use crate::system::{System, system_of};
-use crate::table_set::{TableSet, tables_of};
 
 /// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
 #[salsa::tracked(returns(ref))]
@@ -141,7 +140,6 @@ struct Known<'db> {
 struct Sums<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    tables: TableSet<'db>,
     query: Query,
     flat: &'db Flat<'db>,
     report: &'db Report<'db>,
@@ -168,7 +166,6 @@ impl<'db> Sums<'db> {
         Sums {
             db,
             project,
-            tables: tables_of(db, project, deployment),
             query,
             flat,
             report,
@@ -196,7 +193,9 @@ impl<'db> Sums<'db> {
         let known = self.component(step).and_then(|component| {
             let core = core_of(self.db, self.project, component)?;
             let passages = passages_of(self.db, self.project, core, step.assumption);
-            let costs = write_costs(self.db, self.tables, component, self.query.level, step.assumption);
+            let name = &self.flat.instances.get(step.instance)?.name;
+            let tables = self.system.activities.get(*self.activities.get(name)?)?.tables;
+            let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
             Some(Known { passages, costs })
         });
         self.known.insert(key, known);

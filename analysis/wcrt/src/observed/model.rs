@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
+use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, hosts_of, uses_of};
 use mauve_pwcet::trace::{SpanKind, access_key};
 use mauve_timing::{CpuSet, Level, Priority, Time};
 
@@ -12,7 +12,8 @@ use crate::execution_times::execution_times;
 use crate::fact::InterferenceReport;
 use crate::report::{Query, Report};
 use crate::response::response_times;
-use crate::table_set::tables_of;
+use crate::system::system_of;
+use crate::table_set::tables_of_host;
 use crate::timetable::{files_of, table};
 
 /// Times in tables without levels are compared at this level.
@@ -109,17 +110,20 @@ impl ExpectedMachine {
     }
 }
 
-/// Returns what a deployment promises. `report` is the answer to `query`.
+/// Returns what a deployment promises, on one host if it has several. `report` is the answer to `query`.
 pub fn expected<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
+    host: Option<usize>,
     query: Query,
     report: &Report<'db>,
 ) -> Expected {
-    let times = execution_times(db, project, deployment, query.level);
+    let hosts = hosts_of(db, project.workspace(db));
+    let is_here = |instance: &str| host.is_none() || hosts.of(instance) == host;
+    let times = execution_times(db, project, deployment, host, query.level);
     let nanos = |time: Option<Time>| time.map(Time::as_nanos);
-    let files = files_of(db, tables_of(db, project, deployment));
+    let files = files_of(db, tables_of_host(db, project, deployment, host));
     let mut levels: Vec<Level> = files.iter().flat_map(|&file| table(db, file).levels.clone()).collect();
     levels.sort();
     levels.dedup();
@@ -131,7 +135,10 @@ pub fn expected<'db>(
     let strict = response_times(db, project, deployment, Query { level: strictest, ..query });
     let interrupt = || ();
     let mut breakdown = report.breakdown(&interrupt);
-    let instances = report.activities.iter().enumerate().map(|(index, activity)| {
+    let system = system_of(db, project, deployment).activities.iter();
+    let all = report.activities.iter().zip(system).enumerate();
+    let here = all.filter(|(_, (_, it))| host.is_none() || it.host == host);
+    let instances = here.map(|(index, (activity, _))| (index, activity)).map(|(index, activity)| {
         let core = activity.component.and_then(|component| core_of(db, project, component));
         let machine = core.and_then(|core| ExpectedMachine::of(db, project, core));
         let uses = core.filter(|_| machine.is_some()).map(|core| uses_of(db, project, core));
@@ -139,7 +146,7 @@ pub fn expected<'db>(
             instance: activity.instance.to_string(),
             component: activity.component.map(|component| component.qualified(db)),
             priority: activity.priority,
-            cpus: activity.cpus,
+            cpus: activity.cpus.map(|cpus| hosts.local(cpus).1),
             period: nanos(activity.period).filter(|period| *period > 0),
             burst: (!activity.is_periodic()).then_some(activity.burst.max(1)),
             deadline: nanos(activity.deadline),
@@ -156,7 +163,7 @@ pub fn expected<'db>(
         }
     });
     let of_level = |level: Level| {
-        let found = execution_times(db, project, deployment, level);
+        let found = execution_times(db, project, deployment, host, level);
         let codels = found.codels.into_iter();
         let codels = codels.filter_map(|(codel, time)| Some((codel.qualified(db), time?.as_nanos())));
         let programs = found.programs.into_iter();
@@ -177,10 +184,12 @@ pub fn expected<'db>(
     let codels = of_kind(SpanKind::Codel);
     let waits = times.waits.iter().map(|(codel, wait)| (codel.qualified(db), wait.as_nanos()));
     let known = times.codels.iter().map(|(codel, _)| codel.qualified(db));
+    let connections = expected_connections(db, project, deployment).into_iter();
+    let connections = connections.filter(|it| it.ends.iter().all(|(instance, _)| is_here(instance)));
     Expected {
         instances: instances.collect(),
         chains: expected_chains(db, project, deployment, query, MOST_CHAINS),
-        connections: expected_connections(db, project, deployment),
+        connections: connections.collect(),
         codels: known.map(|key| (key.clone(), codels.get(&key).copied())).collect(),
         programs: of_kind(SpanKind::Program),
         accesses: of_kind(SpanKind::Access),

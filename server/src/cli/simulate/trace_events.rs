@@ -6,7 +6,6 @@
 
 use std::collections::HashSet;
 
-use mauve_diagnostics::cpu_names;
 use mauve_timing::{CpuSet, Executed, Slice, TaskKind, Time};
 use serde_json::{Value, json};
 
@@ -32,7 +31,7 @@ pub(super) fn text(it: &Simulation<'_>) -> String {
         }
     }
     for cpu in used.iter() {
-        events.extend(process(cpu + 1, &cpu_names(CpuSet::of(cpu))));
+        events.extend(process(cpu + 1, &it.deployment.hosts.names(CpuSet::of(cpu))));
     }
     let tasks = &it.deployment.tasks;
     // Other work, which may change its CPU, and throttling.

@@ -20,7 +20,7 @@ use mauve_wcrt::{Query, Report, response_times};
 use self::checked::Checked;
 use self::overhead::Overheads;
 use super::import::messages::{still_recording, trace_error};
-use crate::cli::errors::{only_deployment, say_errors};
+use crate::cli::errors::{host_called, only_deployment, say_errors};
 use crate::cli::options::{Outside, level};
 use crate::json;
 use crate::load::load;
@@ -37,6 +37,9 @@ pub(crate) struct Check {
     /// The deployment that was recorded; needed if the model has several.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
+    /// The host that was recorded; needed if the robot has several.
+    #[arg(long, value_name = "NAME")]
+    host: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -66,7 +69,8 @@ impl Check {
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
         let name = self.deployment.as_deref();
         let (project, deployment) = only_deployment(&db, &workspaces, name, "compare the recording with")?;
-        let (query, report, expected) = model_of(&db, project, deployment, self.significance);
+        let (query, report, expected) = 
+            model_of(&db, project, deployment, self.host.as_deref(), self.significance)?;
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
         let mut summary = Summary::default();
@@ -126,12 +130,14 @@ pub(super) fn model_of<'db>(
     db: &'db Database,
     project: Project<'db>,
     deployment: Decl<'db>,
+    host: Option<&str>,
     level: Option<Level>,
-) -> (Query, Report<'db>, Expected) {
+) -> Result<(Query, Report<'db>, Expected), String> {
+    let host = host_called(db, project, host)?;
     let query = Query::at_level(db, project, deployment, level);
     let report = response_times(db, project, deployment, query).clone();
-    let expected = expected(db, project, deployment, query, &report);
-    (query, report, expected)
+    let expected = expected(db, project, deployment, host, query, &report);
+    Ok((query, report, expected))
 }
 
 /// Reads a recording.

@@ -34,6 +34,9 @@ pub(crate) struct Export {
     /// The deployment that was recorded; needed if the model has several.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
+    /// The host that was recorded; needed if the robot has several.
+    #[arg(long, value_name = "NAME")]
+    host: Option<String>,
     /// The significance level of the bounds; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -77,7 +80,9 @@ impl Export {
                 say("no deployment in this model: the recording is exported without bounds");
                 Expected::default()
             }
-            &[(project, deployment)] => model_of(&db, project, deployment, self.significance).2,
+            &[(project, deployment)] => {
+                model_of(&db, project, deployment, self.host.as_deref(), self.significance)?.2
+            }
             several => return Err(several_of(&db, Kind::Deployment, several)),
         };
         let window = self.window()?;
