@@ -23,7 +23,9 @@ pub fn connection_reason<'db>(
     link: &Link<'db>,
     reason: &ChainReason<'db>,
 ) -> (String, String) {
-    in_words(db, &[&link.source.0, &link.target.0], reason)
+    // Between hosts, two gateways are before the reader.
+    let target = &link.target.0;
+    in_words(db, &[&link.source.0, target, target, target], reason)
 }
 
 fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason<'db>) -> (String, String) {
@@ -46,6 +48,14 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
             let short = first.map(|it| short_reason(db, &it.reason)).unwrap_or_default();
             (format!("`{}` is not analysed: {why}", name(step)), short)
         }
+        ChainReason::Gateway { gateway, refusals } => {
+            let why = refusals.first().map(|it| timing_reason(db, &it.reason)).unwrap_or_default();
+            (format!("the gateway `{gateway}` is not analysed: {why}"), format!("see {gateway}"))
+        }
+        ChainReason::NoLink { hosts: [from, to] } => (
+            format!("how long the network from {from} to {to} takes is not known: write `[link.\"{from}-{to}\"]` with `latency`"),
+            format!("no latency from {from} to {to}"),
+        ),
         ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),
         ChainReason::ReleasedByData { step, by } => {
             let by = by

@@ -11,6 +11,7 @@ pub(crate) mod check;
 
 use std::fmt;
 
+use mauve_timing::Time;
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
@@ -32,6 +33,8 @@ pub struct Ros2 {
     pub topics: Vec<Topic>,
     /// The names of the hosts, in the order of the text; empty: there is one computer, without a name.
     pub hosts: Vec<Name>,
+    /// The most time that the network between two hosts takes, by their indices.
+    pub latencies: Vec<([usize; 2], Time)>,
 }
 
 /// A port that is a topic.
@@ -100,9 +103,19 @@ impl Ros2 {
         }
     }
 
-    /// Returns whether a connection leads to another host: it is no connection of one program.
-    pub fn is_across(&self, link: usize) -> bool {
-        self.topics.iter().any(|it| it.origin == TopicOrigin::AcrossHosts(link))
+    /// Returns the ends of a connection that leads to another host, its output first; it is no connection of one program.
+    pub fn across(&self, link: usize) -> Option<[&Topic; 2]> {
+        let mut ends = self.topics.iter().filter(|it| it.origin == TopicOrigin::AcrossHosts(link));
+        match (ends.next()?, ends.next()?) {
+            (one, other) if one.is_published => Some([one, other]),
+            (one, other) => Some([other, one]),
+        }
+    }
+
+    /// Returns the most time that a sample takes from one host to another, if that is known: an assumption.
+    pub fn latency(&self, one: usize, other: usize) -> Option<Time> {
+        let is_it = |ends: &[usize; 2]| *ends == [one, other] || *ends == [other, one];
+        self.latencies.iter().find(|(ends, _)| is_it(ends)).map(|(_, latency)| *latency)
     }
 }
 
@@ -144,9 +157,13 @@ impl fmt::Display for TopicType {
 pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Ros2 {
     let config = config_of(db, project.workspace(db));
     let (Some(_), Some((flat, _))) = (&config.ros2, deployed(db, project, deployment)) else {
-        return Ros2 { hosts: hosts(config), topics: Vec::new() };
+        return Ros2 { hosts: hosts(config), ..Ros2::default() };
     };
-    let mut found = Ros2 { hosts: hosts(config), topics: Vec::new() };
+    let latencies = config.links.iter().filter_map(|it| {
+        let (one, other) = ends_of_link(config, &it.name)?;
+        Some(([one, other], it.latency?))
+    });
+    let mut found = Ros2 { hosts: hosts(config), topics: Vec::new(), latencies: latencies.collect() };
     let links = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<&(Name, Name)> = links.flat_map(|it| [&it.source, &it.target]).collect();
     for instance in flat.instances.iter().filter(|it| !it.repeated) {
@@ -234,4 +251,11 @@ fn hosts(config: &Config) -> Vec<Name> {
 /// Returns the host of an instance, by its index.
 fn host_of(config: &Config, instance: &str) -> Option<usize> {
     config.hosts.iter().position(|host| host.activities.iter().any(|(name, _)| name == instance))
+}
+
+/// Returns the hosts that a link such as `eyes-brain` joins.
+fn ends_of_link(config: &Config, name: &str) -> Option<(usize, usize)> {
+    let host = |name: &str| config.hosts.iter().position(|it| it.name == name);
+    let mut splits = name.match_indices('-');
+    splits.find_map(|(at, _)| Some((host(&name[..at])?, host(&name[at + 1..])?))).filter(|(a, b)| a != b)
 }

@@ -162,6 +162,10 @@ pub enum ChainReason<'db> {
     Unknown { step: usize },
     /// It may never read the buffer before it.
     NotRead { step: usize, skip: Option<Skip<'db>> },
+    /// A gateway that it passes is not analysed.
+    Gateway { gateway: Name, refusals: Vec<Refusal<'db>> },
+    /// How long the network between two hosts takes is not known.
+    NoLink { hosts: [Name; 2] },
     /// The time is too long.
     TooLong,
     /// A name of the declaration, by its range in `mauve.toml`, is wrong.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rustc_hash::FxHashSet;
 
-use super::{Ros2, Topic, TopicType, host_of, ros2_of};
+use super::{Ros2, Topic, TopicType, ends_of_link, host_of, ros2_of};
 use crate::config::{Config, TopicConfig};
 use crate::fact::{Fact, FactKind, InvalidName, Quality, Ros2Fact, Unmapped};
 use crate::flat::{Flat, deployed};
@@ -137,13 +137,6 @@ fn valid_name(name: &str) -> Option<String> {
         name.split('/').filter(|it| !it.is_empty()).map(|it| it.chars().map(sign).collect()).collect();
     let fixed = format!("{start}{}", parts.join("/"));
     (!name.contains('~') && invalid_name(&fixed).is_none()).then_some(fixed)
-}
-
-/// Returns the hosts that a link such as `eyes-brain` joins.
-fn ends_of_link(config: &Config, name: &str) -> Option<(usize, usize)> {
-    let host = |name: &str| config.hosts.iter().position(|it| it.name == name);
-    let mut splits = name.match_indices('-');
-    splits.find_map(|(at, _)| Some((host(&name[..at])?, host(&name[at + 1..])?))).filter(|(a, b)| a != b)
 }
 
 fn name_of_host(config: &Config, host: usize) -> Name {

@@ -2,11 +2,11 @@
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Assumption, Decl, Flat, Link, ModelDb, Overwrite, Passage, PassageEnd, Passages, Project, Skip,
-    SkipCause, core_of, deployed, flat_of, passages_of,
+    Assumption, Decl, Flat, Link, ModelDb, Overwrite, Passage, PassageEnd, Passages, Project, Ros2, Skip,
+    SkipCause, Topic, TopicOrigin, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
-    ChainBuffer, ChainLatency, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
+    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
     TriggerWriter,
 };
 use rustc_hash::FxHashMap;
@@ -137,6 +137,13 @@ struct Known<'db> {
     costs: &'db [Option<Time>],
 }
 
+/// What data passes.
+enum Stage<'a, 'db> {
+    Step(&'a WayStep<'db>),
+    /// The gateway of the host of a topic, and the network from it to another host.
+    Gateway { topic: &'db Topic, to: Option<usize> },
+}
+
 struct Sums<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -144,6 +151,7 @@ struct Sums<'db> {
     flat: &'db Flat<'db>,
     report: &'db Report<'db>,
     system: &'db System<'db>,
+    ros2: &'db Ros2,
     /// What is assumed of instances while a chain is summed.
     assumed: FxHashMap<usize, Assumption<'db>>,
     /// The activity of each instance.
@@ -170,6 +178,7 @@ impl<'db> Sums<'db> {
             flat,
             report,
             system: system_of(db, project, deployment),
+            ros2: ros2_of(db, project, deployment),
             assumed: FxHashMap::default(),
             activities: activities.collect(),
             known: FxHashMap::default(),
@@ -252,26 +261,16 @@ impl<'db> Sums<'db> {
 
     fn way(&mut self, way: &Way<'db>) -> ChainReport<'db> {
         let mut reasons = Vec::new();
-        let mut steps: Vec<Option<ChainStep>> = Vec::new();
         self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
-        for (index, step) in way.steps.iter().enumerate() {
-            let before = index.checked_sub(1).and_then(|before| way.steps.get(before));
-            steps.push(self.step(index, step, before, &mut reasons));
-            let keeps = index + 1 < way.steps.len();
-            if let Some(by) = self.overwritten(step).filter(|_| keeps) {
-                reasons.push(ChainReason::Overwrites { step: index, by });
-            }
-        }
-        let found = self.sum(&steps, &way.steps, &mut reasons);
+        let stages = self.stages(&way.steps, true);
+        let steps = self.steps(&stages, None, &mut reasons);
+        let found = self.sum(&steps, &stages, &mut reasons);
         let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
-        let report = |(step, found): (&WayStep<'db>, &Option<ChainStep>)| ChainStepReport {
-            instance: self.flat.instances.get(step.instance).map_or_else(Name::default, |it| it.name.clone()),
-            activity: self.activity(step).map(|(index, _)| index),
-            connection: step.connection,
-            passage: step.ends.clone(),
+        let report = |(stage, found): (&Stage<'_, 'db>, &Option<ChainStep>)| ChainStepReport {
             releases: found.as_ref().map(|it| it.releases),
             timed: found.clone(),
             part: parts.next().copied().unwrap_or_default(),
+            ..self.stage_report(stage)
         };
         ChainReport {
             name: way.name.clone(),
@@ -280,16 +279,169 @@ impl<'db> Sums<'db> {
             latency: found.as_ref().map(|it| it.latency),
             age_at_write: found.as_ref().and_then(|it| it.age_at_write),
             limit: None,
-            steps: way.steps.iter().zip(&steps).map(report).collect(),
+            steps: stages.iter().zip(&steps).map(report).collect(),
             overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
             reasons,
         }
     }
 
+    fn stage_report(&self, stage: &Stage<'_, 'db>) -> ChainStepReport<'db> {
+        let (instance, connection, passage) = match stage {
+            Stage::Step(step) => {
+                let instance = self.flat.instances.get(step.instance);
+                (instance.map(|it| it.name.clone()).unwrap_or_default(), step.connection, step.ends.clone())
+            }
+            Stage::Gateway { topic, .. } => {
+                let port = PassageEnd::Port(topic.port.1.clone());
+                (self.ros2.gateway(topic.host), None, [port.clone(), port])
+            }
+        };
+        ChainStepReport {
+            activity: self.activities.get(&instance).copied(),
+            instance,
+            connection,
+            passage,
+            releases: None,
+            timed: None,
+            part: ChainPart::default(),
+        }
+    }
+
+    /// Returns what data passes on a way: the instances, and the gateways between hosts. With its `ends`, also those of the topics
+    /// that it begins and ends with.
+    fn stages<'a>(&self, way: &'a [WayStep<'db>], ends: bool) -> Vec<Stage<'a, 'db>> {
+        let mut found = Vec::with_capacity(way.len());
+        let end = |step: Option<&WayStep<'db>>, side: usize| {
+            let topic = self.topic(step.filter(|_| ends)?, side)?;
+            let is_end = !matches!(topic.origin, TopicOrigin::AcrossHosts(_));
+            is_end.then_some(Stage::Gateway { topic, to: None })
+        };
+        found.extend(end(way.first().filter(|it| it.connection.is_none()), 0));
+        for step in way {
+            if let Some([from, to]) = step.connection.and_then(|link| self.ros2.across(link)) {
+                found.push(Stage::Gateway { topic: from, to: Some(to.host) });
+                found.push(Stage::Gateway { topic: to, to: None });
+            }
+            found.push(Stage::Step(step));
+        }
+        found.extend(end(way.last(), 1));
+        found
+    }
+
+    /// Returns the topic of the port where data enters, or leaves, a step.
+    fn topic(&self, step: &WayStep<'db>, side: usize) -> Option<&'db Topic> {
+        let PassageEnd::Port(port) = step.ends.get(side)? else { return None };
+        let found = self.ros2.topic(&self.flat.instances.get(step.instance)?.name, port)?;
+        (found.is_published == (side == 1)).then_some(found)
+    }
+
+    /// Returns the steps of these stages; the first one is `known`.
+    fn steps(
+        &mut self,
+        stages: &[Stage<'_, 'db>],
+        known: Option<Option<ChainStep>>,
+        reasons: &mut Vec<ChainReason<'db>>,
+    ) -> Vec<Option<ChainStep>> {
+        let mut before: Option<&WayStep<'db>> = None;
+        let mut topic: Option<&Topic> = None;
+        let mut found = Vec::with_capacity(stages.len());
+        let skipped = known.iter().len();
+        if let Some(Stage::Step(step)) = stages.first().filter(|_| skipped > 0) {
+            before = Some(step);
+        }
+        found.extend(known);
+        for (index, stage) in stages.iter().enumerate().skip(skipped) {
+            match stage {
+                Stage::Gateway { topic: of, to } => {
+                    found.push(self.gateway(of, *to, reasons));
+                    topic = Some(of);
+                }
+                Stage::Step(step) => {
+                    if topic.is_none() {
+                        reasons.extend(self.not_across(step));
+                    }
+                    let mut next = self.step(index, step, before, reasons);
+                    if let (Some(next), Some(topic)) = (&mut next, topic.take()) {
+                        // In each of its periods, the gateway writes so many samples at most.
+                        next.writes = Some(topic.depth);
+                        if topic.depth > 1 {
+                            let reads = self.releases(step, true).ok();
+                            let of_link = next.buffer.map_or(0, |it| it.size);
+                            next.buffer = Some(ChainBuffer { size: of_link.max(topic.depth), reads });
+                        }
+                    }
+                    found.push(next);
+                    let keeps = stages.get(index + 1).is_some();
+                    if let Some(by) = self.overwritten(step).filter(|_| keeps) {
+                        reasons.push(ChainReason::Overwrites { step: index, by });
+                    }
+                    before = Some(step);
+                }
+            }
+        }
+        found
+    }
+
+    /// Returns the step of a gateway, which moves data in each period, and of the network to the host `to`, as far as its write.
+    fn gateway(
+        &self,
+        topic: &Topic,
+        to: Option<usize>,
+        reasons: &mut Vec<ChainReason<'db>>,
+    ) -> Option<ChainStep> {
+        let gateway = self.ros2.gateway(topic.host);
+        let network = match to {
+            None => Time::ZERO,
+            Some(to) => match self.ros2.latency(topic.host, to) {
+                Some(latency) => latency,
+                None => {
+                    let name = |host: usize| self.ros2.hosts.get(host).cloned().unwrap_or_default();
+                    reasons.push(ChainReason::NoLink { hosts: [name(topic.host), name(to)] });
+                    return None;
+                }
+            },
+        };
+        let task = self.activities.get(&gateway).copied();
+        let activity = task.and_then(|it| self.report.activities.get(it));
+        let Some((task, response)) = task.zip(activity.and_then(|it| it.response)) else {
+            let refusals = activity.map_or_else(Vec::new, |it| it.reasons.clone());
+            reasons.push(ChainReason::Gateway { gateway, refusals });
+            return None;
+        };
+        let Some(write) = response.checked_add(network) else {
+            reasons.push(ChainReason::TooLong);
+            return None;
+        };
+        Some(ChainStep { task, releases: 1, periods: Some(0), write, response: write, ..ChainStep::default() })
+    }
+
+    /// Returns the most time from a write to the arrival of the data at the reader of a connection, by its index: none of one host.
+    fn between_hosts(&self, link: usize) -> Option<Time> {
+        let Some([from, to]) = self.ros2.across(link) else { return Some(Time::ZERO) };
+        let mut reasons = Vec::new();
+        let hops = [(from, Some(to.host)), (to, None)];
+        hops.into_iter().try_fold(Time::ZERO, |sum, (topic, next)| {
+            let step = self.gateway(topic, next, &mut reasons)?;
+            let period = self.report.activities.get(step.task)?.period?;
+            sum.checked_add(period)?.checked_add(step.write)
+        })
+    }
+
+    /// Returns why the connection to a step is none: it leads to another host, and is no topic.
+    fn not_across(&self, step: &WayStep<'db>) -> Option<ChainReason<'db>> {
+        let link = self.flat.links.get(step.connection?)?;
+        let ends = [&link.source.0, &link.target.0].map(|it| {
+            let index = self.activities.get(it)?;
+            self.system.activities.get(*index)?.host
+        });
+        let name = |host: Option<usize>| host.and_then(|it| self.ros2.hosts.get(it)).cloned().unwrap_or_default();
+        (ends[0] != ends[1]).then(|| ChainReason::NoLink { hosts: ends.map(name) })
+    }
+
     fn sum(
         &self,
         steps: &[Option<ChainStep>],
-        way: &[WayStep<'db>],
+        way: &[Stage<'_, 'db>],
         reasons: &mut Vec<ChainReason<'db>>,
     ) -> Option<ChainLatency> {
         if !reasons.is_empty() {
@@ -300,7 +452,10 @@ impl<'db> Sums<'db> {
             Ok(found) => return Some(found),
             Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
             Err(NoLatency::NotPeriodic(step)) => {
-                let trigger = way.get(step).and_then(|it| self.trigger_of(self.activity(it)?.0));
+                let trigger = match way.get(step) {
+                    Some(Stage::Step(it)) => self.activity(it).and_then(|(task, _)| self.trigger_of(task)),
+                    _ => None,
+                };
                 let by = trigger.map(|(_, link)| link.source.0.clone());
                 ChainReason::ReleasedByData { step, by }
             }
@@ -344,7 +499,8 @@ impl<'db> Sums<'db> {
         let by = TriggerWriter {
             task,
             distance: self.distance(task, depth - 1)?,
-            response: by.response?,
+            // What is between two hosts delays the data like the writer.
+            response: by.response?.checked_add(self.between_hosts(connection)?)?,
             gap: self.releases(&writer, false).ok()?,
             writes: self.writes(&writer, link),
             has_buffer: link.buffer.is_some(),
@@ -479,12 +635,17 @@ impl<'db> Sums<'db> {
         }
         for step in &hop.after {
             let mut why = reasons.clone();
-            let after = self.step(1, step, Some(&hop.before), &mut why);
             let way = [hop.before.clone(), step.clone()];
-            let latency = self.sum(&[before.clone(), after], &way, &mut why).and_then(|it| {
-                let [writer, reader] = it.parts.as_slice() else { return None };
+            let stages = self.stages(&way, false);
+            let steps = self.steps(&stages, Some(before.clone()), &mut why);
+            let latency = self.sum(&steps, &stages, &mut why).and_then(|it| {
+                let [writer, gateways @ .., reader] = it.parts.as_slice() else { return None };
                 let rest = writer.wait.checked_add(writer.periods)?;
-                Some((it.latency.checked_sub(rest)?, writer.run, *reader))
+                let mut reader = *reader;
+                for part in gateways {
+                    reader.wait = reader.wait.checked_add(part.wait)?.checked_add(part.run)?;
+                }
+                Some((it.latency.checked_sub(rest)?, writer.run, reader))
             });
             match latency {
                 Some((latency, write, part)) if Some(latency) > found.latency => {
