@@ -53,7 +53,9 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
             (format!("the gateway `{gateway}` is not analysed: {why}"), format!("see {gateway}"))
         }
         ChainReason::NoLink { hosts: [from, to] } => (
-            format!("how long the network from {from} to {to} takes is not known: write `[link.\"{from}-{to}\"]` with `latency`"),
+            format!(
+                "how long the network from {from} to {to} takes is not known: write `[link.\"{from}-{to}\"]` with `latency`"
+            ),
             format!("no latency from {from} to {to}"),
         ),
         ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),

@@ -379,10 +379,7 @@ fn overload(cpu: &str, priority: u32, utilisation: Share) -> Words {
 
 /// Returns the message for a CPU that the activities of this priority or a higher one overload.
 pub(super) fn overloaded(cpu: &str, priority: u32, utilisation: Share) -> String {
-    format!(
-        "{cpu} overloaded ({} at priority ≥ {priority})",
-        percent(utilisation, "more than 100 %")
-    )
+    format!("{cpu} overloaded ({} at priority ≥ {priority})", percent(utilisation, "more than 100 %"))
 }
 
 /// Returns an overload in percent: a slight one would round to 100.0.

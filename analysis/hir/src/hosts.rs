@@ -112,11 +112,14 @@ mod tests {
 
     #[test]
     fn each_host_has_a_range_of_its_own() {
-        let found = hosts("[host.brain]\ncpus = 2\nactivities = [\"b\"]\n[host.eyes]\ncpus = 4\nactivities = [\"e\"]\n");
+        let found = hosts(
+            "[host.brain]\ncpus = 2\nactivities = [\"b\"]\n[host.eyes]\ncpus = 4\nactivities = [\"e\"]\n",
+        );
         assert_eq!((found.of("b"), found.of("e"), found.of("x")), (Some(0), Some(1), None));
         assert_eq!(found.numbered(Some(1), CpuSet(0b1_0001)), CpuSet(0b100));
         assert_eq!(found.numbered(Some(0), CpuSet::ALL), CpuSet(0b11));
-        let names = found.parts(CpuSet(0b1110)).into_iter().map(|(name, cpus)| (name.unwrap().as_str(), cpus.0));
+        let names =
+            found.parts(CpuSet(0b1110)).into_iter().map(|(name, cpus)| (name.unwrap().as_str(), cpus.0));
         assert_eq!(names.collect::<Vec<_>>(), [("brain", 0b10), ("eyes", 0b11)]);
         assert_eq!(found.names(CpuSet(0b1110)), "CPU 2 of brain and CPUs 1 and 2 of eyes");
         assert_eq!(hosts("").parts(CpuSet(5)), [(None, CpuSet(5))]);
@@ -124,7 +127,9 @@ mod tests {
 
     #[test]
     fn cpus_that_are_unknown_or_too_many_are_none() {
-        let found = hosts("[host.a]\nactivities = []\n[host.b]\ncpus = 100\nactivities = []\n[host.c]\ncpus = 100\nactivities = []\n");
+        let found = hosts(
+            "[host.a]\nactivities = []\n[host.b]\ncpus = 100\nactivities = []\n[host.c]\ncpus = 100\nactivities = []\n",
+        );
         assert_eq!(found.all.iter().map(|it| it.cpus.len()).collect::<Vec<_>>(), [0, 100, 0]);
         assert_eq!(found.numbered(Some(2), CpuSet(1)), CpuSet::NONE);
         let shared = hosts("[platform]\ncpus = 2\n[host.a]\nactivities = []\n[host.b]\nactivities = []\n");

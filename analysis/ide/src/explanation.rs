@@ -321,12 +321,13 @@ fn is_on_all_cpus(activity: &ActivityReport<'_>) -> bool {
 
 impl<'db> Overload<'db> {
     fn new(report: &Report<'db>, activity: &ActivityReport<'db>, is_throttled: bool) -> Option<Self> {
-        let (cpu, named, priority, utilisation) = activity.reasons.iter().find_map(|it| match &it.reason {
-            Reason::Overloaded { cpu, named, priority, utilisation } => {
-                Some((*cpu, named.clone(), *priority, *utilisation))
-            }
-            _ => None,
-        })?;
+        let (cpu, named, priority, utilisation) =
+            activity.reasons.iter().find_map(|it| match &it.reason {
+                Reason::Overloaded { cpu, named, priority, utilisation } => {
+                    Some((*cpu, named.clone(), *priority, *utilisation))
+                }
+                _ => None,
+            })?;
         let is_counted = |it: &Task| {
             it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus.meets(cpu))
         };

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{shortened};
+use mauve_diagnostics::shortened;
 use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect,
-    core as core_data, core_of, deployment, file_and_line, platform_of, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Hosts, Integer, Location, ModelDb, Type, Value, ValueInEffect,
+    core as core_data, core_of, deployment, file_and_line, hosts_of, platform_of, values_in_effect,
 };
 use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
@@ -256,7 +256,7 @@ fn task<'db>(
         class,
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
-        activity: activity(activities, resolved),
+        activity: activity(hosts_of(db, project.workspace(db)), activities, resolved),
         trigger: resolved.trigger.as_ref().map(|port| script_name(port)),
         place,
     })
@@ -287,11 +287,16 @@ fn set_values<'db>(
     set
 }
 
-fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> mauve_timing::Task {
+fn activity(
+    hosts: &Hosts,
+    activities: &Activities<'_>,
+    resolved: &ResolvedActivity<'_>,
+) -> mauve_timing::Task {
     let affinity = activities.affinities.get(&resolved.instance).copied().flatten();
     // An activity without an affinity runs on the CPUs of the analysis.
+    let of_analysis = resolved.cpus.map(|cpus| hosts.local(cpus).1);
     let affinity =
-        if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
+        if resolved.priority == Priority::Background { affinity } else { of_analysis.or(affinity) };
     let cpus = affinity.filter(|cpus| !cpus.is_empty());
     mauve_timing::Task { cpus, ..resolved.task.clone() }
 }

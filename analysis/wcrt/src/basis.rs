@@ -87,7 +87,9 @@ pub(crate) fn unmeasured_ports<'db>(
     let mut seen = FxHashSet::default();
     let mut found = Vec::new();
     for activity in &system_of(db, project, deployment).activities {
-        let Some(component) = activity.executed().filter(|it| seen.insert((*it, activity.tables))) else { continue };
+        let Some(component) = activity.executed().filter(|it| seen.insert((*it, activity.tables))) else {
+            continue;
+        };
         let times = timetable_of(db, activity.tables);
         let ports = large_ports(db, project, component).iter();
         let without_time = ports.filter(|port| !times.has_entry(&Timed::Access(component, (*port).clone())));

@@ -113,7 +113,8 @@ impl<'db> JobExecutions<'db> {
         activity: usize,
         interrupt: &dyn Fn(),
     ) -> Result<Lateness, NoLateness> {
-        let excess = |(of, times): &(Timed<'db>, &Timetable<'db>)| times.excess(of, level).ok_or(NoLateness::Times);
+        let excess =
+            |(of, times): &(Timed<'db>, &Timetable<'db>)| times.excess(of, level).ok_or(NoLateness::Times);
         let excesses: Vec<Excess> = self.entries.iter().map(excess).collect::<Result<_, _>>()?;
         lateness(tasks, activity, &excesses, &self.of, interrupt)
     }

@@ -268,7 +268,8 @@ pub(crate) fn chosen_level<'db>(
     deployment: Decl<'db>,
 ) -> Option<ChosenLevel> {
     let required = required_of(db, project, deployment)?;
-    let (times, levels) = (timetable_of(db, tables_of(db, project, deployment)), levels_of(db, project, deployment));
+    let (times, levels) =
+        (timetable_of(db, tables_of(db, project, deployment)), levels_of(db, project, deployment));
     let executions: f64 = executions_of(db, project, deployment, required.mission).into_iter().sum();
     let probability = required.probability.as_f64();
     if executions == 0.0 {

@@ -182,11 +182,7 @@ type Psms<'db> = Vec<Option<&'db PsmResult<'db>>>;
 
 /// Returns the levels of tables, and a set without tasks, whose `levels` are the same. Tables without levels give the level of
 /// `mauve.toml`, and a set without `levels`.
-fn set_of<'db>(
-    db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
-    levels: Vec<Level>,
-) -> (Vec<Level>, TaskSet) {
+fn set_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, levels: Vec<Level>) -> (Vec<Level>, TaskSet) {
     let times = tables.section(db).as_deref().map(one_line);
     let set = TaskSet { times, unit: Unit::Nanoseconds, levels: levels.clone(), ..TaskSet::default() };
     match levels.as_slice() {

@@ -137,4 +137,128 @@ mod tests {
         // Without its time, it is not analysed, and delays an unknown time.
         assert_eq!(responses(true, "codel.a = 7\n"), [("a".into(), None), ("ros2".into(), None)]);
     }
+
+    /// The names, response times and chains of the deployment of these files.
+    fn figures(
+        model: String,
+        config: String,
+        tables: &[(&str, String)],
+    ) -> (Vec<(String, Option<u64>)>, Vec<Option<u64>>) {
+        let db = Database::default();
+        let files = [("/m.mal", model), ("/mauve.toml", config)].into_iter().chain(tables.iter().cloned());
+        let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let query =
+            Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+        let nanos = |time: Option<Time>| time.map(Time::as_nanos);
+        let report = response_times(&db, project, of, query);
+        let chains = crate::chains::chains_of(&db, project, of, query).all.iter().map(|it| nanos(it.latency));
+        let responses = report.activities.iter().map(|it| (it.instance.to_string(), nanos(it.response)));
+        (responses.collect(), chains.collect())
+    }
+
+    /// Random hosts together have the figures that each has alone, with its CPUs, its tables and its part of other work.
+    #[test]
+    fn hosts_are_analysed_as_each_alone() {
+        let mut random = mauve_timing::Random::new(7);
+        let mut below = move |most: u64| random.up_to(most - 1);
+        let mut compared = 0;
+        for _ in 0..60 {
+            let hosts = 2 + below(2);
+            let codels: String = (0..6).map(|it| format!("codel c{it}(): int\n")).collect();
+            let cores: String = (0..6)
+                .map(|it| format!("core K{it}(S) {{ update = {{ c{it}(); }} }}\ncomponent C{it}(S, K{it})\n"))
+                .collect();
+            let shared = below(2) == 0;
+            let other = "[[platform.other]]\nname = \"lan\"\npriority = 90\nperiod = \"2 ms\"\ntime = \"100 us\"\ncpus = [1]\n";
+            let throttling = format!("platform.rt_throttling = {}\n", below(2) == 0);
+            let (mut together, mut sections, mut expected) = (String::new(), String::new(), Vec::new());
+            let mut instances = String::new();
+            let mut tables =
+                vec![("/t.toml", (0..6).map(|it| format!("codel.c{it} = {}\n", it + 1)).collect::<String>())];
+            for host in 0..hosts {
+                let (mut alone, mut names, mut own) = (String::new(), Vec::new(), String::new());
+                let table = ["/h0.toml", "/h1.toml", "/h2.toml"][host as usize];
+                let has_table = host > 0 && !shared;
+                let text = (0..6).map(|it| format!("codel.c{it} = {}\n", 1 + below(4))).collect::<String>();
+                let cpus = 1 + below(2);
+                for index in 0..1 + below(4) {
+                    let name = format!("i{host}_{index}");
+                    let cpu = match below(4) {
+                        0 => String::new(),
+                        _ => format!("cpus = [{}]", 1 + below(cpus)),
+                    };
+                    let line = format!(
+                        "activity {name} {{ priority = {} period = {} {cpu} }}\n",
+                        1 + below(20),
+                        10 + 5 * below(8)
+                    );
+                    let instance = format!("instance {name}: C{}\n", below(6));
+                    (alone, together) = (alone + &line, together + &line);
+                    (own, instances) = (own + &instance, instances + &instance);
+                    names.push(format!("\"{name}\""));
+                }
+                let used = if has_table { table } else { "/t.toml" };
+                sections += &format!("[host.h{host}]\nactivities = [{}]\ncpus = {cpus}\n", names.join(", "));
+                if has_table {
+                    sections += &format!("tables = [\"{}\"]\n", &table[1..]);
+                    tables.push((table, text));
+                }
+                let model = format!(
+                    "shell S {{ }}\n{codels}{cores}architecture A {{ {own} }}\ndeployment D {{ architecture A\n{alone} }}"
+                );
+                let config = format!(
+                    "timing.tables = [\"{}\"]\n{throttling}platform.cpus = {cpus}\n{other}",
+                    &used[1..]
+                );
+                expected.extend(figures(model, config, &tables).0);
+            }
+            let model = format!(
+                "shell S {{ }}\n{codels}{cores}architecture A {{ {instances} }}\ndeployment D {{ architecture A\n{together} }}"
+            );
+            let config = format!("timing.tables = [\"t.toml\"]\n{throttling}{other}{sections}");
+            let (found, _) = figures(model.clone(), config.clone(), &tables);
+            assert_eq!(found, expected, "{config}\n{model}");
+            compared += found.iter().filter(|(_, it)| it.is_some()).count();
+        }
+        assert!(compared > 150, "{compared}");
+    }
+
+    /// A chain across hosts takes as long as one through components that move data like the gateways, and the network.
+    #[test]
+    fn a_chain_across_hosts_passes_both_gateways_and_the_network() {
+        let both = "codel see(): double\ncodel act(x: double): void\n
+            shell E { output port out: double }\nshell H { input port into: double }
+            core Ke(E) { update = { write(out, see()); } }\ncore Kh(H) { var x: double; update = { read(into, x); act(x); } }
+            component Ce(E, Ke)\ncomponent Ch(H, Kh)\n";
+        let activities = "activity eye { priority = 5 period = 20 affinity = 1 } activity hand { priority = 5 period = 30 affinity = 1 }";
+        let across = format!(
+            "{both}architecture A {{ instance eye: Ce instance hand: Ch connection eye.out -> hand.into }}
+            deployment D {{ architecture A {activities} }}"
+        );
+        let recv = "[[platform.other]]\nname = \"recv\"\npriority = 39\nperiod = \"1 s\"\ntime = \"1 ns\"\ncpus = [1]\n";
+        let config = format!("timing.tables = [\"t.toml\"]\n{recv}[ros2]\ndiscovery = \"subnet\"\ngateway = {{ priority = 40, period = \"7 ms\", cpus = [1] }}
+            [host.a]\nactivities = [\"eye\"]\ncpus = 1\n[host.b]\nactivities = [\"hand\"]\ncpus = 1\n[link.a-b]\nlatency = \"3 ms\"\n");
+        let times = "codel.see = 2\ncodel.act = 4\n";
+        let table = format!("{times}[access]\n\"ros2.eye.out\" = 1\n\"ros2.hand.into\" = 1\n");
+        let (_, across_hosts) = figures(across.clone(), config.clone(), &[("/t.toml", table.clone())]);
+        let by_hand = format!("{both}codel move(x: double): double\nshell G {{ input port into: double output port out: double }}
+            core Kg(G) {{ var x: double; update = {{ read(into, x); write(out, move(x)); }} }}\ncomponent Cg(G, Kg)
+            architecture A {{ instance eye: Ce instance hand: Ch instance one: Cg instance two: Cg
+                connection eye.out -> one.into connection one.out -> two.into connection two.out -> hand.into }}
+            deployment D {{ architecture A activity eye {{ priority = 5 period = 20 affinity = 1 }} activity hand {{ priority = 5 period = 30 affinity = 2 }}
+                activity one {{ priority = 40 period = 7 affinity = 1 }} activity two {{ priority = 40 period = 7 affinity = 2 }} }}");
+        let on_both = format!(
+            "timing.tables = [\"t.toml\"]\n{recv}{}",
+            recv.replace("[1]", "[2]").replace("recv", "other")
+        );
+        let (_, components) = figures(by_hand, on_both, &[("/t.toml", format!("{times}codel.move = 1\n"))]);
+        let network = 3_000_000;
+        assert_eq!(across_hosts, components.iter().map(|it| it.map(|it| it + network)).collect::<Vec<_>>());
+        assert!(matches!(across_hosts[..], [Some(_)]), "{across_hosts:?}");
+        // Without what the network takes, there is no latency.
+        let unknown = config.replace("latency = \"3 ms\"", "");
+        assert_eq!(figures(across, unknown, &[("/t.toml", table)]).1, [None]);
+    }
 }

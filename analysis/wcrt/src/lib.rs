@@ -111,9 +111,9 @@ pub use system::{ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};
 pub use task_set::DeployedTasks;
 pub use timetable::{
-    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables, observed_files,
-    observed_in, observed_responses, pattern_of_path, table, table_facts, table_files, table_pattern,
-    timetable_of,
+    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables,
+    observed_files, observed_in, observed_responses, pattern_of_path, table, table_facts, table_files,
+    table_pattern, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use triggers::trigger_facts;

@@ -17,10 +17,10 @@ use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
-    FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project, Unresolved,
-    Workspace, architecture, config_file, config_of, declarations, deployment, field_entry, flat_of, hosts_of,
-    incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, similar, similar_field,
-    too_large,
+    FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project,
+    Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment, field_entry,
+    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, similar,
+    similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -793,7 +793,9 @@ impl<'db> SystemReader<'db> {
         let all = &mut self.found.activities;
         let gateways = all.iter().filter(|it| it.gateway.is_some());
         let threads: Vec<(u32, CpuSet)> = gateways
-            .filter_map(|it| Some((it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL))))
+            .filter_map(|it| {
+                Some((it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL)))
+            })
             .collect();
         for activity in all.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);

@@ -4,7 +4,8 @@
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, ModelDb, OwnerOfTables, Project, config_of, hosts_of, names_of, owner_of_tables, section_with_tables,
+    Decl, ModelDb, OwnerOfTables, Project, config_of, hosts_of, names_of, owner_of_tables,
+    section_with_tables,
 };
 use rustc_hash::FxHashSet;
 
@@ -71,8 +72,7 @@ pub fn table_sets<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Table
         return vec![general];
     }
     let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
-    let used: FxHashSet<TableSet<'db>> =
-        deployments.flat_map(|it| all_tables_of(db, project, it)).collect();
+    let used: FxHashSet<TableSet<'db>> = deployments.flat_map(|it| all_tables_of(db, project, it)).collect();
     let all = checked_sets(db, project).into_iter();
     all.filter(|it| used.contains(it) || used.is_empty() && *it == general).collect()
 }

@@ -178,7 +178,9 @@ pub(crate) fn others_of(db: &dyn ModelDb, project: Project<'_>, system: &System<
     };
     match hosts.all.len() {
         0 => on(None).collect(),
-        hosts => (0..hosts).flat_map(|host| on(Some(host))).filter(|it| it.cpus != Some(CpuSet::NONE)).collect(),
+        hosts => {
+            (0..hosts).flat_map(|host| on(Some(host))).filter(|it| it.cpus != Some(CpuSet::NONE)).collect()
+        }
     }
 }
 

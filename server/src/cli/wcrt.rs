@@ -16,7 +16,8 @@ use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, response_times_of, all_tables_of, sensitivity, timetable_of,
+    ActivityReport, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
+    timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -98,7 +99,8 @@ impl Wcrt {
             return Err(nothing_to("analyse", errors));
         }
         if matches!(self.significance, Some(Significance::All)) {
-            let tables = found.iter().flat_map(|&(project, deployment)| all_tables_of(&db, project, deployment));
+            let tables =
+                found.iter().flat_map(|&(project, deployment)| all_tables_of(&db, project, deployment));
             let left_out: BTreeSet<&(Level, String)> =
                 tables.flat_map(|it| &timetable_of(&db, it).partial_levels).collect();
             for (level, without) in left_out.iter().rev() {

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of, hosts_of,
-    likely_declaration, platform_of,
+    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of,
+    hosts_of, likely_declaration, platform_of,
 };
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};

@@ -196,8 +196,7 @@ fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> St
         let share = parts.iter().skip(MOST_ROWS).map(|it| it.share.0).sum();
         out += &row(&[&format!("{others} more activities"), "", "", &percent(share), ""]);
     }
-    let what =
-        format!("**{}, priority ≥ {}**", overload.named, overload.priority);
+    let what = format!("**{}, priority ≥ {}**", overload.named, overload.priority);
     out + &row(&[&what, "", "", &format!("**{}**", percent(overload.utilisation.0)), ""])
 }
 

@@ -1,7 +1,7 @@
 //! The affinity and the priority of an activity in words: the CPUs of the mask and their utilisation, and the activities of a
 //! higher or equal priority.
 
-use mauve_diagnostics::{utilisation};
+use mauve_diagnostics::utilisation;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Hosts, ModelDb, PERIODS, Project, declaration_at, hosts_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};

@@ -144,7 +144,11 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
         // Rounded up: the colour is that of the number.
         let load = percent.ceil() as u32;
         let names = report.hosts.names(cpu.cpus);
-        let names = if cpu.cpus.len() > 1 && names.chars().count() > 12 { format!("{} CPUs", cpu.cpus.len()) } else { names };
+        let names = if cpu.cpus.len() > 1 && names.chars().count() > 12 {
+            format!("{} CPUs", cpu.cpus.len())
+        } else {
+            names
+        };
         let at_least = if cpu.complete { "" } else { "≥ " };
         let text = format!("{names} {at_least}{percent:.1} %");
         let status = match load {

@@ -7,8 +7,8 @@
 //! robot.activity("pilot", 100000000, 10, 0x1, 0, 80000000, 7400000);
 //! ```
 
-use mauve_hir::{Decl, Value};
-use mauve_timing::Time;
+use mauve_hir::{Decl, Value, hosts_of};
+use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
@@ -39,7 +39,9 @@ pub(super) fn main_file<'db>(
     let bounds: FxHashMap<String, Option<Time>> =
         report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
     let level = Query::shown(db, project, of).level;
-    let times = execution_times(db, project, of, None, level);
+    let hosts = hosts_of(db, project.workspace(db));
+    let host = hosts.all.iter().position(|it| Some(&it.name) == deployed.host.as_ref());
+    let times = execution_times(db, project, of, host, level);
     let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
     let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
     let about = deployed.description.trim_end_matches('.');
@@ -66,13 +68,16 @@ pub(super) fn main_file<'db>(
         let others = thread.iter().skip(1);
         all.chain(others.map(move |it| call("run_in", &[cpp_string(&it.name), cpp_string(first)])))
     });
-    let others = report.others().iter().map(|other| {
+    let is_here = |cpus: CpuSet| host.is_none() || hosts.host(cpus) == host;
+    let here = report.others().iter().filter(|it| it.cpus.is_some_and(is_here));
+    let others = here.map(|other| {
         let [period, time] =
             [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos());
         let [period, time] = [period, time.saturating_mul(other.burst.max(1))].map(|it| it.to_string());
         let priority = other.priority.real_time().unwrap_or_default().to_string();
-        let cpus = other.cpus.unwrap_or_default();
-        let arguments = [cpp_string(&other.name), period, time, priority, cpu_set(cpus)];
+        let (_, cpus) = hosts.local(other.cpus.unwrap_or_default());
+        let name = other.name.split('@').next().unwrap_or_default();
+        let arguments = [cpp_string(name), period, time, priority, cpu_set(cpus)];
         call("other_work", &arguments)
     });
     let ros2 = topics_of.map(|host| topics::calls(model, of, deployed, host, &bounds)).unwrap_or_default();

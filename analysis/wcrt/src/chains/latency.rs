@@ -6,8 +6,8 @@ use mauve_hir::{
     SkipCause, Topic, TopicOrigin, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
-    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
-    TriggerWriter,
+    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status,
+    Task, Time, TriggerWriter,
 };
 use rustc_hash::FxHashMap;
 
@@ -141,7 +141,10 @@ struct Known<'db> {
 enum Stage<'a, 'db> {
     Step(&'a WayStep<'db>),
     /// The gateway of the host of a topic, and the network from it to another host.
-    Gateway { topic: &'db Topic, to: Option<usize> },
+    Gateway {
+        topic: &'db Topic,
+        to: Option<usize>,
+    },
 }
 
 struct Sums<'db> {
@@ -412,7 +415,14 @@ impl<'db> Sums<'db> {
             reasons.push(ChainReason::TooLong);
             return None;
         };
-        Some(ChainStep { task, releases: 1, periods: Some(0), write, response: write, ..ChainStep::default() })
+        Some(ChainStep {
+            task,
+            releases: 1,
+            periods: Some(0),
+            write,
+            response: write,
+            ..ChainStep::default()
+        })
     }
 
     /// Returns the most time from a write to the arrival of the data at the reader of a connection, by its index: none of one host.
@@ -434,7 +444,8 @@ impl<'db> Sums<'db> {
             let index = self.activities.get(it)?;
             self.system.activities.get(*index)?.host
         });
-        let name = |host: Option<usize>| host.and_then(|it| self.ros2.hosts.get(it)).cloned().unwrap_or_default();
+        let name =
+            |host: Option<usize>| host.and_then(|it| self.ros2.hosts.get(it)).cloned().unwrap_or_default();
         (ends[0] != ends[1]).then(|| ChainReason::NoLink { hosts: ends.map(name) })
     }
 

@@ -69,7 +69,7 @@ impl Check {
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
         let name = self.deployment.as_deref();
         let (project, deployment) = only_deployment(&db, &workspaces, name, "compare the recording with")?;
-        let (query, report, expected) = 
+        let (query, report, expected) =
             model_of(&db, project, deployment, self.host.as_deref(), self.significance)?;
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
