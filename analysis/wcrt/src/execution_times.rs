@@ -2,7 +2,7 @@
 //! of their own.
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, ProgramId, Project, behaviour_of, core_of, uses_of};
+use mauve_hir::{Decl, ModelDb, ProgramId, Project, behaviour_of, core_of, ros2_of, uses_of};
 use mauve_timing::{Level, Time};
 use rustc_hash::FxHashSet;
 
@@ -23,6 +23,8 @@ pub struct ExecutionTimes<'db> {
     pub waits: Vec<(Decl<'db>, Time)>,
     /// The accesses to ports of its components that have times in the tables, in the order of the components.
     pub accesses: Vec<(Decl<'db>, Name, Time)>,
+    /// The topics of ROS 2, `INSTANCE.PORT`, whose samples have times in the tables, in the order of the instances.
+    pub topics: Vec<(Name, Time)>,
     /// The time of dispatch and context switches in each period; 0 where it is unknown.
     pub overhead: Time,
 }
@@ -59,6 +61,10 @@ pub fn execution_times<'db>(
             accesses.extend(time.map(|time| (component, port.clone(), time)));
         }
     }
+    let topics = ros2_of(db, project, deployment).topics.iter().filter_map(|it| {
+        let topic: Name = format!("{}.{}", it.port.0, it.port.1).into();
+        Some((topic.clone(), known(times.time(&Timed::Topic(topic), level))?))
+    });
     let mut programs = Vec::new();
     for (component, core) in cores() {
         let behaviour = behaviour_of(db, project, core);
@@ -72,6 +78,7 @@ pub fn execution_times<'db>(
         programs,
         waits,
         accesses,
+        topics: topics.collect(),
         overhead: times.overhead(level).filter(|_| times.incomplete.is_none()).unwrap_or_default(),
     }
 }

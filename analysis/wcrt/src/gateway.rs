@@ -93,13 +93,16 @@ pub(crate) fn gateway_psm<'db>(
 mod tests {
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
+    use mauve_pwcet::trace::access_key;
     use mauve_timing::{Method, Time};
 
-    use crate::{Query, response_times};
+    use crate::{Query, observed, response_times};
 
-    /// The names and response times of a deployment with a gateway, or with an activity by hand in its place.
-    fn responses(gateway: bool, table: &str) -> Vec<(String, Option<u64>)> {
-        let db = Database::default();
+    const QUERY: Query =
+        Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+
+    /// A deployment with a gateway, or with an activity by hand in its place.
+    fn workspace(db: &Database, gateway: bool, table: &str) -> Workspace {
         let (instance, activity, topics) = match gateway {
             true => ("", "", "topics = { \"a.o\" = { name = \"/o\", depth = 3 } }"),
             false => (
@@ -118,14 +121,27 @@ mod tests {
             "timing.tables = [\"t.toml\"]\n[[platform.other]]\nname = \"recv\"\npriority = 19\nperiod = \"1 s\"\ntime = \"1 us\"\ncpus = [2]\n[ros2]\ngateway = {{ priority = 20, period = \"10 ms\", cpus = [1] }}\n{topics}\n"
         );
         let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table.to_owned())];
-        let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));
-        let project = projects(&db, workspace)[0];
+        Workspace::of_texts(db, "/".into(), files.map(|(path, text)| (path.into(), text)))
+    }
+
+    /// The names and response times of its activities.
+    fn responses(gateway: bool, table: &str) -> Vec<(String, Option<u64>)> {
+        let db = Database::default();
+        let project = projects(&db, workspace(&db, gateway, table))[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query =
-            Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
-        let report = response_times(&db, project, of, query);
+        let report = response_times(&db, project, of, QUERY);
         let all = report.activities.iter();
         all.map(|it| (it.instance.to_string(), it.response.map(Time::as_nanos))).collect()
+    }
+
+    #[test]
+    fn a_recording_is_compared_with_the_times_of_topics() {
+        let db = Database::default();
+        let project = projects(&db, workspace(&db, true, "codel.a = 7\naccess = { \"ros2.a.o\" = 1 }\n"))[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let report = response_times(&db, project, of, QUERY);
+        let accesses = observed::expected(&db, project, of, QUERY, &report).accesses;
+        assert_eq!(accesses, [(access_key("ros2.a.o"), 1_000_000)].into());
     }
 
     #[test]

@@ -97,7 +97,7 @@ pub use priorities::priority_facts;
 pub use probability::{LaterThan, MissProbability, dependent_facts, distribution_of, probabilities_of};
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
-    ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PatternError, Prose, Reason, Refusal,
+    ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PREFIX_OF_TOPICS, PatternError, Prose, Reason, Refusal,
     Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority,
     UnusableTime, WrongProgram,
 };

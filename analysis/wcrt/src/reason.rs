@@ -249,7 +249,7 @@ pub enum Timed<'db> {
 }
 
 /// What the keys of the times of topics begin with.
-pub(crate) const PREFIX_OF_TOPICS: &str = "ros2.";
+pub const PREFIX_OF_TOPICS: &str = "ros2.";
 
 impl Timed<'_> {
     /// Returns its key in a timing table.

@@ -10,6 +10,7 @@ use mauve_timing::{CpuSet, Level, Priority, Time};
 use super::chain_model::{ExpectedChain, ExpectedConnection, expected_chains, expected_connections};
 use crate::execution_times::execution_times;
 use crate::fact::InterferenceReport;
+use crate::reason::Timed;
 use crate::report::{Query, Report};
 use crate::response::response_times;
 use crate::system::system_of;
@@ -35,7 +36,7 @@ pub struct Expected {
     pub codels: BTreeMap<String, Option<u64>>,
     /// The programs with times of their own, by their keys in a timing table.
     pub programs: BTreeMap<String, u64>,
-    /// The ports whose accesses have times, by their keys in a recording.
+    /// The ports and topics whose accesses have times, by their keys in a recording.
     pub accesses: BTreeMap<String, u64>,
     /// The waits of codels in the tables.
     pub waits: BTreeMap<String, u64>,
@@ -174,7 +175,10 @@ pub fn expected<'db>(
         let accesses = accesses.map(|(component, port, time)| {
             (access_key(&format!("{}.{port}", component.qualified(db))), time.as_nanos())
         });
-        ExpectedLevel { level: level.as_f64(), times: codels.chain(programs).chain(accesses).collect() }
+        let topics = found.topics.into_iter();
+        let topics = topics.map(|(topic, time)| (access_key(&Timed::Topic(topic).key(db)), time.as_nanos()));
+        let times = codels.chain(programs).chain(accesses).chain(topics).collect();
+        ExpectedLevel { level: level.as_f64(), times }
     };
     let now = of_level(query.level);
     let of_kind = |kind: SpanKind| -> BTreeMap<String, u64> {

@@ -7,6 +7,7 @@ use mauve_pwcet::samples::is_alone;
 use mauve_pwcet::trace::{SpanKind, port_of};
 use mauve_pwcet::{LEAST_EXECUTIONS, Measurement, NoBound, Options, Refusal, Warning};
 use mauve_timing::{Level, Time};
+use mauve_wcrt::PREFIX_OF_TOPICS;
 
 use super::budgets::Budgets;
 
@@ -142,9 +143,11 @@ impl Measured {
         self.times.iter().all(Option::is_none)
     }
 
-    /// Returns whether it is a short access of a port: a part of the overhead, with a time of its own or without.
+    /// Returns whether it is a short access of a port: a part of the overhead, with a time of its own or without. Each topic needs
+    /// one.
     pub(super) fn is_short_access(&self) -> bool {
-        self.kind() == SpanKind::Access && self.measurement.greatest() < SHORT_ACCESS
+        let is_port = self.kind() == SpanKind::Access && !self.key().starts_with(PREFIX_OF_TOPICS);
+        is_port && self.measurement.greatest() < SHORT_ACCESS
     }
 
     /// Returns the key of the timing table.
