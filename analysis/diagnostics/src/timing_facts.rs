@@ -79,6 +79,9 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::UnknownTimedPort { component, port, near, fixed } => {
             unknown_timing_key::of_port(at, component.name(db), port, near.as_ref(), fixed.as_deref())
         }
+        Fact::UnknownTopic { topic, near, fixed, known } => {
+            unknown_timing_key::of_topic(at, topic, near.as_ref(), fixed.as_deref(), known)
+        }
         Fact::UnknownConfiguredCodel { lock, codel, near } => {
             let near = near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             let by = lock.as_ref().map_or("`dependent`".to_owned(), |lock| format!("the lock `{lock}`"));

@@ -2,7 +2,7 @@
 //!
 //! A key of a timing table is unknown: no model of the workspace declares what it names, or several do. Keys are
 //! `library.codel` or `codel`; `Component/update`, `Component/state.run`, `Component/state.transition.guard`,
-//! `Component/state.transition.effect`, `Component/operation`; `Component`; `Component.port` under `[access]`.
+//! `Component/state.transition.effect`, `Component/operation`; `Component`; `Component.port`, and `ros2.instance.port` of a topic, under `[access]`.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -56,6 +56,19 @@ pub(super) fn of_port<'db>(
     fixed: Option<&str>,
 ) -> Diagnostic<'db> {
     unknown(at, &format!("{component} has no port `{port}`"), near, fixed)
+}
+
+/// See [`report`] for `fixed`. `known`: all topics, which are named where none is similar.
+pub(super) fn of_topic<'db>(
+    at: Location<'db>,
+    topic: &str,
+    near: Option<&Name>,
+    fixed: Option<&str>,
+    known: &[Name],
+) -> Diagnostic<'db> {
+    let known: Vec<String> = known.iter().map(|it| format!("`{it}`")).collect();
+    let which = near.map_or_else(|| format!("; the topics are {}", enumerated(&known)), |_| String::new());
+    unknown(at, &format!("no deployment has a topic at `{topic}`{which}"), near, fixed)
 }
 
 fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {

@@ -107,6 +107,9 @@ pub enum TimingFactKind<'db> {
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
     /// A component does not have a port of this name. With a similar name, and the full key that can replace it.
     UnknownTimedPort { component: Decl<'db>, port: Name, near: Option<Name>, fixed: Option<String> },
+    /// A key begins with `ros2.`, and no deployment has a topic of this name, `INSTANCE.PORT`. With a similar one, the full key that
+    /// can replace it, and all topics.
+    UnknownTopic { topic: Name, near: Option<Name>, fixed: Option<String>, known: Vec<Name> },
     /// A lock of `mauve.toml`, or without one `[timing] dependent`, names a codel that no model declares. With a similar key.
     UnknownConfiguredCodel { lock: Option<Name>, codel: String, near: Option<Name> },
     /// A key is ambiguous. With the first definition.

@@ -97,9 +97,9 @@ pub use priorities::priority_facts;
 pub use probability::{LaterThan, MissProbability, dependent_facts, distribution_of, probabilities_of};
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
-    ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PREFIX_OF_TOPICS, PatternError, Prose, Reason, Refusal,
-    Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority,
-    UnusableTime, WrongProgram,
+    ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PREFIX_OF_TOPICS, PatternError,
+    Prose, Reason, Refusal, Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong,
+    UnknownPriority, UnusableTime, WrongProgram,
 };
 pub use report::{ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};

@@ -593,13 +593,22 @@ impl<'db> TimetableBuilder<'db> {
     /// Enters the time of an access to a port: `Component.port`.
     fn access(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
-        if let Some(topic) = entry.key.strip_prefix(PREFIX_OF_TOPICS).filter(|it| self.is_topic(it)) {
-            let of = Timed::Topic(topic.into());
-            self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
-            self.times.slots.entry(of).or_default().push(slot);
-            return;
-        }
         let (component, port) = entry.key.rsplit_once('.').unwrap_or((&entry.key, ""));
+        let names = names_of(db, self.project);
+        if let Some(topic) = entry.key.strip_prefix(PREFIX_OF_TOPICS)
+            && names.by_key(Kind::Component, component).is_empty()
+        {
+            let topics = topics_of(db, self.project);
+            let of = Timed::Topic(topic.into());
+            if topics.contains(topic) {
+                self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
+                self.times.slots.entry(of).or_default().push(slot);
+                return;
+            }
+            if !topics.is_empty() {
+                return self.unknown_topic(entry, topic, topics, slot.file);
+            }
+        }
         let port = Name::from(port);
         let of = |decl| Timed::Access(decl, port.clone());
         let Some(component) = self.add(entry, component, TableSection::Access, slot, of) else { return };
@@ -635,12 +644,26 @@ impl<'db> TimetableBuilder<'db> {
         self.report(at, TimingFactKind::UnknownTimedPort { component, port, near, fixed });
     }
 
-    /// Returns whether a deployment has the topic `INSTANCE.PORT`.
-    fn is_topic(&self, key: &str) -> bool {
+    /// Notes the time of a topic that no deployment has: it may be that of any of the `topics`.
+    fn unknown_topic(&mut self, entry: &'db Entry, topic: &str, topics: &BTreeSet<Name>, file: File) {
         let (db, project) = (self.db, self.project);
-        let mut deployments = names_of(db, project).of_kind(db, Kind::Deployment);
-        let Some((instance, port)) = key.rsplit_once('.') else { return false };
-        deployments.any(|it| ros2_of(db, project, it).topic(instance, port).is_some())
+        let others = other_projects(db, project);
+        if others.into_iter().any(|other| topics_of(db, other).contains(topic)) {
+            return;
+        }
+        let stray = StrayEntry { key: entry.key.clone(), table: file };
+        for topic in topics {
+            self.times.misspelt.entry(Timed::Topic(topic.clone())).or_insert_with(|| stray.clone());
+        }
+        if names_of(db, project).may_miss_names() {
+            return;
+        }
+        let near = similar(topic, topics);
+        let fixed = near.as_ref().map(|near| format!("{PREFIX_OF_TOPICS}{near}"));
+        let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+        let (topic, known) = (topic.into(), topics.iter().cloned().collect());
+        let at = Location::of_span(file, &entry.key_span);
+        self.report(at, TimingFactKind::UnknownTopic { topic, near, fixed, known });
     }
 
     /// Returns the ports of a component, as far as they are known.
@@ -943,10 +966,22 @@ pub(crate) fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str
 
 /// Returns whether another project of the workspace, to which the table may belong too, has what `key` names.
 fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
-    let workspace = project.workspace(db);
-    let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
-    let mut others = others.map(|&root| Project::new(db, workspace, root));
-    others.any(|other| !names_of(db, other).by_key(kind, key).is_empty())
+    other_projects(db, project).any(|other| !names_of(db, other).by_key(kind, key).is_empty())
+}
+
+/// Returns the other projects of the workspace.
+fn other_projects<'db>(db: &'db dyn ModelDb, of: Project<'db>) -> impl Iterator<Item = Project<'db>> {
+    let workspace = of.workspace(db);
+    let others = all_roots(db, workspace).iter().filter(move |&&root| root != of.root(db));
+    others.map(move |&root| Project::new(db, workspace, root))
+}
+
+/// Returns the topics of the deployments of a project: `INSTANCE.PORT`.
+#[salsa::tracked(returns(ref))]
+fn topics_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> BTreeSet<Name> {
+    let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+    let topics = deployments.flat_map(|it| &ros2_of(db, project, it).topics);
+    topics.map(|it| format!("{}.{}", it.port.0, it.port.1).into()).collect()
 }
 
 /// Returns the name of a file, for a user.

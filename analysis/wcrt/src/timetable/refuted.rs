@@ -9,7 +9,7 @@ use mauve_timing::{
     LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
 };
 
-use super::{IMPROBABLE, Slot, TimetableBuilder, observed_of_section};
+use super::{IMPROBABLE, Slot, TimetableBuilder, observed_of_section, topics_of};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{PREFIX_OF_TOPICS, TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
@@ -52,7 +52,8 @@ impl<'db> TimetableBuilder<'db> {
                 }
             }
             for (key, times) in &observed.accesses {
-                if let Some(topic) = key.strip_prefix(PREFIX_OF_TOPICS).filter(|it| self.is_topic(it)) {
+                let topic = key.strip_prefix(PREFIX_OF_TOPICS);
+                if let Some(topic) = topic.filter(|it| topics_of(db, self.project).contains(*it)) {
                     self.observed_time(file, Timed::Topic(topic.into()), times);
                     continue;
                 }
