@@ -5,8 +5,11 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 use mauve_tests::orocos::{COMPILERS, build, run, runtime_sources};
+
+use crate::standalone::has_real_time;
 
 /// Builds the robot and its peers once for all tests, and returns their folder.
 fn rig() -> PathBuf {
@@ -96,6 +99,129 @@ fn ros2_a_model_becomes_a_program_with_topics() {
     let program = String::from_utf8(built.stdout).unwrap();
     std::os::unix::fs::symlink(program.trim(), folder.join("robot")).unwrap();
     peer_beside("generated", &folder);
+}
+
+/// A camera on one host, and on another one what uses its images. The deadlines are long, so that a virtual machine that pauses for a moment
+/// meets them.
+const TWO_HOSTS: &str = "
+library rig {
+  use geometry_msgs
+  codel shoot(): Point
+  codel track(in frame: Point): Point
+  codel steer(in target: Point): double
+  shell CameraShell { output port frame: Point }
+  core CameraCore(CameraShell) { update = { write(frame, shoot()); } }
+  component Camera(CameraShell, CameraCore)
+  shell TrackerShell { input port frame: Point  output port target: Point }
+  core TrackerCore(TrackerShell) {
+    var seen: Point;
+    update = { if (read(frame, seen) == new_data) then { write(target, track(seen)); } else { } }
+  }
+  component Tracker(TrackerShell, TrackerCore)
+  shell ControllerShell { input port target: Point  output port speed: double }
+  core ControllerCore(ControllerShell) {
+    var seen: Point;
+    update = { if (read(target, seen) == new_data) then { write(speed, steer(seen)); } else { } }
+  }
+  component Controller(ControllerShell, ControllerCore)
+  architecture Robot {
+    instance camera: Camera  instance tracker: Tracker  instance controller: Controller
+    connection camera.frame -> [8] tracker.frame
+    connection tracker.target -> controller.target
+  }
+  deployment Base {
+    architecture Robot
+    activity camera { priority = 30  period = 40  deadline = 40 }
+    activity tracker { priority = 30  period = 20  deadline = 20 }
+    activity controller { priority = 20  period = 40  deadline = 40 }
+  }
+}
+";
+
+const HOSTS: &str = "
+[assume]
+codel = \"100 us\"
+[ros2]
+discovery = \"subnet\"
+namespace = \"/rig\"
+gateway = { priority = 50, period = \"4 ms\" }
+[host.brain]
+cpus = 1
+activities = [\"tracker\", \"controller\"]
+[host.eyes]
+cpus = 1
+activities = [\"camera\"]
+[link.\"eyes-brain\"]
+latency = \"2 ms\"
+";
+
+/// A sample is its number, and the time at which it was made: all network namespaces of a computer have one monotonic clock.
+const SHOOT: &str = "
+#include <rig/rig-codels.hpp>
+#include <time.h>
+namespace rig {
+geometry_msgs::Point shoot() {
+  static double number = 0;
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  geometry_msgs::Point frame;
+  frame.x = ++number;
+  frame.y = now.tv_sec * 1e9 + now.tv_nsec;
+  return frame;
+}
+}
+";
+
+/// Writes the numbers and the ages in ns of samples.
+const TRACK: &str = "
+#include <rig/rig-codels.hpp>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+namespace rig {
+geometry_msgs::Point track(const geometry_msgs::Point& frame) {
+  static FILE* const ages = fopen(getenv(\"AGES\"), \"w\");
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  fprintf(ages, \"%.0f %.0f\\n\", frame.x, now.tv_sec * 1e9 + now.tv_nsec - frame.y);
+  fflush(ages);
+  return frame;
+}
+}
+";
+
+/// Returns the greatest age that data of `camera.frame` had when `tracker` used it.
+fn observed_age(folder: &Path) -> Duration {
+    let ages = std::fs::read_to_string(folder.join("ages")).unwrap();
+    let ages = ages.lines().filter_map(|it| it.split_once(' ')?.1.parse().ok());
+    Duration::from_nanos(ages.max().unwrap())
+}
+
+#[test]
+fn ros2_each_of_two_hosts_goes_on_without_the_other() {
+    let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "ros2_hosts");
+    mauve_tests::write(&folder, &[("robot.mal", TWO_HOSTS), ("mauve.toml", HOSTS)]);
+    let codels = folder.join("src");
+    run(Command::new(crate::MAUVE).arg("generate").arg(&folder).arg("--out").arg(&codels));
+    let files = [("rig/src/codels/shoot.cpp", SHOOT), ("rig/src/codels/track.cpp", TRACK)];
+    mauve_tests::write(&codels, &files);
+    let program = |host: &str| {
+        let mut command = Command::new(crate::MAUVE);
+        command.arg("run").arg(&folder).args(["--build-only", "--host", host]).arg("--codels").arg(&codels);
+        let built = command.env("XDG_CACHE_HOME", folder.join("cache")).output().unwrap();
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        PathBuf::from(String::from_utf8(built.stdout).unwrap().trim())
+    };
+    let mut command = Command::new("unshare");
+    command.args(["--net", "--pid", "--fork", "--kill-child", "--mount-proc", "python3"]);
+    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/ros2/hosts.py"));
+    command.arg(&folder).arg(program("eyes")).arg(program("brain"));
+    run(command.args((!has_real_time()).then_some("--allow-non-realtime")));
+    let observed = observed_age(&folder);
+    eprintln!("camera.frame is at most {observed:?} old when tracker uses it");
+    // A period and a deadline of the camera, of both gateways and of the tracker, and the link.
+    let bound = Duration::from_millis(2 * 40 + 4 * 4 + 2 * 20 + 2);
+    assert!(observed <= bound, "{observed:?}");
 }
 
 #[test]

@@ -490,7 +490,7 @@ latency = "2 ms"
               ros2.domain(0);
               ros2.discovery(mauve::Ros2::Subnet);
               ros2.gateway(1000000, 20, 0x1, 1000000, mauve::no_bound, "ros2@brain");
-              ros2.subscribe<double>({"brain.frame", "brain", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576});
+              ros2.subscribe<double>({"brain.frame", "brain", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576, "host l-eye"});
 
             #include <mauve/ros2.hpp>
               robot.instance("eye", "rig", "rig::Eye");
@@ -499,7 +499,7 @@ latency = "2 ms"
               ros2.domain(0);
               ros2.discovery(mauve::Ros2::Subnet);
               ros2.gateway(1000000, 20, 0x1, 1000000, mauve::no_bound, "ros2@l-eye");
-              ros2.publish<double>({"eye.frame", "eye", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576});
+              ros2.publish<double>({"eye.frame", "eye", "frame", "/eye/frame", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a", "std_msgs::msg::dds_::Float64_", 4, true, false, 1048576, "host brain"});
         "##]]
         .assert_eq(&calls.collect::<Vec<_>>().join("\n"));
     }

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::{Decl, Topic, config_of, ros2_of};
+use mauve_hir::{Decl, Topic, TopicOrigin, config_of, ros2_of};
 use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
@@ -105,5 +105,23 @@ fn call<'db>(model: Model<'_, 'db>, of: Decl<'db>, topic: &Topic) -> Option<Stri
     let call = if topic.is_published { "publish" } else { "subscribe" };
     let (reliable, transient_local) = (!topic.is_best_effort, topic.is_transient_local);
     let (depth, max_bytes) = (topic.depth, topic.max_bytes);
-    Some(format!("  ros2.{call}<{cpp}>({{{texts}, {depth}, {reliable}, {transient_local}, {max_bytes}}});"))
+    let other_end =
+        other_hosts(model, of, topic).map_or_else(String::new, |it| format!(", {}", cpp_string(&it)));
+    Some(format!(
+        "  ros2.{call}<{cpp}>({{{texts}, {depth}, {reliable}, {transient_local}, {max_bytes}{other_end}}});"
+    ))
+}
+
+/// Returns the hosts at the other ends of a connection across hosts, such as `host eyes`.
+fn other_hosts<'db>(model: Model<'_, 'db>, of: Decl<'db>, topic: &Topic) -> Option<String> {
+    let found = ros2_of(model.db, model.project, of);
+    let others = found.topics.iter().filter(|it| {
+        let is_across = matches!(it.origin, TopicOrigin::AcrossHosts(_));
+        is_across && it.name == topic.name && it.is_published != topic.is_published
+    });
+    let hosts: BTreeSet<&str> =
+        others.filter_map(|it| found.hosts.get(it.host)).map(|it| it.as_str()).collect();
+    let is_across = matches!(topic.origin, TopicOrigin::AcrossHosts(_)) && !hosts.is_empty();
+    let names = hosts.iter().copied().collect::<Vec<_>>().join(", ");
+    is_across.then(|| format!("host{} {names}", if hosts.len() > 1 { "s" } else { "" }))
 }

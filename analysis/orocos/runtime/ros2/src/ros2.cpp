@@ -26,6 +26,9 @@ const char discovery_type[] = "rmw_dds_common::msg::dds_::ParticipantEntitiesInf
 // Greater sizes are none for Cyclone.
 constexpr std::size_t greatest_size = 2000000000;
 
+// Another host may start a little later: it is missed after so many looks, two a second. Of one that comes and goes, this often.
+constexpr int patient_looks = 4, most_said = 100;
+
 // More endpoints of others are looked at later.
 constexpr std::uint32_t looked_at_once = 16;
 
@@ -163,11 +166,14 @@ struct Endpoint {
   std::uint64_t last_number = 0;
   Count moved, too_large, malformed, overwritten, refused;
   std::uint32_t peers = 0;
+  // Of a connection between hosts: how many looks it may still be without its other end; whether that is missed, and how often it was.
+  int patience = patient_looks, times_missed = 0;
+  bool is_missed = false;
 };
 
-// How many endpoints of others have been matched so far, how many have another QoS, and the policy of the last one.
+// How many endpoints of others have been matched so far, how many are there, how many have another QoS, and the policy of the last one.
 struct Seen {
-  std::uint32_t peers, refused, policy;
+  std::uint32_t peers, present, refused, policy;
 };
 
 Seen seen_by(const Endpoint& endpoint) {
@@ -176,13 +182,34 @@ Seen seen_by(const Endpoint& endpoint) {
     dds_offered_incompatible_qos_status_t other = {};
     dds_get_publication_matched_status(endpoint.entity, &matched);
     dds_get_offered_incompatible_qos_status(endpoint.entity, &other);
-    return {matched.total_count, other.total_count, other.last_policy_id};
+    return {matched.total_count, matched.current_count, other.total_count, other.last_policy_id};
   }
   dds_subscription_matched_status_t matched = {};
   dds_requested_incompatible_qos_status_t other = {};
   dds_get_subscription_matched_status(endpoint.entity, &matched);
   dds_get_requested_incompatible_qos_status(endpoint.entity, &other);
-  return {matched.total_count, other.total_count, other.last_policy_id};
+  return {matched.total_count, matched.current_count, other.total_count, other.last_policy_id};
+}
+
+// The other end of a connection between hosts.
+std::string other_end(const Endpoint& endpoint) {
+  return (endpoint.port->is_published() ? "subscription (" : "publisher (") + endpoint.topic.other_end + ")";
+}
+
+// Says once that the other end is not there, and once that it is.
+void look_for_other_end(Endpoint& endpoint, bool is_there) {
+  if (endpoint.topic.other_end.empty()) return;
+  const bool was_missed = endpoint.is_missed;
+  if (is_there) {
+    endpoint.patience = 0;
+    endpoint.is_missed = false;
+  } else if (!was_missed && endpoint.patience-- <= 0) {
+    endpoint.is_missed = true;
+    ++endpoint.times_missed;
+  }
+  if (endpoint.is_missed == was_missed || endpoint.times_missed > most_said) return;
+  std::cerr << (is_there ? endpoint.topic.key + ": there is a " : "warning: " + endpoint.topic.key + ": no ") + other_end(endpoint) + "\n"
+            << std::flush;
 }
 
 }  // namespace
@@ -477,6 +504,7 @@ void Ros2::look() {
     for (Endpoint& it : state.endpoints) {
       const Seen seen = seen_by(it);
       it.peers = seen.peers;
+      look_for_other_end(it, seen.present > 0);
       if (seen.refused > 0 && seen.policy != DDS_DURABILITY_QOS_POLICY_ID && seen.policy != DDS_RELIABILITY_QOS_POLICY_ID) {
         found.push_back("topic " + it.topic.name + ": another program differs from " + it.topic.key + " in its QoS (policy " +
                         std::to_string(seen.policy) + " of DDS): they exchange nothing; use ROS 2's default there");
@@ -517,6 +545,9 @@ std::string Ros2::report() const {
     const std::uint64_t overwritten = is_published ? it.overwritten : came > used ? came - used : 0;
     out += "  " + it.topic.name + (is_published ? " <- " : " -> ") + it.topic.key + ": " + std::to_string(moved) + " samples, peers: " +
            std::to_string(it.peers);
+    if (it.times_missed > 0) {
+      out += (it.is_missed ? "; no " : "; was without a ") + other_end(it) + ", " + std::to_string(it.times_missed) + " times";
+    }
     const std::pair<std::uint64_t, std::string> dropped[] = {
         {too_large, "greater than max_bytes = " + std::to_string(it.topic.max_bytes)},
         {malformed, "malformed"},

@@ -47,6 +47,8 @@ class Ros2 : public Gateway {
     bool is_reliable, is_transient_local;
     // Greater samples are dropped.
     std::size_t max_bytes;
+    // Who is at the other end of a connection between hosts, such as `host eyes`, and is missed when it is not there; empty: anyone.
+    std::string other_end{};
   };
 
   // `space` is the namespace, `/` for none. The robot outlives it.
