@@ -18,6 +18,7 @@ use crate::ModelDb;
 use crate::config::{Config, TopicConfig};
 use crate::flat::{Flat, deployed};
 use crate::item_tree::{FeatureKind, Name};
+use crate::link::Link;
 use crate::project::{Project, config_of};
 use crate::source::Decl;
 use crate::types::{Integer, Type};
@@ -105,11 +106,13 @@ impl Ros2 {
 
     /// Returns the ends of a connection that leads to another host, its output first; it is no connection of one program.
     pub fn across(&self, link: usize) -> Option<[&Topic; 2]> {
-        let mut ends = self.topics.iter().filter(|it| it.origin == TopicOrigin::AcrossHosts(link));
-        match (ends.next()?, ends.next()?) {
-            (one, other) if one.is_published => Some([one, other]),
-            (one, other) => Some([other, one]),
-        }
+        let input =
+            self.topics.iter().find(|it| !it.is_published && it.origin == TopicOrigin::AcrossHosts(link))?;
+        // It may lead to several hosts, and has the number of the first connection.
+        let is_output = |it: &&Topic| {
+            it.is_published && it.name == input.name && matches!(it.origin, TopicOrigin::AcrossHosts(_))
+        };
+        Some([self.topics.iter().find(is_output)?, input])
     }
 
     /// Returns the most time that a sample takes from one host to another, if that is known: an assumption.
@@ -177,10 +180,11 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let Some(ty) = TopicType::of(&feature.ty(db, project)) else { continue };
             let full = format!("{}.{}", port.0, port.1);
             let written = config.ros2.iter().flat_map(|it| &it.topics).position(|it| it.port.0 == full);
-            let across = flat.links.iter().position(|it| {
+            let is_across = |it: &Link<'_>| {
                 let is_end = !it.operation && (it.source == port || it.target == port);
                 is_end && host_of(config, &it.source.0) != host_of(config, &it.target.0)
-            });
+            };
+            let across = flat.links.iter().position(is_across);
             let is_free = || !connected.contains(&port) && !ty.is_wrapped;
             let origin = match (across, written) {
                 (Some(link), _) => Some(TopicOrigin::AcrossHosts(link)),
@@ -192,9 +196,9 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let named = named_port(flat, origin, &port);
             let mut topic = topic(config, &port, named, feature.kind, ty, written, origin);
             // What a connection keeps on one host, it keeps between two.
-            if written.is_none_or(|it| it.depth.is_none()) {
-                let buffer = across.and_then(|link| flat.links.get(link)?.buffer);
-                topic.depth = topic.depth.max(buffer.unwrap_or_default());
+            if across.is_some() && written.is_none_or(|it| it.depth.is_none()) {
+                let buffers = flat.links.iter().filter(|it| is_across(it)).filter_map(|it| it.buffer);
+                topic.depth = topic.depth.max(buffers.max().unwrap_or_default());
             }
             found.topics.push(topic);
         }

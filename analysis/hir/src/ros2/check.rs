@@ -528,6 +528,24 @@ mod tests {
     }
 
     #[test]
+    fn an_output_leads_to_several_hosts() {
+        let db = Database::default();
+        let hosts = "[ros2]\n[host.a]\nactivities = [\"eye\"]\n[host.b]\nactivities = [\"brain\"]\n[host.c]\nactivities = [\"arm\"]\n";
+        let model = MODEL.replace(
+            "eye.out -> brain.into",
+            "eye.out -> brain.into instance arm: Brain connection eye.out -> [4] arm.into",
+        );
+        let workspace = workspace(&db, hosts, &model);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let ros2 = ros2_of(&db, project, of);
+        let ends = |link| ros2.across(link).map(|ends| ends.map(|it| (it.port.0.to_string(), it.depth)));
+        let [eye, brain, arm] =
+            [("eye", 4), ("brain", 1), ("arm", 4)].map(|(it, depth)| (it.to_owned(), depth));
+        assert_eq!([ends(0), ends(1), ends(2)], [Some([eye.clone(), brain]), Some([eye, arm]), None]);
+    }
+
+    #[test]
     fn a_link_joins_hosts_whose_names_have_dashes() {
         let hosts = "[host.a-b]\nactivities = []\n[host.c]\nactivities = []\n";
         let config = crate::config::read(hosts);
