@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
+    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue_of, codel,
     component, config_file, config_of, core, core_of, deployed, external_types, features_of,
     inference_of_core, names_of, shell_of, type_of,
 };
@@ -214,7 +214,7 @@ impl<'db> LibraryReader<'db> {
         // The package of declarations outside libraries gets a name that no library has.
         order.sort_by_key(Option::is_none);
         let mut names = CppNames::of_packages();
-        catalogue().keys().for_each(|package| {
+        catalogue_of(db, project.workspace(db)).keys().for_each(|package| {
             names.take(package);
             names.take(&format!("rtt_{package}"));
         });
@@ -527,6 +527,18 @@ mod tests {
     fn same_path(at: &str, of: Artifact, first: &str, second: &str) -> (String, ProblemKind) {
         let (first, second) = (first.to_owned(), second.to_owned());
         (at.to_owned(), ProblemKind::SamePath { of, first, second })
+    }
+
+    #[test]
+    fn packages_have_names_that_no_message_package_has() {
+        let model = "library tf { codel plan(): int } library action_msgs { codel plan(): int }";
+        let names = |config: &str| -> Vec<String> {
+            let found = generated(&format!("{model}\n//- /mauve.toml\n{config}")).unwrap();
+            found.into_iter().map(|it| it.name).collect()
+        };
+        // ROS 1 has the first, and ROS 2 the second.
+        assert_eq!(names(""), ["tf_", "action_msgs"]);
+        assert_eq!(names("[ros2]"), ["tf", "action_msgs_"]);
     }
 
     #[test]

@@ -246,7 +246,7 @@ mod tests {
     use std::sync::Arc;
 
     use expect_test::{Expect, expect};
-    use mauve_hir::{Database, Package, Workspace, read_message};
+    use mauve_hir::{Database, Package, Workspace, catalogue_of, read_message};
     use salsa::Setter as _;
 
     use super::*;
@@ -411,13 +411,20 @@ mod tests {
 
     #[test]
     fn the_catalogue_is_complete() {
-        let db = Database::default();
-        let workspace = Workspace::of_texts(&db, "/".into(), []);
-        let mut messages = Messages::new(&db, workspace, false);
-        let all = mauve_hir::catalogue().iter();
-        messages.add(all.flat_map(|(of, it)| it.messages.keys().map(|name| (of.clone(), name.clone()))));
-        for file in messages.files() {
-            assert!(!file.text.contains("is missing"), "{}", file.text);
+        for (config, are_samples) in [("", false), ("[ros2]", true)] {
+            let db = Database::default();
+            let workspace = Workspace::of_texts(&db, "/".into(), [("/mauve.toml".into(), config.to_owned())]);
+            let catalogue = catalogue_of(&db, workspace);
+            let mut messages = Messages::new(&db, workspace, are_samples);
+            let named =
+                catalogue.iter().flat_map(|(of, it)| it.messages.keys().map(|it| (of.clone(), it.clone())));
+            messages.add(named);
+            let files = messages.files();
+            // ROS 1 has no such package.
+            assert_eq!(files.iter().any(|it| it.path.contains("/action_msgs/")), are_samples);
+            for file in files {
+                assert!(!file.text.contains("is missing"), "{}", file.text);
+            }
         }
     }
 }
