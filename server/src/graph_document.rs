@@ -2,7 +2,7 @@
 //! `mauve/graph`.
 
 use mauve_diagnostics::timing_reason;
-use mauve_hir::{Database, Decl, Project};
+use mauve_hir::{Database, Decl, Project, hosts_of};
 use mauve_ide::{Graph, GraphEdge, GraphNode};
 use mauve_wcrt::Query;
 use serde_json::{Value, json};
@@ -16,13 +16,15 @@ pub(crate) fn graph_document<'db>(
     query: Query,
     graph: &Graph<'db>,
 ) -> Value {
+    let hosts = hosts_of(db, project.workspace(db));
     let node = |node: &GraphNode<'db>| {
         let activity = node.activity;
         json!({
             "instance": node.instance.to_string(),
             "component": node.component.to_string(),
+            "host": node.host.as_ref().map(ToString::to_string),
             "load": node.load,
-            "affinity": activity.and_then(|it| it.cpus),
+            "affinity": activity.and_then(|it| it.cpus).map(|cpus| hosts.local(cpus).1),
             "priority": activity.and_then(|it| it.priority.real_time()),
             "period": activity.and_then(|it| it.period).map(milliseconds),
             "deadline": activity.and_then(|it| it.deadline).map(milliseconds),

@@ -2,7 +2,7 @@
 //! have the colour of their deadline's status. A chain that is lit has its own colour; its boxes are marked by `»` in characters.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{cpu_names, utilisation};
@@ -40,6 +40,11 @@ pub fn draw_graph(db: &dyn ModelDb, graph: &Graph<'_>, drawing: Drawing) -> Stri
 
 /// Returns the graph with the names that a drawing shows.
 fn with_drawn_names<'db>(mut graph: Graph<'db>) -> Graph<'db> {
+    for node in &mut graph.nodes {
+        if let Some(host) = &node.host {
+            node.component = format!("{} on {host}", node.component).into();
+        }
+    }
     let of_nodes = graph.nodes.iter_mut().flat_map(|node| {
         let ports = node.ports.iter_mut().map(|port| &mut port.name);
         [&mut node.instance, &mut node.component].into_iter().chain(ports)
@@ -130,6 +135,13 @@ fn dot(graph: &Graph<'_>) -> String {
         let label = format!("\"{}: {}{below}\"", node.instance, node.component);
         let lit = if node.is_lit { ", penwidth=3" } else { "" };
         let _ = writeln!(out, "  {index} [label={label}, fillcolor={}{lit}];", dot_text(fill));
+    }
+    let hosts: BTreeSet<&Name> = graph.nodes.iter().filter_map(|it| it.host.as_ref()).collect();
+    for (number, host) in hosts.into_iter().enumerate() {
+        let here = graph.nodes.iter().enumerate().filter(|(_, it)| it.host.as_ref() == Some(host));
+        let here: Vec<String> = here.map(|(index, _)| index.to_string()).collect();
+        let (label, here) = (dot_text(host), here.join("; "));
+        let _ = writeln!(out, "  subgraph cluster_{number} {{ label={label}; {here}; }}");
     }
     for ((source, target, operation), names) in lines {
         let style = if operation { ", style=dashed" } else { "" };

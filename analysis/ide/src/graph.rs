@@ -6,12 +6,12 @@ use mauve_diagnostics::{model_reason, times_of};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, architecture, declaration_at, declarations,
-    deployed, file_and_line, flat_of, is_model, names_of, target_of,
+    deployed, file_and_line, flat_of, hosts_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Utilisation};
 use mauve_wcrt::chains::chains_of;
-use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
+use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of_host};
 
 use crate::drawing::drawn_name;
 use crate::figure::figure;
@@ -50,6 +50,8 @@ pub struct GraphNode<'db> {
     pub figure: String,
     /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
+    /// The host that it runs on, of several.
+    pub host: Option<Name>,
     /// Whether it is in the chain that is lit.
     pub is_lit: bool,
 }
@@ -231,9 +233,13 @@ fn node<'db>(
     let data = architecture(db, declared)?.instances.get(index)?;
     let written = data.component.as_ref().and_then(|component| component.path.last());
     let component = instance.component.map(|component| component.name(db).clone());
+    let hosts = hosts_of(db, project.workspace(db));
+    let host = hosts.of(&instance.name).filter(|_| of.kind(db) == Kind::Deployment);
     let (activity, figure) = figures.get(&instance.name).cloned().unzip();
     let load = activity.filter(|activity| activity.verdict != Status::Background).and_then(|activity| {
-        let psm = psm_of(db, tables_of(db, project, of), instance.component?, query.level).as_ref().ok()?;
+        let psm = psm_of(db, tables_of_host(db, project, of, host), instance.component?, query.level)
+            .as_ref()
+            .ok()?;
         let mean = psm.machine.greatest_cycle_mean();
         Some(Utilisation::new([(mean, activity.period?)]).as_f64())
     });
@@ -252,6 +258,7 @@ fn node<'db>(
         activity,
         figure: figure.unwrap_or_default(),
         load,
+        host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),
         is_lit: false,
     })
 }

@@ -23,7 +23,7 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, com
 use mauve_timing::Measured;
 use mauve_wcrt::{
     ActivityReport, Lookup, Query, TableSet, files_of, level_shown, probabilities_of, response_times,
-    support, table, tables_of, timetable_of,
+    support, system_of, table, timetable_of,
 };
 
 use crate::definition::definition_of;
@@ -91,14 +91,15 @@ fn of_activity<'db>(
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     let query = Query::shown(db, project, deployment);
     let report = response_times(db, project, deployment, query);
-    let tables = tables_of(db, project, deployment);
+    let system = system_of(db, project, deployment);
     // On its name, all instances that it executes; on that of an instance in its list, this one.
     let is_here = |it: &ActivityReport<'_>| {
         let at = it.at.as_ref().map(|at| at.range(db)).filter(|at| whole.contains_range(*at));
         at.is_some_and(|at| is_head || at == token.text_range())
     };
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
-    let explanations = activities.map(|(activity, _)| {
+    let explanations = activities.filter_map(|(activity, _)| {
+        let tables = system.activities.get(activity)?.tables;
         let explanation = match format {
             HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),
             HoverFormat::Text => {
@@ -112,7 +113,7 @@ fn of_activity<'db>(
             let why = not_independent(it).map(|why| format!("; {why}")).unwrap_or_default();
             format!("{} ({}), if {conditions}{why}\n\n", late_at_most(it), miss_rule(it))
         };
-        explanation + "\n" + &probability.map(late).unwrap_or_default()
+        Some(explanation + "\n" + &probability.map(late).unwrap_or_default())
     });
     let mut markdown: String = explanations.collect();
     if let Some(support) = support(db, project, deployment, query.level).filter(|_| !markdown.is_empty()) {

@@ -140,7 +140,7 @@ mod tests {
         let project = projects(&db, workspace(&db, true, "codel.a = 7\naccess = { \"ros2.a.o\" = 1 }\n"))[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         let report = response_times(&db, project, of, QUERY);
-        let accesses = observed::expected(&db, project, of, QUERY, report).accesses;
+        let accesses = observed::expected(&db, project, of, None, QUERY, report).accesses;
         assert_eq!(accesses, [(access_key("ros2.a.o"), 1_000_000)].into());
     }
 

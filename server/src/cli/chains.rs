@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use clap::ValueEnum;
 use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, origins, times_of};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed};
+use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
 use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
 use mauve_timing::{ChainRule, Level, Time};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
@@ -171,6 +171,13 @@ impl ChainsCommand {
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
             out += &format!("  no data takes longer{}\n", conditions_of(&basis));
+        }
+        let ros2 = ros2_of(it.db, it.project, it.deployment);
+        for ([one, other], latency) in &ros2.latencies {
+            let name = |host: &usize| ros2.hosts.get(*host).map_or("", |it| it.as_str());
+            let (one, other) = (name(one), name(other));
+            let _ =
+                writeln!(out, "  assumption: the network between {one} and {other} takes {latency} at most");
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
         out

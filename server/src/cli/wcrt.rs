@@ -17,7 +17,7 @@ use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
     ActivityReport, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
-    timetable_of,
+    system_of, timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -220,7 +220,12 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             let activities = report.activities.iter().enumerate();
             let activities = activities.filter(|(_, activity)| activity.instance == *instance);
             texts.extend(activities.map(|(activity, _)| match it.origin {
-                Origin::Model(tables) => explain_response(it.db, tables, report, activity, *query),
+                Origin::Model(tables) => {
+                    let system = it.declared.map(|of| system_of(it.db, tables.project(it.db), of));
+                    // A host may have tables of its own.
+                    let own = system.and_then(|it| Some(it.activities.get(activity)?.tables));
+                    explain_response(it.db, own.unwrap_or(tables), report, activity, *query)
+                }
                 Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
             }));
         }
