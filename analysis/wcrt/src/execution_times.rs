@@ -61,7 +61,8 @@ pub fn execution_times<'db>(
             accesses.extend(time.map(|time| (component, port.clone(), time)));
         }
     }
-    let topics = ros2_of(db, project, deployment).topics.iter().filter_map(|it| {
+    let topics = ros2_of(db, project, deployment).topics.iter();
+    let topics = topics.filter(|it| host.is_none_or(|host| it.host == host)).filter_map(|it| {
         let topic: Name = format!("{}.{}", it.port.0, it.port.1).into();
         Some((topic.clone(), known(times.time(&Timed::Topic(topic), level))?))
     });
