@@ -494,7 +494,7 @@ latency = "2 ms"
 
             #include <mauve/ros2.hpp>
               robot.instance("eye", "rig", "rig::Eye");
-              robot.activity("eye", 100000000, 1, 0x2, 0, 100000000, mauve::no_bound);
+              robot.activity("eye", 100000000, 1, 0x2, 0, 100000000, 1);
               mauve::Ros2 ros2(robot, "/", "rig_Base_l_u2d_eye");
               ros2.domain(0);
               ros2.discovery(mauve::Ros2::Subnet);

@@ -8,8 +8,9 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::{Decl, Topic, TopicOrigin, config_of, ros2_of};
+use mauve_hir::{Decl, Topic, TopicOrigin, config_of, hosts_of, ros2_of};
 use mauve_timing::Time;
+use mauve_wcrt::system_of;
 use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
@@ -50,7 +51,10 @@ pub(super) fn calls<'db>(
     let own_name = if deployed.host.is_some() { format!(", {}", cpp_string(&name)) } else { String::new() };
     let gateway = &written.gateway;
     let period = gateway.period.unwrap_or_default().as_nanos();
-    let cpus = gateway.cpus.as_ref().map_or("0".to_owned(), |(cpus, _)| cpu_set(*cpus));
+    // Those of the analysis, as for an activity without an affinity.
+    let cpus = system_of(db, project, of).activities.iter().find(|it| it.instance == name);
+    let cpus = cpus.and_then(|it| it.cpus).map(|it| hosts_of(db, project.workspace(db)).local(it).1);
+    let cpus = cpus.filter(|it| !it.is_empty()).map_or("0".to_owned(), cpu_set);
     let response = bounds.get(&task_name(&name)).copied().flatten();
     let response = response.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
     let gateway = [

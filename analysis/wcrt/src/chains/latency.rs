@@ -672,6 +672,10 @@ impl<'db> Sums<'db> {
         let period = writer.and_then(|it| it.period).unwrap_or_default();
         let ahead = link.buffer.filter(|_| writer.is_some_and(|it| it.burst <= 1));
         let ahead = ahead.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
+        // A gateway may write more at once than it does in the long run.
+        let is_across =
+            |it: &WayStep<'db>| it.connection.is_some_and(|link| self.ros2.across(link).is_some());
+        let ahead = ahead.filter(|_| !hop.after.iter().any(is_across));
         found.stays_full = ahead.filter(|_| found.part.stays_full);
         found
     }
