@@ -224,7 +224,7 @@ mod tests {
         for path in [
             "main.cpp",
             "-D.cpp",
-            "a-b-c.cpp",
+            "a-b-c-d.cpp",
             "p-D.hpp",
             "src/p-D.cpp",
             "user.cmake",
