@@ -154,12 +154,10 @@ mod tests {
         assert_eq!(responses(true, "codel.a = 7\n"), [("a".into(), None), ("ros2".into(), None)]);
     }
 
-    /// The names, response times and chains of the deployment of these files.
-    fn figures(
-        model: String,
-        config: String,
-        tables: &[(&str, String)],
-    ) -> (Vec<(String, Option<u64>)>, Vec<Option<u64>>) {
+    type Responses = Vec<(String, Option<u64>)>;
+
+    /// The names and response times, and the chains, of the deployment of these files.
+    fn figures(model: String, config: String, tables: &[(&str, String)]) -> (Responses, Vec<Option<u64>>) {
         let db = Database::default();
         let files = [("/m.mal", model), ("/mauve.toml", config)].into_iter().chain(tables.iter().cloned());
         let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));

@@ -1,11 +1,13 @@
 //! What commands say about the errors of a project, without which a figure may be missing, and about several deployments.
 
+use std::path::Path;
+
 use mauve_diagnostics::errors_of_text;
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Project, Workspace, hosts_of};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Database, Decl, Project, Workspace, hosts_of, similar};
 
 use crate::analysis_document::deployments;
-use crate::cli::text::counted;
+use crate::cli::text::{argument, counted};
 use crate::output::say;
 
 /// Says that a project has errors, if it has.
@@ -47,22 +49,29 @@ pub(super) fn only_deployment<'db>(
 ///
 /// # Errors
 ///
-/// There is none of that name, or several and no name.
+/// There is none of that name, or there are hosts, and no name.
 pub(super) fn host_called(
     db: &Database,
-    project: Project<'_>,
+    (project, deployment): (Project<'_>, Decl<'_>),
     name: Option<&str>,
 ) -> Result<Option<usize>, String> {
     let hosts = &hosts_of(db, project.workspace(db)).all;
-    let all: Vec<&str> = hosts.iter().map(|it| it.name.as_str()).collect();
-    match name {
-        None if all.is_empty() => Ok(None),
-        None => Err(format!("the robot runs on several hosts: choose one with --host: {}", all.join(", "))),
-        Some(name) if all.is_empty() => Err(format!("mauve.toml has no `[host.{name}]`: omit --host")),
-        Some(name) => match all.iter().position(|it| *it == name) {
-            None => Err(format!("mauve.toml has no `[host.{name}]`: the hosts are {}", all.join(", "))),
-            found => Ok(found),
-        },
+    let names: Vec<Name> = hosts.iter().map(|it| it.name.clone()).collect();
+    let of = deployment.qualified(db);
+    let all = || names.iter().map(|it| it.as_str()).collect::<Vec<_>>().join(", ");
+    match (name, names.first()) {
+        (None, None) => Ok(None),
+        (None, Some(first)) => {
+            let first = argument(Path::new(first.as_str()));
+            Err(format!("`{of}` runs on hosts {}: name one of them, such as `--host {first}`", all()))
+        }
+        (Some(name), None) => Err(format!(
+            "there is no host `{name}`: the robot has one computer; omit --host, or write `[host.{name}]` into mauve.toml"
+        )),
+        (Some(name), Some(_)) => names.iter().position(|it| it == name).map(Some).ok_or_else(|| {
+            let near = similar(name, &names).map_or_else(String::new, |it| format!("; did you mean `{it}`?"));
+            format!("there is no host `{name}`: `{of}` runs on {}{near}", all())
+        }),
     }
 }
 

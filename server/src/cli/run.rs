@@ -8,15 +8,14 @@ pub(super) mod build;
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, Project, ros2_of, similar};
+use mauve_hir::{Database, Decl, Project, ros2_of};
 use mauve_orocos::{
     GeneratedFile, Package, packages_with_stubs, problems, program_of_host, record_inputs, standalone,
 };
 use mauve_timing::Time;
 
 use super::generate::{refusal_text, warn_of_deadlines};
-use crate::cli::errors::only_deployment;
+use crate::cli::errors::{host_called, only_deployment};
 use crate::cli::options::{Outside, time};
 use crate::cli::text::argument;
 use crate::destination::destination_folder;
@@ -86,7 +85,7 @@ impl Run {
             anstream::eprint!("{text}");
             return Ok(Output::verbatim("", 1));
         }
-        let host = self.host(&db, project, deployment)?;
+        let host = host_called(&db, (project, deployment), self.host.as_deref())?;
         self.check_topics(&db, project, deployment, host)?;
         check_tools()?;
         warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
@@ -95,43 +94,6 @@ impl Run {
             return Ok(Output::escaped(format!("{}\n", program.display()), 0));
         }
         Err(execute(&program, &arguments))
-    }
-
-    /// Returns the host whose part is run, by its index.
-    ///
-    /// # Errors
-    ///
-    /// There are hosts, and none of them is named; another one is named.
-    fn host<'db>(
-        &self,
-        db: &'db Database,
-        project: Project<'db>,
-        deployment: Decl<'db>,
-    ) -> Result<Option<usize>, String> {
-        let hosts = &ros2_of(db, project, deployment).hosts;
-        let all = || hosts.iter().map(|it| it.as_str()).collect::<Vec<_>>().join(", ");
-        let of = deployment.qualified(db);
-        let path =
-            if self.path == Path::new(".") { String::new() } else { format!(" {}", argument(&self.path)) };
-        match (&self.host, hosts.first()) {
-            (None, None) => Ok(None),
-            (None, Some(first)) => Err(format!(
-                "`{of}` runs on hosts {}: on each, run its part, such as `mauve run{path} --host {}`",
-                all(),
-                argument(Path::new(first.as_str()))
-            )),
-            (Some(name), None) => Err(format!(
-                "there is no host `{name}`: the robot has one computer; run without --host, or write `[host.{name}]` into mauve.toml"
-            )),
-            (Some(name), Some(_)) => {
-                hosts.iter().position(|it| it == name.as_str()).map(Some).ok_or_else(|| {
-                    let names: Vec<Name> = hosts.clone();
-                    let near = similar(name, &names)
-                        .map_or_else(String::new, |it| format!("; did you mean `{it}`?"));
-                    format!("there is no host `{name}`: `{of}` runs on {}{near}", all())
-                })
-            }
-        }
     }
 
     /// Says whether there are topics, and what they need.

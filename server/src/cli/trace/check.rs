@@ -133,7 +133,7 @@ pub(super) fn model_of<'db>(
     host: Option<&str>,
     level: Option<Level>,
 ) -> Result<(Query, Report<'db>, Expected), String> {
-    let host = host_called(db, project, host)?;
+    let host = host_called(db, (project, deployment), host)?;
     let query = Query::at_level(db, project, deployment, level);
     let report = response_times(db, project, deployment, query).clone();
     let expected = expected(db, project, deployment, host, query, &report);
