@@ -432,6 +432,7 @@ fn unknown_priority(why: &UnknownPriority) -> String {
         UnknownPriority::PriorityAsPeriod => "whose priority may be intended as its period",
         UnknownPriority::AffinityAsPriority => "whose affinity may be intended as its priority",
         UnknownPriority::NoSuchCpu => "whose affinity is invalid and which may therefore run on this CPU",
+        UnknownPriority::NoHost => "whose host is unknown and which may therefore run on this CPU",
         UnknownPriority::One => "whose priority is unknown",
         UnknownPriority::Several => "whose priorities are unknown",
         UnknownPriority::SeveralOrCpus => "whose priorities or CPUs are unknown",

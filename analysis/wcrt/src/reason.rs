@@ -223,6 +223,8 @@ pub enum UnknownPriority {
     AffinityAsPriority,
     /// Its affinity names no CPU, and may be a mistyped priority.
     NoSuchCpu,
+    /// Its host is not known, or the CPUs of that are not.
+    NoHost,
     /// One activity has no valid priority.
     One,
     /// Several activities have no valid priority.

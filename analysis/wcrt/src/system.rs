@@ -849,13 +849,16 @@ impl<'db> SystemReader<'db> {
             }
             if resolved.host.is_none() && !self.hosts.all.is_empty() {
                 resolved.refuse(Reason::NoHost, at);
-                resolved.forget_priority(UnknownPriority::NoSuchCpu);
+                resolved.forget_priority(UnknownPriority::NoHost);
                 continue;
             }
             if resolved.priority == Priority::Background {
                 continue;
             }
-            if cpus.len() < named.len() {
+            if of_host.is_empty() {
+                // It is the reason of all.
+                resolved.forget_priority(UnknownPriority::NoHost);
+            } else if cpus.len() < named.len() {
                 resolved.refuse(Reason::NoCpuOfHost, at);
                 resolved.forget_priority(UnknownPriority::NoSuchCpu);
             } else if !(cpus - all).is_empty() {
