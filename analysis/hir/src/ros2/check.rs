@@ -359,6 +359,16 @@ impl<'db> TopicChecker<'db> {
                 self.report(at, Ros2Fact::NoCpuOfHost { instance, host, cpus });
             }
         }
+        // Each host with topics has a gateway, with the same CPUs.
+        let gateway = self.config.ros2.as_ref().and_then(|it| it.gateway.cpus.as_ref());
+        for (index, host) in self.config.hosts.iter().enumerate() {
+            let Some(((named, span), cpus)) = gateway.zip(host.cpus) else { continue };
+            let is_missing = !(*named - mauve_timing::CpuSet::first_few(cpus)).is_empty();
+            if is_missing && self.ros2.topics.iter().any(|it| it.host == index) {
+                let (instance, host) = (self.ros2.gateway(index), Name::from(host.name.as_str()));
+                self.report(self.in_config(span), Ros2Fact::NoCpuOfHost { instance, host, cpus });
+            }
+        }
     }
 
     /// Checks the connections across hosts.
