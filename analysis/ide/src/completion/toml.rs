@@ -7,13 +7,16 @@ use mauve_diagnostics::codes;
 use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, keys_below, section_named};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    Decl, File, FlatInstance, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file,
-    core, core_of, flat_of, is_model, likely_features_of, likely_shell_of, names_of, projects,
+    Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
+    codels_in, config_file, core, core_of, flat_of, is_model, likely_features_of, likely_shell_of, names_of,
+    projects, ros2_of, type_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
 use mauve_timing::table_keys::{EntryKind, KEYS, Key as TableKey, OVERHEAD, kind_of};
-use mauve_wcrt::{Lookup, level_shown, levels_of_tables, table_files, table_sets, timetable_of};
+use mauve_wcrt::{
+    Lookup, PREFIX_OF_TOPICS, level_shown, levels_of_tables, table_files, table_sets, timetable_of,
+};
 
 use super::{Completion, CompletionKind, Completions};
 
@@ -54,7 +57,8 @@ pub(super) fn completions(
             item.insert += " = ";
         }
     }
-    if matches!(place.what, What::Header | What::Key) && !place.is_quoted && !place.has_value {
+    let is_line = matches!(place.what, What::Header | What::Key) && !place.is_inline;
+    if is_line && !place.is_quoted && !place.has_value {
         let headers = if is_config { headers() } else { headers_of_table() };
         let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
         let new = headers.into_iter().filter(|it| it.only_once.is_none_or(|it| !place.sections.contains(it)));
@@ -80,17 +84,18 @@ enum What {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Location {
     what: What,
-    /// The section around the cursor; empty before the first one.
+    /// The section around the cursor, with the keys of inline tables around it; empty before the first one.
     section: String,
     /// The number of the section, in the order of the text.
     number: usize,
     sections: BTreeSet<String>,
-    /// The keys on other lines of the section.
+    /// The keys on other lines of the section, or in the same inline table.
     given: BTreeSet<String>,
     start: usize,
     end: usize,
     is_quoted: bool,
     has_value: bool,
+    is_inline: bool,
 }
 
 impl Location {
@@ -106,7 +111,9 @@ impl Location {
             if is_here {
                 let before = line.get(..offset - line_start)?;
                 let place = Location::in_line(line, before, line_start, depth > 0, &open_key)?;
-                here = Some(Location { section: section.clone(), number, ..place });
+                let parts = [section.as_str(), &place.section].into_iter().filter(|it| !it.is_empty());
+                let section = parts.collect::<Vec<_>>().join(".");
+                here = Some(Location { section, number, ..place });
             }
             let trimmed = without_comment(line).trim();
             let assigned = equals(trimmed);
@@ -130,8 +137,10 @@ impl Location {
             line_start += line.len() + 1;
         }
         let mut here = here?;
-        let given = keys.into_iter().filter(|(of, _)| *of == here.number);
-        here.given = given.map(|(_, key)| key).collect();
+        if !here.is_inline {
+            let given = keys.into_iter().filter(|(of, _)| *of == here.number);
+            here.given = given.map(|(_, key)| key).collect();
+        }
         Some(Location { sections, ..here })
     }
 
@@ -148,7 +157,18 @@ impl Location {
             None if trimmed.starts_with('[') => What::Header,
             None => What::Key,
         };
-        let value_start = assigned.map_or(indent, |at| indent + at + 1);
+        let mut value_start = assigned.map_or(indent, |at| indent + at + 1);
+        let table =
+            assigned.and_then(|_| InlineTable::at(line.get(value_start..)?, before.len() - value_start));
+        let (mut section, mut given, is_inline) = (String::new(), BTreeSet::new(), table.is_some());
+        let mut what = what;
+        if let Some(table) = table {
+            let What::Value(key) = &what else { return None };
+            section = [std::slice::from_ref(key), &table.path].concat().join(".");
+            value_start += table.start;
+            given = table.given;
+            what = table.key.map_or(What::Key, What::Value);
+        }
         let typed = before.get(value_start..)?;
         let quotes = typed.matches('"').count();
         let is_value = matches!(what, What::Value(_));
@@ -157,7 +177,7 @@ impl Location {
         } else if is_value {
             value_start + typed.rfind(['[', ',', ' ', '\t']).map_or(0, |at| at + 1)
         } else {
-            indent
+            before.len() - typed.trim_start().len()
         };
         let is_quoted = line.get(start..)?.starts_with('"') && start < before.len();
         let behind = line.get(before.len()..)?.trim_end();
@@ -174,8 +194,79 @@ impl Location {
             return None;
         }
         let (start, end) = (line_start + start, line_start + before.len() + rest);
-        let has_value = equals(without_comment(behind)).is_some() || is_value;
-        Some(Location { what, start, end, is_quoted, has_value, ..Location::default() })
+        let entry = if is_inline { behind.split([',', '}']).next()? } else { without_comment(behind) };
+        let has_value = equals(entry).is_some() || is_value;
+        Some(Location {
+            what,
+            section,
+            given,
+            start,
+            end,
+            is_quoted,
+            has_value,
+            is_inline,
+            ..Location::default()
+        })
+    }
+}
+
+/// An inline table around the cursor, such as `{ priority = 20, period = "1 ms" }`.
+#[derive(Debug, Default)]
+struct InlineTable {
+    /// The keys of the tables around it within the same value, and its own.
+    path: Vec<String>,
+    /// The keys of its other entries.
+    given: BTreeSet<String>,
+    /// The key of the entry whose value the cursor is in; none in a key.
+    key: Option<String>,
+    /// Where that value begins, or the entry.
+    start: usize,
+}
+
+impl InlineTable {
+    /// Returns the innermost table around the cursor in a value, which may be incomplete.
+    fn at(value: &str, cursor: usize) -> Option<InlineTable> {
+        /// A table that is open: its key, where its last entry begins, the key of that with the start of its value, all keys, and
+        /// how many arrays are open in it.
+        type Open = (Option<String>, usize, Option<(String, usize)>, BTreeSet<String>, usize);
+        let mut open: Vec<Open> = Vec::new();
+        // With its depth.
+        let mut found: Option<(InlineTable, usize)> = None;
+        for (at, letter) in outside_strings(value).chain([(value.len(), ' ')]) {
+            if found.is_none() && at >= cursor {
+                let (_, entry, assigned, ..) = open.last()?;
+                let (key, start) = assigned.clone().map_or((None, *entry), |(key, at)| (Some(key), at));
+                let path = open.iter().filter_map(|it| it.0.clone()).collect();
+                found = Some((InlineTable { path, key, start, ..InlineTable::default() }, open.len()));
+            }
+            let depth = open.len();
+            match (letter, open.last_mut()) {
+                ('{', outer) => {
+                    let key = outer.and_then(|it| it.2.clone()).map(|(key, _)| key);
+                    open.push((key, at + 1, None, BTreeSet::new(), 0));
+                }
+                ('}', Some(_)) if found.as_ref().is_some_and(|it| it.1 == depth) => break,
+                ('}', Some(_)) => _ = open.pop(),
+                ('[', Some(table)) => table.4 += 1,
+                (']', Some(table)) => table.4 = table.4.saturating_sub(1),
+                (',', Some(table)) if table.4 == 0 => (table.1, table.2) = (at + 1, None),
+                ('=', Some((_, entry, assigned, keys, _))) if assigned.is_none() => {
+                    let key = unquoted(value.get(*entry..at)?.trim());
+                    // The key at the cursor is typed again.
+                    if !found
+                        .as_ref()
+                        .is_some_and(|it| it.1 == depth && it.0.key.is_none() && it.0.start == *entry)
+                    {
+                        keys.insert(key.clone());
+                    }
+                    *assigned = Some((key, at + 1));
+                }
+                _ => {}
+            }
+        }
+        let (mut table, depth) = found?;
+        table.given = open.into_iter().nth(depth - 1)?.3;
+        Some(table)
     }
 }
 
@@ -221,8 +312,7 @@ impl Toml<'_> {
         let item = |key| Completion::new(CompletionKind::Key, key);
         match section_named(section).map(|it| &it.entries) {
             _ if section == "ros2.topics" => {
-                let ports = |it: InstanceOf<'_, '_>| [self.ports(it, false), self.ports(it, true)].concat();
-                let all = self.instances(ports).into_iter();
+                let all = self.instances(|it| self.topics(it)).into_iter();
                 all.map(|it| Completion::new(CompletionKind::Port, it.label).rank(0)).collect()
             }
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
@@ -312,6 +402,11 @@ impl Toml<'_> {
                     }
                 }
             }
+            let deployments = names.of_kind(db, Kind::Deployment).filter(|_| section == "access");
+            for topic in deployments.flat_map(|it| &ros2_of(db, project, it).topics) {
+                let (instance, port) = &topic.port;
+                add(format!("{PREFIX_OF_TOPICS}{instance}.{port}"), CompletionKind::Port, false);
+            }
         }
         items
     }
@@ -362,6 +457,17 @@ impl Toml<'_> {
         let all = shell.map(|shell| likely_features_of(self.db, project, shell)).unwrap_or_default();
         let kind = if inputs { FeatureKind::Input } else { FeatureKind::Output };
         let ports = all.iter().filter(|(_, (_, it))| it.kind == kind);
+        ports.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))).collect()
+    }
+
+    /// Returns the ports of an instance that may be topics.
+    fn topics(&self, (project, instance): InstanceOf<'_, '_>) -> Vec<Name> {
+        let shell = instance.component.and_then(|it| likely_shell_of(self.db, project, it));
+        let all = shell.map(|shell| likely_features_of(self.db, project, shell)).unwrap_or_default();
+        let ports = all.iter().filter(|(_, (of, it))| {
+            let ty = type_of(self.db, project, *of, it.ty.as_ref());
+            it.kind.is_port() && (ty == Type::Unknown || TopicType::of(&ty).is_some())
+        });
         ports.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))).collect()
     }
 
@@ -496,6 +602,30 @@ library nav {
             0 navigation.way ⇒ "\"navigation.way\" = "
         "#]]
         .assert_eq(&offered(&with(topics, ""), 0));
+        // Inline tables are in the section of their key.
+        let written = "{ \"navigation.way\" = { depth = 2, $0, name = \"/way\" } }";
+        for config in [format!("[ros2]\ntopics = {written}"), format!("ros2.topics = {written}")] {
+            expect![[r#"
+                0 reliability ⇒ "reliability = "
+                0 durability ⇒ "durability = "
+                0 max_bytes ⇒ "max_bytes = "
+            "#]]
+            .assert_eq(&offered(&with(&config, ""), 9));
+        }
+        for (config, expected) in [
+            ("[ros2]\ntopics = { $0 }", "navigation.way"),
+            ("[ros2]\ntopics = { \"nav$0", "navigation.way"),
+            ("[ros2]\ntopics = { \"navigation.way\" = \"/way\", $0 }", ""),
+            ("[ros2.topics]\n\"navigation.way\" = { reliability = $0 }", "reliable best-effort"),
+            (
+                "[ros2]\ntopics = { \"navigation.way\" = { durability = \"vo$0\", depth = 1 } }",
+                "volatile transient-local",
+            ),
+            ("[ros2]\ngateway = { cpus = [1, 2], $0", "priority period"),
+            ("[ros2]\ngateway = { } $0", ""),
+        ] {
+            assert_eq!(labels(&with(config, "")).join(" "), expected, "{config}");
+        }
         let tables = "[timing.deployment.Sea]\n$0";
         expect![[r#"
             0 tables ⇒ "tables = "
