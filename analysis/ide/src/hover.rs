@@ -1,8 +1,9 @@
 //! Hovers: on an activity, how its response time is composed; on a connection, how long data takes there; on a name, its
-//! declaration; on the type of a value, the fields of the message. Further details of a name are in `hover/details.rs`, the words
+//! declaration; on the type of a value, the fields of the message; on a key of `mauve.toml`, what it means. Further details of a name are in `hover/details.rs`, the words
 //! of the language in `hover/words.rs`.
 
 mod activity_field;
+mod configuration;
 mod connection;
 mod details;
 mod format;
@@ -49,7 +50,8 @@ pub fn hover(
     let explained = explained.map(|(range, _, text)| (range, text)).or_else(of_connection);
     let of_name = of_name(db, project, file, offset, deployment, format)
         .or_else(|| of_message(db, project, file, offset))
-        .or_else(|| of_word(db, project, file, offset));
+        .or_else(|| of_word(db, project, file, offset))
+        .or_else(|| configuration::of_key(db, project, file, offset));
     let Some((range, markdown)) = explained else { return of_name };
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),

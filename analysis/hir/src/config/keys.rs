@@ -611,10 +611,24 @@ pub fn headers() -> Vec<Header> {
     headers
 }
 
-/// Returns the keys below a header, such as `platform.other` or `types.ArRobotPtr`, with what completion offers as their values.
-pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
-    fn all<T>(keys: &'static [Key<T>]) -> Vec<(&'static str, Suggestions)> {
-        keys.iter().map(|key| (key.name, key.kind.suggestions())).collect()
+/// A key, without what it is stored in.
+#[allow(missing_docs)]
+pub struct KeyBelow {
+    pub name: &'static str,
+    /// What completion offers as its values.
+    pub suggestions: Suggestions,
+    pub documentation: &'static str,
+    pub default: Option<&'static str>,
+}
+
+/// Returns the keys below a header, such as `platform.other` or `types.ArRobotPtr`.
+pub fn keys_below(header: &str) -> Vec<KeyBelow> {
+    fn one<T>(key: &'static Key<T>) -> KeyBelow {
+        let Key { name, documentation, default, .. } = *key;
+        KeyBelow { name, suggestions: key.kind.suggestions(), documentation, default }
+    }
+    fn all<T>(keys: &'static [Key<T>]) -> Vec<KeyBelow> {
+        keys.iter().map(one).collect()
     }
     let (section, rest) = header.split_once('.').unwrap_or((header, ""));
     let (name, below) = rest.split_once('.').unwrap_or((rest, ""));
@@ -622,7 +636,7 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
         Some(Entries::Keys(keys)) if rest.is_empty() => {
             // The sections of deployments have headers of their own.
             let keys = keys.iter().filter(|it| !matches!(it.kind, KeyKind::DeploymentTables(..)));
-            keys.map(|key| (key.name, key.kind.suggestions())).collect()
+            keys.map(one).collect()
         }
         Some(Entries::Keys(keys)) => match keys.iter().find(|it| it.name == name).map(|it| &it.kind) {
             Some(KeyKind::Others(_, keys, _)) if below.is_empty() => all(keys),

@@ -73,6 +73,17 @@ pub(super) fn completions(
     Completions { items, incomplete: false }
 }
 
+/// Returns the key at an offset that is written without quotes, with its range, behind the keys of the sections and tables around it.
+pub(crate) fn key_at(text: &str, offset: TextSize) -> Option<(String, String, TextRange)> {
+    let place = Location::at(text, offset.into())?;
+    let key = text.get(place.start..place.end)?;
+    let is_key = place.what == What::Key && !place.is_quoted && place.has_value;
+    let path = if place.section.is_empty() { key.to_owned() } else { format!("{}.{key}", place.section) };
+    let (section, key) = path.rsplit_once('.').unwrap_or(("", &path));
+    let range = TextRange::new((place.start as u32).into(), (place.end as u32).into());
+    is_key.then(|| (section.to_owned(), key.to_owned(), range))
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 enum What {
     Header,
@@ -316,7 +327,7 @@ impl Toml<'_> {
                 all.map(|it| Completion::new(CompletionKind::Port, it.label).rank(0)).collect()
             }
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
-            _ => keys_below(section).into_iter().map(|(key, _)| item(key).rank(0)).collect(),
+            _ => keys_below(section).into_iter().map(|key| item(key.name).rank(0)).collect(),
         }
     }
 
@@ -328,8 +339,8 @@ impl Toml<'_> {
             }
             _ => {}
         }
-        let found = keys_below(section).into_iter().find(|(name, _)| *name == key);
-        match found.map(|(_, suggestions)| suggestions) {
+        let found = keys_below(section).into_iter().find(|it| it.name == key);
+        match found.map(|it| it.suggestions) {
             Some(Suggestions::Models) => self.files(true),
             Some(Suggestions::Tables) => self.files(false),
             Some(Suggestions::Instances) => self.instances(|(_, it)| vec![it.name.clone()]),

@@ -1,0 +1,56 @@
+//! Hovers on the keys of `mauve.toml`.
+
+use mauve_hir::config_keys::keys_below;
+use mauve_hir::{File, ModelDb, Project, config_file};
+use mauve_syntax::TextSize;
+
+use super::Hover;
+use crate::completion::key_at;
+
+/// Returns what the key of `mauve.toml` at `offset` means.
+pub(super) fn of_key(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
+    if config_file(db, project.workspace(db)) != Some(file) {
+        return None;
+    }
+    let (section, key, range) = key_at(file.text(db), offset)?;
+    let found = keys_below(&section).into_iter().find(|it| it.name == key)?;
+    let default = found.default.map_or_else(String::new, |it| format!("\n\nDefault: `{it}`"));
+    Some(Hover { range, markdown: format!("{}{default}\n", found.documentation) })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixture::Fixture;
+
+    fn hover(config: &str) -> Option<String> {
+        let model = "use std_msgs
+shell S { output port state: String }
+core C(S) { update = { } }
+component Driver(S, C)
+architecture A { instance left: Driver }
+deployment D { architecture A  activity left { priority = 1  period = 100 } }
+//- /mauve.toml
+";
+        Some(Fixture::new(&format!("{model}{config}\n")).hover()?.markdown)
+    }
+
+    #[test]
+    fn keys_of_the_configuration_and_of_tables_in_it() {
+        let shown = |config| hover(config).unwrap_or_default();
+        let depth = shown("[ros2]\ntopics = { \"left.state\" = { name = \"/s\", de$0pth = 2 } }");
+        assert_eq!(
+            depth,
+            "How many samples are kept, and moved in a period of the gateway at most.\n\nDefault: `1`\n"
+        );
+        assert_eq!(shown("[ros2.topics]\n\"left.state\" = { de$0pth = 2 }"), depth);
+        assert!(shown("[ros2]\ntop$0ics = { }").starts_with("The topics of ports"));
+        assert!(shown("ros2.gateway = { per$0iod = \"1 ms\" }").starts_with("Its period"));
+        let port = shown("[ros2]\ntopics = { \"left.st$0ate\" = { name = \"/s\" } }");
+        assert!(port.contains("left.state publishes /s: std_msgs/msg/String"), "{port}");
+        for config in
+            ["[ros2]\n\"dom$0ain\" = 1", "[ros2]\nname$0 = 1", "[ros2]\ndomain = 1 # dom$0ain", "[ro$0s2]"]
+        {
+            assert_eq!(hover(config), None, "{config}");
+        }
+    }
+}
