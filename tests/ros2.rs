@@ -211,6 +211,31 @@ fn bound_of_age(folder: &Path) -> Duration {
 }
 
 #[test]
+fn ros2_a_run_names_one_of_the_hosts() {
+    let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "ros2_named_hosts");
+    mauve_tests::write(&folder, &[("robot.mal", TWO_HOSTS), ("mauve.toml", HOSTS)]);
+    let refusal = |arguments: &[&str]| {
+        let refused =
+            Command::new(crate::MAUVE).arg("run").args(arguments).current_dir(&folder).output().unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        String::from_utf8(refused.stderr).unwrap()
+    };
+    assert_eq!(
+        [refusal(&[]), refusal(&["--simulate-time"]), refusal(&["--host", "eye"])],
+        [
+            "mauve: `rig.Base` runs on hosts brain, eyes: on each, run its part, such as `mauve run --host brain`\n",
+            "mauve: `rig.Base` runs on hosts brain, eyes: on each, run its part, such as `mauve run --host brain`\n",
+            "mauve: there is no host `eye`: `rig.Base` runs on brain, eyes; did you mean `eyes`?\n",
+        ]
+    );
+    mauve_tests::write(&folder, &[("mauve.toml", "")]);
+    assert_eq!(
+        refusal(&["--host", "eyes"]),
+        "mauve: there is no host `eyes`: the robot has one computer; run without --host, or write `[host.eyes]` into mauve.toml\n"
+    );
+}
+
+#[test]
 fn ros2_each_of_two_hosts_goes_on_without_the_other() {
     let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "ros2_hosts");
     mauve_tests::write(&folder, &[("robot.mal", TWO_HOSTS), ("mauve.toml", HOSTS)]);

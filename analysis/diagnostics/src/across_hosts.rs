@@ -1,9 +1,9 @@
 //! # across-hosts
 //!
 //! The robot has several computers, `[host.NAME]` in `mauve.toml`, and what it distributes cannot be: an instance has no host or two, an
-//! activity has a CPU that its host lacks, or a connection leads to another host and cannot be a topic of ROS 2. A call of an operation
-//! runs on the computer of its caller: operations across hosts do not exist. Releases of instances on two hosts are synchronised only
-//! with `[clocks] ptp`.
+//! activity executes instances of two hosts or has a CPU that its host lacks, or a connection leads to another host and cannot be a topic
+//! of ROS 2. A call of an operation runs on the computer of its caller: operations across hosts do not exist. Releases of instances on two
+//! hosts are synchronised only with `[clocks] ptp`. Hosts find each other with `[ros2] discovery = "subnet"`.
 //!
 //! ```mauve
 //! shell S { output port out: int }
