@@ -122,7 +122,9 @@ pub use link::Link;
 pub use messages::{
     catalogue, catalogue_of, message_of, named_packages, package, ros2_catalogue, used_packages,
 };
-pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
+pub use msg::{
+    BUILT_IN_TYPES, FieldParts, Message, MessageConstant, MessageField, MessageSize, Package, read_message,
+};
 pub use names::{
     Names, Unresolved, file_outside, incomplete_file, names_of, resolve_path, resolve_type, similar,
 };

@@ -65,6 +65,52 @@ impl MessageField {
     pub fn is_array(&self) -> bool {
         self.ty.ends_with(']')
     }
+
+    /// Returns the parts of its type; `None` if a number in it is too large.
+    ///
+    /// ```
+    /// use mauve_hir::{MessageSize, read_message};
+    /// let names = read_message("string<=10[<=3] names");
+    /// let parts = names.fields[0].parts().unwrap();
+    /// assert_eq!((parts.element, parts.text_bound, parts.size), ("string", 10, MessageSize::Sequence(3)));
+    /// ```
+    pub fn parts(&self) -> Option<FieldParts<'_>> {
+        let (element, size) = match self.ty.strip_suffix(']').and_then(|ty| ty.rsplit_once('[')) {
+            None => (self.ty.as_str(), MessageSize::One),
+            Some((element, "")) => (element, MessageSize::Sequence(0)),
+            Some((element, size)) => match size.strip_prefix("<=") {
+                Some(bound) => (element, MessageSize::Sequence(bound.parse().ok()?)),
+                None => (element, MessageSize::Array(size.parse().ok()?)),
+            },
+        };
+        let (element, text_bound) = match element.split_once("<=") {
+            Some((element, bound)) => (element, bound.parse().ok()?),
+            None => (element, 0),
+        };
+        Some(FieldParts { element, text_bound, size })
+    }
+}
+
+/// The parts of a field's type, such as `string<=10[<=3]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldParts<'a> {
+    /// The type of an element: `string`, `geometry_msgs/Pose`.
+    pub element: &'a str,
+    /// The most characters of a string; 0 if it has no bound.
+    pub text_bound: u64,
+    /// How many elements it has.
+    pub size: MessageSize,
+}
+
+/// How many elements a field has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MessageSize {
+    /// One: it is no array.
+    One,
+    /// `[3]`
+    Array(u64),
+    /// `[<=3]`, or `[]`: at most so many; 0 if it has no bound.
+    Sequence(u64),
 }
 
 impl fmt::Display for MessageField {

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Message, MessageField, ModelDb, Workspace, package};
+use mauve_hir::{FieldParts, Message, MessageField, MessageSize, ModelDb, Workspace, package};
 use sha2::{Digest as _, Sha256};
 
 /// Returns the hash of a message; `None` if a type in it is unknown, or has no description.
@@ -52,14 +52,7 @@ fn description(full: &str, of: &str, message: &Message, open: &mut Vec<(String, 
 }
 
 fn field(of: &str, field: &MessageField, open: &mut Vec<(String, String)>) -> Option<String> {
-    let (element, dimension) = match field.ty.strip_suffix(']').and_then(|ty| ty.rsplit_once('[')) {
-        Some((element, dimension)) => (element, Some(dimension)),
-        None => (field.ty.as_str(), None),
-    };
-    let (element, string_capacity) = match element.split_once("<=") {
-        Some((element, capacity)) => (element, capacity.parse().ok()?),
-        None => (element, 0),
-    };
+    let FieldParts { element, text_bound, size } = field.parts()?;
     let mut nested = String::new();
     let id = match element {
         "int8" => 2,
@@ -74,9 +67,9 @@ fn field(of: &str, field: &MessageField, open: &mut Vec<(String, String)>) -> Op
         "float64" => 11,
         "bool" => 15,
         "byte" => 16,
-        "string" if string_capacity > 0 => 21,
+        "string" if text_bound > 0 => 21,
         "string" => 17,
-        "wstring" if string_capacity > 0 => 22,
+        "wstring" if text_bound > 0 => 22,
         "wstring" => 18,
         _ => {
             let (of, name) = element.split_once('/').unwrap_or((of, element));
@@ -86,15 +79,13 @@ fn field(of: &str, field: &MessageField, open: &mut Vec<(String, String)>) -> Op
         }
     };
     // Arrays, bounded and unbounded sequences.
-    let (offset, capacity) = match dimension {
-        None => (0, 0),
-        Some("") => (144, 0),
-        Some(size) => match size.strip_prefix("<=") {
-            Some(size) => (96, size.parse().ok()?),
-            None => (48, size.parse().ok()?),
-        },
+    let (offset, capacity) = match size {
+        MessageSize::One => (0, 0),
+        MessageSize::Array(size) => (48, size),
+        MessageSize::Sequence(0) => (144, 0),
+        MessageSize::Sequence(bound) => (96, bound),
     };
-    Some(field_text(&field.name, id + offset, [capacity, string_capacity], &nested))
+    Some(field_text(&field.name, id + offset, [capacity, text_bound], &nested))
 }
 
 fn field_text(name: &str, id: u32, [capacity, string_capacity]: [u64; 2], nested: &str) -> String {

@@ -12,7 +12,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Message, MessageConstant, MessageField, ModelDb, Workspace, package};
+use mauve_hir::{
+    FieldParts, Message, MessageConstant, MessageField, MessageSize, ModelDb, Workspace, package,
+};
 
 use crate::cpp_name::field_name;
 use crate::cpp_type::included;
@@ -37,6 +39,8 @@ struct FieldType {
     headers: Vec<String>,
     /// The message of its elements.
     message: Option<(Name, Name)>,
+    /// Further arguments of a stream: of a sequence or a string, and of the strings in a sequence.
+    bounds: String,
     /// Sets it to zero, if its constructor does not.
     initial: &'static str,
 }
@@ -54,7 +58,7 @@ impl<'db> Messages<'db> {
                 continue;
             }
             if let Some(message) = self.message(&key) {
-                let types = message.fields.iter().filter_map(|field| field_type(&key.0, field));
+                let types = message.fields.iter().filter_map(|field| self.field_type(&key.0, field));
                 open.extend(types.filter_map(|it| it.message));
                 self.all.insert(key, message);
             }
@@ -96,21 +100,16 @@ impl<'db> Messages<'db> {
             body.push(String::new());
         }
         for field in &message.fields {
-            let found = field_type(of, field);
+            let found = self.field_type(of, field);
             // A message that is not installed.
             let found = found.filter(|it| it.message.as_ref().is_none_or(|it| self.all.contains_key(it)));
-            let Some(mut found) = found else {
+            let Some(found) = found else {
                 body.push(format!("// {} is missing: its type is unknown.", comment(&field.to_string())));
                 continue;
             };
-            if self.are_samples && field.element() == "bool" {
-                found.cpp = found.cpp.replace("std::uint8_t", "bool");
-            } else if self.are_samples && field.element() == "byte" {
-                found.cpp = found.cpp.replace("std::int8_t", "std::uint8_t");
-            }
             if self.are_samples {
                 let field_name = field_name(&field.name, name);
-                visited.push(format!("  stream(message.{field_name}{});", bounds(&field.ty)));
+                visited.push(format!("  stream(message.{field_name}{});", found.bounds));
             }
             headers.extend(found.headers);
             body.push(format!("{} {}{};", found.cpp, field_name(&field.name, name), found.initial));
@@ -136,6 +135,67 @@ impl<'db> Messages<'db> {
         filled(include_str!("../../templates/message.h"), &values)
     }
 
+    /// Returns the type of a field of a message in `package`; `None` if it has no form of ROS.
+    fn field_type(&self, package: &Name, field: &MessageField) -> Option<FieldType> {
+        let FieldParts { element, text_bound, size } = field.parts()?;
+        let (cpp, header) = match element {
+            "bool" if self.are_samples => ("bool", ""),
+            "byte" if self.are_samples => ("std::uint8_t", "cstdint"),
+            "bool" | "char" | "uint8" => ("std::uint8_t", "cstdint"),
+            "byte" | "int8" => ("std::int8_t", "cstdint"),
+            "int16" => ("std::int16_t", "cstdint"),
+            "uint16" => ("std::uint16_t", "cstdint"),
+            "int32" => ("std::int32_t", "cstdint"),
+            "uint32" => ("std::uint32_t", "cstdint"),
+            "int64" => ("std::int64_t", "cstdint"),
+            "uint64" => ("std::uint64_t", "cstdint"),
+            "float32" => ("float", ""),
+            "float64" => ("double", ""),
+            "string" => ("std::string", "string"),
+            "wstring" => ("std::u16string", "string"),
+            "time" => ("::ros::Time", TIME_HEADER),
+            "duration" => ("::ros::Duration", TIME_HEADER),
+            _ => ("", ""),
+        };
+        let mut found = FieldType {
+            cpp: cpp.to_owned(),
+            headers: Some(header).filter(|it| !it.is_empty()).map(str::to_owned).into_iter().collect(),
+            message: None,
+            bounds: match (size, text_bound) {
+                (MessageSize::One | MessageSize::Array(_) | MessageSize::Sequence(0), 0) => String::new(),
+                (MessageSize::One, bound) | (MessageSize::Sequence(bound), 0) => format!(", {bound}"),
+                (MessageSize::Array(_), of_text) => format!(", 0, {of_text}"),
+                (MessageSize::Sequence(bound), of_text) => format!(", {bound}, {of_text}"),
+            },
+            initial: if header == "cstdint" || matches!(cpp, "float" | "double" | "bool") {
+                " = 0"
+            } else {
+                ""
+            },
+        };
+        if cpp.is_empty() {
+            let (of, name) = element.split_once('/').unwrap_or((package, element));
+            found.cpp = format!("::{of}::{name}");
+            found.headers.push(format!("{of}/{name}.h"));
+            found.message = Some((of.into(), name.into()));
+        }
+        match size {
+            MessageSize::One => {}
+            MessageSize::Sequence(_) => {
+                found.cpp = format!("std::vector<{}>", found.cpp);
+                found.headers.push("vector".to_owned());
+                found.initial = "";
+            }
+            MessageSize::Array(size) => {
+                let size = u32::try_from(size).ok()?;
+                found.cpp = format!("std::array<{}, {size}>", found.cpp);
+                found.headers.push("array".to_owned());
+                found.initial = "{}";
+            }
+        }
+        Some(found)
+    }
+
     /// Returns the paths of all headers.
     pub(super) fn headers(&self) -> impl Iterator<Item = String> {
         self.all.keys().map(|(of, name)| format!("{of}/{name}.h"))
@@ -149,69 +209,7 @@ impl<'db> Messages<'db> {
     }
 }
 
-/// Returns the bounds of a type as further arguments: of a sequence or a string, and of the strings in a sequence.
-fn bounds(ty: &str) -> String {
-    let (element, dimension) = match ty.strip_suffix(']').and_then(|ty| ty.rsplit_once('[')) {
-        Some((element, dimension)) => (element, Some(dimension.strip_prefix("<=").unwrap_or("0"))),
-        None => (ty, None),
-    };
-    match (dimension, element.split_once("<=").map(|(_, bound)| bound)) {
-        (None | Some("0"), None) => String::new(),
-        (None, Some(bound)) | (Some(bound), None) => format!(", {bound}"),
-        (Some(bound), Some(of_text)) => format!(", {bound}, {of_text}"),
-    }
-}
-
 const TIME_HEADER: &str = "ros/time.h";
-
-/// Returns the type of a field of a message in `package`; `None` if it has no form of ROS.
-fn field_type(package: &Name, field: &MessageField) -> Option<FieldType> {
-    let element = field.element();
-    let (cpp, header) = match element {
-        "bool" | "char" | "uint8" => ("std::uint8_t", "cstdint"),
-        "byte" | "int8" => ("std::int8_t", "cstdint"),
-        "int16" => ("std::int16_t", "cstdint"),
-        "uint16" => ("std::uint16_t", "cstdint"),
-        "int32" => ("std::int32_t", "cstdint"),
-        "uint32" => ("std::uint32_t", "cstdint"),
-        "int64" => ("std::int64_t", "cstdint"),
-        "uint64" => ("std::uint64_t", "cstdint"),
-        "float32" => ("float", ""),
-        "float64" => ("double", ""),
-        "string" => ("std::string", "string"),
-        "wstring" => ("std::u16string", "string"),
-        "time" => ("::ros::Time", TIME_HEADER),
-        "duration" => ("::ros::Duration", TIME_HEADER),
-        _ => ("", ""),
-    };
-    let mut found = FieldType {
-        cpp: cpp.to_owned(),
-        headers: Some(header).filter(|it| !it.is_empty()).map(str::to_owned).into_iter().collect(),
-        message: None,
-        initial: if header == "cstdint" || matches!(element, "float32" | "float64") { " = 0" } else { "" },
-    };
-    if cpp.is_empty() {
-        let (of, name) = element.split_once('/').unwrap_or((package, element));
-        found.cpp = format!("::{of}::{name}");
-        found.headers.push(format!("{of}/{name}.h"));
-        found.message = Some((of.into(), name.into()));
-    }
-    if !field.is_array() {
-        return Some(found);
-    }
-    let size = field.ty.strip_suffix(']')?.rsplit_once('[')?.1;
-    if size.is_empty() || size.starts_with("<=") {
-        found.cpp = format!("std::vector<{}>", found.cpp);
-        found.headers.push("vector".to_owned());
-        found.initial = "";
-    } else {
-        let size: u32 = size.parse().ok()?;
-        found.cpp = format!("std::array<{}, {size}>", found.cpp);
-        found.headers.push("array".to_owned());
-        found.initial = "{}";
-    }
-    Some(found)
-}
 
 /// Returns the declaration of a constant; `None` if its value is not of its type.
 fn constant(of: &MessageConstant, message: &str) -> Option<String> {
