@@ -366,6 +366,8 @@ fn ports_are_estimated_and_waits_are_told() {
         let (execution, end) = (1e6 - 1e5 * share.ln(), 10_000_000 * u64::from(index + 1));
         let _ = writeln!(lines, "robot.scan,{execution:.0},laser,8060000,{end},1");
         let _ = writeln!(lines, "(access) robot.Laser.frame,{execution:.0},laser,{execution:.0},{end},");
+        let short = execution / 100.0;
+        let _ = writeln!(lines, "(access) ros2.laser.frame,{short:.0},ros2,{short:.0},{end},");
         let _ = writeln!(lines, "(lock bus) robot.scan,500,laser,500,{end},");
     }
     std::fs::write(folder.join("run.csv"), lines).unwrap();
@@ -377,13 +379,15 @@ fn ports_are_estimated_and_waits_are_told() {
     // Above the true 1 ms + 0.1 ms × ln(1e3) = 1.69 ms, as for the codel.
     let written = mauve_timing::Table::parse(&table(&folder));
     assert_eq!((written.errors.as_slice(), written.codels.len()), (&[][..], 1), "{}", table(&folder));
-    let [port] = &written.accesses[..] else { panic!("{}", table(&folder)) };
+    let [port, topic] = &written.accesses[..] else { panic!("{}", table(&folder)) };
     assert_eq!((port.key.as_str(), &port.value), ("robot.Laser.frame", &written.codels[0].value));
     assert!(
         found.out.contains("codel or port ") && found.out.contains("robot.Laser.frame "),
         "{}",
         found.out
     );
+    // Short accesses of a component are a part of its overhead, and those of a topic are not.
+    assert!(topic.key == "ros2.laser.frame" && found.out.contains("ros2.laser.frame "), "{}", found.out);
     let wait = "`robot.scan` waited for up to 7.060 ms, which is in no execution time: in a timing table in ms, [wait] \
                 \"robot.scan\" = { time = 7.1, times = 1 }";
     assert!(found.err.contains(wait), "{}", found.err);
