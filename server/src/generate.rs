@@ -12,7 +12,8 @@ use std::ffi::OsString;
 
 use mauve_hir::{Database, Decl, Project};
 use mauve_orocos::{
-    GeneratedFile, MANIFEST, Package, Plan, Problem, STANDALONE, packages, plan, problems, standalone,
+    GeneratedFile, MANIFEST, Package, Plan, Problem, STANDALONE, packages, plan, problems, ros2_packages,
+    standalone,
 };
 
 use crate::folder::{Folder, Kind};
@@ -31,6 +32,8 @@ pub(crate) struct GenerateRequest<'db> {
     pub(crate) is_whole: bool,
     /// Whether to generate programs that need no Orocos, too.
     pub(crate) is_standalone: bool,
+    /// Whether these are a package of ROS 2.
+    pub(crate) is_ros2: bool,
     /// Whether the folders will be written: they are created, and locked until [`Generated`] is dropped.
     pub(crate) is_written: bool,
 }
@@ -138,7 +141,11 @@ pub(crate) fn generate<'db>(
     for Selected { project, deployment, out, .. } in &request.selected {
         let out = out.clone()?;
         // The project has no problems: it would have been refused.
-        let mut made = packages(db, *project, *deployment).unwrap_or_default();
+        let mut made = match request.is_ros2 {
+            true => ros2_packages(db, *project, *deployment),
+            false => packages(db, *project, *deployment),
+        }
+        .unwrap_or_default();
         if request.is_standalone && !made.is_empty() {
             made.extend(standalone(db, *project, *deployment, false));
         }

@@ -49,8 +49,8 @@ fn names_of<'a>(libraries: &'a Libraries<'_>, numbers: &BTreeSet<usize>) -> Vec<
     numbers.iter().filter_map(|&index| Some(libraries.all.get(index)?.package.as_str())).collect()
 }
 
-fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
-    let Model { library, .. } = model;
+/// Returns the element of the maintainer of a package, and its licence.
+pub(crate) fn about_package(model: Model<'_, '_>) -> (String, String) {
     let config = model.config();
     // Without a configured maintainer and licence, the values are those that catkin's tools write.
     let maintainer = match &config.maintainer {
@@ -62,6 +62,13 @@ fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
         None => "<maintainer email=\"user@todo.todo\">user</maintainer>".to_owned(),
     };
     let license = xml(config.license.as_deref().unwrap_or("TODO"));
+    (maintainer, license)
+}
+
+fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
+    let Model { library, .. } = model;
+    let config = model.config();
+    let (maintainer, license) = about_package(model);
     let depends: BTreeSet<&str> = build
         .headers
         .packages

@@ -66,6 +66,6 @@ pub use manifest::{MANIFEST, ManifestError};
 pub use package::packages;
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
 pub use standalone::{
-    InputProblem, MEASURE, Shape, measuring, program_of_host, programs_of, record_inputs, standalone,
+    InputProblem, MEASURE, Shape, measuring, program_of_host, record_inputs, ros2_packages, standalone,
 };
 pub use stubs::packages_with_stubs;

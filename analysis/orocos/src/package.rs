@@ -9,7 +9,7 @@ use crate::deployment::deployed;
 use crate::export::export_files;
 use crate::generated_file::{GeneratedFile, Package, STANDALONE, ends, is_name};
 use crate::library::{Model, Problem, models};
-use crate::standalone::is_standalone_path;
+use crate::standalone::{IGNORED, is_standalone_path};
 use crate::task::task_files;
 use crate::trace::trace_files;
 use crate::{launch, script};
@@ -32,7 +32,7 @@ pub(crate) fn is_generated_path(package: &str, path: &str) -> bool {
             && matches!(file.strip_prefix(component), Some("-component.hpp" | "-component.cpp"))
     };
     match *path.split('/').collect::<Vec<&str>>().as_slice() {
-        ["CMakeLists.txt" | "package.xml"] => true,
+        ["CMakeLists.txt" | "package.xml" | IGNORED] => true,
         ["include", package, file] => is_header_of(package, file),
         // A component may have the name of one of these folders.
         [folder, file] => {

@@ -17,10 +17,10 @@ mod measure;
 mod messages;
 mod program;
 mod recorded_inputs;
+mod ros2_package;
 mod topics;
 
-use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project, ros2_of};
+use mauve_hir::{Decl, ModelDb, Project, Topic, ros2_of};
 
 use crate::codels::headers_of;
 use crate::deployment::{Deployed, deployed};
@@ -33,6 +33,8 @@ use messages::Messages;
 pub use inputs::{InputProblem, Shape};
 pub use measure::{MEASURE, measuring};
 pub use recorded_inputs::record_inputs;
+pub(crate) use ros2_package::IGNORED;
+pub use ros2_package::ros2_packages;
 
 /// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project; with the topics of ROS 2,
 /// if `has_topics`. It is a package in the sense of [`crate::plan()`].
@@ -46,27 +48,7 @@ pub fn standalone<'db>(
     deployment: Option<Decl<'db>>,
     has_topics: bool,
 ) -> Result<Package, Vec<Problem<'db>>> {
-    folder(db, project, deployment, has_topics, None)
-}
-
-/// Returns the folders of the programs of a deployment with their topics: one for each host, with its name; without hosts, one.
-///
-/// # Errors
-///
-/// The problems that prevent generation.
-pub fn programs_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-) -> Result<Vec<(Option<Name>, Package)>, Vec<Problem<'db>>> {
-    let found = ros2_of(db, project, deployment);
-    if found.hosts.is_empty() {
-        let has_topics = !found.topics.is_empty();
-        return Ok(vec![(None, folder(db, project, Some(deployment), has_topics, None)?)]);
-    }
-    let hosts = found.hosts.iter().enumerate();
-    let folder_of = |host| program_of_host(db, project, deployment, host, true);
-    hosts.map(|(host, name)| Ok((Some(name.clone()), folder_of(host)?))).collect()
+    folder(db, project, deployment, has_topics, Parts::Whole)
 }
 
 /// Returns the folder of the program of one host, with its topics, if `has_topics`. `host` is its index in
@@ -83,7 +65,18 @@ pub fn program_of_host<'db>(
     has_topics: bool,
 ) -> Result<Package, Vec<Problem<'db>>> {
     let has_topics = has_topics && ros2_of(db, project, deployment).topics_of(host).next().is_some();
-    folder(db, project, Some(deployment), has_topics, Some(host))
+    folder(db, project, Some(deployment), has_topics, Parts::Host(host))
+}
+
+/// Which programs a folder has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Parts {
+    /// One of each deployment.
+    Whole,
+    /// That of a host.
+    Host(usize),
+    /// Those of all hosts of each deployment, in a package of ROS 2.
+    Each,
 }
 
 fn folder<'db>(
@@ -91,36 +84,50 @@ fn folder<'db>(
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
     has_topics: bool,
-    host: Option<usize>,
+    parts: Parts,
 ) -> Result<Package, Vec<Problem<'db>>> {
     let models = models(db, project, deployment)?;
     let mut messages = Messages::new(db, project.workspace(db), has_topics);
     models.iter().for_each(|&model| messages.add(headers_of(model).messages));
     let mut programs = Vec::new();
     let mut files = Vec::new();
+    let mut started = Vec::new();
     for &model in &models {
         for &decl in &model.library.deployments {
             if deployment.is_some_and(|only| only != decl) {
                 continue;
             }
-            let Some(deployed) = deployed(model, decl, host) else { continue };
-            let program = program_name(&deployed);
-            if has_topics {
-                let types = ros2_of(db, project, decl).topics_of(host.unwrap_or_default()).map(|it| &it.ty);
-                messages.add(
-                    types.filter(|it| !it.is_wrapped).map(|it| (it.package.clone(), it.message.clone())),
-                );
+            let hosts: Vec<Option<usize>> = match (parts, ros2_of(db, project, decl).hosts.len()) {
+                (Parts::Host(host), _) => vec![Some(host)],
+                (Parts::Whole, _) | (Parts::Each, 0) => vec![None],
+                (Parts::Each, hosts) => (0..hosts).map(Some).collect(),
+            };
+            for host in hosts {
+                let Some(deployed) = deployed(model, decl, host) else { continue };
+                let program = program_name(&deployed);
+                let topics: Vec<&Topic> =
+                    ros2_of(db, project, decl).topics_of(host.unwrap_or_default()).collect();
+                let has_topics = has_topics && !topics.is_empty();
+                if has_topics {
+                    let types = topics.into_iter().map(|it| &it.ty).filter(|it| !it.is_wrapped);
+                    messages.add(types.map(|it| (it.package.clone(), it.message.clone())));
+                }
+                let topics_of = has_topics.then_some(host.unwrap_or_default());
+                let text = program::main_file(model, decl, &deployed, topics_of);
+                files.push(GeneratedFile::generated(format!("{program}.cpp"), text));
+                started.push(ros2_package::Started::of(&deployed, program.clone()));
+                programs.push((program, deployed.packages));
             }
-            let text =
-                program::main_file(model, decl, &deployed, has_topics.then_some(host.unwrap_or_default()));
-            files.push(GeneratedFile::generated(format!("{program}.cpp"), text));
-            programs.push((program, deployed.packages));
         }
     }
+    let package = (parts == Parts::Each).then(|| ros2_package::name(&models));
     files.push(GeneratedFile::generated(
         "CMakeLists.txt".to_owned(),
-        cmake_lists(&models, &messages, &programs, has_topics),
+        cmake_lists(&models, &messages, &programs, has_topics, package.as_deref()),
     ));
+    if let (Some(name), Some(&model)) = (package, models.last()) {
+        files.extend(ros2_package::files(model, &name, &started));
+    }
     files.extend(messages.files());
     files.extend(runtime_files(has_topics));
     Ok(Package { name: STANDALONE.to_owned(), files })
@@ -149,7 +156,11 @@ fn host_name(host: &str) -> String {
 /// Returns whether a path has the form of a file of [`standalone`].
 pub(crate) fn is_standalone_path(path: &str) -> bool {
     match *path.split('/').collect::<Vec<&str>>().as_slice() {
-        ["CMakeLists.txt"] => true,
+        ["CMakeLists.txt" | "package.xml"] => true,
+        ["launch", file] => {
+            let parts = file.strip_suffix(".launch.py").map(|it| it.split('-').collect::<Vec<_>>());
+            parts.is_some_and(|it| it.len() <= 2 && it.iter().all(|it| is_name(it)))
+        }
         [file] => {
             let parts: Option<Vec<&str>> = file.strip_suffix(".cpp").map(|it| it.split('-').collect());
             parts.is_some_and(|it| (2..=3).contains(&it.len()) && it.iter().all(|it| is_name(it)))
@@ -169,9 +180,11 @@ fn cmake_lists(
     messages: &Messages<'_>,
     programs: &[(String, Vec<String>)],
     has_topics: bool,
+    ros2_package: Option<&str>,
 ) -> String {
     let has_targets =
         |model: &&Model<'_, '_>| !model.library.codels.is_empty() || !model.library.components.is_empty();
+    let libraries = models.iter().map(|it| format!("{0}-codels {0}-components", it.library.package));
     let packages = models.iter().filter(has_targets).map(|model| model.library.package.as_str());
     let added = programs.iter().map(|(program, packages)| {
         let libraries: String = packages.iter().map(|package| format!(" {package}-components")).collect();
@@ -184,6 +197,8 @@ fn cmake_lists(
         ("message_packages", messages.packages().join(" ")),
         ("packages", packages.collect::<Vec<_>>().join(" ")),
         ("programs", lines(added)),
+        ("libraries", libraries.collect::<Vec<_>>().join(" ")),
+        ("ros2_package", ros2_package.unwrap_or_default().to_owned()),
         ("runtime", if has_topics { "mauve-ros2" } else { "mauve-rtt" }.to_owned()),
         ("ros2", if has_topics { "add_subdirectory(runtime/ros2)" } else { "" }.to_owned()),
         ("has_ros", if has_topics { "OFF" } else { "${MAUVE_ROS_MESSAGES}" }.to_owned()),
@@ -467,12 +482,13 @@ latency = "2 ms"
             .of_kind(&db, mauve_hir::item_tree::Kind::Deployment)
             .next()
             .unwrap();
-        let programs = programs_of(&db, project, deployment).unwrap();
-        let hosts: Vec<_> = programs.iter().map(|(host, _)| host.as_deref()).collect();
-        assert_eq!(hosts, [Some("brain"), Some("l-eye")]);
+        let folder = ros2_packages(&db, project, Some(deployment)).unwrap().pop().unwrap();
+        let launch = |it: &&GeneratedFile| it.path.starts_with("launch/");
+        let launch: Vec<&str> = folder.files.iter().filter(launch).map(|it| it.path.as_str()).collect();
+        assert_eq!(launch, ["launch/Base-brain.launch.py", "launch/Base-l_u2d_eye.launch.py"]);
+        assert!(folder.files.iter().all(|it| is_standalone_path(&it.path)));
         let paths = ["rig-Base-brain.cpp", "rig-Base-l_u2d_eye.cpp"];
-        let calls = programs.iter().zip(paths).map(|((_, folder), path)| {
-            assert!(is_standalone_path(path));
+        let calls = paths.into_iter().map(|path| {
             let text = &folder.files.iter().find(|file| file.path == path).unwrap().text;
             let is_call = |line: &&str| {
                 line.starts_with("  robot.") || line.contains("ros2(") || line.contains("ros2.")

@@ -18,6 +18,10 @@ endif()
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 
+@if ros2_package
+# The package of ROS 2: its libraries are beside its programs.
+set(CMAKE_INSTALL_RPATH "$ORIGIN")
+@end
 set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of the packages")
 
 # The packages find the runtime in place of Orocos.
@@ -98,4 +102,28 @@ function(add_program program)
 endfunction()
 
 {programs}
+@if ros2_package
+
+# A package of ROS 2: `ros2 run {ros2_package} PROGRAM`, `ros2 launch {ros2_package} DEPLOYMENT.launch.py`.
+get_property(built DIRECTORY PROPERTY BUILDSYSTEM_TARGETS)
+foreach(target ${built})
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL EXECUTABLE)
+    install(TARGETS ${target} RUNTIME DESTINATION "lib/{ros2_package}")
+  endif()
+endforeach()
+foreach(library {libraries} {runtime} mauve-rtt)
+  if(TARGET ${library})
+    get_target_property(type ${library} TYPE)
+    if(type STREQUAL SHARED_LIBRARY)
+      install(TARGETS ${library} LIBRARY DESTINATION "lib/{ros2_package}")
+    endif()
+  endif()
+endforeach()
+install(FILES package.xml DESTINATION "share/{ros2_package}")
+install(DIRECTORY launch DESTINATION "share/{ros2_package}")
+file(WRITE "${CMAKE_CURRENT_BINARY_DIR}/{ros2_package}" "")
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/{ros2_package}"
+  DESTINATION share/ament_index/resource_index/packages)
+@end
 @end

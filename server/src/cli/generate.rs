@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
-use mauve_hir::{Database, Decl, Location, Project, Workspace, projects};
+use mauve_hir::{Database, Decl, Location, Project, Workspace, projects, ros2_of};
 use mauve_orocos::{Problem, configuration_problems};
 use mauve_wcrt::Query;
 
@@ -41,6 +41,12 @@ pub(crate) struct Generate {
     /// The folder of the packages; by default `[generate] out` of mauve.toml.
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     out: Option<PathBuf>,
+    /// Generate packages for Orocos: the default.
+    #[arg(long)]
+    orocos: bool,
+    /// Generate a package of ROS 2 into this folder, for colcon: the programs of the deployments with their topics, and launch files.
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath, conflicts_with_all = ["orocos", "out", "standalone"])]
+    ros2: Option<PathBuf>,
     /// Also generate `standalone` in the folder: programs of the deployments that need no Orocos, with their runtime.
     #[arg(long)]
     standalone: bool,
@@ -73,6 +79,7 @@ impl Generate {
             return self.refused(&db, &workspaces, &problems);
         }
         let request = self.request(&db, &workspaces)?;
+        self.check_topics(&db, &workspaces, &request)?;
         let folders = match generate(&db, &request, &read) {
             Ok(folders) => folders,
             Err(GenerateRefusal::Problems(problems)) => return self.refused(&db, &workspaces, &problems),
@@ -112,6 +119,24 @@ impl Generate {
         Ok(Output::verbatim(text, u8::from(is_refused || is_stale)))
     }
 
+    /// Refuses a package of ROS 2 without topics.
+    fn check_topics(
+        &self,
+        db: &Database,
+        workspaces: &[Workspace],
+        request: &GenerateRequest<'_>,
+    ) -> Result<(), String> {
+        let all = deployments(db, workspaces, self.deployment.as_deref())?;
+        let is_selected = |project| request.selected.iter().any(|it| it.project == project);
+        let mut all = all.into_iter().filter(|(project, _)| is_selected(*project));
+        match self.ros2.is_none() || all.any(|(project, of)| !ros2_of(db, project, of).topics.is_empty()) {
+            true => Ok(()),
+            false => Err("no deployment has topics: write `[ros2]` with a `gateway` into mauve.toml, and leave a port whose type is a \
+                          message without a connection, or name it in `topics`"
+                .to_owned()),
+        }
+    }
+
     fn request<'db>(
         &self,
         db: &'db Database,
@@ -135,13 +160,16 @@ impl Generate {
             is_whole: self.deployment.is_none()
                 && workspaces.iter().all(|workspace| workspace.only(db).is_empty()),
             is_standalone: self.standalone,
+            is_ros2: self.ros2.is_some(),
             is_written: !self.check,
         })
     }
 
     fn out(&self, db: &Database, workspace: Workspace) -> Result<Out, String> {
-        match &self.out {
-            Some(out) if out.as_os_str().is_empty() => Err("--out takes the path of a folder".to_owned()),
+        match self.ros2.as_ref().or(self.out.as_ref()) {
+            Some(out) if out.as_os_str().is_empty() => {
+                Err("--out and --ros2 take the path of a folder".to_owned())
+            }
             Some(out) => Out::named(out),
             None => configured_out(db, workspace)?.ok_or_else(|| {
                 "no output folder: use `--out DIR`, or write `[generate] out = \"generated\"` in mauve.toml, \
