@@ -193,6 +193,7 @@ fn cmake_lists(
     let values = [
         ("mark", STANDALONE_MARK.to_owned()),
         ("first_program", programs.first().map_or_else(String::new, |(program, _)| program.clone())),
+        ("ros2_headers", lines(messages.installed_headers().map(|header| format!("  {header}")))),
         ("headers", lines(messages.headers().map(|header| format!("  {header}")))),
         ("message_packages", messages.packages().join(" ")),
         ("packages", packages.collect::<Vec<_>>().join(" ")),

@@ -11,9 +11,21 @@
 
 {own}
 @end
+@if visit
+
+#ifdef MAUVE_ROS2_MESSAGES
+#include <{installed}>
+#endif
+@end
 
 namespace {of} {
+@if visit
+namespace msg {
 
+#ifndef MAUVE_ROS2_MESSAGES
+@else
+
+@end
 @if body
 struct {name} {
 {body}
@@ -22,6 +34,7 @@ struct {name} {
 struct {name} {};
 @end
 @if visit
+#endif
 
 // Lists the fields for whatever writes or reads samples of a topic.
 template <class Stream>
@@ -29,10 +42,9 @@ void visit(Stream& stream, {name}&{message}) {
 {visit}
 }
 
-// Its name in ROS 2.
-namespace msg {
-using ::{of}::{name};
-}
+}  // namespace msg
+
+using msg::{name};
 @end
 
 }  // namespace {of}

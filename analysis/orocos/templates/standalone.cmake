@@ -71,6 +71,48 @@ else()
   set(ros_libraries)
   message(STATUS "Messages without ROS: ${CMAKE_CURRENT_SOURCE_DIR}/messages")
 endif()
+@if ros2
+
+# The types of ROS 2, if it is sourced and has all of these messages: then codels have `sensor_msgs::msg::LaserScan` of rclcpp.
+option(MAUVE_ROS2_MESSAGES "Use the types of ROS 2 if it is sourced" ON)
+string(REPLACE ":" ";" ros2_prefixes "$ENV{AMENT_PREFIX_PATH}")
+set(ros2_include_dirs)
+set(has_ros2 ${MAUVE_ROS2_MESSAGES})
+foreach(header
+{ros2_headers}
+  # What they include.
+  rosidl_runtime_c/message_type_support_struct.h
+  rosidl_runtime_cpp/bounded_vector.hpp
+  rosidl_typesupport_cpp/message_type_support.hpp
+  rosidl_typesupport_interface/macros.h
+  rosidl_typesupport_introspection_cpp/visibility_control.h
+  rcutils/allocator.h
+)
+  string(REGEX REPLACE "/.*" "" package ${header})
+  set(folder)
+  foreach(prefix ${ros2_prefixes})
+    foreach(candidate "${prefix}/include/${package}" "${prefix}/include")
+      if(NOT folder AND EXISTS "${candidate}/${header}")
+        set(folder ${candidate})
+      endif()
+    endforeach()
+  endforeach()
+  if(folder)
+    list(APPEND ros2_include_dirs ${folder})
+  elseif(header MATCHES "/msg/")
+    set(has_ros2 OFF)
+  endif()
+endforeach()
+if(has_ros2)
+  list(REMOVE_DUPLICATES ros2_include_dirs)
+  list(APPEND ros_include_dirs ${ros2_include_dirs})
+  add_definitions(-DMAUVE_ROS2_MESSAGES)
+  if(CMAKE_CXX_STANDARD LESS 17)
+    set(CMAKE_CXX_STANDARD 17)
+  endif()
+  message(STATUS "Messages of ROS 2: ${ros2_include_dirs}")
+endif()
+@end
 @end
 @if packages
 

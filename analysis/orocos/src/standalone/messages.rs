@@ -125,6 +125,7 @@ impl<'db> Messages<'db> {
             ("mark", STANDALONE_MARK.to_owned()),
             ("of", of.to_string()),
             ("name", name.to_string()),
+            ("installed", installed_header(of, name)),
             ("standard", standard),
             ("own", own),
             ("body", lines(indented)),
@@ -201,6 +202,11 @@ impl<'db> Messages<'db> {
         self.all.keys().map(|(of, name)| format!("{of}/{name}.h"))
     }
 
+    /// Returns the paths of all headers of ROS 2.
+    pub(super) fn installed_headers(&self) -> impl Iterator<Item = String> {
+        self.all.keys().map(|(of, name)| installed_header(of, name))
+    }
+
     /// Returns the packages of all messages.
     pub(super) fn packages(&self) -> Vec<&str> {
         let mut packages: Vec<&str> = self.all.keys().map(|(of, _)| of.as_str()).collect();
@@ -236,6 +242,22 @@ fn constant(of: &MessageConstant, message: &str) -> Option<String> {
         "wstring" => return None,
         _ => format!("enum {{ {name} = {} }};", integer(value.parse().ok()?)?),
     })
+}
+
+/// Returns the header of a message in ROS 2: `sensor_msgs/msg/laser_scan.hpp`.
+fn installed_header(of: &str, message: &str) -> String {
+    let letters: Vec<char> = message.chars().collect();
+    let mut file = String::new();
+    for (index, letter) in letters.iter().enumerate() {
+        let before = index.checked_sub(1).and_then(|it| letters.get(it));
+        let is_after_small = before.is_some_and(|it| it.is_ascii_lowercase() || it.is_ascii_digit());
+        let is_before_small = letters.get(index + 1).is_some_and(char::is_ascii_lowercase);
+        if letter.is_ascii_uppercase() && (is_after_small || before.is_some() && is_before_small) {
+            file.push('_');
+        }
+        file.push(letter.to_ascii_lowercase());
+    }
+    format!("{of}/msg/{file}.hpp")
 }
 
 #[cfg(test)]
@@ -404,6 +426,24 @@ mod tests {
 
                 }  // namespace p
             "#]],
+        );
+    }
+
+    #[test]
+    fn headers_are_named_as_in_ros_2() {
+        let all = [
+            "LaserScan",
+            "PointCloud2",
+            "UInt8MultiArray",
+            "NavSatFix",
+            "BatteryState",
+            "String",
+            "TFMessage",
+        ];
+        assert_eq!(
+            all.map(|it| installed_header("p", it)).join(" "),
+            "p/msg/laser_scan.hpp p/msg/point_cloud2.hpp p/msg/u_int8_multi_array.hpp p/msg/nav_sat_fix.hpp \
+             p/msg/battery_state.hpp p/msg/string.hpp p/msg/tf_message.hpp"
         );
     }
 
