@@ -102,6 +102,106 @@ fn ros2_a_model_becomes_a_program_with_topics() {
     peer_beside("generated", &folder);
 }
 
+/// The headers of ROS 2 for the messages of `MODEL`: with a mark in the types.
+fn headers_of_ros2(prefix: &Path) {
+    let messages = [
+        ("builtin_interfaces", "time", "Time", "", "std::int32_t sec = 0; std::uint32_t nanosec = 0;"),
+        (
+            "std_msgs",
+            "header",
+            "Header",
+            "builtin_interfaces/msg/time.hpp",
+            "builtin_interfaces::msg::Time stamp; std::string frame_id;",
+        ),
+        ("std_msgs", "float64", "Float64", "", "double data = 0;"),
+        ("geometry_msgs", "vector3", "Vector3", "", "double x = 0, y = 0, z = 0;"),
+        (
+            "geometry_msgs",
+            "twist",
+            "Twist",
+            "geometry_msgs/msg/vector3.hpp",
+            "geometry_msgs::msg::Vector3 linear, angular;",
+        ),
+        (
+            "sensor_msgs",
+            "laser_scan",
+            "LaserScan",
+            "std_msgs/msg/header.hpp",
+            "std_msgs::msg::Header header; float angle_min = 0, angle_max = 0, angle_increment = 0, time_increment = 0, \
+             scan_time = 0, range_min = 0, range_max = 0; std::vector<float> ranges, intensities;",
+        ),
+    ];
+    for (package, file, name, included, fields) in messages {
+        let include = if included.is_empty() { String::new() } else { format!("#include <{included}>\n") };
+        let text = format!(
+            "#pragma once\n#include <cstdint>\n#include <string>\n#include <vector>\n{include}namespace {package} {{ namespace msg {{\n\
+             template <class Allocator> struct {name}_ {{ enum {{ of_ros2 }}; {fields} }};\nusing {name} = {name}_<std::allocator<void>>;\n}} }}\n"
+        );
+        mauve_tests::write(prefix, &[(&format!("include/{package}/{package}/msg/{file}.hpp"), &text)]);
+    }
+}
+
+#[test]
+fn ros2_a_model_becomes_a_package_for_colcon() {
+    let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "ros2_package");
+    let model =
+        MODEL.replace("shell PilotShell", "codel look(in scan: LaserScan): double\n  shell PilotShell");
+    let model = model.replace("write(speed, 1.5)", "write(speed, look(ranges))");
+    mauve_tests::write(&folder, &[("robot.mal", &model), ("mauve.toml", CONFIGURATION)]);
+    let out = folder.join("src");
+    let generate = || {
+        Command::new(crate::MAUVE).args(["generate", "--ros2", "src"]).current_dir(&folder).output().unwrap()
+    };
+    let said = generate();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    headers_of_ros2(&folder.join("ros2"));
+    run(Command::new("python3").args(["-m", "py_compile"]).arg(out.join("standalone/launch/Base.launch.py")));
+    let installed = |name: &str, prefix: &str| {
+        let [build_folder, install] =
+            [format!("build_{name}"), format!("install_{name}")].map(|it| folder.join(it));
+        run(Command::new("cmake")
+            .arg("-S")
+            .arg(out.join("standalone"))
+            .arg("-B")
+            .arg(&build_folder)
+            .args([
+                format!("-DCMAKE_INSTALL_PREFIX={}", install.display()),
+                format!("-DCMAKE_CXX_COMPILER={}", COMPILERS[0]),
+            ])
+            .env("AMENT_PREFIX_PATH", prefix));
+        run(&mut build(&build_folder));
+        run(Command::new("cmake").arg("--install").arg(&build_folder));
+        let files = [
+            "lib/rig_ros2/rig-Base",
+            "lib/rig_ros2/libmauve-rtt.so",
+            "share/rig_ros2/package.xml",
+            "share/rig_ros2/launch/Base.launch.py",
+            "share/ament_index/resource_index/packages/rig_ros2",
+        ];
+        for file in files {
+            assert!(install.join(file).is_file(), "{file}");
+        }
+        // It finds its libraries where it is installed.
+        std::fs::remove_dir_all(build_folder).unwrap();
+        run(Command::new(install.join("lib/rig_ros2/rig-Base")).arg("--help"));
+    };
+    installed("plain", "");
+    let codel = out.join("rig/src/codels/look.cpp");
+    let stub = std::fs::read_to_string(&codel).unwrap();
+    std::fs::write(
+        &codel,
+        format!("{stub}\nstatic_assert(sensor_msgs::msg::LaserScan::of_ros2 == 0, \"\");\n"),
+    )
+    .unwrap();
+    installed("sourced", folder.join("ros2").to_str().unwrap());
+
+    // What is missing is said.
+    mauve_tests::write(&folder, &[("mauve.toml", "")]);
+    let said = generate();
+    let text = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert!(said.status.code() == Some(2) && text.contains("write `[ros2]` with a `gateway`"), "{text}");
+}
+
 /// A camera on one host, and on another one what uses its images. The deadlines are long, so that a virtual machine that pauses for a moment
 /// meets them.
 const TWO_HOSTS: &str = "
