@@ -323,15 +323,15 @@ fn ros2_a_run_names_one_of_the_hosts() {
     assert_eq!(
         [refusal(&[]), refusal(&["--simulate-time"]), refusal(&["--host", "eye"])],
         [
-            "mauve: `rig.Base` runs on hosts brain, eyes: on each, run its part, such as `mauve run --host brain`\n",
-            "mauve: `rig.Base` runs on hosts brain, eyes: on each, run its part, such as `mauve run --host brain`\n",
+            "mauve: `rig.Base` runs on hosts brain, eyes: name one of them, such as `--host brain`\n",
+            "mauve: `rig.Base` runs on hosts brain, eyes: name one of them, such as `--host brain`\n",
             "mauve: there is no host `eye`: `rig.Base` runs on brain, eyes; did you mean `eyes`?\n",
         ]
     );
     mauve_tests::write(&folder, &[("mauve.toml", "")]);
     assert_eq!(
         refusal(&["--host", "eyes"]),
-        "mauve: there is no host `eyes`: the robot has one computer; run without --host, or write `[host.eyes]` into mauve.toml\n"
+        "mauve: there is no host `eyes`: the robot has one computer; omit --host, or write `[host.eyes]` into mauve.toml\n"
     );
 }
 

@@ -33,7 +33,6 @@ use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange};
 pub use at_cursor::completions;
 pub use documentation::{Subject, documentation};
 pub(crate) use documentation::{comment, subject};
-pub(crate) use toml::key_at;
 
 use crate::position::{Position, without_path};
 use crate::program::Scope;

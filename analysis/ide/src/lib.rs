@@ -92,6 +92,7 @@ mod sensitivity;
 mod signature_help;
 mod state_machine;
 mod text_canvas;
+mod toml_place;
 mod type_definition;
 mod type_hierarchy;
 mod workspace_symbols;

@@ -7,9 +7,9 @@ use crate::codels::codel_files;
 use crate::component::component_files;
 use crate::deployment::deployed;
 use crate::export::export_files;
-use crate::generated_file::{GeneratedFile, Package, STANDALONE, ends, is_name};
+use crate::generated_file::{GeneratedFile, MARK, Package, STANDALONE, ends, is_name};
 use crate::library::{Model, Problem, models};
-use crate::standalone::{IGNORED, is_standalone_path};
+use crate::standalone::{is_standalone_path, programs_of_ros2};
 use crate::task::task_files;
 use crate::trace::trace_files;
 use crate::{launch, script};
@@ -57,6 +57,9 @@ pub(crate) fn is_codel_path(package: &str, path: &str) -> bool {
     package != STANDALONE && name.is_some_and(is_name)
 }
 
+/// The file with which colcon finds no package in a folder.
+const IGNORED: &str = "COLCON_IGNORE";
+
 /// Returns the packages that a deployment needs, or all packages of a project, in build order.
 ///
 /// # Errors
@@ -68,6 +71,26 @@ pub fn packages<'db>(
     deployment: Option<Decl<'db>>,
 ) -> Result<Vec<Package>, Vec<Problem<'db>>> {
     Ok(models(db, project, deployment)?.into_iter().map(package).collect())
+}
+
+/// Returns the packages that a deployment needs, or all of a project, and the folder of the programs as a package of ROS 2, which builds
+/// them.
+///
+/// # Errors
+///
+/// The problems that prevent generation.
+pub fn ros2_packages<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Option<Decl<'db>>,
+) -> Result<Vec<Package>, Vec<Problem<'db>>> {
+    let mut all = packages(db, project, deployment)?;
+    for package in &mut all {
+        let text = format!("# {MARK} {}: the folder `standalone` builds it.\n", package.name);
+        package.files.push(GeneratedFile::generated(IGNORED.to_owned(), text));
+    }
+    all.push(programs_of_ros2(db, project, deployment)?);
+    Ok(all)
 }
 
 /// Returns the package of a library.

@@ -33,8 +33,6 @@ use messages::Messages;
 pub use inputs::{InputProblem, Shape};
 pub use measure::{MEASURE, measuring};
 pub use recorded_inputs::record_inputs;
-pub(crate) use ros2_package::IGNORED;
-pub use ros2_package::ros2_packages;
 
 /// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project; with the topics of ROS 2,
 /// if `has_topics`. It is a package in the sense of [`crate::plan()`].
@@ -66,6 +64,15 @@ pub fn program_of_host<'db>(
 ) -> Result<Package, Vec<Problem<'db>>> {
     let has_topics = has_topics && ros2_of(db, project, deployment).topics_of(host).next().is_some();
     folder(db, project, Some(deployment), has_topics, Parts::Host(host))
+}
+
+/// Returns the folder of the programs of a deployment, or of all of a project, with their topics: a package of ROS 2.
+pub(crate) fn programs_of_ros2<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Option<Decl<'db>>,
+) -> Result<Package, Vec<Problem<'db>>> {
+    folder(db, project, deployment, true, Parts::Each)
 }
 
 /// Which programs a folder has.
@@ -483,7 +490,7 @@ latency = "2 ms"
             .of_kind(&db, mauve_hir::item_tree::Kind::Deployment)
             .next()
             .unwrap();
-        let folder = ros2_packages(&db, project, Some(deployment)).unwrap().pop().unwrap();
+        let folder = programs_of_ros2(&db, project, Some(deployment)).unwrap();
         let launch = |it: &&GeneratedFile| it.path.starts_with("launch/");
         let launch: Vec<&str> = folder.files.iter().filter(launch).map(|it| it.path.as_str()).collect();
         assert_eq!(launch, ["launch/Base-brain.launch.py", "launch/Base-l_u2d_eye.launch.py"]);

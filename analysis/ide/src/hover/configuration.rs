@@ -5,7 +5,7 @@ use mauve_hir::{File, ModelDb, Project, config_file};
 use mauve_syntax::TextSize;
 
 use super::Hover;
-use crate::completion::key_at;
+use crate::toml_place::key_at;
 
 /// Returns what the key of `mauve.toml` at `offset` means.
 pub(super) fn of_key(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {

@@ -8,37 +8,11 @@
 //!
 //! The packages of components beside it are parts of it, and have a file `COLCON_IGNORE`.
 
-use mauve_hir::{Decl, ModelDb, Project};
-
-use super::{Parts, folder};
 use crate::build::about_package;
 use crate::deployment::Deployed;
-use crate::generated_file::{GeneratedFile, MARK, Package, STANDALONE_MARK};
-use crate::library::{Model, Problem};
-use crate::package::packages;
+use crate::generated_file::{GeneratedFile, STANDALONE_MARK};
+use crate::library::Model;
 use crate::template::filled;
-
-/// The file with which colcon finds no package in a folder.
-pub(crate) const IGNORED: &str = "COLCON_IGNORE";
-
-/// Returns the packages that a deployment needs, or all of a project, and the folder of the programs as a package of ROS 2.
-///
-/// # Errors
-///
-/// The problems that prevent generation.
-pub fn ros2_packages<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Option<Decl<'db>>,
-) -> Result<Vec<Package>, Vec<Problem<'db>>> {
-    let mut all = packages(db, project, deployment)?;
-    for package in &mut all {
-        let text = format!("# {MARK} {}: the folder `standalone` builds it.\n", package.name);
-        package.files.push(GeneratedFile::generated(IGNORED.to_owned(), text));
-    }
-    all.push(folder(db, project, deployment, true, Parts::Each)?);
-    Ok(all)
-}
 
 /// A program, and how its launch file is called.
 pub(super) struct Started {
