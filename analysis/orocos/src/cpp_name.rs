@@ -180,6 +180,16 @@ fn with_suffix(name: &str) -> &'static str {
     if SCRIPT_WORDS.contains(name.trim_end_matches('_')) { "_" } else { "" }
 }
 
+/// Returns the name of a host in the names of programs and nodes, which have letters, digits and `_`. Distinct names stay distinct.
+pub(crate) fn host_name(host: &str) -> String {
+    let letters = |it: char| match it {
+        'a'..='z' | 'A'..='Z' | '0'..='9' => it.to_string(),
+        '_' => "__".to_owned(),
+        other => format!("_u{:x}_", u32::from(other)),
+    };
+    host.chars().map(letters).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

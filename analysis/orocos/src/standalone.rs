@@ -23,6 +23,7 @@ mod topics;
 use mauve_hir::{Decl, ModelDb, Project, Topic, ros2_of};
 
 use crate::codels::headers_of;
+use crate::cpp_name::host_name;
 use crate::deployment::{Deployed, deployed};
 use crate::generated_file::{GeneratedFile, Package, STANDALONE, STANDALONE_MARK, ends, is_name};
 use crate::library::{Model, Problem, models};
@@ -148,16 +149,6 @@ fn program_name(deployed: &Deployed) -> String {
         Some(host) => format!("{program}-{}", host_name(host)),
         None => program,
     }
-}
-
-/// Returns the name of a host in the names of programs and nodes, which have letters, digits and `_`. Distinct names stay distinct.
-fn host_name(host: &str) -> String {
-    let letters = |it: char| match it {
-        'a'..='z' | 'A'..='Z' | '0'..='9' => it.to_string(),
-        '_' => "__".to_owned(),
-        other => format!("_u{:x}_", u32::from(other)),
-    };
-    host.chars().map(letters).collect()
 }
 
 /// Returns whether a path has the form of a file of [`standalone`].

@@ -14,8 +14,7 @@ use mauve_wcrt::system_of;
 use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
-use super::host_name;
-use crate::cpp_name::{script_name, task_name};
+use crate::cpp_name::{host_name, script_name, task_name};
 use crate::cpp_type::cpp_type;
 use crate::deployment::Deployed;
 use crate::escape::cpp_string;
