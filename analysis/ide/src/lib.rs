@@ -32,6 +32,7 @@
 //! | `drawing.rs` | common parts of drawings |
 //! | `layout.rs` | the places of boxes and lines |
 //! | `text_canvas.rs` | drawings in characters |
+//! | `toml_place.rs` | where an offset is in `mauve.toml`, or in a timing table |
 //! | `architecture_drawing.rs` | an architecture as a drawing |
 //! | `gantt.rs` | a schedule as a drawing |
 //! | `chain_drawing.rs` | chains as a drawing |

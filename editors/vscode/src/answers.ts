@@ -14,6 +14,8 @@ interface Drawn {
 export interface GraphNode {
   instance: string;
   component: string;
+  /** The computer that it runs on, where there are several; `affinity` is in its numbers. */
+  host: string | null;
   load: number | null;
   affinity: number | null;
   priority: number | null;
@@ -36,7 +38,7 @@ export interface Graph extends Drawn {
   significance: number | null;
   nodes: GraphNode[];
   edges: { location: Location | null }[];
-  cpus: { mask: number; utilisation: number | null; complete: boolean }[];
+  cpus: { host?: string; mask: number; utilisation: number | null; complete: boolean }[];
   lost: string[];
 }
 

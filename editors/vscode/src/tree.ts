@@ -130,17 +130,19 @@ async function documents(): Promise<string[]> {
 function deployment(id: string, graph: Graph): Entry {
   const sorted = rows(graph.nodes);
   const { status, text } = summary(sorted);
-  const masks = [...new Set(graph.nodes.map(({ affinity }) => affinity))].sort((one, other) => (one ?? Infinity) - (other ?? Infinity));
-  const children = masks.map((mask): Entry => {
-    const load = graph.cpus.find((cpu) => cpu.mask === mask);
+  const places = new Map(graph.nodes.map(({ host, affinity: mask }) => [`${host ?? ""} ${mask}`, { host, mask }]));
+  const order = (it: { host: string | null; mask: number | null }) => it.mask ?? Infinity;
+  const sortedPlaces = [...places.values()].sort((one, other) => (one.host ?? "").localeCompare(other.host ?? "") || order(one) - order(other));
+  const children = sortedPlaces.map(({ host, mask }): Entry => {
+    const load = graph.cpus.find((cpu) => cpu.mask === mask && (cpu.host ?? null) === host);
     const utilisation = load?.utilisation ?? null;
     return {
-      id: `${id} ${mask}`,
-      label: mask === null || mask === 0 ? "No CPU" : cpus(mask),
+      id: `${id} ${host === null ? "" : `${host} `}${mask}`,
+      label: mask === null || mask === 0 ? "No CPU" : cpus(mask, host),
       description: utilisation === null ? "" : `${load?.complete ? "" : "≥ "}${percent(utilisation)} utilisation`,
       status: utilisation === null ? "none" : utilisation > 1 ? "missed" : "met",
       icon: "chip",
-      children: sorted.filter(({ index }) => graph.nodes[index].affinity === mask).map(({ index }) => instance(id, graph.nodes[index])),
+      children: sorted.filter(({ node }) => node.affinity === mask && node.host === host).map(({ index }) => instance(id, graph.nodes[index])),
     };
   });
   return { id, label: graph.name, description: text, status, icon: "server-process", tooltip: `${graph.name}: ${text}\n${graph.root}`, children };

@@ -122,7 +122,7 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   }
   const row = ({ index, node, status, part }: Row) => {
     const item: Item = `instance:${index}`;
-    const cpu = cpus(node.affinity).replace(/^CPUs? /, "");
+    const cpu = cpus(node.affinity, node.host).replace(/^CPUs? /, "");
     const figures = [percent(node.load), number(node.priority), number(node.period), cpu];
     const cells = [
       name(link(node.instance, item, actions, node.component)),
@@ -134,10 +134,10 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   };
   const figures = { Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
   const columns = { Instance: "", "Response / deadline": "figure", ...figures } as const;
-  const cpu = ({ mask, utilisation, complete }: Graph["cpus"][number]) => {
+  const cpu = ({ host, mask, utilisation, complete }: Graph["cpus"][number]) => {
     const status = utilisation === null ? "unknown" : utilisation > 1 ? "missed" : "met";
     const text = utilisation === null ? "utilisation unknown" : `${complete ? "" : "≥ "}${percent(utilisation)}`;
-    return h("li", { class: status }, h("span", {}, cpus(mask)), bar(utilisation ?? 0, status), h("strong", {}, text));
+    return h("li", { class: status }, h("span", {}, cpus(mask, host)), bar(utilisation ?? 0, status), h("strong", {}, text));
   };
   return [
     h("section", { class: "cpus" }, h("h2", {}, "Utilisation"), h("ul", {}, ...loads.map(cpu))),

@@ -6,6 +6,7 @@ import { cpus, number, rows, steps, summary } from "./figures";
 const node = (instance: string, status: string, response: number | null, deadline: number | null): GraphNode => ({
   instance,
   component: "C",
+  host: null,
   load: 0.1,
   affinity: 1,
   priority: 2,
@@ -50,6 +51,7 @@ test("the summary names missed deadlines, then unknown ones, then the least slac
 test("numbers and CPUs", () => {
   assert.equal(number(0.1 + 0.2), "0.3");
   assert.equal(number(null), "–");
+  assert.deepEqual([cpus(1, "eyes"), cpus(3, null)], ["CPU 1 of eyes", "CPUs 1 and 2"]);
   assert.deepEqual([cpus(1), cpus(3), cpus(7), cpus(0), cpus(null), cpus(2 ** 40)], ["CPU 1", "CPUs 1 and 2", "CPUs 1, 2 and 3", "–", "–", "CPU 41"]);
 });
 

@@ -20,8 +20,9 @@ export function percent(part: number | null | undefined): string {
   return part === null || part === undefined ? "–" : `${(part * 100).toFixed(1)} %`;
 }
 
-/** `CPU 1`, `CPUs 1 and 2`: the lowest bit is CPU 1. */
-export function cpus(mask: number | null): string {
+/** `CPU 1`, `CPUs 1 and 2`: the lowest bit is CPU 1; with several computers, `CPU 1 of eyes`. */
+export function cpus(mask: number | null, host?: string | null): string {
+  const of = host ? ` of ${host}` : "";
   const names: number[] = [];
   for (let cpu = 0; mask !== null && cpu < 53; cpu++) {
     if (Math.floor(mask / 2 ** cpu) % 2 === 1) {
@@ -29,9 +30,9 @@ export function cpus(mask: number | null): string {
     }
   }
   if (names.length < 2) {
-    return names.length === 0 ? "–" : `CPU ${names[0]}`;
+    return names.length === 0 ? "–" : `CPU ${names[0]}${of}`;
   }
-  return `CPUs ${names.slice(0, -1).join(", ")} and ${names.at(-1)}`;
+  return `CPUs ${names.slice(0, -1).join(", ")} and ${names.at(-1)}${of}`;
 }
 
 /** The status of a deadline as a class; a response time without a bound misses its deadline. */
