@@ -62,7 +62,9 @@ fn the_page_for_users_of_ros_2_can_be_followed() {
     let programs = Path::new(MAUVE).parent().unwrap().to_owned();
     let mut reader = Reader::new(&home, home.clone(), programs);
     // It runs until it is interrupted; other tests run such a robot.
-    reader.skipped = vec!["mauve run --ros2\n"];
+    let workspace = "cd ws && colcon build && . install/setup.sh\nros2 run avoidance_ros2 avoidance-Base\n\
+                     ros2 launch avoidance_ros2 Base.launch.py\n";
+    reader.skipped = vec!["mauve run --ros2\n", workspace];
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/tutorial/ros2.md");
     assert!(reader.follow(&page) >= 5);
 }

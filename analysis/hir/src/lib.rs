@@ -33,6 +33,7 @@
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
 //! | `ros2.rs`, `ros2/`, `ros2_fact.rs` | the topics of ROS 2 of a deployment, and the hosts of its instances |
+//! | `hosts.rs` | the CPUs of several computers, in one set |
 //! | `flat.rs`, `link.rs` | an architecture with its imports; a connection of it |
 //! | `settings.rs`, `wiring.rs` | values of properties; types and directions of connections, unconnected features |
 //! | `declared.rs`, `configured.rs` | checks of declared names and types, unused declarations; checks of `mauve.toml` |

@@ -408,7 +408,10 @@ impl<'db> Sums<'db> {
         let activity = task.and_then(|it| self.report.activities.get(it));
         let Some((task, response)) = task.zip(activity.and_then(|it| it.response)) else {
             let refusals = activity.map_or_else(Vec::new, |it| it.reasons.clone());
-            reasons.push(ChainReason::Gateway { gateway, refusals });
+            let reason = ChainReason::Gateway { gateway, refusals };
+            if !reasons.contains(&reason) {
+                reasons.push(reason);
+            }
             return None;
         };
         let Some(write) = response.checked_add(network) else {
