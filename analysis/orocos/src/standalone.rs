@@ -188,6 +188,7 @@ fn cmake_lists(
         let libraries: String = packages.iter().map(|package| format!(" {package}-components")).collect();
         format!("add_program({program}{libraries})")
     });
+    let excluded = if ros2_package.is_some() { " EXCLUDE_FROM_ALL" } else { "" };
     let values = [
         ("mark", STANDALONE_MARK.to_owned()),
         ("first_program", programs.first().map_or_else(String::new, |(program, _)| program.clone())),
@@ -199,7 +200,11 @@ fn cmake_lists(
         ("libraries", libraries.collect::<Vec<_>>().join(" ")),
         ("ros2_package", ros2_package.unwrap_or_default().to_owned()),
         ("runtime", if has_topics { "mauve-ros2" } else { "mauve-rtt" }.to_owned()),
-        ("ros2", if has_topics { "add_subdirectory(runtime/ros2)" } else { "" }.to_owned()),
+        (
+            "ros2",
+            if has_topics { format!("add_subdirectory(runtime/ros2{excluded})") } else { String::new() },
+        ),
+        ("excluded", excluded.to_owned()),
         ("has_ros", if has_topics { "OFF" } else { "${MAUVE_ROS_MESSAGES}" }.to_owned()),
     ];
     filled(include_str!("../templates/standalone.cmake"), &values)

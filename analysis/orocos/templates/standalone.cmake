@@ -19,7 +19,7 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 
 @if ros2_package
-# The package of ROS 2: its libraries are beside its programs.
+# The package of ROS 2: its libraries are beside its programs, and nothing else of them is installed.
 set(CMAKE_INSTALL_RPATH "$ORIGIN")
 @end
 set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of the packages")
@@ -27,7 +27,7 @@ set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of th
 # The packages find the runtime in place of Orocos.
 set(ORO_USE_CATKIN OFF)
 set(OROCOS_TARGET gnulinux)
-add_subdirectory(runtime)
+add_subdirectory(runtime{excluded})
 @if ros2
 {ros2}
 @end
@@ -118,7 +118,7 @@ endif()
 
 # The packages; those that others call come first.
 foreach(package {packages})
-  add_subdirectory("${MAUVE_PACKAGES}/${package}" "packages/${package}")
+  add_subdirectory("${MAUVE_PACKAGES}/${package}" "packages/${package}"{excluded})
 endforeach()
 @end
 @if programs
