@@ -342,7 +342,9 @@ struct Group<'a, 'db> {
 fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
     let mut groups: Vec<Group<'a, 'db>> = Vec::new();
     let is_counted = |it: &&ResolvedActivity<'db>| {
-        it.priority != Priority::Background && is_first_of_thread(&system.activities, it)
+        // That of a gateway is in mauve.toml, and stays.
+        let is_written = it.priority != Priority::Background && it.gateway.is_none();
+        is_written && is_first_of_thread(&system.activities, it)
     };
     for activity in system.activities.iter().filter(is_counted) {
         let is_known = activity.priority != Priority::Unknown && activity.deadline.is_some();
