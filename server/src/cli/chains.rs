@@ -234,6 +234,7 @@ impl<'db> Shown<'db> {
 
     /// The parts of a latency: a row for each component, and their sum.
     fn hops(&self, chain: &ChainReport<'db>) -> String {
+        let report = response_times(self.db, self.project, self.deployment, self.query);
         let row = |step: &ChainStepReport<'db>| {
             let part = step.part;
             let mut notes = Vec::new();
@@ -242,6 +243,10 @@ impl<'db> Shown<'db> {
             );
             notes.extend(part.by_data.then(|| "released by data".to_owned()));
             notes.extend(part.stays_full.then(|| "the buffer before it stays full".to_owned()));
+            let response = step.activity.and_then(|it| report.activities.get(it)?.response);
+            let network = step.timed.as_ref().zip(response).and_then(|(it, own)| it.write.checked_sub(own));
+            let network = network.filter(|it| *it > Time::ZERO);
+            notes.extend(network.map(|it| format!("the network takes {it} of it at most")));
             if part.rule == ChainRule::HigherPriority {
                 notes.push("of a higher priority: the next one waits for its release only".to_owned());
             }
