@@ -202,8 +202,8 @@ fn ros2_a_model_becomes_a_package_for_colcon() {
     assert!(said.status.code() == Some(2) && text.contains("write `[ros2]` with a `gateway`"), "{text}");
 }
 
-/// A camera on one host, and on another one what uses its images. The deadlines are long, so that a virtual machine that pauses for a moment
-/// meets them.
+/// A camera on one host; a tracker and a controller on another host use its images. The deadlines are long: a virtual machine meets them
+/// although it pauses for a moment.
 const TWO_HOSTS: &str = "
 library rig {
   use geometry_msgs

@@ -3,7 +3,7 @@
 use mauve_hir::MistakeKind;
 use mauve_timing::{CpuSet, TimeError};
 
-use crate::lists::{alternatives, cpu_names};
+use crate::lists::alternatives;
 
 /// Returns the message of an error in a `mauve.toml`.
 pub(super) fn mistake(kind: &MistakeKind) -> String {
@@ -39,11 +39,7 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
         }
         MistakeKind::NoSuchCpu { named, cpus } => {
             let available = CpuSet::first_few(*cpus);
-            format!(
-                "`cpus` names {}, and `[platform] cpus` has {}",
-                cpu_names(*named - available),
-                cpu_names(available)
-            )
+            format!("`cpus` names {}, and `[platform] cpus` has {}", *named - available, available)
         }
         MistakeKind::WrongValue { key, expected, error: None } => format!("`{key}` {expected}"),
         MistakeKind::WrongValue { key, expected, error: Some(error) } => {

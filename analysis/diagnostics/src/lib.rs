@@ -410,7 +410,7 @@ pub use findings::{
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
 use lists::enumerated;
-pub use lists::{cpu_names, utilisation};
+pub use lists::utilisation;
 pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
 pub use table_reasons::{times_of, unusable_time};
 use timing_facts::timing_diagnostic;

@@ -1,11 +1,6 @@
 //! Lists and CPUs in messages.
 
-use mauve_timing::{CpuLoad, CpuSet};
-
-/// Returns the CPUs of a set for a user, numbered from 1: [`CpuSet`] as a text. Those of several hosts: [`mauve_hir::Hosts::names`].
-pub fn cpu_names(cpus: CpuSet) -> String {
-    cpus.to_string()
-}
+use mauve_timing::CpuLoad;
 
 /// Returns the utilisation of a CPU: `62.0 %`. That of several CPUs together: `131.0 % of 200 %`.
 pub fn utilisation(load: &CpuLoad) -> String {

@@ -12,7 +12,7 @@ use mauve_wcrt::{
     UnknownPriority, UnusableTime, file_name,
 };
 
-use super::lists::{cpu_names, enumerated};
+use super::lists::enumerated;
 use super::table_reasons::{table_fault, table_levels, unusable_time};
 use super::{duplicate_activity, duplicate_field, render, unknown_field};
 
@@ -442,11 +442,7 @@ fn unknown_priority(why: &UnknownPriority) -> String {
 
 /// Returns the message for an affinity with missing CPUs.
 pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
-    format!(
-        "affinity names {}, and mauve.toml has {}",
-        cpu_names(missing.named),
-        cpu_names(missing.available)
-    )
+    format!("affinity names {}, and mauve.toml has {}", missing.named, missing.available)
 }
 
 /// Returns why an operation may be missing, as a predicate of `shell X` or `its shell`.

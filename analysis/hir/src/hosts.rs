@@ -6,6 +6,8 @@
 //! [host.eyes]  cpus = 4    CPU 1 of eyes         ─→ CPU 2 of the analysis
 //! ```
 
+use std::sync::Arc;
+
 use mauve_timing::CpuSet;
 use rustc_hash::FxHashMap;
 
@@ -35,7 +37,7 @@ pub struct Host {
 
 /// Returns the hosts of `mauve.toml`.
 #[salsa::tracked(returns(ref))]
-pub fn hosts_of(db: &dyn ModelDb, workspace: Workspace) -> Hosts {
+pub fn hosts_of(db: &dyn ModelDb, workspace: Workspace) -> Arc<Hosts> {
     let config = config_of(db, workspace);
     let mut found = Hosts::default();
     let mut first = 0_u32;
@@ -52,7 +54,7 @@ pub fn hosts_of(db: &dyn ModelDb, workspace: Workspace) -> Hosts {
         }
         found.all.push(Host { name: host.name.as_str().into(), cpus, has_tables: !host.tables.is_empty() });
     }
-    found
+    Arc::new(found)
 }
 
 impl Hosts {
@@ -104,7 +106,7 @@ mod tests {
     use super::*;
     use crate::Database;
 
-    fn hosts(toml: &str) -> Hosts {
+    fn hosts(toml: &str) -> Arc<Hosts> {
         let db = Database::default();
         let texts = [("/mauve.toml".into(), toml.to_owned())];
         hosts_of(&db, Workspace::of_texts(&db, "/".into(), texts)).clone()

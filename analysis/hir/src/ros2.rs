@@ -17,6 +17,7 @@ use rustc_hash::FxHashSet;
 use crate::ModelDb;
 use crate::config::{Config, TopicConfig};
 use crate::flat::{Flat, deployed};
+use crate::hosts::{Hosts, hosts_of};
 use crate::item_tree::{FeatureKind, Name};
 use crate::link::Link;
 use crate::project::{Project, config_of};
@@ -158,15 +159,17 @@ impl fmt::Display for TopicType {
 /// Returns the topics and hosts of a deployment; nothing without `[ros2]` and `[host.…]`.
 #[salsa::tracked(returns(ref))]
 pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Ros2 {
-    let config = config_of(db, project.workspace(db));
+    let workspace = project.workspace(db);
+    let (config, hosts) = (config_of(db, workspace), hosts_of(db, workspace));
+    let names = hosts.all.iter().map(|it| it.name.clone()).collect();
     let (Some(_), Some((flat, _))) = (&config.ros2, deployed(db, project, deployment)) else {
-        return Ros2 { hosts: hosts(config), ..Ros2::default() };
+        return Ros2 { hosts: names, ..Ros2::default() };
     };
     let latencies = config.links.iter().filter_map(|it| {
         let (one, other) = ends_of_link(config, &it.name)?;
         Some(([one, other], it.latency?))
     });
-    let mut found = Ros2 { hosts: hosts(config), topics: Vec::new(), latencies: latencies.collect() };
+    let mut found = Ros2 { hosts: names, topics: Vec::new(), latencies: latencies.collect() };
     let links = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<&(Name, Name)> = links.flat_map(|it| [&it.source, &it.target]).collect();
     for instance in flat.instances.iter().filter(|it| !it.repeated) {
@@ -182,7 +185,7 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let written = config.ros2.iter().flat_map(|it| &it.topics).position(|it| it.port.0 == full);
             let is_across = |it: &Link<'_>| {
                 let is_end = !it.operation && (it.source == port || it.target == port);
-                is_end && host_of(config, &it.source.0) != host_of(config, &it.target.0)
+                is_end && hosts.of(&it.source.0) != hosts.of(&it.target.0)
             };
             let across = flat.links.iter().position(is_across);
             let is_free = || !connected.contains(&port) && !ty.is_wrapped;
@@ -194,7 +197,7 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
             let Some(origin) = origin else { continue };
             let written = written.and_then(|index| config.ros2.as_ref()?.topics.get(index));
             let named = named_port(flat, origin, &port);
-            let mut topic = topic(config, &port, named, feature.kind, ty, written, origin);
+            let mut topic = topic((config, hosts), &port, named, feature.kind, ty, written, origin);
             // What a connection keeps on one host, it keeps between two.
             if across.is_some() && written.is_none_or(|it| it.depth.is_none()) {
                 let buffers = flat.links.iter().filter(|it| is_across(it)).filter_map(|it| it.buffer);
@@ -215,7 +218,7 @@ fn named_port<'a>(flat: &'a Flat<'_>, origin: TopicOrigin, port: &'a (Name, Name
 }
 
 fn topic(
-    config: &Config,
+    (config, hosts): (&Config, &Hosts),
     port: &(Name, Name),
     named: &(Name, Name),
     kind: FeatureKind,
@@ -243,18 +246,9 @@ fn topic(
         is_best_effort: written.is_some_and(|it| it.is_best_effort),
         is_transient_local: written.is_some_and(|it| it.is_transient_local),
         max_bytes: written.and_then(|it| it.max_bytes).unwrap_or(MAX_BYTES),
-        host: host_of(config, &port.0).unwrap_or_default(),
+        host: hosts.of(&port.0).unwrap_or_default(),
         origin,
     }
-}
-
-fn hosts(config: &Config) -> Vec<Name> {
-    config.hosts.iter().map(|it| it.name.as_str().into()).collect()
-}
-
-/// Returns the host of an instance, by its index.
-fn host_of(config: &Config, instance: &str) -> Option<usize> {
-    config.hosts.iter().position(|host| host.activities.iter().any(|(name, _)| name == instance))
 }
 
 /// Returns the hosts that a link such as `eyes-brain` joins.

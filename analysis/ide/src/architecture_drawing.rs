@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{cpu_names, utilisation};
+use mauve_diagnostics::utilisation;
 use mauve_hir::ModelDb;
 use mauve_hir::item_tree::{FeatureKind, Name};
 use mauve_timing::{CpuSet, Status, Time, Unit};
@@ -70,7 +70,6 @@ struct Figures {
 
 impl Figures {
     fn of(graph: &Graph<'_>, node: &GraphNode<'_>) -> Option<Figures> {
-        let names = |cpus| graph.report.map_or_else(|| cpu_names(cpus), |it| it.hosts.names(cpus));
         let activity = node.activity?;
         let status = match activity.verdict {
             Status::Met => "met",
@@ -80,7 +79,7 @@ impl Figures {
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
-        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(names);
+        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(|it| cpus_of(graph, it));
         let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
         let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
         let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
@@ -374,18 +373,22 @@ fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     Some(format!("{}\n\n{}", graph.title, canvas.finish()))
 }
 
+/// Returns the names of CPUs, with their host if the graph is of a deployment on several.
+fn cpus_of(graph: &Graph<'_>, cpus: CpuSet) -> String {
+    graph.report.map_or_else(|| cpus.to_string(), |report| report.hosts.names(cpus))
+}
+
 /// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 / 40 ms`.
 pub fn instance_tree(graph: &Graph<'_>) -> String {
     let mut groups: BTreeMap<CpuSet, Vec<&GraphNode<'_>>> = BTreeMap::new();
     for node in &graph.nodes {
         groups.entry(node.activity.and_then(|it| it.cpus).unwrap_or_default()).or_default().push(node);
     }
-    let names = |cpus| graph.report.map_or_else(|| cpu_names(cpus), |it| it.hosts.names(cpus));
     let mut out = format!("{}\n", graph.title.split(": ").next().unwrap_or_default());
     for (cpus, mut nodes) in groups {
         let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.cpus == cpus));
         let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
-        let _ = writeln!(out, "  {}{load}", names(cpus));
+        let _ = writeln!(out, "  {}{load}", cpus_of(graph, cpus));
         let priority = |node: &GraphNode<'_>| node.activity.and_then(|it| it.priority.real_time());
         nodes.sort_by_key(|node| (Reverse(priority(node)), node.instance.as_str()));
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();

@@ -133,10 +133,8 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>, host: Option<u
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
     let activities = Activities::new(model, of, flat);
-    let host = host.and_then(|host| model.config().hosts.get(host));
-    let is_here = |instance: &Name| {
-        host.is_none_or(|host| host.activities.iter().any(|(name, _)| **instance == **name))
-    };
+    let hosts = hosts_of(db, project.workspace(db));
+    let is_here = |instance: &Name| host.is_none() || hosts.of(instance) == host;
     let instances = flat.instances.iter().filter(|it| is_here(&it.name));
     let tasks: Vec<Task> = instances.filter_map(|it| task(model, of, &activities, it)).collect();
     let end =
@@ -177,7 +175,7 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>, host: Option<u
     Some(Deployed {
         name: file_name(of.name(db)),
         qualified: of.qualified(db),
-        host: host.map(|it| it.name.as_str().into()),
+        host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),
         package: library.package.clone(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",

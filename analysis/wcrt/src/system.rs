@@ -830,9 +830,9 @@ impl<'db> SystemReader<'db> {
             let clock = clocks.first().copied().flatten().filter(|_| clocks.len() == 1);
             resolved.task.clock = clock.copied().unwrap_or_default();
             // What synchronises clocks of several hosts moves releases. Nothing else compares times of two hosts.
-            let hosts = platform.clocks.iter().filter(|(_, it)| Some(*it) == clock);
-            let hosts: BTreeSet<Option<usize>> = hosts.map(|(name, _)| self.hosts.of(name)).collect();
-            if let Some(drift) = platform.ptp.filter(|_| hosts.len() > 1) {
+            let mates = || platform.clocks.iter().filter(|(_, it)| Some(*it) == clock);
+            let is_across = || mates().any(|(name, _)| self.hosts.of(name) != resolved.host);
+            if let Some(drift) = platform.ptp.filter(|_| is_across()) {
                 resolved.task.jitter = resolved.task.jitter.checked_add(drift).unwrap_or(drift);
             }
             let is_released = clock.is_some() && resolved.is_exact && !resolved.is_sporadic;

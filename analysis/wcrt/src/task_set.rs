@@ -76,7 +76,7 @@ impl<'db> DeployedTasks<'db> {
             operations: served.connections.into_iter().map(|it| it.operation).collect(),
             times: tables.section(db).clone(),
             not_analysed: system.not_analysed.clone(),
-            hosts: Arc::new(hosts_of(db, project.workspace(db)).clone()),
+            hosts: hosts_of(db, project.workspace(db)).clone(),
             tasks,
         }
     }

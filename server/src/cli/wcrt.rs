@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    EXHAUSTED, cpu_names, errors_of_text, origins, reasons_of, supported, task_set_error_message, times_of,
+    EXHAUSTED, errors_of_text, origins, reasons_of, supported, task_set_error_message, times_of,
     timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
@@ -493,7 +493,7 @@ fn utilisations(report: &Report<'_>) -> String {
 /// `1`, `2, 3`; of several hosts, `eyes: 1`.
 pub(super) fn cpu_numbers(hosts: &Hosts, cpus: CpuSet) -> String {
     let (host, cpus) = hosts.local(cpus);
-    let numbers = cpu_names(cpus);
+    let numbers = cpus.to_string();
     let numbers = numbers.trim_start_matches("CPUs ").trim_start_matches("CPU ");
     host.map_or_else(|| numbers.to_owned(), |host| format!("{host}: {numbers}"))
 }

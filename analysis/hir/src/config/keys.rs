@@ -289,7 +289,7 @@ pub static SECTIONS: [Section; 14] = [
             examples: r#"[{ "camera.frame": "/image_raw", "pilot.command": { "name": "/cmd_vel", "reliability": "best-effort" } }]"#,
             documentation: "The topics of ports, each with its name or with its properties. Ports without a connection whose types are \
                             messages are topics, /namespace/instance/port, without an entry." },
-    ]), documentation: "Topics of ROS 2: `mauve run --ros2`." },
+    ]), documentation: "Topics of ROS 2: `mauve run --ros2`, `mauve generate --ros2`." },
     Section { name: "host", summary: "a computer of the robot", entries: Entries::Hosts(&[
         Key { name: "activities", kind: KeyKind::Instances(|it| &mut it.activities), default: None,
             examples: r#"[["camera", "tracker"]]"#, documentation: "The instances that run on it." },

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use rustc_hash::FxHashSet;
 
-use super::{Ros2, Topic, TopicType, ends_of_link, host_of, ros2_of};
+use super::{Ros2, Topic, TopicType, ends_of_link, ros2_of};
 use crate::config::{Config, TopicConfig};
 use crate::fact::{Fact, FactKind, InvalidName, Quality, Ros2Fact, Unmapped};
 use crate::flat::{Flat, deployed};
+use crate::hosts::hosts_of;
 use crate::item_tree::{FeatureKind, Name};
 use crate::messages::package;
 use crate::msg::BUILT_IN_TYPES;
@@ -90,12 +91,13 @@ pub(crate) fn facts_of_configuration<'db>(db: &'db dyn ModelDb, workspace: Works
         report(&link.span, Ros2Fact::InvalidLink { name: link.name.as_str().into(), near });
     }
     if config.ptp.is_none() {
+        let hosts = hosts_of(db, workspace);
         for (clock, (instance, span)) in config.on_clocks() {
             let others = config.on_clocks().filter(|(it, _)| *it == clock).map(|(_, (it, _))| it);
-            let host = host_of(config, instance);
+            let host = hosts.of(instance);
             let before = others.take_while(|it| *it != instance);
-            let Some(other) = before.into_iter().find(|it| host_of(config, it) != host) else { continue };
-            if let (Some(host), Some(of_other)) = (host, host_of(config, other)) {
+            let Some(other) = before.into_iter().find(|it| hosts.of(it) != host) else { continue };
+            if let (Some(host), Some(of_other)) = (host, hosts.of(other)) {
                 let hosts = [of_other, host].map(|it| name_of_host(config, it));
                 let (instance, other) = (instance.as_str().into(), other.as_str().into());
                 report(span, Ros2Fact::ClockAcross { instance, other, hosts });
@@ -234,7 +236,7 @@ impl<'db> TopicChecker<'db> {
     }
 
     fn host(&self, instance: &str) -> Option<usize> {
-        host_of(self.config, instance)
+        hosts_of(self.db, self.project.workspace(self.db)).of(instance)
     }
 
     /// Checks the ports that `[ros2] topics` names. Other checks report those that do not exist.

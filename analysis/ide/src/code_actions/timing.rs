@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
-use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if, shortened};
+use mauve_diagnostics::{Diagnostic, Finding, declaration_diagnostics, diagnostics_if, shortened};
 use mauve_hir::item_tree::{Field, Name};
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment, same_fields};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -189,7 +189,7 @@ fn title(change: &TimingChange) -> String {
         TimingChange::PrioritiesByDeadline => "Deadline-monotonic order".to_owned(),
         TimingChange::OptimalPriorities => "Optimal priorities".to_owned(),
         TimingChange::DeadlineAsPeriod(period) => format!("Deadline → {period}"),
-        TimingChange::Cpu(cpu) => format!("Move to {}", cpu_names(*cpu)),
+        TimingChange::Cpu(cpu) => format!("Move to {cpu}"),
         TimingChange::Period { with_deadline: true, period, .. } => format!("Period and deadline → {period}"),
         TimingChange::Period { period, .. } => format!("Period → {period}"),
     }

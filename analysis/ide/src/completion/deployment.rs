@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of,
@@ -131,7 +130,7 @@ impl<'db> Completer<'_, 'db> {
             ([_, EQ], Some(ActivityField::Cpus)) => {
                 self.cpus(|cpu| format!("[{}]", cpu + 1));
                 for (set, cpus) in &platform_of(self.db, self.project.workspace(self.db)).cpu_sets {
-                    self.add(Completion::new(CompletionKind::Constant, set.as_str()).note(cpu_names(*cpus)));
+                    self.add(Completion::new(CompletionKind::Constant, set.as_str()).note(cpus.to_string()));
                 }
             }
             ([_, EQ, L_BRACK, ..], Some(ActivityField::Cpus)) => self.cpus(|cpu| (cpu + 1).to_string()),
@@ -151,7 +150,7 @@ impl<'db> Completer<'_, 'db> {
         let host = self.activity_name().and_then(|name| hosts.all.get(hosts.of(&name)?));
         let (_, all) = hosts.local(host.map_or(all, |it| it.cpus));
         for cpu in all.iter() {
-            let note = cpu_names(CpuSet::of(cpu));
+            let note = CpuSet::of(cpu).to_string();
             self.add(Completion::new(CompletionKind::Value, written(cpu)).note(note));
         }
     }

@@ -6,7 +6,6 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
 use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
@@ -414,7 +413,7 @@ impl<W: Write> TraceWriter<W> {
         let tid = 1000 + (number * 100 + pid as usize) * 2;
         if self.named.insert((pid, tid)) {
             if self.named.insert((pid, 0)) {
-                let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| cpu_names(CpuSet::of(cpu)));
+                let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| CpuSet::of(cpu).to_string());
                 process(pid, &name).iter().try_for_each(|event| self.write(event))?;
             }
             let title = match priority {

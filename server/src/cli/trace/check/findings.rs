@@ -1,6 +1,5 @@
 //! What a recording and a model do not agree on, in words: what is wrong, why, and what to do.
 
-use mauve_diagnostics::cpu_names;
 use mauve_pwcet::trace::port_of;
 use mauve_timing::Time;
 use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath, Waited};
@@ -105,15 +104,15 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::Cpus { expected, observed } => format!(
             "`{instance}` may use {} instead of {} in {}{first}: check the affinity in the deployment, and `taskset` and cgroups on \
              the robot",
-            cpu_names(*observed),
-            cpu_names(*expected),
+            observed,
+            expected,
             periods(count)
         ),
         FindingKind::OtherCpu { expected, observed } => format!(
             "`{instance}` began {} on {}, and the deployment gives it {}{first}",
             periods(count),
             format_args!("CPU {}", u64::from(*observed) + 1),
-            cpu_names(*expected)
+            expected
         ),
         FindingKind::Component { expected, observed } => format!(
             "`{instance}` executes programs of `{observed}`, and the model deploys `{expected}`: generate, build and record again"
