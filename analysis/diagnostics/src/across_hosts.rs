@@ -70,6 +70,12 @@ pub(super) fn report<'db>(at: Location<'db>, fact: &F) -> Diagnostic<'db> {
             let found = format!("no hosts for link `{name}`: name two hosts, joined by `-`");
             return Diagnostic::new(&ACROSS_HOSTS, at.clone(), found).link_instead(near.as_ref(), at);
         }
+        F::AmbiguousLink { name, pairs: [[a, b], [c, d]] } => format!(
+            "link `{name}` may join `{a}` and `{b}`, or `{c}` and `{d}`: rename a host"
+        ),
+        F::SecondLink { name, first } => format!(
+            "links `{first}` and `{name}` join the same hosts, and the greater latency counts: delete one of them"
+        ),
         F::ClockAcross { instance, other, hosts: [from, to] } => format!(
             "`{instance}` on host `{to}` is not synchronised with `{other}` on host `{from}`: add `ptp`, by how much their clocks differ at most, to `[clocks]`"
         ),

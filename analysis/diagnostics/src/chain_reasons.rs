@@ -58,6 +58,16 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
             ),
             format!("no latency from {from} to {to}"),
         ),
+        ChainReason::BestEffort { port } => (
+            format!(
+                "`{port}` is a best-effort topic between two hosts, and may lose samples: make it reliable"
+            ),
+            format!("{port} may be lost"),
+        ),
+        ChainReason::NoTopic { hosts: [from, to] } => (
+            format!("a connection from host `{from}` to host `{to}` is no topic: its diagnostic says why"),
+            format!("no topic from {from} to {to}"),
+        ),
         ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),
         ChainReason::ReleasedByData { step, by } => {
             let by = by

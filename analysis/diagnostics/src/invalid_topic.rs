@@ -1,8 +1,9 @@
 //! # invalid-topic
 //!
 //! A topic of ROS 2 cannot exist as `[ros2]` of `mauve.toml` has it: its name breaks the rules of ROS 2, its port has a
-//! type that is not a message, a connection feeds its input already, two ports have it with different types, or a reader asks for a
-//! better quality of service than the writer offers (no sample would ever arrive).
+//! type that is not a message, a connection feeds its input already, two ports have it with different types, two outputs are one topic
+//! although a connection of one leads to another host, or a reader asks for a better quality of service than the writer offers (no
+//! sample would ever arrive).
 //!
 //! ```mauve
 //! use std_msgs
@@ -59,6 +60,10 @@ pub(super) fn report<'db>(at: Location<'db>, fact: &F) -> Diagnostic<'db> {
         }
         F::TwoTypes { topic, ports: [(first, ty), (second, other)] } => format!(
             "topic `{topic}` has two types: {ty} of `{first}`, and {other} of `{second}`; give one of them another name in `[ros2] topics`"
+        ),
+        F::TwoOutputs { topic, outputs: [first, second] } => format!(
+            "topic `{topic}` is the output `{first}` and the output `{second}`, and one of them leads to another host, where nobody tells \
+             their samples apart: give one of them another name in `[ros2] topics`"
         ),
         F::Quality { topic, writer, reader, property: Quality::Reliability } => format!(
             "`{reader}` never gets a sample of `{writer}` on `{topic}`: a reliable reader, a best-effort writer; add `reliability = \"best-effort\"` to `{reader}`"

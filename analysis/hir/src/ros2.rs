@@ -33,9 +33,9 @@ pub struct Ros2 {
     /// The topics, in the order of the instances and their ports. A connection between hosts has two: that of its output, and that of
     /// its input.
     pub topics: Vec<Topic>,
-    /// The names of the hosts, in the order of the text; empty: there is one computer, without a name.
+    /// The names of the hosts, in their order; empty: there is one computer, without a name.
     pub hosts: Vec<Name>,
-    /// The most time that the network between two hosts takes, by their indices.
+    /// The most time that the network between two hosts takes, by their indices: an assumption. Of two for one pair, the greatest counts.
     pub latencies: Vec<([usize; 2], Time)>,
 }
 
@@ -106,20 +106,18 @@ impl Ros2 {
     }
 
     /// Returns the ends of a connection that leads to another host, its output first; it is no connection of one program.
-    pub fn across(&self, link: usize) -> Option<[&Topic; 2]> {
-        let input =
-            self.topics.iter().find(|it| !it.is_published && it.origin == TopicOrigin::AcrossHosts(link))?;
-        // It may lead to several hosts, and has the number of the first connection.
-        let is_output = |it: &&Topic| {
-            it.is_published && it.name == input.name && matches!(it.origin, TopicOrigin::AcrossHosts(_))
-        };
-        Some([self.topics.iter().find(is_output)?, input])
+    pub fn across(&self, link: &Link<'_>) -> Option<[&Topic; 2]> {
+        let [(writer, output), (reader, input)] = [&link.source, &link.target];
+        let ends = [self.topic(writer, output)?, self.topic(reader, input)?];
+        // An input with two connections has the name of one output: the other one does not reach it.
+        let is_topic = ends[0].is_published && !ends[1].is_published && ends[0].name == ends[1].name;
+        (!link.operation && ends[0].host != ends[1].host && is_topic).then_some(ends)
     }
 
     /// Returns the most time that a sample takes from one host to another, if that is known: an assumption.
     pub fn latency(&self, one: usize, other: usize) -> Option<Time> {
         let is_it = |ends: &[usize; 2]| *ends == [one, other] || *ends == [other, one];
-        self.latencies.iter().find(|(ends, _)| is_it(ends)).map(|(_, latency)| *latency)
+        self.latencies.iter().filter(|(ends, _)| is_it(ends)).map(|(_, latency)| *latency).max()
     }
 }
 
@@ -165,10 +163,7 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
     let (Some(_), Some((flat, _))) = (&config.ros2, deployed(db, project, deployment)) else {
         return Ros2 { hosts: names, ..Ros2::default() };
     };
-    let latencies = config.links.iter().filter_map(|it| {
-        let (one, other) = ends_of_link(config, &it.name)?;
-        Some(([one, other], it.latency?))
-    });
+    let latencies = config.links.iter().filter_map(|it| Some((ends_of_link(config, &it.name)?, it.latency?)));
     let mut found = Ros2 { hosts: names, topics: Vec::new(), latencies: latencies.collect() };
     let links = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<&(Name, Name)> = links.flat_map(|it| [&it.source, &it.target]).collect();
@@ -251,9 +246,15 @@ fn topic(
     }
 }
 
-/// Returns the hosts that a link such as `eyes-brain` joins.
-fn ends_of_link(config: &Config, name: &str) -> Option<(usize, usize)> {
+/// Returns the hosts that a link such as `eyes-brain` joins; none if it may join two pairs, such as `a-b-c`.
+fn ends_of_link(config: &Config, name: &str) -> Option<[usize; 2]> {
+    let mut pairs = pairs_of_link(config, name);
+    pairs.next().filter(|_| pairs.next().is_none())
+}
+
+fn pairs_of_link(config: &Config, name: &str) -> impl Iterator<Item = [usize; 2]> {
     let host = |name: &str| config.hosts.iter().position(|it| it.name == name);
-    let mut splits = name.match_indices('-');
-    splits.find_map(|(at, _)| Some((host(&name[..at])?, host(&name[at + 1..])?))).filter(|(a, b)| a != b)
+    let pairs =
+        name.match_indices('-').filter_map(move |(at, _)| Some([host(&name[..at])?, host(&name[at + 1..])?]));
+    pairs.filter(|[one, other]| one != other)
 }

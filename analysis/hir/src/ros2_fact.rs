@@ -19,6 +19,8 @@ pub enum Ros2Fact {
     InvalidName { name: Name, why: InvalidName, fixed: Option<String> },
     /// Two ports of different types are this topic: each with its type.
     TwoTypes { topic: Name, ports: [(String, String); 2] },
+    /// Two outputs are this topic, and one of them leads to another host.
+    TwoOutputs { topic: Name, outputs: [String; 2] },
     /// A reader asks for more than a writer of the same topic offers.
     Quality { topic: Name, writer: String, reader: String, property: Quality },
     /// `[ros2]` has topics, and its gateway lacks this key.
@@ -45,6 +47,10 @@ pub enum Ros2Fact {
     NoLink { hosts: [Name; 2], link: String },
     /// A link whose name is not that of two hosts.
     InvalidLink { name: Name, near: Option<Name> },
+    /// A link whose name is that of two pairs of hosts.
+    AmbiguousLink { name: Name, pairs: [[Name; 2]; 2] },
+    /// Two links join the same hosts.
+    SecondLink { name: Name, first: Name },
     /// An instance has a clock with one of another host, and `[clocks] ptp` is missing.
     ClockAcross { instance: Name, other: Name, hosts: [Name; 2] },
 }

@@ -166,6 +166,10 @@ pub enum ChainReason<'db> {
     Gateway { gateway: Name, refusals: Vec<Refusal<'db>> },
     /// How long the network between two hosts takes is not known.
     NoLink { hosts: [Name; 2] },
+    /// A topic between two hosts may lose samples: that of this port.
+    BestEffort { port: Name },
+    /// A connection between two hosts is no topic.
+    NoTopic { hosts: [Name; 2] },
     /// The time is too long.
     TooLong,
     /// A name of the declaration, by its range in `mauve.toml`, is wrong.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rustc_hash::FxHashSet;
 
-use super::{Ros2, Topic, TopicType, ends_of_link, ros2_of};
+use super::{Ros2, Topic, TopicOrigin, TopicType, ends_of_link, pairs_of_link, ros2_of};
 use crate::config::{Config, TopicConfig};
 use crate::fact::{Fact, FactKind, InvalidName, Quality, Ros2Fact, Unmapped};
 use crate::flat::{Flat, deployed};
@@ -84,11 +84,26 @@ pub(crate) fn facts_of_configuration<'db>(db: &'db dyn ModelDb, workspace: Works
             }
         }
     }
-    for link in config.links.iter().filter(|it| ends_of_link(config, &it.name).is_none()) {
+    let mut joined: Vec<([usize; 2], &str)> = Vec::new();
+    for link in &config.links {
+        let name = Name::from(link.name.as_str());
+        if let Some(ends) = ends_of_link(config, &link.name) {
+            let is_it = |(it, _): &&([usize; 2], &str)| *it == ends || *it == [ends[1], ends[0]];
+            match joined.iter().find(is_it) {
+                Some((_, first)) => report(&link.span, Ros2Fact::SecondLink { name, first: (*first).into() }),
+                None => joined.push((ends, &link.name)),
+            }
+            continue;
+        }
+        let pairs = pairs_of_link(config, &link.name).map(|it| it.map(|host| name_of_host(config, host)));
+        if let [first, second, ..] = pairs.collect::<Vec<_>>().as_slice() {
+            report(&link.span, Ros2Fact::AmbiguousLink { name, pairs: [first.clone(), second.clone()] });
+            continue;
+        }
         let hosts = || config.hosts.iter().map(|it| it.name.as_str());
         let pairs = hosts().flat_map(|a| hosts().filter(move |b| a != *b).map(move |b| format!("{a}-{b}")));
         let near = similar(&link.name, &pairs.map(Name::from).collect::<Vec<_>>());
-        report(&link.span, Ros2Fact::InvalidLink { name: link.name.as_str().into(), near });
+        report(&link.span, Ros2Fact::InvalidLink { name, near });
     }
     if config.ptp.is_none() {
         let hosts = hosts_of(db, workspace);
@@ -311,6 +326,17 @@ impl<'db> TopicChecker<'db> {
                 self.report(self.at(&topic.port), fact);
                 continue;
             }
+            let leads_across = |it: &Topic| matches!(it.origin, TopicOrigin::AcrossHosts(_));
+            let is_second = |it: &&Topic| {
+                it.is_published && topic.is_published && (leads_across(it) || leads_across(topic))
+            };
+            if let Some(first) = earlier.clone().find(is_second) {
+                let outputs = [first, topic].map(full);
+                self.report(
+                    self.at(&topic.port),
+                    Ros2Fact::TwoOutputs { topic: topic.name.clone(), outputs },
+                );
+            }
             for earlier in earlier.filter(|it| is_same(it) && it.is_published != topic.is_published) {
                 let (writer, reader) = if topic.is_published { (topic, earlier) } else { (earlier, topic) };
                 let property = if writer.is_best_effort && !reader.is_best_effort {
@@ -377,7 +403,7 @@ impl<'db> TopicChecker<'db> {
     fn links(&mut self) {
         // Once for all connections.
         let mut is_hidden = false;
-        let mut joined: FxHashSet<(usize, usize)> =
+        let mut joined: FxHashSet<[usize; 2]> =
             self.config.links.iter().filter_map(|it| ends_of_link(self.config, &it.name)).collect();
         for link in &self.flat.links {
             let hosts = (self.host(&link.source.0), self.host(&link.target.0));
@@ -406,8 +432,8 @@ impl<'db> TopicChecker<'db> {
                 let fact = Ros2Fact::NoMessageAcross { link: text.clone(), hosts: hosts.clone(), ty };
                 self.report(at.clone(), fact);
             }
-            if !joined.contains(&(from, to)) && !joined.contains(&(to, from)) {
-                joined.insert((from, to));
+            if !joined.contains(&[from, to]) && !joined.contains(&[to, from]) {
+                joined.insert([from, to]);
                 self.report(at, Ros2Fact::NoLink { hosts, link: text });
             }
         }
@@ -551,20 +577,65 @@ mod tests {
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
         let ros2 = ros2_of(&db, project, of);
-        let ends = |link| ros2.across(link).map(|ends| ends.map(|it| (it.port.0.to_string(), it.depth)));
+        let links = &deployed(&db, project, of).unwrap().0.links;
+        let ends = |link: usize| {
+            ros2.across(&links[link]).map(|ends| ends.map(|it| (it.port.0.to_string(), it.depth)))
+        };
         let [eye, brain, arm] =
             [("eye", 4), ("brain", 1), ("arm", 4)].map(|(it, depth)| (it.to_owned(), depth));
-        assert_eq!([ends(0), ends(1), ends(2)], [Some([eye.clone(), brain]), Some([eye, arm]), None]);
+        assert_eq!([ends(0), ends(1)], [Some([eye.clone(), brain]), Some([eye, arm])]);
+    }
+
+    #[test]
+    fn the_longest_of_several_links_counts() {
+        let db = Database::default();
+        let config = "[ros2]\n[host.eyes]\nactivities = [\"eye\"]\n[host.head]\nactivities = [\"brain\"]
+            [link.eyes-head]\nlatency = \"2 ms\"\n[link.head-eyes]\nlatency = \"500 ms\"\n";
+        let workspace = workspace(&db, config, MODEL);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let ros2 = ros2_of(&db, project, of);
+        let longest = Some(mauve_timing::Time::from_nanos(500_000_000));
+        assert_eq!([ros2.latency(0, 1), ros2.latency(1, 0)], [longest; 2]);
+        let second = Ros2Fact::SecondLink { name: "head-eyes".into(), first: "eyes-head".into() };
+        assert!(
+            check_configuration(&db, workspace).iter().any(|it| it.1.kind == FactKind::Ros2(second.clone()))
+        );
+    }
+
+    #[test]
+    fn a_connection_leads_from_its_own_output() {
+        let db = Database::default();
+        // Both outputs are one topic, which is an error; their connections are two.
+        let config = "[ros2]\ntopics = { \"eye.out\" = \"/x\", \"lid.out\" = \"/x\" }
+            [host.eyes]\nactivities = [\"eye\"]\n[host.lids]\nactivities = [\"lid\"]\n[host.head]\nactivities = [\"brain\", \"arm\"]\n";
+        let model = MODEL.replace(
+            "connection eye.out -> brain.into",
+            "connection eye.out -> brain.into instance lid: Eye instance arm: Brain connection lid.out -> arm.into",
+        );
+        let workspace = workspace(&db, config, &model);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let (ros2, links) = (ros2_of(&db, project, of), &deployed(&db, project, of).unwrap().0.links);
+        for (link, writer, reader) in [(0, "eye", "brain"), (1, "lid", "arm")] {
+            let found = ros2.across(&links[link]).unwrap().map(|it| it.port.0.as_str());
+            assert_eq!(found, [writer, reader]);
+        }
+        let outputs = ["eye.out".to_owned(), "lid.out".to_owned()];
+        let two = Ros2Fact::TwoOutputs { topic: "/x".into(), outputs };
+        assert!(facts_of(&db, project, of).iter().any(|it| it.kind == FactKind::Ros2(two.clone())));
     }
 
     #[test]
     fn a_link_joins_hosts_whose_names_have_dashes() {
         let hosts = "[host.a-b]\nactivities = []\n[host.c]\nactivities = []\n";
         let config = crate::config::read(hosts);
-        assert_eq!(ends_of_link(&config, "a-b-c"), Some((0, 1)));
-        assert_eq!(ends_of_link(&config, "c-a-b"), Some((1, 0)));
+        assert_eq!(ends_of_link(&config, "a-b-c"), Some([0, 1]));
+        assert_eq!(ends_of_link(&config, "c-a-b"), Some([1, 0]));
         for name in ["", "-", "a-b", "c-c", "a-b-c-"] {
             assert_eq!(ends_of_link(&config, name), None, "{name}");
         }
+        let several = format!("{hosts}[host.a]\nactivities = []\n[host.b-c]\nactivities = []\n");
+        assert_eq!(ends_of_link(&crate::config::read(&several), "a-b-c"), None);
     }
 }

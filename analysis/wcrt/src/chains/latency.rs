@@ -3,7 +3,7 @@
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Assumption, Decl, Flat, Link, ModelDb, Overwrite, Passage, PassageEnd, Passages, Project, Ros2, Skip,
-    SkipCause, Topic, TopicOrigin, core_of, deployed, flat_of, passages_of, ros2_of,
+    SkipCause, Topic, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
     ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status,
@@ -140,10 +140,10 @@ struct Known<'db> {
 /// What data passes.
 enum Stage<'a, 'db> {
     Step(&'a WayStep<'db>),
-    /// The gateway of the host of a topic, and the network from it to another host.
+    /// The gateway of the host of a topic, and the network from it to the same topic on another host.
     Gateway {
         topic: &'db Topic,
-        to: Option<usize>,
+        to: Option<&'db Topic>,
     },
 }
 
@@ -316,19 +316,23 @@ impl<'db> Sums<'db> {
         let mut found = Vec::with_capacity(way.len());
         let end = |step: Option<&WayStep<'db>>, side: usize| {
             let topic = self.topic(step.filter(|_| ends)?, side)?;
-            let is_end = !matches!(topic.origin, TopicOrigin::AcrossHosts(_));
-            is_end.then_some(Stage::Gateway { topic, to: None })
+            Some(Stage::Gateway { topic, to: None })
         };
         found.extend(end(way.first().filter(|it| it.connection.is_none()), 0));
         for step in way {
-            if let Some([from, to]) = step.connection.and_then(|link| self.ros2.across(link)) {
-                found.push(Stage::Gateway { topic: from, to: Some(to.host) });
+            if let Some([from, to]) = step.connection.and_then(|link| self.across(link)) {
+                found.push(Stage::Gateway { topic: from, to: Some(to) });
                 found.push(Stage::Gateway { topic: to, to: None });
             }
             found.push(Stage::Step(step));
         }
         found.extend(end(way.last(), 1));
         found
+    }
+
+    /// Returns the ends of a connection, by its index, that leads to another host.
+    fn across(&self, link: usize) -> Option<[&'db Topic; 2]> {
+        self.ros2.across(self.flat.links.get(link)?)
     }
 
     /// Returns the topic of the port where data enters, or leaves, a step.
@@ -361,7 +365,7 @@ impl<'db> Sums<'db> {
                 }
                 Stage::Step(step) => {
                     if topic.is_none() {
-                        reasons.extend(self.not_across(step));
+                        reasons.extend(step.connection.and_then(|link| self.not_across(link)));
                     }
                     let mut next = self.step(index, step, before, reasons);
                     if let (Some(next), Some(topic)) = (&mut next, topic.take()) {
@@ -389,17 +393,22 @@ impl<'db> Sums<'db> {
     fn gateway(
         &self,
         topic: &Topic,
-        to: Option<usize>,
+        to: Option<&Topic>,
         reasons: &mut Vec<ChainReason<'db>>,
     ) -> Option<ChainStep> {
         let gateway = self.ros2.gateway(topic.host);
+        if let Some(reader) = to.filter(|to| topic.is_best_effort || to.is_best_effort) {
+            let port = if topic.is_best_effort { &topic.port } else { &reader.port };
+            reasons.push(ChainReason::BestEffort { port: format!("{}.{}", port.0, port.1).into() });
+            return None;
+        }
         let network = match to {
             None => Time::ZERO,
-            Some(to) => match self.ros2.latency(topic.host, to) {
+            Some(to) => match self.ros2.latency(topic.host, to.host) {
                 Some(latency) => latency,
                 None => {
                     let name = |host: usize| self.ros2.hosts.get(host).cloned().unwrap_or_default();
-                    reasons.push(ChainReason::NoLink { hosts: [name(topic.host), name(to)] });
+                    reasons.push(ChainReason::NoLink { hosts: [topic.host, to.host].map(name) });
                     return None;
                 }
             },
@@ -430,9 +439,11 @@ impl<'db> Sums<'db> {
 
     /// Returns the most time from a write to the arrival of the data at the reader of a connection, by its index: none of one host.
     fn between_hosts(&self, link: usize) -> Option<Time> {
-        let Some([from, to]) = self.ros2.across(link) else { return Some(Time::ZERO) };
+        let Some([from, to]) = self.across(link) else {
+            return self.not_across(link).is_none().then_some(Time::ZERO);
+        };
         let mut reasons = Vec::new();
-        let hops = [(from, Some(to.host)), (to, None)];
+        let hops = [(from, Some(to)), (to, None)];
         hops.into_iter().try_fold(Time::ZERO, |sum, (topic, next)| {
             let step = self.gateway(topic, next, &mut reasons)?;
             let period = self.report.activities.get(step.task)?.period?;
@@ -440,16 +451,16 @@ impl<'db> Sums<'db> {
         })
     }
 
-    /// Returns why the connection to a step is none: it leads to another host, and is no topic.
-    fn not_across(&self, step: &WayStep<'db>) -> Option<ChainReason<'db>> {
-        let link = self.flat.links.get(step.connection?)?;
+    /// Returns why a connection, by its index, is none: it leads to another host, and is no topic.
+    fn not_across(&self, link: usize) -> Option<ChainReason<'db>> {
+        let link = self.flat.links.get(link)?;
         let ends = [&link.source.0, &link.target.0].map(|it| {
             let index = self.activities.get(it)?;
             self.system.activities.get(*index)?.host
         });
         let name =
             |host: Option<usize>| host.and_then(|it| self.ros2.hosts.get(it)).cloned().unwrap_or_default();
-        (ends[0] != ends[1]).then(|| ChainReason::NoLink { hosts: ends.map(name) })
+        (ends[0] != ends[1]).then(|| ChainReason::NoTopic { hosts: ends.map(name) })
     }
 
     fn sum(
@@ -649,7 +660,8 @@ impl<'db> Sums<'db> {
         }
         for step in &hop.after {
             let mut why = reasons.clone();
-            let way = [hop.before.clone(), step.clone()];
+            // What is before the writer does not count.
+            let way = [WayStep { connection: None, ..hop.before.clone() }, step.clone()];
             let stages = self.stages(&way, false);
             let steps = self.steps(&stages, Some(before.clone()), &mut why);
             let latency = self.sum(&steps, &stages, &mut why).and_then(|it| {
@@ -676,8 +688,7 @@ impl<'db> Sums<'db> {
         let ahead = link.buffer.filter(|_| writer.is_some_and(|it| it.burst <= 1));
         let ahead = ahead.and_then(|size| period.checked_mul(u64::from(size).saturating_sub(1)));
         // A gateway may write more at once than it does in the long run.
-        let is_across =
-            |it: &WayStep<'db>| it.connection.is_some_and(|link| self.ros2.across(link).is_some());
+        let is_across = |it: &WayStep<'db>| it.connection.is_some_and(|link| self.across(link).is_some());
         let ahead = ahead.filter(|_| !hop.after.iter().any(is_across));
         found.stays_full = ahead.filter(|_| found.part.stays_full);
         found
