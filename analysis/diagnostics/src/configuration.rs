@@ -37,10 +37,13 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
         MistakeKind::SecondClock(instance) => {
             format!("`{instance}` is on another clock already: an instance has one clock")
         }
-        MistakeKind::NoSuchCpu { named, cpus } => {
+        MistakeKind::NoSuchCpu { named, cpus, section } => {
             let available = CpuSet::first_few(*cpus);
-            format!("`cpus` names {}, and `[platform] cpus` has {}", *named - available, available)
+            let lacking = *named - available;
+            let found = format!("`cpus` names {lacking}, and `[{section}] cpus` has {available}");
+            if section == "platform" { found } else { found + "; add `host`, the only host that has it" }
         }
+        MistakeKind::NoSuchHost(host) => format!("no host `{host}`: name one of `[host.NAME]`"),
         MistakeKind::WrongValue { key, expected, error: None } => format!("`{key}` {expected}"),
         MistakeKind::WrongValue { key, expected, error: Some(error) } => {
             format!("`{key}` {expected}: {}", time_error(*error))

@@ -24,7 +24,6 @@
 //! The message contains the longest time with which all deadlines are met. Write the time of the codel into a table
 //! (`"library.codel" = 3`), or a time for all codels without one under `[assume]` in `mauve.toml`.
 
-use mauve_hir::toml_key;
 use mauve_timing::Level;
 
 use super::*;
@@ -82,10 +81,7 @@ pub(super) fn no_table<'db>(
     codels: usize,
     others: &[Decl<'db>],
 ) -> Diagnostic<'db> {
-    let section = match tables.section(db) {
-        Some(name) => format!("[timing.deployment.{}]", toml_key(name)),
-        None => "[timing]".to_owned(),
-    };
+    let section = tables.header(db);
     let message = format!(
         "no execution times{}: {} no time, and nothing is analysed; write the times into timing \
          tables that mauve.toml names (`{section} tables = [\"timing/*.toml\"]`), or one for all under `[assume]` (`codel = \"5 ms\"`)",
@@ -99,5 +95,5 @@ pub(super) fn no_table<'db>(
 
 /// Returns ` in the tables of Sea`; nothing for those of `[timing] tables`.
 fn of_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> String {
-    tables.section(db).as_ref().map_or_else(String::new, |name| format!(" in the tables of {name}"))
+    tables.label(db).map_or_else(String::new, |name| format!(" in the tables of {name}"))
 }

@@ -130,7 +130,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
             format!(
                 "threads of Cyclone DDS, with priority {priority}, delay it on a CPU of the gateway, and a flood of samples can make them \
                  execute without end: give the gateway a CPU of its own, or the lowest priority there; or declare \
-                 `[[platform.other]]` with `name = \"recv\"` and how much they execute"
+                 `[[platform.other]]` with `name = \"recv\"`, this priority, the CPUs of the gateway and how much they execute"
             ),
             "middleware has a higher priority",
         ),

@@ -75,7 +75,7 @@ pub struct Config {
     pub chains: Vec<Chain>,
     /// `[ros2]`, if the section is there.
     pub ros2: Option<Ros2Config>,
-    /// `[host.…]`: the computers that the activities run on, in the order of the text; none: all run on one.
+    /// `[host.…]`: the computers that the activities run on, in the order of their names; none: all run on one.
     pub hosts: Vec<HostConfig>,
     /// `[link.…]`: networks between hosts.
     pub links: Vec<LinkConfig>,
@@ -147,6 +147,8 @@ pub struct HostConfig {
     pub cpus: Option<u32>,
     /// `tables`: its timing tables, instead of those of `[timing]`; globs from the configuration's folder.
     pub tables: Vec<Located>,
+    /// `observed`: globs of files with what its recordings showed, instead of those of `[timing]`.
+    pub observed: Vec<Located>,
 }
 
 /// `[link."eyes-brain"]`
@@ -293,6 +295,8 @@ pub struct OtherConfig {
     pub cpus: Option<(CpuSet, Range<usize>)>,
     /// The greatest delay of a release; if absent, 0.
     pub jitter: Option<Time>,
+    /// `host`: the only host that has it; if absent, each has it.
+    pub host: Option<Located>,
 }
 
 /// `planner = "measured by hand"`, or `planner = { until = "30 ms", reason = "measured by hand" }`
@@ -358,8 +362,10 @@ pub enum MistakeKind {
     RepeatedName { name: String, section: String },
     /// An instance is on a clock already.
     SecondClock(String),
-    /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
-    NoSuchCpu { named: CpuSet, cpus: u32 },
+    /// An entry names these CPUs, a bit each, and `cpus` of this section has this many.
+    NoSuchCpu { named: CpuSet, cpus: u32, section: String },
+    /// An entry names a host that has no section.
+    NoSuchHost(String),
     /// The value of a key is invalid; with the valid values as a predicate, and the error of an invalid time.
     WrongValue { key: String, expected: String, error: Option<TimeError> },
 }
@@ -409,8 +415,14 @@ impl Config {
 
     /// Returns the patterns of all files with times: of tables, and of what recordings showed.
     pub fn all_times(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
+        self.all_tables().chain(self.all_observed())
+    }
+
+    /// Returns the patterns of all files with what recordings showed.
+    pub fn all_observed(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
         let of_deployments = self.deployment_tables.values().flat_map(|it| &it.observed);
-        self.all_tables().chain(&self.observed).chain(of_deployments)
+        let of_hosts = self.hosts.iter().flat_map(|it| &it.observed);
+        self.observed.iter().chain(of_deployments).chain(of_hosts)
     }
 
     /// Returns whether it chooses levels by how often executions may exceed their times.
@@ -701,8 +713,24 @@ mod tests {
         let (found, is_incomplete) = mistakes(&format!("{LAN}{LAN}"));
         assert!(is_incomplete && matches!(found.as_slice(), [MistakeKind::RepeatedName { .. }]), "{found:?}");
         let (found, is_incomplete) = mistakes(&format!("platform.cpus = 2\n{LAN}cpus = [3]\n"));
-        let kind = MistakeKind::NoSuchCpu { named: CpuSet(4), cpus: 2 };
-        assert_eq!((found, is_incomplete), (vec![kind], true));
+        let no_such_cpu = |cpus, section: &str| MistakeKind::NoSuchCpu {
+            named: CpuSet(4),
+            cpus,
+            section: section.to_owned(),
+        };
+        assert_eq!((found, is_incomplete), (vec![no_such_cpu(2, "platform")], true));
+        // Each host has its own CPUs, and work on one of them only.
+        let hosts = "[host.a]\nactivities = []\ncpus = 4\n[host.b]\nactivities = []\ncpus = 1\n";
+        let of = |host: &str| mistakes(&format!("platform.cpus = 2\n{LAN}cpus = [3]\n{host}\n{hosts}"));
+        assert_eq!(of(""), (vec![no_such_cpu(1, "host.b")], true));
+        assert_eq!(of("host = \"a\""), (Vec::new(), false));
+        assert_eq!(of("host = \"b\""), (vec![no_such_cpu(1, "host.b")], true));
+        assert_eq!(of("host = \"c\""), (vec![MistakeKind::NoSuchHost("c".into())], true));
+        let twice = |one: &str, other: &str| mistakes(&format!("{LAN}{one}\n{LAN}{other}\n{hosts}"));
+        assert_eq!(twice("host = \"a\"", "host = \"b\""), (Vec::new(), false));
+        for (one, other) in [("", "host = \"b\""), ("host = \"a\"", "host = \"a\"")] {
+            assert!(matches!(twice(one, other).0.as_slice(), [MistakeKind::RepeatedName { .. }]));
+        }
         assert!(mistakes("platform.other = [1]").1 && mistakes("platform.other = 1").1);
     }
 

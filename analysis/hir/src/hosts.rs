@@ -18,7 +18,7 @@ use crate::{ModelDb, Workspace};
 /// The hosts of a workspace.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Hosts {
-    /// In the order of the text; empty: there is one computer, without a name.
+    /// In the order of their names; empty: there is one computer, without a name.
     pub all: Vec<Host>,
     of_instances: FxHashMap<String, usize>,
 }
@@ -31,8 +31,8 @@ pub struct Host {
     /// Its CPUs, in the numbers of the analysis; none where their number is unknown, or there are more than
     /// [`CpuSet::MOST`] together.
     pub cpus: CpuSet,
-    /// Whether it has timing tables of its own.
-    pub has_tables: bool,
+    /// Whether it has timing tables, or recordings, of its own.
+    pub has_times: bool,
 }
 
 /// Returns the hosts of `mauve.toml`.
@@ -52,7 +52,8 @@ pub fn hosts_of(db: &dyn ModelDb, workspace: Workspace) -> Arc<Hosts> {
         for (instance, _) in &host.activities {
             found.of_instances.entry(instance.clone()).or_insert(found.all.len());
         }
-        found.all.push(Host { name: host.name.as_str().into(), cpus, has_tables: !host.tables.is_empty() });
+        let has_times = !host.tables.is_empty() || !host.observed.is_empty();
+        found.all.push(Host { name: host.name.as_str().into(), cpus, has_times });
     }
     Arc::new(found)
 }

@@ -54,8 +54,9 @@ pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, 
 /// The configuration that response times depend on, without ranges: a comment does not change it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Platform {
-    /// `[[platform.other]]`: the tasks of the complete entries. If one is incomplete, nothing is analysed.
-    pub others: Vec<Task>,
+    /// `[[platform.other]]`: the tasks of the complete entries, each with its host, if it has one. If one is incomplete, nothing is
+    /// analysed.
+    pub others: Vec<(Task, Option<Name>)>,
     pub cpus: Option<u32>,
     /// `[platform.cpu_sets]`: the CPUs of each set.
     pub cpu_sets: BTreeMap<Name, CpuSet>,
@@ -87,13 +88,14 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     let config = config_of(db, workspace);
     let Config { cpus, cpu_sets, rt_throttling, completeness, others, .. } = config;
     let other = |it: &OtherConfig| {
-        Some(Task {
+        let task = Task {
             name: it.name.as_deref()?.into(),
             jitter: it.jitter.unwrap_or_default(),
             cpus: it.cpus.as_ref().map(|(cpus, _)| *cpus),
             burst: it.burst.unwrap_or(1).into(),
             ..Task::new(it.priority?, it.period.or(it.rate)?, StateMachine::single(it.time?))
-        })
+        };
+        Some((task, it.host.as_ref().map(|(host, _)| host.as_str().into())))
     };
     Platform {
         others: others.iter().filter_map(other).collect(),

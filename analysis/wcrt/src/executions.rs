@@ -24,7 +24,7 @@ use crate::reason::Timed;
 use crate::sends::{sends_of, sends_of_operation};
 use crate::served::MOST_OPERATIONS;
 use crate::system::{Connected, ResolvedActivity, System, system_of};
-use crate::table_set::{TableSet, tables_of};
+use crate::table_set::{TableSet, all_tables_of};
 use crate::timetable::{levels_of, times_of, timetable_of};
 
 /// What a significance level supports.
@@ -268,8 +268,7 @@ pub(crate) fn chosen_level<'db>(
     deployment: Decl<'db>,
 ) -> Option<ChosenLevel> {
     let required = required_of(db, project, deployment)?;
-    let (times, levels) =
-        (timetable_of(db, tables_of(db, project, deployment)), levels_of(db, project, deployment));
+    let levels = levels_of(db, project, deployment);
     let executions: f64 = executions_of(db, project, deployment, required.mission).into_iter().sum();
     let probability = required.probability.as_f64();
     if executions == 0.0 {
@@ -281,7 +280,9 @@ pub(crate) fn chosen_level<'db>(
     }
     let exponent = (probability / executions).log10().floor().max(-300.0) as i32;
     let needed = format!("1e{exponent}").parse().ok().and_then(Level::from_f64)?;
-    let table = times.with_levels.iter().max_by_key(|it| it.levels.iter().min().copied())?.clone();
+    let tables = all_tables_of(db, project, deployment);
+    let levelled = tables.iter().flat_map(|&it| &timetable_of(db, it).with_levels);
+    let table = levelled.max_by_key(|it| it.levels.iter().min().copied())?.clone();
     let lacking = Some(LackingLevel { needed, executions: executions as u64, table });
     Some(ChosenLevel { level: *levels.last()?, lacking })
 }

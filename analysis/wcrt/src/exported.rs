@@ -15,9 +15,9 @@ use crate::psm::{Psm, PsmResult, psm_of};
 use crate::reason::{ActivityField, Prose, Reason, Refusal};
 use crate::report::ActivityReport;
 use crate::served::{Served, served_in};
-use crate::system::{Connected, ResolvedActivity, System, system_of};
+use crate::system::{Connected, ResolvedActivity, System, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::{DeployedTasks, others_of, psms_of};
+use crate::task_set::{DeployedTasks, psms_of};
 use crate::timetable::{levels_of, timetable_of};
 use mauve_hir::{Decl, Edges, ModelDb, Project, config_of, platform_of};
 
@@ -85,7 +85,7 @@ pub fn task_set_of<'db>(
         rt_throttling: platform.rt_throttling,
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
         task: system.activities.iter().enumerate().map(task).collect(),
-        other: others_of(db, project, system).iter().map(other).collect(),
+        other: others_of(db, project.workspace(db), system.cpus).iter().map(other).collect(),
         operation: operations_of(system, &served),
         lock: exported_locks(system, &locks),
         ..set
@@ -183,7 +183,7 @@ type Psms<'db> = Vec<Option<&'db PsmResult<'db>>>;
 /// Returns the levels of tables, and a set without tasks, whose `levels` are the same. Tables without levels give the level of
 /// `mauve.toml`, and a set without `levels`.
 fn set_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, levels: Vec<Level>) -> (Vec<Level>, TaskSet) {
-    let times = tables.section(db).as_deref().map(one_line);
+    let times = tables.label(db).as_deref().map(one_line);
     let set = TaskSet { times, unit: Unit::Nanoseconds, levels: levels.clone(), ..TaskSet::default() };
     match levels.as_slice() {
         [] => (vec![config_of(db, tables.project(db).workspace(db)).level()], set),

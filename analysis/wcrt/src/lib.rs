@@ -80,7 +80,7 @@ pub mod unblocked;
 mod what_if;
 
 pub use basis::{Basis, basis_of};
-pub use component_tables::{first_tables, tables_for};
+pub use component_tables::{first_tables, tables_for, tables_in};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use executions::{Support, executions_of, required_facts, support};
 pub use exported::{exported_component, psm_at, task_set_of};

@@ -786,17 +786,20 @@ impl<'db> SystemReader<'db> {
     /// Refuses the activities that threads of the middleware delay, unless `[[platform.other]]` says by how much: their priority is
     /// one less than that of the gateway, on its CPUs.
     fn below_middleware(&mut self) {
-        let platform = platform_of(self.db, self.project.workspace(self.db));
-        if platform.others.iter().any(|it| &*it.name == "recv") {
-            return;
-        }
+        let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
         let all = &mut self.found.activities;
         let gateways = all.iter().filter(|it| it.gateway.is_some());
-        let threads: Vec<(u32, CpuSet)> = gateways
-            .filter_map(|it| {
-                Some((it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL)))
-            })
-            .collect();
+        let threads = gateways.filter_map(|it| {
+            let (priority, cpus) =
+                (it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL));
+            let name =
+                it.host.and_then(|host| self.hosts.all.get(host)).map(|host| format!("recv@{}", host.name));
+            let name = name.as_deref().unwrap_or("recv");
+            let is_declared = |it: &&Task| &*it.name == name && it.priority.real_time() >= Some(priority);
+            let declared: CpuSet = others.iter().filter(is_declared).filter_map(|it| it.cpus).collect();
+            (!(cpus - declared).is_empty()).then_some((priority, cpus))
+        });
+        let threads: Vec<(u32, CpuSet)> = threads.collect();
         for activity in all.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
             let is_delayed = |(priority, of_thread): &&(u32, CpuSet)| {
@@ -870,6 +873,29 @@ impl<'db> SystemReader<'db> {
                 // The value may be a mistyped affinity, or that of another field.
                 resolved.forget_priority(UnknownPriority::NoSuchCpu);
             }
+        }
+    }
+}
+
+/// Returns the real-time work that is not in the model. Without CPUs, it may run on `all`. Without a host, each has it.
+pub(crate) fn others_of(db: &dyn ModelDb, workspace: Workspace, all: CpuSet) -> Vec<Task> {
+    let (platform, hosts) = (platform_of(db, workspace), hosts_of(db, workspace));
+    let on = |host: Option<usize>| {
+        let name = host.and_then(|it| Some(&hosts.all.get(it)?.name));
+        let of_host = platform.others.iter().filter(move |(_, only)| only.is_none() || only.as_ref() == name);
+        of_host.map(move |(it, _)| Task {
+            name: name.map_or_else(|| it.name.clone(), |host| format!("{}@{host}", it.name).into()),
+            cpus: Some(match (host, it.cpus) {
+                (None, cpus) => cpus.unwrap_or(all),
+                (host, cpus) => hosts.numbered(host, cpus.unwrap_or(CpuSet::ALL)),
+            }),
+            ..it.clone()
+        })
+    };
+    match hosts.all.len() {
+        0 => on(None).collect(),
+        hosts => {
+            (0..hosts).flat_map(|host| on(Some(host))).filter(|it| it.cpus != Some(CpuSet::NONE)).collect()
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use mauve_timing::{CpuSet, Executed, Level, Method, Slice, Task, Tasks};
+use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
 
 use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
@@ -11,7 +11,7 @@ use crate::psm::{Psm, PsmResult, psm_of};
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
-use crate::system::{ResolvedActivity, System, system_of};
+use crate::system::{ResolvedActivity, System, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
@@ -154,34 +154,11 @@ pub(crate) fn tasks_of<'db>(
         Task { demand, waits, ..activity.task.clone() }
     });
     let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    let others = others_of(db, project, system);
+    let others = others_of(db, project.workspace(db), system.cpus);
     let mut tasks = Tasks::new(activities.collect()).with_platform(others, is_throttled);
     tasks.operations.clone_from(&executed.served.operations);
     tasks.locks.clone_from(&executed.locks.all);
     tasks
-}
-
-/// Returns the real-time work that is not in the model. Without CPUs, it may run on all. Each host has it.
-pub(crate) fn others_of(db: &dyn ModelDb, project: Project<'_>, system: &System<'_>) -> Vec<Task> {
-    let workspace = project.workspace(db);
-    let (platform, hosts) = (platform_of(db, workspace), hosts_of(db, workspace));
-    let on = |host: Option<usize>| {
-        let name = host.and_then(|it| Some(&hosts.all.get(it)?.name));
-        platform.others.iter().map(move |it| Task {
-            name: name.map_or_else(|| it.name.clone(), |host| format!("{}@{host}", it.name).into()),
-            cpus: Some(match (host, it.cpus) {
-                (None, cpus) => cpus.unwrap_or(system.cpus),
-                (host, cpus) => hosts.numbered(host, cpus.unwrap_or(CpuSet::ALL)),
-            }),
-            ..it.clone()
-        })
-    };
-    match hosts.all.len() {
-        0 => on(None).collect(),
-        hosts => {
-            (0..hosts).flat_map(|host| on(Some(host))).filter(|it| it.cpus != Some(CpuSet::NONE)).collect()
-        }
-    }
 }
 
 impl<'a, 'db> Executables<'a, 'db> {

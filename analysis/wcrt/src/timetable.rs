@@ -85,8 +85,9 @@ fn files_of_section(
     host: Option<Name>,
 ) -> TableFiles {
     let config = config_of(db, workspace);
-    let patterns = match (host, section) {
-        (Some(name), _) => config.hosts.iter().find(|it| *name == *it.name).map(|it| &it.tables),
+    let of_host = config.hosts.iter().find(|it| host.as_ref().is_some_and(|name| *name == *it.name));
+    let patterns = match (of_host.map(|it| &it.tables).filter(|it| !it.is_empty()), section) {
+        (Some(tables), _) => Some(tables),
         (None, None) => Some(&config.tables),
         (None, Some(name)) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
     };
@@ -96,18 +97,19 @@ fn files_of_section(
 /// Finds all files of `[timing] observed`, for whatever deployments.
 #[salsa::tracked(returns(ref))]
 pub fn observed_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
-    let config = config_of(db, workspace);
-    let of_deployments = config.deployment_tables.values().flat_map(|it| &it.observed);
-    files_named(db, workspace, config.observed.iter().chain(of_deployments))
+    files_named(db, workspace, config_of(db, workspace).all_observed())
 }
 
-/// Finds the files with what recordings showed that a section of the configuration names.
+/// Finds the files with what recordings showed that count beside these tables.
 #[salsa::tracked(returns(ref))]
-fn observed_of_section(db: &dyn ModelDb, workspace: Workspace, section: Option<Name>) -> TableFiles {
-    let config = config_of(db, workspace);
-    let patterns = match section {
-        None => Some(&config.observed),
-        Some(name) => config.deployment_tables.get(name.as_str()).map(|it| &it.observed),
+fn observed_beside<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> TableFiles {
+    let workspace = tables.project(db).workspace(db);
+    let (config, host) = (config_of(db, workspace), tables.host(db));
+    let of_host = config.hosts.iter().find(|it| host.as_ref().is_some_and(|name| *name == *it.name));
+    let patterns = match (of_host.map(|it| &it.observed).filter(|it| !it.is_empty()), tables.section(db)) {
+        (Some(observed), _) => Some(observed),
+        (None, None) => Some(&config.observed),
+        (None, Some(name)) => config.deployment_tables.get(name.as_str()).map(|it| &it.observed),
     };
     files_named(db, workspace, patterns.into_iter().flatten())
 }
@@ -363,20 +365,19 @@ fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, 
         {
             builder.incomplete(file, TableFault::Configuration(kind.clone()));
         }
-        for (error, _) in
-            found.errors.iter().chain(&observed_of_section(db, workspace, section.clone()).errors)
-        {
+        for (error, _) in found.errors.iter().chain(&observed_beside(db, tables).errors) {
             builder.incomplete(file, TableFault::Files(error.clone()));
         }
         if let Some(fault) = unclear_section(db, tables) {
             builder.incomplete(file, fault);
         }
     }
+    let observed = &observed_beside(db, tables).files;
     let tables: Vec<(File, &Table)> = found.files.iter().map(|&file| (file, table(db, file))).collect();
     for &(file, table) in &tables {
         builder.table(file, table);
     }
-    builder.observed(&observed_of_section(db, workspace, section.clone()).files);
+    builder.observed(observed);
     builder.unknown_keys();
     builder.report_repeated();
     builder.times.index_programs();

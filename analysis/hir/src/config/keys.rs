@@ -297,6 +297,8 @@ pub static SECTIONS: [Section; 14] = [
             documentation: "How many CPUs it has." },
         Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["eyes.toml"]]"#,
             documentation: "The timing tables that were measured on it, instead of those of `[timing]`." },
+        Key { name: "observed", kind: KeyKind::Tables(|it| &mut it.observed), default: None, examples: r#"[["eyes.observed.toml"]]"#,
+            documentation: "What recordings on it showed, instead of those of `[timing]`." },
     ]), documentation: "The computers that the robot runs on, by their names. Priorities and CPUs are those of each. Without \
                         any, all runs on one." },
     Section { name: "link", summary: "a network between two hosts", entries: Entries::Links(&[
@@ -397,7 +399,7 @@ pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
 
 /// The keys of `[[platform.other]]`.
 #[rustfmt::skip]
-static OTHER: [Key<OtherConfig>; 8] = [
+static OTHER: [Key<OtherConfig>; 9] = [
     Key { name: "name", kind: KeyKind::Text {
             store: |it, text| is_name(text).then(|| it.name = Some(text.to_owned())),
             expected: r#"is a name on one line, such as "network interrupt""#,
@@ -418,6 +420,9 @@ static OTHER: [Key<OtherConfig>; 8] = [
         documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
     Key { name: "jitter", kind: KeyKind::Time(|it| &mut it.jitter), default: Some("\"0 ms\""), examples: r#"["0.1 ms"]"#,
         documentation: "By how much a release may be late, with its unit: ns, us, ms or s." },
+    Key { name: "host", kind: KeyKind::Names { store: |it, names| it.host = names.into_iter().next(), parts: (1, 1), is_list: false,
+            expected: "is the name of a host, such as \"eyes\"", suggestions: Suggestions::Hosts },
+        default: None, examples: r#"["eyes"]"#, documentation: "The host that it executes on. When left out, each." },
 ];
 
 /// The keys of `[timing.deployment.…]`.
@@ -563,6 +568,8 @@ pub enum Suggestions {
     ChainAnswers,
     /// The significance levels of its tables.
     Levels,
+    /// The hosts of the configuration.
+    Hosts,
     /// These words.
     Words(&'static [&'static str]),
     /// These words in quotes.

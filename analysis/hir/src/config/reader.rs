@@ -311,7 +311,7 @@ impl ConfigReader<'_> {
             self.errors.push(Mistake { kind, span: at, near: None });
         }
         if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
-            && into.iter().any(|known| known.name.as_ref() == Some(name))
+            && into.iter().any(|known| known.name.as_ref() == Some(name) && on_one_host(known, &other))
         {
             let (name, section) = (name.clone(), section.to_owned());
             self.error(MistakeKind::RepeatedName { name, section }, at.span());
@@ -383,17 +383,42 @@ impl ConfigReader<'_> {
         chain
     }
 
-    /// Reports CPUs of `[[platform.other]]` and `[platform.cpu_sets]` that `[platform] cpus` does not have.
+    /// Reports CPUs of `[[platform.other]]` and `[platform.cpu_sets]` that the computer, or a host, does not have, and unknown hosts.
     fn cpus_of_others(&mut self, config: &Config) {
-        let Some(cpus) = config.cpus else { return };
-        let of_others = config.others.iter().filter_map(|other| other.cpus.clone());
-        let of_sets = config.cpu_sets.values().map(|set| set.cpus.clone());
-        for (named, span) in of_others.chain(of_sets) {
-            if !(named - CpuSet::first_few(cpus)).is_empty() {
-                self.incomplete(MistakeKind::NoSuchCpu { named, cpus }, span);
+        let mut check = |(named, span): &(CpuSet, Range<usize>), cpus: Option<u32>, section: String| {
+            let cpus = cpus.filter(|it| !(*named - CpuSet::first_few(*it)).is_empty())?;
+            self.incomplete(MistakeKind::NoSuchCpu { named: *named, cpus, section }, span.clone());
+            Some(())
+        };
+        for set in config.cpu_sets.values() {
+            check(&set.cpus, config.cpus, "platform".to_owned());
+        }
+        for other in &config.others {
+            let Some(named) = &other.cpus else { continue };
+            let is_its = |it: &&HostConfig| other.host.as_ref().is_none_or(|(host, _)| *host == it.name);
+            let of_host = |it: &HostConfig| {
+                check(named, it.cpus.or(config.cpus), format!("host.{}", toml_key(&it.name)))
+            };
+            match config.hosts.as_slice() {
+                [] => _ = check(named, config.cpus, "platform".to_owned()),
+                hosts => _ = hosts.iter().filter(is_its).find_map(of_host),
+            }
+        }
+        let known = || config.hosts.iter().map(|it| it.name.as_str());
+        for (host, span) in config.others.iter().filter_map(|it| it.host.as_ref()) {
+            if !known().any(|it| it == host) {
+                self.incomplete(MistakeKind::NoSuchHost(host.clone()), span.clone());
+                let near = mauve_syntax::similar(host, known()).map(Name::from);
+                self.errors.last_mut().into_iter().for_each(|it| it.near.clone_from(&near));
             }
         }
     }
+}
+
+/// Returns whether a host has both.
+fn on_one_host(one: &OtherConfig, other: &OtherConfig) -> bool {
+    let [one, other] = [one, other].map(|it| it.host.as_ref().map(|(host, _)| host));
+    one.is_none() || other.is_none() || one == other
 }
 
 /// `"measured by hand"`, or `{ until = "30 ms", reason = "measured by hand" }`

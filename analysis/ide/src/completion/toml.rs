@@ -8,8 +8,8 @@ use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
-    codels_in, config_file, core, core_of, flat_of, is_model, likely_features_of, likely_shell_of, names_of,
-    projects, ros2_of, type_of,
+    codels_in, config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of,
+    names_of, projects, ros2_of, type_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
@@ -112,6 +112,9 @@ impl Toml<'_> {
             Some(Suggestions::ChainStates) => self.instances(|it| self.states(it)),
             Some(Suggestions::ChainAnswers) => {
                 [self.codels(), self.instances(|it| self.ports(it, true))].concat()
+            }
+            Some(Suggestions::Hosts) => {
+                hosts_of(self.db, self.workspace).all.iter().map(|it| text(&it.name)).collect()
             }
             Some(Suggestions::Levels) => {
                 let levels = projects(self.db, self.workspace).iter();
