@@ -81,7 +81,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>)
     known.sort_unstable_by(|a, b| b.cmp(a));
     let mut found = Exceedance {
         codel: codel.qualified(db),
-        times: tables.section(db).as_deref().map(str::to_owned),
+        times: tables.label(db),
         levels: Vec::new(),
         shown,
         is_assumed: false,

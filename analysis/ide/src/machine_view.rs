@@ -9,7 +9,7 @@ use mauve_hir::{
 };
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
-use mauve_wcrt::{Psm, TableSet, first_tables, psm_of, system_of, tables_of};
+use mauve_wcrt::{Psm, TableSet, first_tables, psm_of, system_of};
 use rustc_hash::FxHashMap;
 
 /// The number of periods in the worst trace.
@@ -182,15 +182,12 @@ pub fn component_at<'db>(
         Kind::Deployment => {
             let activities = &system_of(db, project, decl).activities;
             let own = activities.iter().filter(|it| it.at != Location::name_of(decl) && is_before(&it.at));
-            own.max_by_key(|it| it.at.range(db).start())?.component?
+            let own = own.max_by_key(|it| it.at.range(db).start())?;
+            return Some((own.tables, own.component?));
         }
         Kind::Use | Kind::Codel | Kind::Shell => return None,
     };
-    let tables = match decl.kind(db) {
-        Kind::Deployment => tables_of(db, project, decl),
-        _ => first_tables(db, project, component),
-    };
-    Some((tables, component))
+    Some((first_tables(db, project, component), component))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use mauve_diagnostics::{late_at_most, miss_conditions, not_independent, probabil
 use mauve_hir::{Decl, ModelDb, Project};
 use mauve_timing::{ObservedTimes, Time};
 use mauve_wcrt::{
-    MissProbability, Query, distribution_of, observed_responses, probabilities_of, response_times, tables_of,
+    MissProbability, Query, distribution_of, observed_responses, probabilities_of, response_times, system_of,
 };
 
 use crate::drawing::Drawing;
@@ -41,7 +41,8 @@ pub fn draw_probability<'db>(
     let distribution = distribution_of(db, project, deployment, activity);
     let hour = distribution.iter().map(|it| (it.time, it.per_hour));
     let job = distribution.iter().filter_map(|it| Some((it.time, it.per_job?)));
-    let seen = observed_responses(db, tables_of(db, project, deployment), &report.instance);
+    let tables = system_of(db, project, deployment).activities.get(activity)?.tables;
+    let seen = observed_responses(db, tables, &report.instance);
     let observed = format!("observed: at most this share of {} jobs", seen.executions);
     let levels = known().map(|(_, time, late)| (time, late));
     let lines = [

@@ -8,11 +8,14 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, Project, names_of, projects, similar};
 use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Query, Refusal, TableSet, first_tables, level_shown, psm_of, tables_for, tables_of};
+use mauve_wcrt::{
+    Query, Refusal, TableSet, first_tables, level_shown, psm_of, tables_for, tables_in, tables_of,
+    tables_of_host,
+};
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
-use crate::cli::errors::{missing, names_in, say_errors};
+use crate::cli::errors::{host_called, missing, names_in, say_errors};
 use crate::cli::options::{DrawingFormat, Outside, level};
 use crate::cli::text::columns;
 use crate::load::load;
@@ -30,6 +33,9 @@ pub(crate) struct Psm {
     /// The deployment whose times are shown, if it has its own timing tables.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
+    /// The host of the deployment whose times are shown, if it has its own timing tables.
+    #[arg(long, value_name = "NAME", requires = "deployment")]
+    host: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -64,24 +70,33 @@ impl Psm {
                     Some(&(_, deployment)) => Query::shown(&db, project, deployment).level,
                     None => level_shown(&db, project),
                 });
-                let mut of = of.map(|&(_, deployment)| tables_of(&db, project, deployment));
+                let mut of = of.map(|&(_, deployment)| (deployment, tables_of(&db, project, deployment)));
                 // None for those of the deployments that execute a component.
                 let chosen = match (only, of.next()) {
                     (None, _) => None,
                     (Some(_), None) => continue,
-                    (Some(name), Some(first)) if of.any(|other| other != first) => {
+                    (Some(name), Some((_, first))) if of.any(|(_, other)| other != first) => {
                         return Err(format!(
                             "several deployments `{name}` have different timing tables: write the library before the name"
                         ));
                     }
-                    (Some(_), Some(tables)) => Some(tables),
+                    (Some(_), Some((deployment, _))) => Some(deployment),
+                };
+                let host = match (chosen, self.host.as_deref()) {
+                    (Some(deployment), Some(name)) => host_called(&db, (project, deployment), Some(name))?,
+                    _ => None,
                 };
                 for component in names_of(&db, project).of_kind(&db, Kind::Component) {
                     // A file that several projects include is listed once.
                     if found.iter().any(|(_, known, _)| *known == component) {
                         continue;
                     }
-                    let tables = chosen.unwrap_or_else(|| first_tables(&db, project, component));
+                    let of_hosts = |it| tables_in(&db, project, it, component).into_iter().next();
+                    let tables = match (chosen, host) {
+                        (Some(deployment), Some(_)) => Some(tables_of_host(&db, project, deployment, host)),
+                        (chosen, _) => chosen.and_then(of_hosts),
+                    };
+                    let tables = tables.unwrap_or_else(|| first_tables(&db, project, component));
                     found.push((tables, component, level));
                 }
             }
@@ -125,16 +140,23 @@ fn declared<'db>(db: &'db Database, found: &[FoundMachine<'db>]) -> Vec<(Project
 fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: Decl<'db>) {
     let project = shown.project(db);
     let sets = tables_for(db, project, component);
-    let has_other = |&it: &Decl<'db>| {
-        let tables = tables_of(db, project, it);
-        tables != shown && sets.contains(&tables)
-    };
-    let others = deployments_of(db, project).filter(has_other);
-    let others: Vec<String> = others.map(|it| it.qualified(db)).collect();
-    if let Some(first) = others.first() {
-        let others = others.join(", ");
-        let of = component.name(db);
-        say(&format!("`{of}` has other timing tables in {others}: `--deployment {first}` shows them"));
+    let mut others: Vec<(String, String)> = Vec::new();
+    for deployment in deployments_of(db, project) {
+        let name = deployment.qualified(db);
+        for tables in tables_in(db, project, deployment, component) {
+            let host = tables.host(db).as_ref();
+            let option =
+                format!("--deployment {name}") + &host.map_or_else(String::new, |it| format!(" --host {it}"));
+            let shown_as = host.map_or_else(|| name.clone(), |it| format!("{name} on host {it}"));
+            if tables != shown && sets.contains(&tables) {
+                others.push((shown_as, option));
+            }
+        }
+    }
+    if let Some((_, option)) = others.first() {
+        let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).collect();
+        let (of, others) = (component.name(db), names.join(", "));
+        say(&format!("`{of}` has other timing tables in {others}: `{option}` shows them"));
     }
 }
 
@@ -153,12 +175,12 @@ fn list<'db>(
             1 => (component.name(db).to_string(), component.name(db).to_string()),
             _ => (component.qualified(db), in_project),
         };
-        let times = tables.section(db).as_deref();
+        let times = tables.label(db);
         match psm_of(db, tables, component, level) {
             Ok(psm) => {
                 let time = psm.machine.edges().iter().map(|edge| edge.cost).max().unwrap_or(Time::ZERO);
                 let (states, edges) = (psm.states.len(), psm.edges.all.len());
-                let name_with_times = format!("{shown}{}", times_of(times));
+                let name_with_times = format!("{shown}{}", times_of(times.as_deref()));
                 rows.push(vec![name_with_times, states.to_string(), edges.to_string(), time.number()]);
                 documents.push(json!({
                     "component": name, "times": times, "states": states, "edges": edges, "time": milliseconds(time),
@@ -196,7 +218,7 @@ fn show<'db>(
     format: DrawingFormat,
 ) -> Result<Output, String> {
     let name = component.name(db);
-    let times = tables.section(db).as_deref();
+    let times = tables.label(db);
     let psm = match psm_of(db, tables, component, level) {
         Ok(psm) => psm,
         Err(refusals) => {
@@ -207,7 +229,7 @@ fn show<'db>(
     let text = match format.drawing() {
         Some(drawing) => {
             let view = state_machine(db, tables, component, level);
-            let title = MachineTitle { component: name, level, times };
+            let title = MachineTitle { component: name, level, times: times.as_deref() };
             draw_state_machine(db, tables.project(db).workspace(db), title, &view, drawing)
         }
         None => {

@@ -556,7 +556,7 @@ pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
 }
 
 fn figures_csv(all: &[Deployed<'_>]) -> String {
-    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark";
+    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark,host";
     let mut rows = Vec::new();
     for it in all {
         let root = root(it);
@@ -565,13 +565,14 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
             for activity in &report.activities {
                 let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
                 let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
+                let (host, cpus) = activity.cpus.map(|cpus| report.hosts.local(cpus)).unzip();
                 rows.push(vec![
                     it.name.to_owned(),
                     query.level.to_string(),
                     activity.method.map_or(query.method, |(method, _)| method).to_string(),
                     activity.instance.to_string(),
                     activity.component_name.to_string(),
-                    activity.cpus.map(|cpus| cpus.0.to_string()).unwrap_or_default(),
+                    cpus.map(|cpus| cpus.0.to_string()).unwrap_or_default(),
                     activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
                     cell(activity.period),
                     cell(activity.deadline),
@@ -582,6 +583,7 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
                     assumed.join(" "),
                     root.clone(),
                     remark(it, &of_all, activity),
+                    host.flatten().map(|it| it.to_string()).unwrap_or_default(),
                 ]);
             }
         }

@@ -96,8 +96,8 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
             let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
             let line = line_of(db, file, TextSize::new(entry.key_span.start as u32));
             let using = using.iter().filter(|tables| files_of(db, **tables).contains(&file));
-            let using: Vec<Option<&str>> = using.map(|tables| tables.section(db).as_deref()).collect();
-            let sections: Vec<&str> = using.iter().copied().flatten().collect();
+            let using: Vec<Option<String>> = using.map(|tables| tables.label(db)).collect();
+            let sections: Vec<&str> = using.iter().flatten().map(String::as_str).collect();
             let of_which = match sections.join(", ") {
                 _ if using.is_empty() => " (used by no deployment)".to_owned(),
                 none if none.is_empty() => none,

@@ -263,16 +263,16 @@ pub(super) fn by_tables<'db>(
     project: Project<'db>,
     text: impl Fn(TableSet<'db>) -> String,
 ) -> Vec<(String, String)> {
-    let mut found: Vec<(String, Vec<Option<&str>>)> = Vec::new();
+    let mut found: Vec<(String, Vec<Option<String>>)> = Vec::new();
     for &tables in table_sets(db, project) {
-        let (text, section) = (text(tables), tables.section(db).as_deref());
+        let (text, label) = (text(tables), tables.label(db));
         match found.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, sections)) => sections.push(section),
-            None => found.push((text, vec![section])),
+            Some((_, labels)) => labels.push(label),
+            None => found.push((text, vec![label])),
         }
     }
-    let named = found.into_iter().map(|(text, sections)| {
-        let names: Option<Vec<&str>> = sections.into_iter().collect();
+    let named = found.into_iter().map(|(text, labels)| {
+        let names: Option<Vec<String>> = labels.into_iter().collect();
         (text, times_of(names.map(|names| names.join(", ")).as_deref()))
     });
     named.collect()

@@ -98,7 +98,8 @@ impl Check {
         // The analysis with another table ends the present one.
         drop(checked);
         if self.format == TraceCheckFormat::Table {
-            text.extend(overheads.advice(&mut db, &workspaces, self.deployment.as_deref(), level));
+            let recorded = (self.deployment.as_deref(), self.host.as_deref());
+            text.extend(overheads.advice(&mut db, &workspaces, recorded, level));
         }
         Ok(Output::escaped(text, code))
     }

@@ -19,7 +19,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of};
 use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{TableSet, first_tables, level_shown, table_sets, tables_of};
+use mauve_wcrt::{TableSet, first_tables, level_shown, table_sets, tables_in, tables_of};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
@@ -75,15 +75,15 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
         })
     });
     let name = component.name(db).to_string();
-    let times = tables.section(db).as_deref();
+    let times = tables.label(db);
     let others = table_sets(db, project).iter().filter(|it| **it != tables);
     let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
-    let title = MachineTitle { component: &name, level, times };
+    let title = MachineTitle { component: &name, level, times: times.as_deref() };
     let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing);
     Ok(json!({
         "component": name,
         "times": times,
-        "otherTimes": others.map(|it| it.section(db).as_deref()).collect::<Vec<_>>(),
+        "otherTimes": others.map(|it| it.label(db)).collect::<Vec<_>>(),
         "unit": "ms",
         "significance": level.as_f64(),
         "states": states.collect::<Vec<_>>(),
@@ -105,11 +105,13 @@ fn component_of<'db>(
     let (db, project) = (&snapshot.db, tables.project(&snapshot.db));
     let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
     let named = deployments.filter(|it| it.is_called(db, name));
-    let mut tables = named.map(|it| tables_of(db, project, it));
+    let mut named = named.map(|it| (it, tables_of(db, project, it)));
     let refuse = |why: &str| Error::invalid_params(format!("{why} `{name}` in this project"));
-    let first = tables.next().ok_or_else(|| refuse("no deployment"))?;
-    match tables.all(|other| other == first) {
-        true => Ok((first, component)),
+    let (first, of_first) = named.next().ok_or_else(|| refuse("no deployment"))?;
+    match named.all(|(_, other)| other == of_first) {
+        true => {
+            Ok((tables_in(db, project, first, component).first().copied().unwrap_or(of_first), component))
+        }
         false => Err(refuse("several deployments with different timing tables")),
     }
 }

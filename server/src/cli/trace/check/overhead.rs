@@ -11,10 +11,10 @@ use std::fmt::Write as _;
 use mauve_hir::{Database, File, Workspace};
 use mauve_pwcet::rounded_up;
 use mauve_timing::{Level, Overhead, Time, with_dispatch};
-use mauve_wcrt::{Deadlines, Query, files_of, response_times, table, tables_of, timetable_of};
+use mauve_wcrt::{Deadlines, Query, files_of, response_times, table, tables_of_host, timetable_of};
 
 use super::checked::Checked;
-use crate::cli::errors::only_deployment;
+use crate::cli::errors::{host_called, only_deployment};
 
 /// So many instances are named.
 const MOST_SHOWN: usize = 4;
@@ -39,11 +39,11 @@ impl Overheads {
         &self,
         db: &mut Database,
         workspaces: &[Workspace],
-        deployment: Option<&str>,
+        (deployment, host): (Option<&str>, Option<&str>),
         level: Level,
     ) -> Option<String> {
         let greatest = self.0.first()?.0;
-        let now = Tables::of(db, workspaces, deployment, level)?;
+        let now = Tables::of(db, workspaces, (deployment, host), level)?;
         if now.declared.as_nanos() >= greatest {
             return None;
         }
@@ -60,7 +60,7 @@ impl Overheads {
         let (text, line) = with_dispatch(file.text(db), dispatch)?;
         let _ = writeln!(out, "    for `{name}`: [overhead] {line}");
         file.set_text(db, text.into());
-        let then = Tables::of(db, workspaces, deployment, level)?.deadlines;
+        let then = Tables::of(db, workspaces, (deployment, host), level)?.deadlines;
         let Deadlines { met, all, .. } = then;
         let _ = writeln!(out, "    with it, {met} of {all} deadlines are proved ({} now)", now.deadlines.met);
         Some(out)
@@ -78,9 +78,15 @@ struct Tables {
 }
 
 impl Tables {
-    fn of(db: &Database, workspaces: &[Workspace], deployment: Option<&str>, level: Level) -> Option<Tables> {
+    fn of(
+        db: &Database,
+        workspaces: &[Workspace],
+        (deployment, host): (Option<&str>, Option<&str>),
+        level: Level,
+    ) -> Option<Tables> {
         let (project, deployment) = only_deployment(db, workspaces, deployment, "analyse").ok()?;
-        let tables = tables_of(db, project, deployment);
+        let host = host_called(db, (project, deployment), host).ok()?;
+        let tables = tables_of_host(db, project, deployment, host);
         let files = files_of(db, tables);
         let has_one = |file: &&File| table(db, **file).overhead != Overhead::default();
         let file = files.iter().find(has_one).or(files.first()).copied();
