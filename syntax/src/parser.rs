@@ -406,7 +406,7 @@ impl<'a> Parser<'a> {
 
     /// Returns whether this is the unit of a rate, on the line of its number.
     pub(crate) fn at_hertz(&self) -> bool {
-        self.at(IDENT) && self.nth_text(0) == Some("Hz") && !self.begins_line() && self.nth(1) != EQ
+        self.at(IDENT) && self.nth_text(0) == Some("Hz") && !self.begins_line()
     }
 
     /// Returns whether a type and then a name follow on this line, as in C.
