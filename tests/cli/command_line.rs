@@ -390,7 +390,7 @@ fn wcrt_as_csv_and_explained() {
     let found = run(&["wcrt", "p3dx", "--format", "csv"]);
     assert_eq!(found.out.lines().count(), 11);
     assert!(
-        found.out.contains("P3dxDeployment,1e-4,exact,navigation,Navigation,1,2,1000,1000,297,997,997,met,,p3dx/exploration.mal,\n"),
+        found.out.contains("P3dxDeployment,1e-4,exact,navigation,Navigation,1,2,1000,1000,297,997,997,met,,p3dx/exploration.mal,,\n"),
         "{}",
         found.out
     );

@@ -106,6 +106,38 @@ fn every_report_names_the_tables() {
 }
 
 #[test]
+fn a_host_has_the_times_of_its_tables() {
+    let robot = ROBOT.replace("instance arm: C", "instance arm: C  instance leg: C").replace(
+        "deployment Land { architecture A ",
+        "deployment Land { architecture A  activity leg { priority = 1  period = 10  cpus = [2] } ",
+    );
+    let robot = robot.split("library marine").next().unwrap();
+    let hosts = "[host.body]\nactivities = [\"arm\"]\ncpus = 1\n[host.feet]\nactivities = [\"leg\"]\ncpus = 2\ntables = [\"sea/*.toml\"]\n";
+    let run = |name: &str, arguments: &[&str]| {
+        run_with(name, robot, &format!("{CONFIG}{hosts}"), SEA_TIMES, arguments)
+    };
+    let machine = run("psm", &["psm", "C", "--deployment", "Land"]);
+    assert!(machine.out.contains("C at 1e-4: execution times"), "{machine:?}");
+    let option = "`C` has other timing tables in land.Land on host feet: `--deployment land.Land --host feet` shows them";
+    assert!(machine.err.contains(option), "{machine:?}");
+    let of_feet = run("psm-of-feet", &["psm", "C", "--deployment", "land.Land", "--host", "feet"]);
+    assert!(of_feet.out.contains("C at 1e-4, times of host feet: execution times"), "{of_feet:?}");
+    assert!(of_feet.err.contains("`--deployment land.Land --host body`"), "{of_feet:?}");
+    let wrong = run("psm-of-foot", &["psm", "C", "--deployment", "Land", "--host", "feets"]);
+    assert!(wrong.code == 2 && wrong.err.contains("did you mean `feet`?"), "{wrong:?}");
+    // The CPUs are those of the host: a bit each.
+    let csv = run("csv", &["wcrt", "--format", "csv"]).out;
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|it| *it == name).unwrap();
+    let mut found: Vec<[&str; 4]> = rows[1..]
+        .iter()
+        .map(|row| ["instance", "affinity", "response_ms", "host"].map(|name| row[column(name)]))
+        .collect();
+    found.sort_unstable();
+    assert_eq!(found, [["arm", "1", "2", "body"], ["leg", "2", "11.5", "feet"]]);
+}
+
+#[test]
 fn a_time_is_never_taken_from_other_tables() {
     // The general tables have the codel, and Sea's do not.
     let both = format!("{CONFIG}{SEA}");

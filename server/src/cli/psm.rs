@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{errors_of_text, times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Database, Decl, Project, names_of, projects, similar};
+use mauve_hir::{Database, Decl, Host, Project, hosts_of, names_of, projects, similar};
 use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{
-    Query, Refusal, TableSet, first_tables, level_shown, psm_of, tables_for, tables_in, tables_of,
+    Query, Refusal, TableSet, first_tables, level_shown, psm_of, system_of, tables_for, tables_in, tables_of,
     tables_of_host,
 };
 use serde_json::{Value, json};
@@ -140,17 +140,24 @@ fn declared<'db>(db: &'db Database, found: &[FoundMachine<'db>]) -> Vec<(Project
 fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: Decl<'db>) {
     let project = shown.project(db);
     let sets = tables_for(db, project, component);
+    let hosts = &hosts_of(db, project.workspace(db)).all;
     let mut others: Vec<(String, String)> = Vec::new();
     for deployment in deployments_of(db, project) {
         let name = deployment.qualified(db);
-        for tables in tables_in(db, project, deployment, component) {
-            let host = tables.host(db).as_ref();
-            let option =
-                format!("--deployment {name}") + &host.map_or_else(String::new, |it| format!(" --host {it}"));
-            let shown_as = host.map_or_else(|| name.clone(), |it| format!("{name} on host {it}"));
-            if tables != shown && sets.contains(&tables) {
-                others.push((shown_as, option));
+        let mut known = vec![shown];
+        let activities = system_of(db, project, deployment).activities.iter();
+        for activity in activities.filter(|it| it.component == Some(component) && sets.contains(&it.tables)) {
+            if known.contains(&activity.tables) {
+                continue;
             }
+            known.push(activity.tables);
+            let other = match activity.host.and_then(|it| hosts.get(it)) {
+                Some(Host { name: host, .. }) => {
+                    (format!("{name} on host {host}"), format!("--deployment {name} --host {host}"))
+                }
+                None => (name.clone(), format!("--deployment {name}")),
+            };
+            others.push(other);
         }
     }
     if let Some((_, option)) = others.first() {

@@ -556,7 +556,7 @@ pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
 }
 
 fn figures_csv(all: &[Deployed<'_>]) -> String {
-    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark,host";
+    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,host,remark";
     let mut rows = Vec::new();
     for it in all {
         let root = root(it);
@@ -582,8 +582,8 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
                     activity.verdict.name().to_owned(),
                     assumed.join(" "),
                     root.clone(),
-                    remark(it, &of_all, activity),
                     host.flatten().map(|it| it.to_string()).unwrap_or_default(),
+                    remark(it, &of_all, activity),
                 ]);
             }
         }

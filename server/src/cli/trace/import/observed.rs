@@ -9,7 +9,7 @@ use mauve_pwcet::trace::{Observation, Seen, SpanKind, TraceReader, Wait, lock_of
 use mauve_timing::{
     LEAST_WORK, Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, UNSUSPICIOUS, digest_of,
 };
-use toml_edit::DocumentMut;
+use toml_edit::{DocumentMut, Item};
 
 use super::messages::{self, work_elsewhere};
 use crate::cli::date::today;
@@ -259,14 +259,21 @@ fn read(path: &Path) -> Result<Observed, String> {
 fn configured(path: &Path, config: Option<(PathBuf, DocumentMut)>) -> Option<Option<String>> {
     let path = std::path::absolute(path).ok()?;
     let (folder, config) = config?;
-    let timing = config.get("timing");
-    let observed = timing.and_then(|timing| timing.get("observed")?.as_array().cloned()).unwrap_or_default();
-    let mut named = observed.iter().filter_map(|it| Some(folder.join(it.as_str()?)));
+    let (timing, hosts) = (config.get("timing"), config.get("host").and_then(Item::as_table_like));
+    let observed = |of: &Item| of.get("observed").and_then(Item::as_array).cloned().unwrap_or_default();
+    let deployments = timing.and_then(|it| it.get("deployment")).and_then(Item::as_table_like);
+    let of_parts = [deployments, hosts].into_iter().flatten().flat_map(|it| it.iter()).map(|(_, it)| it);
+    let names = timing.into_iter().chain(of_parts).flat_map(|it| observed(it).into_iter());
+    let mut named = names.filter_map(|it| Some(folder.join(it.as_str()?)));
     if named.any(|it| it == path || it.canonicalize().ok() == path.canonicalize().ok()) {
         return Some(None);
     }
-    let mut all: Vec<&str> = observed.iter().filter_map(|it| it.as_str()).collect();
     let relative = path.strip_prefix(&folder).unwrap_or(&path).display().to_string();
+    if hosts.is_some() {
+        return Some(Some(format!("under the [host.NAME] that was recorded:\nobserved = [\"{relative}\"]")));
+    }
+    let observed = timing.map(observed).unwrap_or_default();
+    let mut all: Vec<&str> = observed.iter().filter_map(|it| it.as_str()).collect();
     all.push(&relative);
     let all: Vec<String> = all.iter().map(|it| format!("\"{it}\"")).collect();
     // A section may be written once.
@@ -285,4 +292,26 @@ fn next_config(path: &Path) -> Option<(PathBuf, DocumentMut)> {
 fn host() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     name.trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_section_that_names_a_file_is_found() {
+        let asked = |config: &str| {
+            let config = (PathBuf::from("/robot"), config.parse().unwrap());
+            configured(Path::new("/robot/eyes.observed.toml"), Some(config)).unwrap()
+        };
+        let named = "observed = [\"eyes.observed.toml\"]\n";
+        for section in ["timing", "timing.deployment.Sea", "host.eyes"] {
+            assert_eq!(asked(&format!("[{section}]\n{named}")), None, "{section}");
+        }
+        assert_eq!(asked("").unwrap().lines().next(), Some("[timing]"));
+        let both = asked("[timing]\nobserved = [\"a.toml\"]\n").unwrap();
+        assert_eq!(both, "under [timing]:\nobserved = [\"a.toml\", \"eyes.observed.toml\"]");
+        let of_host = asked("[timing]\nobserved = [\"a.toml\"]\n[host.eyes]\ncpus = 1\n").unwrap();
+        assert_eq!(of_host, "under the [host.NAME] that was recorded:\nobserved = [\"eyes.observed.toml\"]");
+    }
 }
