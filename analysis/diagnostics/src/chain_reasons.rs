@@ -65,7 +65,9 @@ fn in_words<'db>(db: &'db dyn ModelDb, instances: &[&Name], reason: &ChainReason
             format!("{port} may be lost"),
         ),
         ChainReason::NoTopic { hosts: [from, to] } => (
-            format!("a connection from host `{from}` to host `{to}` is no topic: its diagnostic says why"),
+            format!(
+                "a connection from host `{from}` to host `{to}` cannot be a topic: its diagnostic says why"
+            ),
             format!("no topic from {from} to {to}"),
         ),
         ChainReason::NoBound { step } => both(step, "has no bound on its response time", "has no bound"),

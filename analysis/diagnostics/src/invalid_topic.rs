@@ -62,8 +62,8 @@ pub(super) fn report<'db>(at: Location<'db>, fact: &F) -> Diagnostic<'db> {
             "topic `{topic}` has two types: {ty} of `{first}`, and {other} of `{second}`; give one of them another name in `[ros2] topics`"
         ),
         F::TwoOutputs { topic, outputs: [first, second] } => format!(
-            "topic `{topic}` is the output `{first}` and the output `{second}`, and one of them leads to another host, where nobody tells \
-             their samples apart: give one of them another name in `[ros2] topics`"
+            "topic `{topic}` is the output `{first}` and the output `{second}`, and one of them leads to another host, where their \
+             samples cannot be told apart: give one of them another name in `[ros2] topics`"
         ),
         F::Quality { topic, writer, reader, property: Quality::Reliability } => format!(
             "`{reader}` never gets a sample of `{writer}` on `{topic}`: a reliable reader, a best-effort writer; add `reliability = \"best-effort\"` to `{reader}`"

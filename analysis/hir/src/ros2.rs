@@ -33,6 +33,8 @@ pub struct Ros2 {
     /// The topics, in the order of the instances and their ports. A connection between hosts has two: that of its output, and that of
     /// its input.
     pub topics: Vec<Topic>,
+    /// Whether hosts find each other: `discovery` is `"subnet"`.
+    pub is_on_subnet: bool,
     /// The names of the hosts, in their order; empty: there is one computer, without a name.
     pub hosts: Vec<Name>,
     /// The most time that the network between two hosts takes, by their indices: an assumption. Of two for one pair, the greatest counts.
@@ -111,7 +113,8 @@ impl Ros2 {
         let ends = [self.topic(writer, output)?, self.topic(reader, input)?];
         // An input with two connections has the name of one output: the other one does not reach it.
         let is_topic = ends[0].is_published && !ends[1].is_published && ends[0].name == ends[1].name;
-        (!link.operation && ends[0].host != ends[1].host && is_topic).then_some(ends)
+        let is_across = self.is_on_subnet && ends[0].host != ends[1].host;
+        (!link.operation && is_across && is_topic).then_some(ends)
     }
 
     /// Returns the most time that a sample takes from one host to another, if that is known: an assumption.
@@ -160,11 +163,16 @@ pub fn ros2_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Dec
     let workspace = project.workspace(db);
     let (config, hosts) = (config_of(db, workspace), hosts_of(db, workspace));
     let names = hosts.all.iter().map(|it| it.name.clone()).collect();
-    let (Some(_), Some((flat, _))) = (&config.ros2, deployed(db, project, deployment)) else {
+    let (Some(section), Some((flat, _))) = (&config.ros2, deployed(db, project, deployment)) else {
         return Ros2 { hosts: names, ..Ros2::default() };
     };
     let latencies = config.links.iter().filter_map(|it| Some((ends_of_link(config, &it.name)?, it.latency?)));
-    let mut found = Ros2 { hosts: names, topics: Vec::new(), latencies: latencies.collect() };
+    let mut found = Ros2 {
+        is_on_subnet: section.is_on_subnet,
+        hosts: names,
+        topics: Vec::new(),
+        latencies: latencies.collect(),
+    };
     let links = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<&(Name, Name)> = links.flat_map(|it| [&it.source, &it.target]).collect();
     for instance in flat.instances.iter().filter(|it| !it.repeated) {

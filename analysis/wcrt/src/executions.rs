@@ -10,8 +10,8 @@
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, Location, ModelDb, Product, ProgramId, Project, TimedProgram, behaviour_of, config_file, core_of,
-    names_of, product_of, required_of,
+    Decl, Location, ModelDb, Product, ProgramId, Project, TimedProgram, behaviour_of, config_file, config_of,
+    core_of, names_of, product_of, required_of,
 };
 use mauve_timing::{Edge, Level, Priority, StateMachine, Task, Time};
 use rustc_hash::FxHashMap;
@@ -284,7 +284,9 @@ pub(crate) fn chosen_level<'db>(
     let levelled = tables.iter().flat_map(|&it| &timetable_of(db, it).with_levels);
     let table = levelled.max_by_key(|it| it.levels.iter().min().copied())?.clone();
     let lacking = Some(LackingLevel { needed, executions: executions as u64, table });
-    Some(ChosenLevel { level: *levels.last()?, lacking })
+    // Hosts whose tables share no level have no figures.
+    let configured = || config_of(db, project.workspace(db)).level();
+    Some(ChosenLevel { level: levels.last().copied().unwrap_or_else(configured), lacking })
 }
 
 /// Returns a fact for each deployment whose tables lack the level that `required` needs.

@@ -211,6 +211,38 @@ mod tests {
     }
 
     #[test]
+    fn required_needs_a_level_that_all_hosts_have() {
+        let texts = [
+            ("/t.toml", "levels = [1e-3, 1e-6]\ncodel.look = [1, 2]\ncodel.think = [2, 3]\n"),
+            ("/eyes.toml", "levels = [1e-4]\ncodel.look = [3]\n"),
+        ];
+        let config = "timing.tables = [\"t.toml\"]\ntiming.required = \"1e-6 per hour\"";
+        assert_eq!(with(config, "", &texts, |db, project, _| required_facts(db, project).len()), 1);
+    }
+
+    #[test]
+    fn work_of_one_host_is_not_that_of_another() {
+        let texts = [
+            ("/t.toml", "codel.look = 1\ncodel.think = 2\n"),
+            ("/eyes.toml", "codel.look = 3\n"),
+            ("/eyes.observed.toml", "unit = \"ms\"\n[work.lidar]\nper_second = 100\n"),
+        ];
+        let elsewhere = |host: &str| {
+            let other =
+                "[[platform.other]]\nname = \"lidar\"\npriority = 50\nperiod = \"1 s\"\ntime = \"100 ms\"\n";
+            let config = format!("timing.tables = [\"t.toml\"]\n{other}{host}");
+            with(&config, "observed = [\"eyes.observed.toml\"]", &texts, |db, project, _| {
+                let is_it = |it: &crate::TimingFact<'_>| {
+                    matches!(it.kind, TimingFactKind::Recorded(crate::Recorded::WorkElsewhere { .. }))
+                };
+                table_facts(db, project).iter().any(is_it)
+            })
+        };
+        assert_eq!([elsewhere(""), elsewhere("host = \"eyes\"")], [false, false]);
+        assert!(elsewhere("host = \"head\""));
+    }
+
+    #[test]
     fn a_component_has_the_times_of_its_host() {
         let texts = [("/t.toml", "codel.look = 1\ncodel.think = 2\n"), ("/eyes.toml", "codel.look = 3\n")];
         with("timing.tables = [\"t.toml\"]", "", &texts, |db, project, of| {

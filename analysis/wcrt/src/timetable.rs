@@ -372,12 +372,12 @@ fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, 
             builder.incomplete(file, fault);
         }
     }
-    let observed = &observed_beside(db, tables).files;
+    let (observed, host) = (&observed_beside(db, tables).files, tables.host(db).as_ref());
     let tables: Vec<(File, &Table)> = found.files.iter().map(|&file| (file, table(db, file))).collect();
     for &(file, table) in &tables {
         builder.table(file, table);
     }
-    builder.observed(observed);
+    builder.observed(observed, host);
     builder.unknown_keys();
     builder.report_repeated();
     builder.times.index_programs();

@@ -176,8 +176,10 @@ impl ChainsCommand {
         for ([one, other], latency) in &ros2.latencies {
             let name = |host: &usize| ros2.hosts.get(*host).map_or("", |it| it.as_str());
             let (one, other) = (name(one), name(other));
-            let _ =
-                writeln!(out, "  assumption: the network between {one} and {other} takes {latency} at most");
+            let _ = writeln!(
+                out,
+                "  assumption: from {one} to {other} and back, a sample takes {latency} at most, until Cyclone DDS has received it"
+            );
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
         out

@@ -303,7 +303,8 @@ pub static SECTIONS: [Section; 14] = [
                         any, all runs on one." },
     Section { name: "link", summary: "a network between two hosts", entries: Entries::Links(&[
         Key { name: "latency", kind: KeyKind::Time(|it| &mut it.latency), default: None, examples: r#"["2 ms"]"#,
-            documentation: "The most time from a write on one host to the arrival on the other: an assumption." },
+            documentation: "The most time from a write on one host until Cyclone DDS has received it on the other, with all that delays \
+                            its thread there: an assumption." },
     ]), documentation: "What the network between two hosts takes, by their names, such as [link.\"eyes-brain\"]." },
 ];
 

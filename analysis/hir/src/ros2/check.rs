@@ -568,7 +568,7 @@ mod tests {
     #[test]
     fn an_output_leads_to_several_hosts() {
         let db = Database::default();
-        let hosts = "[ros2]\n[host.a]\nactivities = [\"eye\"]\n[host.b]\nactivities = [\"brain\"]\n[host.c]\nactivities = [\"arm\"]\n";
+        let hosts = "[ros2]\ndiscovery = \"subnet\"\n[host.a]\nactivities = [\"eye\"]\n[host.b]\nactivities = [\"brain\"]\n[host.c]\nactivities = [\"arm\"]\n";
         let model = MODEL.replace(
             "eye.out -> brain.into",
             "eye.out -> brain.into instance arm: Brain connection eye.out -> [4] arm.into",
@@ -607,7 +607,7 @@ mod tests {
     fn a_connection_leads_from_its_own_output() {
         let db = Database::default();
         // Both outputs are one topic, which is an error; their connections are two.
-        let config = "[ros2]\ntopics = { \"eye.out\" = \"/x\", \"lid.out\" = \"/x\" }
+        let config = "[ros2]\ndiscovery = \"subnet\"\ntopics = { \"eye.out\" = \"/x\", \"lid.out\" = \"/x\" }
             [host.eyes]\nactivities = [\"eye\"]\n[host.lids]\nactivities = [\"lid\"]\n[host.head]\nactivities = [\"brain\", \"arm\"]\n";
         let model = MODEL.replace(
             "connection eye.out -> brain.into",

@@ -371,6 +371,7 @@ library nav {
             0 time ⇒ "time = "
             0 cpus ⇒ "cpus = "
             0 jitter ⇒ "jitter = "
+            0 host ⇒ "host = "
         "#]]
         .assert_eq(&offered(&with(others, ""), 0));
         let topics = "[ros2.topics]\n$0";

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
 use mauve_timing::{
     LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
@@ -32,7 +32,7 @@ pub fn observed_responses<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, inst
 
 impl<'db> TimetableBuilder<'db> {
     /// Compares the entries of the tables, which are all read, with what recordings showed.
-    pub(super) fn observed(&mut self, files: &[File]) {
+    pub(super) fn observed(&mut self, files: &[File], host: Option<&Name>) {
         let db = self.db;
         for &file in files {
             let (observed, errors) = observed_in(db, file);
@@ -63,8 +63,10 @@ impl<'db> TimetableBuilder<'db> {
                 }
             }
             for (thread, work) in observed.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
-                let is_declared = platform_of(db, self.project.workspace(db)).others.iter();
-                if is_declared.map(|(other, _)| &*other.name).any(|name| name == thread) {
+                // What another host has is not on this one; without tables of its own, it may be any of them.
+                let is_here = |only: &Option<Name>| only.is_none() || only.as_ref() == host;
+                let mut others = platform_of(db, self.project.workspace(db)).others.iter();
+                if others.any(|(other, only)| *other.name == **thread && is_here(only)) {
                     continue;
                 }
                 let at = Location::of_span(file, &work.span);
