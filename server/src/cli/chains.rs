@@ -178,7 +178,7 @@ impl ChainsCommand {
             let (one, other) = (name(one), name(other));
             let _ = writeln!(
                 out,
-                "  assumption: from {one} to {other} and back, a sample takes {latency} at most, until Cyclone DDS has received it"
+                "  assumption: between {one} and {other}, a sample takes {latency} at most, until Cyclone DDS has received it"
             );
         }
         it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
