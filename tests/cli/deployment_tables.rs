@@ -109,7 +109,7 @@ fn every_report_names_the_tables() {
 fn a_host_has_the_times_of_its_tables() {
     let robot = ROBOT.replace("instance arm: C", "instance arm: C  instance leg: C").replace(
         "deployment Land { architecture A ",
-        "deployment Land { architecture A  activity leg { priority = 1  period = 10  cpus = [2] } ",
+        "deployment Land { architecture A  activity leg { priority = 1  period = 20  cpus = [2] } ",
     );
     let robot = robot.split("library marine").next().unwrap();
     let hosts = "[host.body]\nactivities = [\"arm\"]\ncpus = 1\n[host.feet]\nactivities = [\"leg\"]\ncpus = 2\ntables = [\"sea/*.toml\"]\n";

@@ -104,9 +104,9 @@ fn the_sample_robot_gives_the_same_document() {
     let csv = |of: &str| -> Vec<String> {
         let run = run(&folder, &["wcrt", of, "--format", "csv"]);
         let without_root = |line: &str| {
-            let mut cells = line.rsplitn(3, ',');
-            let (remark, _root, rest) = (cells.next().unwrap(), cells.next(), cells.next().unwrap());
-            format!("{rest},{remark}")
+            let mut cells = line.rsplitn(4, ',');
+            let [remark, host, _root] = [(); 3].map(|()| cells.next().unwrap());
+            format!("{},{host},{remark}", cells.next().unwrap())
         };
         run.out.lines().map(without_root).collect()
     };
