@@ -265,7 +265,9 @@ fn configured(path: &Path, config: Option<(PathBuf, DocumentMut)>) -> Option<Opt
     let of_parts = [deployments, hosts].into_iter().flatten().flat_map(|it| it.iter()).map(|(_, it)| it);
     let names = timing.into_iter().chain(of_parts).flat_map(|it| observed(it).into_iter());
     let mut named = names.filter_map(|it| Some(folder.join(it.as_str()?)));
-    if named.any(|it| it == path || it.canonicalize().ok() == path.canonicalize().ok()) {
+    if named.any(|it| {
+        it == path || it.canonicalize().is_ok_and(|it| path.canonicalize().is_ok_and(|path| path == it))
+    }) {
         return Some(None);
     }
     let relative = path.strip_prefix(&folder).unwrap_or(&path).display().to_string();
