@@ -81,6 +81,12 @@ impl Hosts {
         parts.filter(|(_, cpus)| !cpus.is_empty()).collect()
     }
 
+    /// Returns the name on a host of what each has: `recv@eyes`; without hosts, the name alone.
+    pub fn on(&self, host: Option<usize>, name: &str) -> String {
+        let host = host.and_then(|it| self.all.get(it));
+        host.map_or_else(|| name.to_owned(), |host| format!("{name}@{}", host.name))
+    }
+
     /// Returns the names of CPUs of the analysis for a user: `CPU 1`, `CPUs 1 and 2 of eyes`.
     pub fn names(&self, cpus: CpuSet) -> String {
         let name = |(host, cpus): (Option<&Name>, CpuSet)| match host {

@@ -792,10 +792,8 @@ impl<'db> SystemReader<'db> {
         let threads = gateways.filter_map(|it| {
             let (priority, cpus) =
                 (it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL));
-            let name =
-                it.host.and_then(|host| self.hosts.all.get(host)).map(|host| format!("recv@{}", host.name));
-            let name = name.as_deref().unwrap_or("recv");
-            let is_declared = |it: &&Task| &*it.name == name && it.priority.real_time() >= Some(priority);
+            let name = self.hosts.on(it.host, "recv");
+            let is_declared = |it: &&Task| *it.name == *name && it.priority.real_time() >= Some(priority);
             let declared: CpuSet = others.iter().filter(is_declared).filter_map(|it| it.cpus).collect();
             (!(cpus - declared).is_empty()).then_some((priority, cpus))
         });
@@ -884,7 +882,7 @@ pub(crate) fn others_of(db: &dyn ModelDb, workspace: Workspace, all: CpuSet) -> 
         let name = host.and_then(|it| Some(&hosts.all.get(it)?.name));
         let of_host = platform.others.iter().filter(move |(_, only)| only.is_none() || only.as_ref() == name);
         of_host.map(move |(it, _)| Task {
-            name: name.map_or_else(|| it.name.clone(), |host| format!("{}@{host}", it.name).into()),
+            name: hosts.on(host, &it.name).into(),
             cpus: Some(match (host, it.cpus) {
                 (None, cpus) => cpus.unwrap_or(all),
                 (host, cpus) => hosts.numbered(host, cpus.unwrap_or(CpuSet::ALL)),

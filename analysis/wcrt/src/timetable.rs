@@ -25,9 +25,10 @@ use crate::reason::{
 use crate::table_set::{TableSet, all_tables_of, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
-    CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey, Project,
-    Workspace, all_roots, behaviour_of, config_file, config_of, core_of, declarations, errors_in,
-    features_of, is_core_for, names_of, normalised, owner_of_tables, ros2_of, shell_of, similar, uses_of,
+    CONFIG_FILE, Config, Decl, DeploymentTables, File, HostConfig, Located, Location, Mistake, ModelDb,
+    OwnerOfTables, ProgramId, ProgramKey, Project, Workspace, all_roots, behaviour_of, config_file,
+    config_of, core_of, declarations, errors_in, features_of, is_core_for, names_of, normalised,
+    owner_of_tables, ros2_of, shell_of, similar, uses_of,
 };
 
 /// Reads a table.
@@ -85,13 +86,8 @@ fn files_of_section(
     host: Option<Name>,
 ) -> TableFiles {
     let config = config_of(db, workspace);
-    let of_host = config.hosts.iter().find(|it| host.as_ref().is_some_and(|name| *name == *it.name));
-    let patterns = match (of_host.map(|it| &it.tables).filter(|it| !it.is_empty()), section) {
-        (Some(tables), _) => Some(tables),
-        (None, None) => Some(&config.tables),
-        (None, Some(name)) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
-    };
-    without_observed(db, files_named(db, workspace, patterns.into_iter().flatten()))
+    let patterns = chosen(config, (section, host), &config.tables, |it| &it.tables, |it| &it.tables);
+    without_observed(db, files_named(db, workspace, patterns.iter()))
 }
 
 /// Finds all files of `[timing] observed`, for whatever deployments.
@@ -100,18 +96,40 @@ pub fn observed_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     files_named(db, workspace, config_of(db, workspace).all_observed())
 }
 
-/// Finds the files with what recordings showed that count beside these tables.
-#[salsa::tracked(returns(ref))]
-fn observed_beside<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> TableFiles {
+/// Returns the files with what recordings showed that count beside these tables.
+fn observed_beside<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db TableFiles {
     let workspace = tables.project(db).workspace(db);
-    let (config, host) = (config_of(db, workspace), tables.host(db));
-    let of_host = config.hosts.iter().find(|it| host.as_ref().is_some_and(|name| *name == *it.name));
-    let patterns = match (of_host.map(|it| &it.observed).filter(|it| !it.is_empty()), tables.section(db)) {
-        (Some(observed), _) => Some(observed),
-        (None, None) => Some(&config.observed),
-        (None, Some(name)) => config.deployment_tables.get(name.as_str()).map(|it| &it.observed),
-    };
-    files_named(db, workspace, patterns.into_iter().flatten())
+    observed_of_section(db, workspace, tables.section(db).clone(), tables.host(db).clone())
+}
+
+/// Finds the files with what recordings showed that a section of the configuration names.
+#[salsa::tracked(returns(ref))]
+fn observed_of_section(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    section: Option<Name>,
+    host: Option<Name>,
+) -> TableFiles {
+    let config = config_of(db, workspace);
+    let patterns = chosen(config, (section, host), &config.observed, |it| &it.observed, |it| &it.observed);
+    files_named(db, workspace, patterns.iter())
+}
+
+/// Returns the patterns that count: those of the host if it has any, otherwise those of the section of a deployment, or the general
+/// ones without a section.
+fn chosen<'a>(
+    config: &'a Config,
+    (section, host): (Option<Name>, Option<Name>),
+    general: &'a [Located],
+    of_deployment: fn(&DeploymentTables) -> &Vec<Located>,
+    of_host: fn(&HostConfig) -> &Vec<Located>,
+) -> &'a [Located] {
+    let host = host.and_then(|name| config.hosts.iter().find(|it| name == *it.name)).map(of_host);
+    if let Some(own) = host.filter(|it| !it.is_empty()) {
+        return own;
+    }
+    let Some(section) = section else { return general };
+    config.deployment_tables.get(section.as_str()).map_or(&[], |it| of_deployment(it))
 }
 
 /// Finds the tables that patterns name.

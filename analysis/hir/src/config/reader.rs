@@ -407,9 +407,10 @@ impl ConfigReader<'_> {
         let known = || config.hosts.iter().map(|it| it.name.as_str());
         for (host, span) in config.others.iter().filter_map(|it| it.host.as_ref()) {
             if !known().any(|it| it == host) {
-                self.incomplete(MistakeKind::NoSuchHost(host.clone()), span.clone());
                 let near = mauve_syntax::similar(host, known()).map(Name::from);
-                self.errors.last_mut().into_iter().for_each(|it| it.near.clone_from(&near));
+                let kind = MistakeKind::NoSuchHost(host.clone());
+                self.errors.push(Mistake { kind, span: span.clone(), near });
+                self.completeness = Completeness::Incomplete;
             }
         }
     }

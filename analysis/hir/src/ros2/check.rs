@@ -456,6 +456,11 @@ mod tests {
         Workspace::of_texts(db, "/".into(), texts.map(|(path, text)| (path.into(), text.to_owned())))
     }
 
+    fn deployment_in(db: &Database, workspace: Workspace) -> (Project<'_>, Decl<'_>) {
+        let project = projects(db, workspace)[0];
+        (project, names_of(db, project).of_kind(db, crate::item_tree::Kind::Deployment).next().unwrap())
+    }
+
     #[test]
     fn names_of_ros_2() {
         use InvalidName as N;
@@ -574,8 +579,7 @@ mod tests {
             "eye.out -> brain.into instance arm: Brain connection eye.out -> [4] arm.into",
         );
         let workspace = workspace(&db, hosts, &model);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let (project, of) = deployment_in(&db, workspace);
         let ros2 = ros2_of(&db, project, of);
         let links = &deployed(&db, project, of).unwrap().0.links;
         let ends = |link: usize| {
@@ -592,8 +596,7 @@ mod tests {
         let config = "[ros2]\n[host.eyes]\nactivities = [\"eye\"]\n[host.head]\nactivities = [\"brain\"]
             [link.eyes-head]\nlatency = \"2 ms\"\n[link.head-eyes]\nlatency = \"500 ms\"\n";
         let workspace = workspace(&db, config, MODEL);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let (project, of) = deployment_in(&db, workspace);
         let ros2 = ros2_of(&db, project, of);
         let longest = Some(mauve_timing::Time::from_nanos(500_000_000));
         assert_eq!([ros2.latency(0, 1), ros2.latency(1, 0)], [longest; 2]);
@@ -614,8 +617,7 @@ mod tests {
             "connection eye.out -> brain.into instance lid: Eye instance arm: Brain connection lid.out -> arm.into",
         );
         let workspace = workspace(&db, config, &model);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).of_kind(&db, crate::item_tree::Kind::Deployment).next().unwrap();
+        let (project, of) = deployment_in(&db, workspace);
         let (ros2, links) = (ros2_of(&db, project, of), &deployed(&db, project, of).unwrap().0.links);
         for (link, writer, reader) in [(0, "eye", "brain"), (1, "lid", "arm")] {
             let found = ros2.across(&links[link]).unwrap().map(|it| it.port.0.as_str());

@@ -63,7 +63,7 @@ impl<'db> TimetableBuilder<'db> {
                 }
             }
             for (thread, work) in observed.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
-                // What another host has is not on this one; without tables of its own, it may be any of them.
+                // What another host has is not on this one. A recording that belongs to no host may be that of any.
                 let is_here = |only: &Option<Name>| only.is_none() || only.as_ref() == host;
                 let mut others = platform_of(db, self.project.workspace(db)).others.iter();
                 if others.any(|(other, only)| *other.name == **thread && is_here(only)) {
