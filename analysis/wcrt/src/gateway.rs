@@ -92,7 +92,7 @@ pub(crate) fn gateway_psm<'db>(
 #[cfg(test)]
 mod tests {
     use mauve_hir::item_tree::Kind;
-    use mauve_hir::{Database, Workspace, names_of, projects};
+    use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
     use mauve_pwcet::trace::access_key;
     use mauve_timing::{Method, Time};
 
@@ -104,8 +104,17 @@ mod tests {
     const QUERY: Query =
         Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
 
+    /// Calls `of` with the deployment `D` of these files.
+    fn with<R>(files: &[(&str, String)], of: impl FnOnce(&Database, Project<'_>, Decl<'_>) -> R) -> R {
+        let db = Database::default();
+        let files = files.iter().map(|(path, text)| ((*path).into(), text.clone()));
+        let workspace = Workspace::of_texts(&db, "/".into(), files);
+        let project = projects(&db, workspace)[0];
+        of(&db, project, names_of(&db, project).anywhere(Kind::Deployment, "D")[0])
+    }
+
     /// A deployment with a gateway, or with an activity by hand in its place.
-    fn workspace(db: &Database, gateway: bool, table: &str, recv: &str) -> Workspace {
+    fn one_host(gateway: bool, table: &str, recv: &str) -> [(&'static str, String); 3] {
         let (instance, activity, topics) = match gateway {
             true => ("", "", "topics = { \"a.o\" = { name = \"/o\", depth = 3 } }"),
             false => (
@@ -123,28 +132,24 @@ mod tests {
         let config = format!(
             "timing.tables = [\"t.toml\"]\n[[platform.other]]\nname = \"recv\"\nperiod = \"1 s\"\ntime = \"1 us\"\n{recv}\n[ros2]\ngateway = {{ priority = 20, period = \"10 ms\", cpus = [1] }}\n{topics}\n"
         );
-        let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table.to_owned())];
-        Workspace::of_texts(db, "/".into(), files.map(|(path, text)| (path.into(), text)))
+        [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table.to_owned())]
     }
 
     /// The names and response times of its activities.
     fn responses(gateway: bool, table: &str, recv: &str) -> Vec<(String, Option<u64>)> {
-        let db = Database::default();
-        let project = projects(&db, workspace(&db, gateway, table, recv))[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let report = response_times(&db, project, of, QUERY);
-        let all = report.activities.iter();
-        all.map(|it| (it.instance.to_string(), it.response.map(Time::as_nanos))).collect()
+        with(&one_host(gateway, table, recv), |db, project, of| {
+            let all = response_times(db, project, of, QUERY).activities.iter();
+            all.map(|it| (it.instance.to_string(), it.response.map(Time::as_nanos))).collect()
+        })
     }
 
     #[test]
     fn a_recording_is_compared_with_the_times_of_topics() {
-        let db = Database::default();
-        let project =
-            projects(&db, workspace(&db, true, "codel.a = 7\naccess = { \"ros2.a.o\" = 1 }\n", RECV))[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let report = response_times(&db, project, of, QUERY);
-        let accesses = observed::expected(&db, project, of, None, QUERY, report).accesses;
+        let files = one_host(true, "codel.a = 7\naccess = { \"ros2.a.o\" = 1 }\n", RECV);
+        let accesses = with(&files, |db, project, of| {
+            let report = response_times(db, project, of, QUERY);
+            observed::expected(db, project, of, None, QUERY, report).accesses
+        });
         assert_eq!(accesses, [(access_key("ros2.a.o"), 1_000_000)].into());
     }
 
@@ -175,18 +180,16 @@ mod tests {
 
     /// The names and response times, and the chains, of the deployment of these files.
     fn figures(model: String, config: String, tables: &[(&str, String)]) -> (Responses, Vec<Option<u64>>) {
-        let db = Database::default();
-        let files = [("/m.mal", model), ("/mauve.toml", config)].into_iter().chain(tables.iter().cloned());
-        let workspace = Workspace::of_texts(&db, "/".into(), files.map(|(path, text)| (path.into(), text)));
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query =
-            Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+        let files = [&[("/m.mal", model), ("/mauve.toml", config)], tables].concat();
         let nanos = |time: Option<Time>| time.map(Time::as_nanos);
-        let report = response_times(&db, project, of, query);
-        let chains = crate::chains::chains_of(&db, project, of, query).all.iter().map(|it| nanos(it.latency));
-        let responses = report.activities.iter().map(|it| (it.instance.to_string(), nanos(it.response)));
-        (responses.collect(), chains.collect())
+        with(&files, |db, project, of| {
+            let responses = response_times(db, project, of, QUERY).activities.iter();
+            let chains = crate::chains::chains_of(db, project, of, QUERY).all.iter();
+            (
+                responses.map(|it| (it.instance.to_string(), nanos(it.response))).collect(),
+                chains.map(|it| nanos(it.latency)).collect(),
+            )
+        })
     }
 
     /// Random hosts together have the figures that each has alone, with its CPUs, its tables and its part of other work.
@@ -295,15 +298,12 @@ mod tests {
 
     /// The latencies of the chains, in microseconds, by their names.
     fn chains(files: &[(&str, String)]) -> Vec<(String, Option<u64>)> {
-        let db = Database::default();
-        let files = files.iter().map(|(path, text)| ((*path).into(), text.clone()));
-        let workspace = Workspace::of_texts(&db, "/".into(), files);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let all = &crate::chains::chains_of(&db, project, of, QUERY).all;
-        let declared = all.iter().filter(|it| it.declared.is_some());
         let micros = |time: Time| time.as_nanos() / 1000;
-        let mut found: Vec<_> = declared.map(|it| (it.name.to_string(), it.latency.map(micros))).collect();
+        let mut found: Vec<_> = with(files, |db, project, of| {
+            let all = &crate::chains::chains_of(db, project, of, QUERY).all;
+            let declared = all.iter().filter(|it| it.declared.is_some());
+            declared.map(|it| (it.name.to_string(), it.latency.map(micros))).collect()
+        });
         found.sort();
         found
     }
@@ -465,29 +465,23 @@ mod tests {
     fn a_chain_that_ends_with_a_topic_passes_its_gateway() {
         // Whether the topic has an entry, or is one of the connection alone.
         for topics in ["", "\"mid.out\" = \"/way\""] {
-            let db = Database::default();
-            let files = three_hosts(topics, DECLARED).map(|(path, text)| (path.into(), text));
-            let workspace = Workspace::of_texts(&db, "/".into(), files);
-            let project = projects(&db, workspace)[0];
-            let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-            let found = crate::chains::chains_of(&db, project, of, QUERY);
-            let half = found.all.iter().find(|it| it.name == *"half").unwrap();
-            let steps: Vec<&str> = half.steps.iter().map(|it| it.instance.as_str()).collect();
-            assert_eq!(steps, ["eye", "ros2@a", "ros2@b", "mid", "ros2@b"], "{topics}");
-            assert!(half.latency.is_some(), "{:?}", half.reasons);
+            with(&three_hosts(topics, DECLARED), |db, project, of| {
+                let found = crate::chains::chains_of(db, project, of, QUERY);
+                let half = found.all.iter().find(|it| it.name == *"half").unwrap();
+                let steps: Vec<&str> = half.steps.iter().map(|it| it.instance.as_str()).collect();
+                assert_eq!(steps, ["eye", "ros2@a", "ros2@b", "mid", "ros2@b"], "{topics}");
+                assert!(half.latency.is_some(), "{:?}", half.reasons);
+            });
         }
     }
 
     #[test]
     fn a_connection_between_hosts_has_its_own_figure() {
         let latencies = |chains: &str| {
-            let db = Database::default();
-            let files = three_hosts("", chains).map(|(path, text)| (path.into(), text));
-            let workspace = Workspace::of_texts(&db, "/".into(), files);
-            let project = projects(&db, workspace)[0];
-            let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-            let all = crate::chains::connections_of(&db, project, of, QUERY).iter();
-            all.map(|it| it.latency).collect::<Vec<_>>()
+            with(&three_hosts("", chains), |db, project, of| {
+                let all = crate::chains::connections_of(db, project, of, QUERY).iter();
+                all.map(|it| it.latency).collect::<Vec<_>>()
+            })
         };
         let alone = latencies("");
         // Not the 200 ms of the link before.
