@@ -3,6 +3,7 @@
 mod analysis_stats;
 mod chains;
 mod check;
+mod comparison;
 mod date;
 mod editor;
 mod errors;

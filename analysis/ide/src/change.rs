@@ -1,10 +1,13 @@
 //! The changes of a rename, a fix or a refactoring: replaced text in some files, and new files.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use mauve_diagnostics::Fix;
-use mauve_hir::{File, ModelDb};
+use mauve_hir::{Database, File, ModelDb, Workspace};
 use mauve_syntax::format::{Replacement, applied};
+use rustc_hash::FxHashMap;
+use salsa::Durability;
 
 /// A change of a workspace, for the user to look at and to apply.
 ///
@@ -107,6 +110,54 @@ impl Change {
     pub fn applied(&self, db: &dyn ModelDb, file: File) -> String {
         let edits = self.files.iter().find(|known| known.file == file).map_or(&[][..], |known| &known.edits);
         applied(file.text(db), edits)
+    }
+
+    /// Returns the workspaces that have a changed file as they would be, in a database of their own; each behind what it is now.
+    pub fn scratch(
+        &self,
+        db: &dyn ModelDb,
+        workspaces: &[Workspace],
+    ) -> (Database, Vec<(Workspace, Workspace)>) {
+        let scratch = Database::default();
+        let mut files: FxHashMap<File, File> = FxHashMap::default();
+        let mut pairs = Vec::new();
+        for &workspace in workspaces {
+            let known = workspace.files(db);
+            let is_created = |path: &PathBuf| path.starts_with(workspace.folder(db));
+            let is_changed = known.values().any(|file| self.files.iter().any(|it| it.file == *file));
+            if !is_changed && !self.created.iter().any(|(path, _)| is_created(path)) {
+                continue;
+            }
+            let mut copy = |file: File| {
+                *files.entry(file).or_insert_with(|| {
+                    let changed = self.files.iter().any(|it| it.file == file);
+                    let text = if changed { self.applied(db, file).into() } else { file.text(db).clone() };
+                    file.copied(db, &scratch, text)
+                })
+            };
+            let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file)));
+            let mut copies: std::collections::BTreeMap<PathBuf, File> = copies.collect();
+            for (path, text) in self.created.iter().filter(|(path, _)| is_created(path)) {
+                let new = File::new(&scratch, path.clone(), text.as_str().into(), None);
+                copies.insert(path.clone(), new);
+            }
+            let changed = Workspace::builder(
+                workspace.folder(db).clone(),
+                Arc::new(copies),
+                workspace.model_path(db).clone(),
+                workspace.only(db).iter().map(|&file| copy(file)).collect(),
+                workspace.unreadable(db).clone(),
+                workspace.packages(db).clone(),
+            );
+            let changed = changed
+                .included(workspace.included(db).clone())
+                .measured_files(workspace.measured_files(db).clone())
+                .significance(*workspace.significance(db))
+                .durability(Durability::LOW)
+                .new(&scratch);
+            pairs.push((workspace, changed));
+        }
+        (scratch, pairs)
     }
 }
 

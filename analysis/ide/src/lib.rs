@@ -40,6 +40,8 @@
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
 //! | `probability.rs` | how probable it is that an activity is late, as a drawing |
 //! | `probability_plot.rs` | a probability over a time, as SVG |
+//! | `comparison.rs` | the figures of a deployment in two states beside each other |
+//! | `what_if.rs` | a deployment with other values, which nobody writes |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
@@ -54,6 +56,7 @@ mod chain_drawing;
 mod change;
 mod code_actions;
 mod code_lens;
+mod comparison;
 mod completion;
 mod connections;
 mod declaration;
@@ -96,6 +99,7 @@ mod text_canvas;
 mod toml_place;
 mod type_definition;
 mod type_hierarchy;
+mod what_if;
 mod workspace_symbols;
 mod worst_schedule;
 
@@ -105,6 +109,7 @@ pub use chain_drawing::{DrawnChain, DrawnChains, DrawnStep, draw_chains, drawn_c
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};
+pub use comparison::{Compared, Comparison, Figure, FigureChange, Figures};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
@@ -139,5 +144,6 @@ pub use signature_help::{Signature, signature_help};
 pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
+pub use what_if::{compared, edit_of_fields, what_if};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};
 pub use worst_schedule::{WayOf, WorstOf, no_chain, no_worst_case};

@@ -104,8 +104,8 @@ pub use reason::{
 pub use report::{ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use sensitivity::{
-    ActivitySensitivity, Limit, Sensitivity, TimeSensitivity, period_sensitivity, sensitivity,
-    time_sensitivity,
+    ActivitySensitivity, ExecutedTime, Limit, Sensitivity, TimeSensitivity, executed_times,
+    period_sensitivity, sensitivity, time_sensitivity,
 };
 pub use system::{ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};

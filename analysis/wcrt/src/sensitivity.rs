@@ -196,17 +196,18 @@ pub fn period_sensitivity<'db>(
 
 /// A time of the tables, and the indices of the real-time activities that execute it.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub(crate) struct ExecutedTime<'db> {
-    pub(crate) of: Timed<'db>,
+pub struct ExecutedTime<'db> {
+    /// The codel, program or port.
+    pub of: Timed<'db>,
     activities: Vec<usize>,
     /// The tables that it has a time in: one for each host.
-    pub(crate) tables: Vec<TableSet<'db>>,
+    pub tables: Vec<TableSet<'db>>,
 }
 
 /// Returns the times that the edges of activities, and the connected operations that they provide, consist of: those of codels,
 /// and of programs with an own entry in a table.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn executed_times<'db>(
+pub fn executed_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,

@@ -11,8 +11,8 @@ use mauve_diagnostics::{
     timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Hosts, Location, Workspace};
-use mauve_ide::{counted_cpus, explain_response, explain_response_of};
+use mauve_hir::{Database, Decl, Hosts, Location, Project, Workspace};
+use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
@@ -23,6 +23,7 @@ use mauve_wcrt::{
 use super::probability::{probability_csv, probability_svg, probability_table};
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
+use crate::cli::comparison::{comparison_document, comparison_table};
 use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
@@ -63,6 +64,10 @@ pub(crate) struct Wcrt {
     /// `=INSTANCE` of one; not for task sets in files.
     #[arg(long, value_name = "INSTANCE", num_args = 0..=1, require_equals = true, default_missing_value = "", conflicts_with_all = ["explain", "sensitivity"])]
     probability: Option<String>,
+    /// Also analyse with another value, and show what changes: INSTANCE.FIELD=VALUE, such as imu.period=5 or tracker.cpus=2, or
+    /// CODEL=TIME, such as nav.plan=12ms. May be repeated; no file is written.
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with_all = ["explain", "sensitivity", "probability", "horizon"])]
+    set: Vec<String>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -90,6 +95,9 @@ impl Wcrt {
                 let option = if self.sensitivity { "--sensitivity" } else { "--probability" };
                 return Err(format!("{option} needs a model: task sets do not have the times of codels"));
             }
+            if !self.set.is_empty() {
+                return Err("--set needs a model: edit the task set instead".to_owned());
+            }
             return self.task_sets(&db, &query);
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
@@ -107,6 +115,9 @@ impl Wcrt {
                 say(&format!("{level} is left out: {without} does not have it"));
             }
         }
+        if !self.set.is_empty() {
+            return self.with_other_values(&db, &found, &query);
+        }
         let deployed = |(project, deployment)| {
             let queries = levels(&db, project, deployment, self.significance.as_ref()).into_iter().map(query);
             let mut found = Deployed::of_model(&db, project, deployment, queries);
@@ -122,6 +133,35 @@ impl Wcrt {
         say_errors(errors);
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
+    }
+
+    /// The figures beside those with the values of `--set`.
+    fn with_other_values<'db>(
+        &self,
+        db: &'db Database,
+        found: &[(Project<'db>, Decl<'db>)],
+        query: &dyn Fn(Level) -> Query,
+    ) -> Result<Output, String> {
+        let (mut all, mut refused) = (Vec::new(), None);
+        for &(project, deployment) in found {
+            for level in levels(db, project, deployment, self.significance.as_ref()) {
+                match what_if(db, project, deployment, query(level), &self.set) {
+                    Ok(compared) => all.push(compared),
+                    Err(why) => refused = Some(why),
+                }
+            }
+        }
+        // Of several deployments, those that have the values are shown.
+        if let Some(why) = refused.filter(|_| all.is_empty()) {
+            return Err(format!("--set {why}"));
+        }
+        let text = match self.format {
+            Format::Table => harmless(&all.iter().map(comparison_table).collect::<Vec<_>>().join("\n")),
+            Format::Json => json::one_or_all(all.iter().map(comparison_document))?,
+            Format::Csv | Format::Svg => return Err("--set has the formats table and json".to_owned()),
+        };
+        let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
+        Ok(Output::verbatim(text, u8::from(!is_proved)))
     }
 
     fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {

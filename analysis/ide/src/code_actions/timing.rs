@@ -15,10 +15,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use mauve_diagnostics::{Diagnostic, Finding, declaration_diagnostics, diagnostics_if, shortened};
-use mauve_hir::item_tree::{Field, Name};
-use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment, same_fields};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time};
 use mauve_wcrt::better_timing::{
@@ -29,7 +28,7 @@ use mauve_wcrt::{
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
-use crate::Change;
+use crate::what_if::edit_of_fields;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
 
@@ -87,7 +86,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         action.preferred = index == 0 && !is_partial && action.kind == ActionKind::QuickFix;
         // An action is known by its title.
         if titles.insert(action.title.clone()) {
-            actions.push(action, || edit(db, deployment, fields));
+            actions.push(action, || edit_of_fields(db, deployment, fields));
         }
     }
 }
@@ -367,46 +366,6 @@ impl fmt::Display for Response {
     }
 }
 
-/// Returns the edit that writes these values.
-fn edit(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
-    let mut change = Change::default();
-    let Some(data) = deployment(db, of) else { return change };
-    let place = |id| Location::Source(of, id);
-    for WhatIfField { instance, field, value } in fields {
-        let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
-            continue;
-        };
-        let says_it = |it: &&Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
-        if let Some(known) = activity.fields.iter().find(says_it) {
-            let (name, at) = (place(known.name.id), place(known.value_id));
-            let replacement = match known.name.name == field.keyword() {
-                true => Replacement { range: at.range(db), text: value.to_string() },
-                // A period instead of a rate.
-                false => Replacement {
-                    range: name.range(db).cover(at.range(db)),
-                    text: format!("{} = {value}", field.keyword()),
-                },
-            };
-            change.replace(at.file(db), replacement);
-        } else if let Some(last) = activity.fields.last() {
-            let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
-            let file = name.file(db);
-            let before = indentation(file.text(db), name.range(db).start());
-            let text = format!("{before}{} = {value}", field.keyword());
-            change.replace(file, Replacement { range: TextRange::empty(end), text });
-        }
-    }
-    change
-}
-
-/// Returns the separator of two fields: a new line if the field at `offset` begins its line, otherwise a space.
-fn indentation(text: &str, offset: TextSize) -> String {
-    let before = text.get(..usize::from(offset)).unwrap_or_default();
-    let line = before.rsplit('\n').next().unwrap_or_default();
-    let is_alone = line.len() < before.len() && line.trim().is_empty();
-    if is_alone { format!("\n{line}") } else { " ".to_owned() }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fmt::Write as _;
@@ -472,7 +431,7 @@ mod tests {
     }
 
     impl Edited {
-        fn new(db: &Database, workspace: Workspace, change: &Change) -> Edited {
+        fn new(db: &Database, workspace: Workspace, change: &crate::Change) -> Edited {
             let texts =
                 workspace.files(db).iter().map(|(path, file)| (path.clone(), change.applied(db, *file)));
             let texts: Vec<(PathBuf, String)> = texts.collect();
@@ -533,7 +492,7 @@ mod tests {
         offers.extend(of_activity.into_iter().flatten().cloned());
         for offer in offers {
             let BetterTiming::Change(_, fields) = offer else { continue };
-            let edited = Edited::new(&db, workspace, &edit(&db, deployment, &fields));
+            let edited = Edited::new(&db, workspace, &edit_of_fields(&db, deployment, &fields));
             let what_if = response_times_if(&db, project, deployment, query, &fields);
             assert_eq!(figures(edited.report()), figures(&what_if), "{fields:?}\n{fixture}");
         }
@@ -795,13 +754,6 @@ mod tests {
         ] {
             assert_eq!(offered(&robot(&costs, deployment, "")), [] as [&str; 0], "{deployment}");
         }
-    }
-
-    #[test]
-    fn a_field_that_is_left_out_is_written_behind_the_last() {
-        let text = "deployment D { architecture A activity a { priority = 1\n  period = 100 /* é */\n} }";
-        assert_eq!(indentation(text, TextSize::new(text.find("period").unwrap() as u32)), "\n  ");
-        assert_eq!(indentation(text, TextSize::new(text.find("priority").unwrap() as u32)), " ");
     }
 
     #[test]

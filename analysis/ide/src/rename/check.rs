@@ -8,10 +8,9 @@ use mauve_hir::config_keys::section_named;
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
-    Builtin, Database, Decl, Features, File, Location, ModelDb, Project, Workspace, behaviour_of,
-    config_file, config_of, data, declaration_at, declaration_facts, declarations, features_of, flat_of,
-    includes, inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of,
-    target_of,
+    Builtin, Database, Decl, Features, File, Location, ModelDb, Project, behaviour_of, config_file,
+    config_of, data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes,
+    inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of, target_of,
 };
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant, tokens_at};
 use mauve_timing::table_keys::{KEYS, kind_of};
@@ -204,7 +203,7 @@ impl<'db> Renaming<'_, 'db> {
 
     pub(super) fn check_definitions(&self, change: &Change) -> Result<(), String> {
         let db = self.db;
-        let (scratch, pairs) = self.applied(change);
+        let (scratch, pairs) = change.scratch(self.db, self.workspaces);
         let home = self.home().map(|home| home.file(db));
         let shift = Shift::of(change);
         for (workspace, changed) in pairs {
@@ -293,42 +292,6 @@ impl<'db> Renaming<'_, 'db> {
             }
         }
         Ok(())
-    }
-
-    /// The workspaces that have a changed file, as they would be; each beside what it is now.
-    fn applied(&self, change: &Change) -> (Database, Vec<(Workspace, Workspace)>) {
-        let db = self.db;
-        let scratch = Database::default();
-        let texts: FxHashMap<File, &FileChange> = change.files.iter().map(|it| (it.file, it)).collect();
-        let mut files: FxHashMap<File, File> = FxHashMap::default();
-        let mut pairs = Vec::new();
-        for &workspace in self.workspaces {
-            let known = workspace.files(db);
-            if !known.values().any(|file| texts.contains_key(file)) {
-                continue;
-            }
-            let mut copy = |file: File| {
-                *files.entry(file).or_insert_with(|| {
-                    let text = file.text(db);
-                    let changed =
-                        texts.get(&file).map(|it| mauve_syntax::format::applied(text, &it.edits).into());
-                    file.copied(db, &scratch, changed.unwrap_or_else(|| text.clone()))
-                })
-            };
-            let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file))).collect();
-            let only = workspace.only(db).iter().map(|&file| copy(file)).collect();
-            let changed = Workspace::new(
-                &scratch,
-                workspace.folder(db).clone(),
-                std::sync::Arc::new(copies),
-                workspace.model_path(db).clone(),
-                only,
-                workspace.unreadable(db).clone(),
-                workspace.packages(db).clone(),
-            );
-            pairs.push((workspace, changed));
-        }
-        (scratch, pairs)
     }
 }
 

@@ -121,6 +121,33 @@ pub fn with_dispatch(text: &str, time: Time) -> Option<(String, String)> {
     Some((as_before(document.to_string(), text), line))
 }
 
+/// Returns the text of a table with one time for a key, at every level, instead of those that it has; `None` where the text is not
+/// TOML, or has no such entry and `is_added` is not said. The section is `codel`, `program` or `access`. As for a measured time, an
+/// entry may lack the library.
+///
+/// ```
+/// use mauve_timing::{Time, with_time};
+/// let text = "levels = [1e-3, 1e-6]\n[codel.nav]\nplan = [21, 30] # astar\n";
+/// let time = Time::from_nanos(12_000_000);
+/// assert_eq!(with_time(text, "nav.plan", time, false).unwrap(), text.replace("[21, 30]", "12"));
+/// assert_eq!(with_time(text, "nav.look", time, false), None);
+/// assert!(with_time(text, "nav.look", time, true).unwrap().contains("\"nav.look\" = 12\n"));
+/// ```
+pub fn with_time(text: &str, key: &str, time: Time, is_added: bool) -> Option<String> {
+    let table = Table::parse(text);
+    let mut document: DocumentMut = text.parse().ok()?;
+    let value = times(&Times::Always(time), unit_of(&document));
+    let (section, whole) = section_of(key);
+    let path: Vec<&str> = match existing_entry(&table, key) {
+        Some(entry) => entry.key_parts.iter().filter_map(|part| entry.key.get(part.of_key.clone())).collect(),
+        None if is_added => vec![whole],
+        None => return None,
+    };
+    let path: Vec<&str> = [section].into_iter().chain(path).collect();
+    set(document.as_table_mut(), &path, Item::Value(value));
+    Some(as_before(document.to_string(), text))
+}
+
 /// Writes the times of records, each instead of the entry that was found for it; then their places in `[measured]`.
 fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entry>)]) {
     let unit = unit_of(document);
@@ -191,7 +218,12 @@ fn section_of(key: &str) -> (&'static str, &str) {
 
 /// The entry of this key: that with the library, or without if there is none.
 fn existing<'t>(table: &'t Table, record: &Measured) -> Option<&'t Entry> {
-    let (section, key) = section_of(&record.key);
+    existing_entry(table, &record.key)
+}
+
+/// The same for the key of a record.
+fn existing_entry<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
+    let (section, key) = section_of(key);
     let entries = match section {
         "access" => &table.accesses,
         "program" => &table.programs,

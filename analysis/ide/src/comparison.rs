@@ -1,0 +1,423 @@
+//! The figures of a deployment in two states beside each other: before and after an edit, or of two revisions.
+//!
+//! ```text
+//! project, deployment → [`Figures`] ─┐
+//! the same, changed   → [`Figures`] ─┴→ [`Comparison`]: a row for each activity and each chain
+//! ```
+//!
+//! Figures belong to no database, so that the states may come from two.
+
+use std::path::PathBuf;
+
+use mauve_diagnostics::{chain_reason, errors_of, reasons_of, timing_reason, utilisation};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Decl, ModelDb, Project};
+use mauve_timing::{Priority, Status, Time};
+use mauve_wcrt::chains::{ChainReport, chains_of};
+use mauve_wcrt::{ActivityReport, Query, response_times};
+use rustc_hash::FxHashMap;
+
+use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure};
+
+/// All figures of a deployment in one state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Figures {
+    /// The deployment.
+    pub deployment: String,
+    /// The root file of its project.
+    pub root: PathBuf,
+    /// The significance level.
+    pub level: String,
+    /// The number of errors in its project: with an error, nothing is proved.
+    pub errors: usize,
+    /// Why nothing is analysed.
+    pub not_analysed: Vec<String>,
+    /// In the order of the deployment.
+    pub activities: Vec<Figure>,
+    /// The declared chains, then those from each source to each sink.
+    pub chains: Vec<Figure>,
+    /// The utilisation of each CPU that is used: `CPU 1`, `99.4 %`.
+    pub cpus: Vec<(String, String)>,
+}
+
+/// The figure of an activity or a chain.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// The instance, or the name of the chain.
+    pub name: Name,
+    /// Whether it is met. That of a chain without a limit is [`Status::Background`].
+    pub status: Status,
+    /// The response time, or the latency.
+    pub time: Option<Time>,
+    /// The deadline, or the limit of the latency.
+    pub limit: Option<Time>,
+    /// In the one form of a figure, as for a hint.
+    pub shown: String,
+    /// The colour of the hint.
+    pub hint: HintStatus,
+    /// Why there is no time.
+    pub reasons: Vec<String>,
+    /// What tells renamed ones from others.
+    identity: Identity,
+}
+
+/// What a renamed activity or chain keeps.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Identity {
+    Activity { component: Name, priority: Priority, cpus: String, times: [Option<Time>; 2] },
+    Chain { ends: Option<[(Name, String); 2]> },
+}
+
+/// Two states of a deployment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Comparison {
+    /// The state before; none if the deployment is new.
+    pub before: Option<Figures>,
+    /// The state after; none if the deployment is gone.
+    pub after: Option<Figures>,
+    /// A row for each activity: those after in their order, then those that are gone.
+    pub activities: Vec<Compared>,
+    /// The same for chains.
+    pub chains: Vec<Compared>,
+}
+
+/// An activity or a chain in two states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Compared {
+    /// Before; none if it is new.
+    pub before: Option<Figure>,
+    /// After; none if it is gone.
+    pub after: Option<Figure>,
+}
+
+/// What happened to a figure, the worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FigureChange {
+    /// It was met, and is not now.
+    Missed,
+    /// It had a time, and has none now.
+    Lost,
+    /// It is not there any more.
+    Gone,
+    /// It was not there, and is not met.
+    NewMissed,
+    /// The time is longer, or the limit is shorter.
+    Later,
+    /// It was not there.
+    New,
+    /// It was not met, and is now.
+    Met,
+    /// It had no time, and has one now.
+    Found,
+    /// The time is shorter, or the limit is longer.
+    Earlier,
+    /// Time and limit are the same.
+    Same,
+}
+
+impl FigureChange {
+    /// Returns `missed`, `lost`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier` or `same`.
+    pub fn name(self) -> &'static str {
+        match self {
+            FigureChange::Missed => "missed",
+            FigureChange::Lost => "lost",
+            FigureChange::Gone => "gone",
+            FigureChange::NewMissed => "new-missed",
+            FigureChange::Later => "later",
+            FigureChange::New => "new",
+            FigureChange::Met => "met",
+            FigureChange::Found => "found",
+            FigureChange::Earlier => "earlier",
+            FigureChange::Same => "same",
+        }
+    }
+
+    /// Returns what is said of it in a table.
+    pub fn words(self) -> &'static str {
+        match self {
+            FigureChange::Missed => "no longer met",
+            FigureChange::Lost => "has no figure now",
+            FigureChange::Gone => "gone",
+            FigureChange::NewMissed => "new, not met",
+            FigureChange::Later => "later",
+            FigureChange::New => "new",
+            FigureChange::Met => "met now",
+            FigureChange::Found => "has a figure now",
+            FigureChange::Earlier => "earlier",
+            FigureChange::Same => "",
+        }
+    }
+}
+
+impl Figures {
+    /// Returns the figures of a deployment.
+    pub fn of<'db>(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        query: Query,
+    ) -> Figures {
+        let report = response_times(db, project, deployment, query);
+        let is_assumed = report.with_assumptions();
+        let activity = |(it, is_assumed): (&ActivityReport<'db>, bool)| {
+            let (shown, hint) = figure(db, it, is_assumed, TIGHT_SLACK);
+            Figure {
+                name: it.instance.clone(),
+                status: it.verdict,
+                time: it.response,
+                limit: it.deadline.filter(|_| it.verdict != Status::Background),
+                shown: shown.into_iter().next().unwrap_or_default(),
+                hint,
+                reasons: if it.response.is_some() { Vec::new() } else { reasons_of(db, it) },
+                identity: Identity::Activity {
+                    component: it.component_name.clone(),
+                    priority: it.priority,
+                    cpus: it.cpus.map_or_else(String::new, |cpus| report.hosts.names(cpus)),
+                    times: [it.period, it.deadline],
+                },
+            }
+        };
+        let chain = |it: &ChainReport<'db>| {
+            let mut reasons: Vec<String> = Vec::new();
+            for reason in it.reasons.iter().map(|why| chain_reason(db, it, why)) {
+                if !reasons.contains(&reason) {
+                    reasons.push(reason);
+                }
+            }
+            let reason = reasons.first().map_or("", String::as_str);
+            let (shown, hint) = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
+            let end = |index: usize| {
+                let end = it.ends.as_ref()?.get(index)?;
+                let shown = end.shown(db);
+                let name = shown.strip_prefix(end.instance.as_str()).unwrap_or(&shown).to_owned();
+                Some((end.instance.clone(), name))
+            };
+            Figure {
+                name: it.name.clone(),
+                status: match (it.latency, it.limit) {
+                    (None, Some(_)) => Status::NoBound,
+                    (None, None) => Status::NotAnalysed,
+                    (Some(_), None) => Status::Background,
+                    (Some(_), Some(_)) if it.is_within_limit() => Status::Met,
+                    (Some(_), Some(_)) => Status::Missed,
+                },
+                time: it.latency,
+                limit: it.limit,
+                shown: shown.into_iter().next().unwrap_or_default(),
+                hint,
+                reasons,
+                // A declared chain keeps its name.
+                identity: Identity::Chain {
+                    ends: end(0).zip(end(1)).filter(|_| it.declared.is_none()).map(|(from, to)| [from, to]),
+                },
+            }
+        };
+        let of_cpu = |load: &mauve_timing::CpuLoad| (report.hosts.names(load.cpus), utilisation(load));
+        Figures {
+            deployment: deployment.qualified(db),
+            root: project.root(db).path(db).clone(),
+            level: query.level.to_string(),
+            errors: errors_of(db, project),
+            not_analysed: report.not_analysed.iter().map(|it| timing_reason(db, &it.reason)).collect(),
+            activities: report.activities.iter().zip(is_assumed).map(activity).collect(),
+            chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
+            cpus: report.cpus.iter().map(of_cpu).collect(),
+        }
+    }
+
+    /// Returns whether every deadline is proved.
+    pub fn schedulable(&self) -> bool {
+        self.errors == 0
+            && self.not_analysed.is_empty()
+            && self.activities.iter().all(|it| it.status.is_met())
+    }
+
+    /// Returns how many deadlines are met, and how many there are.
+    pub fn met(&self) -> (usize, usize) {
+        let counted = self.activities.iter().filter(|it| it.status != Status::Background);
+        (counted.clone().filter(|it| it.status.is_met()).count(), counted.count())
+    }
+}
+
+impl Comparison {
+    /// Compares two states, one of which may not exist.
+    pub fn of(before: Option<Figures>, after: Option<Figures>) -> Comparison {
+        let rows = |of: fn(&Figures) -> &Vec<Figure>| {
+            let all = |state: &Option<Figures>| state.as_ref().map_or_else(Vec::new, |it| of(it).clone());
+            (all(&before), all(&after))
+        };
+        let (old, new) = rows(|it| &it.activities);
+        let component = |it: &Figure| match &it.identity {
+            Identity::Activity { component, .. } => Identity::Activity {
+                component: component.clone(),
+                priority: Priority::Background,
+                cpus: String::new(),
+                times: [None, None],
+            },
+            other => other.clone(),
+        };
+        let activities = paired(old, new, &[&|it| it.identity.clone(), &component]);
+        let renamed: FxHashMap<Name, Name> =
+            activities.iter().filter_map(|it| Some((it.was()?.clone(), it.name()))).collect();
+        // A chain has the names of its instances: the new ones count.
+        let ends = |it: &Figure| match &it.identity {
+            Identity::Chain { ends: Some(ends) } => Identity::Chain {
+                ends: Some(
+                    ends.clone()
+                        .map(|(instance, end)| (renamed.get(&instance).cloned().unwrap_or(instance), end)),
+                ),
+            },
+            // A declared chain without its name is another one.
+            _ => Identity::Chain { ends: None },
+        };
+        let (old, new) = rows(|it| &it.chains);
+        let chains = paired(old, new, &[&ends]);
+        Comparison { before, after, activities, chains }
+    }
+
+    /// Returns all rows.
+    pub fn rows(&self) -> impl Iterator<Item = &Compared> {
+        self.activities.iter().chain(&self.chains)
+    }
+
+    /// Returns whether nothing is different.
+    pub fn is_same(&self) -> bool {
+        self.rows().all(|it| it.change() == FigureChange::Same && it.was().is_none())
+            && self.before.as_ref().map(|it| it.errors) == self.after.as_ref().map(|it| it.errors)
+    }
+
+    /// Returns whether anything got worse by more than `tolerance` allows: a figure, or nothing is proved now.
+    pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
+        let is_sound = |state: &Option<Figures>| {
+            state.as_ref().is_none_or(|it| it.errors == 0 && it.not_analysed.is_empty())
+        };
+        self.after.is_none()
+            || self.rows().any(|it| it.is_worse(tolerance))
+            || is_sound(&self.before) && !is_sound(&self.after)
+    }
+
+    /// Returns `8 → 9 of 9 deadlines met`.
+    pub fn verdict(&self) -> String {
+        let met = |state: &Option<Figures>| state.as_ref().map(Figures::met);
+        match (met(&self.before), met(&self.after)) {
+            (Some((before, all)), Some((after, of))) if all == of && before == after => {
+                format!("{after} of {of} deadlines met, as before")
+            }
+            (Some((before, all)), Some((after, of))) if all == of => {
+                format!("{before} → {after} of {of} deadlines met")
+            }
+            (Some((before, all)), Some((after, of))) => {
+                format!("{before} of {all} → {after} of {of} deadlines met")
+            }
+            (None, Some((after, of))) => format!("new: {after} of {of} deadlines met"),
+            (_, None) => "gone".to_owned(),
+        }
+    }
+}
+
+impl Compared {
+    /// Returns its name after; before, if it is gone.
+    pub fn name(&self) -> Name {
+        let figure = self.after.as_ref().or(self.before.as_ref());
+        figure.map_or_else(|| Name::from(""), |it| it.name.clone())
+    }
+
+    /// Returns its name before, if it was renamed.
+    pub fn was(&self) -> Option<&Name> {
+        let (before, after) = self.before.as_ref().zip(self.after.as_ref())?;
+        (before.name != after.name).then_some(&before.name)
+    }
+
+    /// Returns what happened to it.
+    pub fn change(&self) -> FigureChange {
+        let is_open = |it: &Figure| !it.status.is_met() && it.limit.is_some();
+        let (before, after) = match (&self.before, &self.after) {
+            (Some(before), Some(after)) => (before, after),
+            (None, Some(after)) if is_open(after) => return FigureChange::NewMissed,
+            (None, _) => return FigureChange::New,
+            (Some(_), None) => return FigureChange::Gone,
+        };
+        // How much room is left, in nanoseconds.
+        let room = |it: &Figure| {
+            let [limit, time] = [it.limit, it.time].map(|it| i128::from(it.unwrap_or_default().as_nanos()));
+            limit - time
+        };
+        match (before.time, after.time) {
+            _ if !is_open(before) && is_open(after) => FigureChange::Missed,
+            (Some(_), None) if after.status != Status::Background => FigureChange::Lost,
+            _ if is_open(before) && after.status.is_met() => FigureChange::Met,
+            (None, Some(_)) => FigureChange::Found,
+            (None, None) => FigureChange::Same,
+            (one, other) if other > one => FigureChange::Later,
+            (one, other) if other < one => FigureChange::Earlier,
+            _ => match room(after).cmp(&room(before)) {
+                std::cmp::Ordering::Less => FigureChange::Later,
+                std::cmp::Ordering::Greater => FigureChange::Earlier,
+                std::cmp::Ordering::Equal => FigureChange::Same,
+            },
+        }
+    }
+
+    /// Returns whether it got worse: later by more than `tolerance` of the time before, no longer met, or without its figure.
+    pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
+        match self.change() {
+            FigureChange::Missed | FigureChange::Lost | FigureChange::Gone | FigureChange::NewMissed => true,
+            FigureChange::Later => {
+                let time = |it: &Option<Figure>| it.as_ref().and_then(|it| it.time).unwrap_or_default();
+                let (before, after) = (time(&self.before), time(&self.after));
+                after.checked_sub(before).is_some_and(|more| more > tolerance(before))
+            }
+            FigureChange::New
+            | FigureChange::Met
+            | FigureChange::Found
+            | FigureChange::Earlier
+            | FigureChange::Same => false,
+        }
+    }
+
+    /// Returns the two figures: `✗ 113 / 100 ms`, `✓ 53 / 100 ms`; `–` where it does not exist.
+    pub fn shown(&self) -> [String; 2] {
+        [&self.before, &self.after]
+            .map(|it| it.as_ref().map_or_else(|| "–".to_owned(), |figure| figure.shown.clone()))
+    }
+}
+
+/// What of a figure another one must have to be the same after a rename.
+type Kept<'a> = &'a dyn Fn(&Figure) -> Identity;
+
+/// Pairs figures by their names. Those that are left, by what they keep when they are renamed, if only one pair fits: the strictest
+/// first.
+fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared> {
+    let mut old: Vec<Option<Figure>> = old.into_iter().map(Some).collect();
+    let mut by_name: FxHashMap<Name, Vec<usize>> = FxHashMap::default();
+    for (index, it) in old.iter().enumerate().rev() {
+        it.iter().for_each(|it| by_name.entry(it.name.clone()).or_default().push(index));
+    }
+    let mut rows: Vec<Compared> = Vec::new();
+    for after in new {
+        // Several of one name are in their order.
+        let index = by_name.get_mut(&after.name).and_then(Vec::pop);
+        let before = index.and_then(|it| old.get_mut(it)?.take());
+        rows.push(Compared { before, after: Some(after) });
+    }
+    for kept in kept {
+        let mut left: FxHashMap<Identity, [Vec<usize>; 2]> = FxHashMap::default();
+        let mut leave = |side: usize, index: usize, it: &Figure| {
+            left.entry(kept(it)).or_default().get_mut(side).into_iter().for_each(|it| it.push(index));
+        };
+        let gone = old.iter().enumerate().filter_map(|(index, it)| Some((index, it.as_ref()?)));
+        gone.for_each(|(index, it)| leave(0, index, it));
+        let found = rows.iter().enumerate().filter(|(_, row)| row.before.is_none());
+        found.for_each(|(index, row)| row.after.iter().for_each(|it| leave(1, index, it)));
+        left.remove(&Identity::Chain { ends: None });
+        for pair in left.into_values() {
+            if let [[from], [to]] = pair.each_ref().map(Vec::as_slice)
+                && let (Some(before), Some(row)) = (old.get_mut(*from), rows.get_mut(*to))
+            {
+                row.before = before.take();
+            }
+        }
+    }
+    rows.extend(old.into_iter().flatten().map(|before| Compared { before: Some(before), after: None }));
+    rows
+}

@@ -1,0 +1,271 @@
+//! A deployment with other values, which nobody writes: `imu.period = 5`, `nav.plan = 12ms`.
+//!
+//! The values become edits of the texts, in a database of their own. So the figures are those of the changed texts, and a value that
+//! a text cannot have is refused for the same reason.
+//!
+//! [`edit_of_fields`] writes values of activities: for what-if questions, code actions and `mauve tune` alike.
+
+use std::collections::BTreeMap;
+
+use mauve_diagnostics::{declaration_diagnostics, time_error_message};
+use mauve_hir::item_tree::{Field, Kind, Name};
+use mauve_hir::{
+    Decl, FieldKind, File, Location, ModelDb, Project, deployment, field_entry, names_of, parse, projects,
+    same_fields, similar,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::keywords::ActivityField;
+use mauve_syntax::{SyntaxKind, TextRange, TextSize};
+use mauve_timing::{Rounding, Time, with_time};
+use mauve_wcrt::{Query, TableSet, Timed, WhatIfField, executed_times, files_of};
+
+use crate::change::Change;
+use crate::comparison::{Comparison, Figures};
+
+/// Another value of a field of an activity, or of an execution time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Setting<'db> {
+    Field(WhatIfField),
+    Time { key: String, time: Time, tables: Vec<TableSet<'db>> },
+}
+
+/// Returns the figures of a deployment as it is, beside those with other values: each as `INSTANCE.FIELD=VALUE` or `KEY=TIME`, where
+/// the key is that of a timing table.
+///
+/// # Errors
+///
+/// What is wrong with a value, and what to write.
+///
+/// ```
+/// use mauve_hir::{Database, Workspace, names_of, projects, item_tree::Kind};
+/// use mauve_wcrt::Query;
+/// let db = Database::default();
+/// let model = "shell S { } codel look(): int core K(S) { update = { look(); } } component C(S, K)
+///     architecture A { instance eye: C }
+///     deployment D { architecture A activity eye { priority = 1 period = 10 } }";
+/// let files = [("/m.mal", model), ("/mauve.toml", "timing.tables = [\"t.toml\"]"), ("/t.toml", "codel.look = 4")];
+/// let files = files.map(|(path, text)| (path.into(), text.to_owned()));
+/// let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
+/// let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+/// let query = Query::shown(&db, project, deployment);
+/// let values = ["look=6ms".to_owned(), "eye.period = 5".to_owned()];
+/// let found = mauve_ide::what_if(&db, project, deployment, query, &values).unwrap();
+/// assert_eq!(found.activities[0].shown(), ["✓ 4 / 10 ms", "✗ 6 / 5 ms"]);
+/// ```
+pub fn what_if<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    values: &[String],
+) -> Result<Comparison, String> {
+    let mut settings = Vec::new();
+    for value in values {
+        settings.push(setting(db, project, of, query, value)?);
+    }
+    let change = change_of(db, of, &settings)?;
+    compared(db, project, of, query, &change)
+}
+
+/// Returns the figures of a deployment as it is, beside those after a change of texts.
+///
+/// # Errors
+///
+/// The message of an error that the deployment has then, and does not have now.
+pub fn compared<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    change: &Change,
+) -> Result<Comparison, String> {
+    let before = Figures::of(db, project, of, query);
+    let (scratch, pairs) = change.scratch(db, &[project.workspace(db)]);
+    let Some((_, workspace)) = pairs.first() else {
+        return Ok(Comparison::of(Some(before.clone()), Some(before)));
+    };
+    let root = project.root(db).path(db);
+    let same = projects(&scratch, *workspace).iter().find(|it| it.root(&scratch).path(&scratch) == root);
+    let name = of.qualified(db);
+    let found = same.and_then(|project| {
+        let mut all = names_of(&scratch, *project).of_kind(&scratch, Kind::Deployment);
+        Some((*project, all.find(|it| it.qualified(&scratch) == name)?))
+    });
+    let Some((new_project, new_of)) = found else { return Ok(Comparison::of(Some(before), None)) };
+    // What the text cannot have is an error in it: the first one says why.
+    let known: Vec<&str> =
+        declaration_diagnostics(db, project, of).iter().map(|it| it.message.as_str()).collect();
+    let is_new = |it: &&std::sync::Arc<mauve_diagnostics::Diagnostic<'_>>| {
+        it.code.is_of_text() && !known.contains(&it.message.as_str())
+    };
+    if let Some(error) = declaration_diagnostics(&scratch, new_project, new_of).iter().find(is_new) {
+        return Err(error.message.clone());
+    }
+    Ok(Comparison::of(Some(before), Some(Figures::of(&scratch, new_project, new_of, query))))
+}
+
+/// Reads one value.
+fn setting<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    text: &str,
+) -> Result<Setting<'db>, String> {
+    let wrong = || {
+        format!(
+            "`{text}`: expected INSTANCE.FIELD=VALUE or CODEL=TIME, such as imu.period=5 or nav.plan=12ms"
+        )
+    };
+    let (subject, value) = text.split_once('=').ok_or_else(wrong)?;
+    let (subject, value) = (subject.trim(), value.trim());
+    let is_plain = |letter: char| letter.is_alphanumeric() || " .,[]_/-+µ".contains(letter);
+    if subject.is_empty() || value.is_empty() || !value.chars().all(is_plain) {
+        return Err(wrong());
+    }
+    let activities = deployment(db, of).map_or(&[][..], |it| &it.activities);
+    if let Some((instance, field)) = subject.rsplit_once('.')
+        && let Some(activity) = activities.iter().find(|it| it.executes(instance))
+        && let Some(field) = ActivityField::from_keyword(field)
+    {
+        let value = field_value(field, value).map_err(|why| format!("`{text}`: {why}"))?;
+        let named = activity.instances.iter().find(|it| it.name == *instance);
+        let instance = named.map_or_else(|| Name::from(instance), |it| it.name.clone());
+        return Ok(Setting::Field(WhatIfField { instance, field, value: value.as_str().into() }));
+    }
+    let times = executed_times(db, project, of, query.level);
+    let key = |of: &Timed<'db>| match of {
+        Timed::Access(..) | Timed::Topic(_) => format!("(access) {}", of.key(db)),
+        _ => of.key(db),
+    };
+    // A key may lack the library, if only one fits.
+    let is_it = |it: &&mauve_wcrt::ExecutedTime<'db>| it.of.key(db) == subject;
+    let ends = format!(".{subject}");
+    let mut without_library = times.iter().filter(|it| it.of.key(db).ends_with(&ends));
+    let found = times.iter().find(is_it).or_else(|| {
+        let first = without_library.next();
+        first.filter(|_| without_library.next().is_none())
+    });
+    if let Some(found) = found {
+        let time = Time::parse_with_unit(value, Rounding::Up).map_err(|error| {
+            format!("`{text}`: a time needs its unit, as in 12ms: {}", time_error_message(error))
+        })?;
+        return Ok(Setting::Time { key: key(&found.of), time, tables: found.tables.clone() });
+    }
+    let mut names: Vec<Name> = times.iter().map(|it| it.of.key(db).as_str().into()).collect();
+    for instance in activities.iter().flat_map(|it| &it.instances) {
+        let of_instance =
+            ActivityField::ALL.iter().map(|field| format!("{}.{}", instance.name, field.keyword()));
+        names.extend(of_instance.map(|it| Name::from(it.as_str())));
+    }
+    let near = similar(subject, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let name = of.name(db);
+    Err(format!("`{subject}` is neither a field of an activity of {name} nor a time that it executes{near}"))
+}
+
+/// Returns a value as the text of a model has it: times in milliseconds, CPUs as a list.
+fn field_value(field: ActivityField, value: &str) -> Result<String, String> {
+    match field_entry(field).kind {
+        FieldKind::Time | FieldKind::PositiveTime if value.ends_with(char::is_alphabetic) => {
+            let rounding = if field == ActivityField::Jitter { Rounding::Up } else { Rounding::Down };
+            Ok(Time::parse_with_unit(value, rounding).map_err(time_error_message)?.number())
+        }
+        FieldKind::CpuList if value.starts_with(|it: char| it.is_ascii_digit()) => Ok(format!("[{value}]")),
+        _ => Ok(value.to_owned()),
+    }
+}
+
+/// Returns the edits that write the settings.
+fn change_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, settings: &[Setting<'db>]) -> Result<Change, String> {
+    let fields = settings.iter().filter_map(|it| match it {
+        Setting::Field(field) => Some(field.clone()),
+        Setting::Time { .. } => None,
+    });
+    let mut change = edit_of_fields(db, of, &fields.collect::<Vec<_>>());
+    let mut texts: BTreeMap<&std::path::Path, (File, String)> = BTreeMap::new();
+    for setting in settings {
+        let Setting::Time { key, time, tables } = setting else { continue };
+        for tables in tables {
+            let files = files_of(db, *tables);
+            let first = files.first().ok_or_else(|| {
+                format!("`{key}`: {} of mauve.toml names no timing table", tables.header(db))
+            })?;
+            let text = |texts: &BTreeMap<_, (File, String)>, file: File| {
+                let known = texts.get(file.path(db).as_path());
+                known.map_or_else(|| file.text(db).to_string(), |(_, text)| text.clone())
+            };
+            let mut changed: Vec<(File, String)> = files
+                .iter()
+                .filter_map(|file| Some((*file, with_time(&text(&texts, *file), key, *time, false)?)))
+                .collect();
+            if changed.is_empty() {
+                changed.extend(with_time(&text(&texts, *first), key, *time, true).map(|it| (*first, it)));
+            }
+            texts.extend(changed.into_iter().map(|(file, text)| (file.path(db).as_path(), (file, text))));
+        }
+    }
+    for (file, text) in texts.into_values() {
+        let range = TextRange::up_to(TextSize::of(&**file.text(db)));
+        change.replace(file, Replacement { range, text });
+    }
+    Ok(change)
+}
+
+/// Returns the edit that writes these values of activities: each in the place of the present one, otherwise behind the last field.
+pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
+    let mut change = Change::default();
+    let Some(data) = deployment(db, of) else { return change };
+    let place = |id| Location::Source(of, id);
+    for WhatIfField { instance, field, value } in fields {
+        let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
+            continue;
+        };
+        let says_it = |it: &&Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
+        let written = format!("{} = {value}", field.keyword());
+        if let Some(known) = activity.fields.iter().find(says_it) {
+            let (name, at) = (place(known.name.id), place(known.value_id));
+            let replacement = match known.name.name == field.keyword() {
+                true => Replacement { range: at.range(db), text: value.to_string() },
+                // A period instead of a rate.
+                false => Replacement { range: name.range(db).cover(at.range(db)), text: written },
+            };
+            change.replace(at.file(db), replacement);
+        } else if let Some(last) = activity.fields.last() {
+            let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
+            let file = name.file(db);
+            let before = indentation(file.text(db), name.range(db).start());
+            change.replace(file, Replacement { range: TextRange::empty(end), text: before + &written });
+        } else {
+            let name = place(activity.name.id);
+            let (file, range) = (name.file(db), name.range(db));
+            let tree = parse(db, file).syntax();
+            let node = tree.covering_element(range).ancestors().find_map(ast::Activity::cast);
+            let mut tokens = node.into_iter().flat_map(|it| it.syntax().children_with_tokens());
+            let Some(brace) = tokens.find(|it| it.kind() == SyntaxKind::L_CURLY) else { continue };
+            let end = brace.text_range().end();
+            change.replace(file, Replacement { range: TextRange::empty(end), text: format!(" {written}") });
+        }
+    }
+    change
+}
+
+/// Returns the separator of two fields: a new line if the field at `offset` begins its line, otherwise a space.
+fn indentation(text: &str, offset: TextSize) -> String {
+    let before = text.get(..usize::from(offset)).unwrap_or_default();
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    let is_alone = line.len() < before.len() && line.trim().is_empty();
+    if is_alone { format!("\n{line}") } else { " ".to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_that_is_left_out_is_written_behind_the_last() {
+        let text = "deployment D { architecture A activity a { priority = 1\n  period = 100 /* é */\n} }";
+        assert_eq!(indentation(text, TextSize::new(text.find("period").unwrap() as u32)), "\n  ");
+        assert_eq!(indentation(text, TextSize::new(text.find("priority").unwrap() as u32)), " ");
+    }
+}
