@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use mauve_diagnostics::{declaration_diagnostics, time_error_message};
 use mauve_hir::item_tree::{Field, Kind, Name};
 use mauve_hir::{
-    Decl, FieldKind, File, Location, ModelDb, Project, deployment, field_entry, names_of, parse, projects,
-    same_fields, similar,
+    ACTIVITY_FIELDS, Decl, FieldKind, File, Location, ModelDb, Project, deployment, field_entry, names_of,
+    parse, projects, same_fields, similar,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -212,7 +212,8 @@ fn change_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, settings: &[Setting<'db>]
     Ok(change)
 }
 
-/// Returns the edit that writes these values of activities: each in the place of the present one, otherwise behind the last field.
+/// Returns the edit that writes these values of activities: each in the place of the present one. A missing field stands where it
+/// usually does among the others: `affinity`, `priority`, `period`.
 pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
     let mut change = Change::default();
     let Some(data) = deployment(db, of) else { return change };
@@ -231,6 +232,11 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
                 false => Replacement { range: name.range(db).cover(at.range(db)), text: written },
             };
             change.replace(at.file(db), replacement);
+        } else if let Some(next) = activity.fields.iter().find(|it| rank_of(it) > rank(*field)) {
+            let at = place(next.name.id);
+            let (file, start) = (at.file(db), at.range(db).start());
+            let text = written + &indentation(file.text(db), start);
+            change.replace(file, Replacement { range: TextRange::empty(start), text });
         } else if let Some(last) = activity.fields.last() {
             let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
             let file = name.file(db);
@@ -250,6 +256,15 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
     change
 }
 
+/// The usual place of a field.
+fn rank(field: ActivityField) -> Option<usize> {
+    ACTIVITY_FIELDS.iter().position(|it| it.field == field)
+}
+
+fn rank_of(written: &Field) -> Option<usize> {
+    rank(ActivityField::from_keyword(&written.name.name)?)
+}
+
 /// Returns the separator of two fields: a new line if the field at `offset` begins its line, otherwise a space.
 fn indentation(text: &str, offset: TextSize) -> String {
     let before = text.get(..usize::from(offset)).unwrap_or_default();
@@ -261,11 +276,48 @@ fn indentation(text: &str, offset: TextSize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixture::Fixture;
 
     #[test]
-    fn a_field_that_is_left_out_is_written_behind_the_last() {
-        let text = "deployment D { architecture A activity a { priority = 1\n  period = 100 /* é */\n} }";
-        assert_eq!(indentation(text, TextSize::new(text.find("period").unwrap() as u32)), "\n  ");
-        assert_eq!(indentation(text, TextSize::new(text.find("priority").unwrap() as u32)), " ");
+    fn fields_keep_their_order_layout_and_comments() {
+        let text = "deployment D {
+  activity a { period = 10 } // the laser
+  activity b {
+    priority = 1
+    rate = 10 Hz /* é */
+  }
+  activity c { }
+}";
+        let Fixture { db, workspace, file, .. } = Fixture::new(text);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let field = |instance: &str, field, value: &str| WhatIfField {
+            instance: instance.into(),
+            field,
+            value: value.into(),
+        };
+        let fields = [
+            field("a", ActivityField::Affinity, "2"),
+            field("a", ActivityField::Priority, "3"),
+            field("a", ActivityField::Deadline, "9"),
+            field("b", ActivityField::Affinity, "1"),
+            field("b", ActivityField::Priority, "2"),
+            field("b", ActivityField::Period, "50"),
+            field("c", ActivityField::Affinity, "1"),
+            field("c", ActivityField::Priority, "1"),
+            field("none", ActivityField::Priority, "2"),
+        ];
+        let edited = edit_of_fields(&db, of, &fields).applied(&db, file);
+        expect_test::expect![[r#"
+            deployment D {
+              activity a { affinity = 2 priority = 3 period = 10 deadline = 9 } // the laser
+              activity b {
+                affinity = 1
+                priority = 2
+                period = 50 /* é */
+              }
+              activity c { affinity = 1 priority = 1 }
+            }"#]]
+        .assert_eq(&edited);
     }
 }
