@@ -27,3 +27,4 @@ mod standard_input;
 mod task_sets;
 mod trace_check;
 mod trace_import;
+mod what_if;

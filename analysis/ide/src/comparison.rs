@@ -101,7 +101,7 @@ pub enum FigureChange {
     Gone,
     /// It was not there, and is not met.
     NewMissed,
-    /// The time is longer, or the limit is shorter.
+    /// The time is longer.
     Later,
     /// It was not there.
     New,
@@ -109,14 +109,16 @@ pub enum FigureChange {
     Met,
     /// It had no time, and has one now.
     Found,
-    /// The time is shorter, or the limit is longer.
+    /// The time is shorter.
     Earlier,
+    /// The time is the same, the deadline or the limit is not.
+    OtherLimit,
     /// Time and limit are the same.
     Same,
 }
 
 impl FigureChange {
-    /// Returns `missed`, `lost`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier` or `same`.
+    /// Returns `missed`, `lost`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier`, `limit` or `same`.
     pub fn name(self) -> &'static str {
         match self {
             FigureChange::Missed => "missed",
@@ -128,6 +130,7 @@ impl FigureChange {
             FigureChange::Met => "met",
             FigureChange::Found => "found",
             FigureChange::Earlier => "earlier",
+            FigureChange::OtherLimit => "limit",
             FigureChange::Same => "same",
         }
     }
@@ -144,6 +147,7 @@ impl FigureChange {
             FigureChange::Met => "met now",
             FigureChange::Found => "has a figure now",
             FigureChange::Earlier => "earlier",
+            FigureChange::OtherLimit => "another deadline",
             FigureChange::Same => "",
         }
     }
@@ -337,24 +341,15 @@ impl Compared {
             (None, _) => return FigureChange::New,
             (Some(_), None) => return FigureChange::Gone,
         };
-        // How much room is left, in nanoseconds.
-        let room = |it: &Figure| {
-            let [limit, time] = [it.limit, it.time].map(|it| i128::from(it.unwrap_or_default().as_nanos()));
-            limit - time
-        };
         match (before.time, after.time) {
             _ if !is_open(before) && is_open(after) => FigureChange::Missed,
             (Some(_), None) if after.status != Status::Background => FigureChange::Lost,
             _ if is_open(before) && after.status.is_met() => FigureChange::Met,
             (None, Some(_)) => FigureChange::Found,
-            (None, None) => FigureChange::Same,
             (one, other) if other > one => FigureChange::Later,
             (one, other) if other < one => FigureChange::Earlier,
-            _ => match room(after).cmp(&room(before)) {
-                std::cmp::Ordering::Less => FigureChange::Later,
-                std::cmp::Ordering::Greater => FigureChange::Earlier,
-                std::cmp::Ordering::Equal => FigureChange::Same,
-            },
+            _ if before.limit != after.limit => FigureChange::OtherLimit,
+            _ => FigureChange::Same,
         }
     }
 
@@ -371,6 +366,7 @@ impl Compared {
             | FigureChange::Met
             | FigureChange::Found
             | FigureChange::Earlier
+            | FigureChange::OtherLimit
             | FigureChange::Same => false,
         }
     }
@@ -420,4 +416,147 @@ fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared
     }
     rows.extend(old.into_iter().flatten().map(|before| Compared { before: Some(before), after: None }));
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::{Expect, expect};
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
+
+    const MODEL: &str = "shell Out { output port scan: int } shell In { input port scan: int }
+        codel look(): int codel plan(in scan: int): int codel drive(in to: int): void
+        core Looks(Out) { update = { write(scan, look()); } }
+        core Plans(In) { var seen: int; update = { read(scan, seen); drive(plan(seen)); } }
+        component Laser(Out, Looks) component Pilot(In, Plans)
+        architecture A { instance laser: Laser instance pilot: Pilot connection laser.scan -> pilot.scan }
+        deployment D { architecture A
+          activity laser { priority = 2 period = 20 }
+          activity pilot { priority = 1 period = 50 deadline = 40 } }";
+
+    fn figures(model: &str, table: &str) -> Figures {
+        let db = Database::default();
+        let config = "platform.rt_throttling = false\ntiming.tables = [\"t.toml\"]";
+        let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table)];
+        let files = files.map(|(path, text)| (path.into(), text.to_owned()));
+        let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        Figures::of(&db, project, of, Query::shown(&db, project, of))
+    }
+
+    fn check(change: impl Fn(&str) -> String, table: &str, expected: Expect) {
+        let (before, after) = (figures(MODEL, TABLE), figures(&change(MODEL), table));
+        let found = Comparison::of(Some(before), Some(after));
+        let row = |it: &Compared| {
+            let [before, after] = it.shown();
+            let was = it.was().map_or_else(String::new, |was| format!(" (was {was})"));
+            format!("{}{was}: {before} → {after} {}\n", it.name(), it.change().name())
+        };
+        let rows: String = found.rows().map(row).collect();
+        let is_worse = found.is_worse(&|before| Time::from_nanos(before.as_nanos() / 4));
+        expected.assert_eq(&format!("{}\n{rows}worse: {is_worse}\n", found.verdict()));
+    }
+
+    const TABLE: &str = "[codel]\nlook = 5\nplan = 12\ndrive = 1\n";
+
+    #[test]
+    fn a_figure_may_be_later_within_the_tolerance() {
+        check(
+            |it| it.to_owned(),
+            "[codel]\nlook = 6\nplan = 12\ndrive = 1\n",
+            expect![[r#"
+                2 of 2 deadlines met, as before
+                laser: ✓ 5 / 20 ms → ✓ 6 / 20 ms later
+                pilot: ✓ 18 / 40 ms → ✓ 19 / 40 ms later
+                laser.scan -> pilot.drive: ≤ 88 ms → ≤ 89 ms later
+                worse: false
+            "#]],
+        );
+        check(
+            |it| it.to_owned(),
+            "[codel]\nlook = 5\nplan = 31\ndrive = 1\n",
+            expect![[r#"
+                2 → 1 of 2 deadlines met
+                laser: ✓ 5 / 20 ms → ✓ 5 / 20 ms same
+                pilot: ✓ 18 / 40 ms → ✗ 47 / 40 ms missed
+                laser.scan -> pilot.drive: ≤ 88 ms → ≤ 117 ms later
+                worse: true
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_lost_figure_is_worse() {
+        check(
+            |it| it.to_owned(),
+            "[codel]\nlook = 5\nplan = 12\n",
+            expect![[r#"
+                2 → 1 of 2 deadlines met
+                laser: ✓ 5 / 20 ms → ✓ 5 / 20 ms same
+                pilot: ✓ 18 / 40 ms → ? no time for drive missed
+                laser.scan -> pilot.drive: ≤ 88 ms → ? `pilot` is not analysed: no t… lost
+                worse: true
+            "#]],
+        );
+    }
+
+    #[test]
+    fn renamed_instances_and_their_chains_are_the_same() {
+        let renamed = |it: &str| it.replace("laser", "lidar");
+        check(
+            renamed,
+            TABLE,
+            expect![[r#"
+                2 of 2 deadlines met, as before
+                lidar (was laser): ✓ 5 / 20 ms → ✓ 5 / 20 ms same
+                pilot: ✓ 18 / 40 ms → ✓ 18 / 40 ms same
+                lidar.scan -> pilot.drive (was laser.scan -> pilot.drive): ≤ 88 ms → ≤ 88 ms same
+                worse: false
+            "#]],
+        );
+        // With another period too, the only one of its component.
+        check(
+            |it| renamed(it).replace("period = 20", "period = 25"),
+            TABLE,
+            expect![[r#"
+                2 of 2 deadlines met, as before
+                lidar (was laser): ✓ 5 / 20 ms → ✓ 5 / 25 ms limit
+                pilot: ✓ 18 / 40 ms → ✓ 18 / 40 ms same
+                lidar.scan -> pilot.drive (was laser.scan -> pilot.drive): ≤ 88 ms → ≤ 93 ms later
+                worse: false
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_gone_or_new_is_said() {
+        check(
+            |it| it.replace("activity laser { priority = 2 period = 20 }", ""),
+            TABLE,
+            expect![[r#"
+                2 → 0 of 2 deadlines met
+                pilot: ✓ 18 / 40 ms → ? see laser missed
+                laser: ✓ 5 / 20 ms → ? no activity lost
+                laser.scan -> pilot.drive: ≤ 88 ms → ? `laser` has no activity lost
+                worse: true
+            "#]],
+        );
+        let second = |it: &str| {
+            it.replace("connection", "instance other: Laser connection")
+                .replace("activity pilot", "activity other { priority = 3 period = 5 } activity pilot")
+        };
+        check(
+            second,
+            TABLE,
+            expect![[r#"
+                2 of 2 → 1 of 3 deadlines met
+                laser: ✓ 5 / 20 ms → ✗ CPU 1 overloaded (125.0 %) missed
+                other: – → ! 5 / 5 ms new
+                pilot: ✓ 18 / 40 ms → ✗ CPU 1 overloaded (151.0 %) missed
+                laser.scan -> pilot.drive: ≤ 88 ms → ? `laser` has no bound on its r… lost
+                worse: true
+            "#]],
+        );
+    }
 }

@@ -19,7 +19,7 @@ pub(super) fn comparison_table(it: &Comparison) -> String {
             out += &columns(&[head, "before", "after", ""], &rows);
         }
     }
-    let _ = writeln!(out, "  {}", unchanged(it));
+    out.extend(Some(unchanged(it)).filter(|it| !it.is_empty()).map(|it| format!("  {it}\n")));
     out.extend(
         utilisations(it)
             .into_iter()
@@ -54,7 +54,7 @@ pub(super) fn comparison_markdown(it: &Comparison) -> String {
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         }
     }
-    let _ = writeln!(out, "\n{}", unchanged(it));
+    out.extend(Some(unchanged(it)).filter(|it| !it.is_empty()).map(|it| format!("\n{it}\n")));
     out.extend(
         utilisations(it)
             .into_iter()
@@ -88,7 +88,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
                 name: it.name().to_string(),
                 // Its name before, if it was renamed.
                 [was]: it.was().map(|it| it.to_string()),
-                // missed, lost, gone, new-missed, later, new, met, found, earlier or same
+                // missed, lost, gone, new-missed, later, new, met, found, earlier, limit or same
                 change: it.change().name(),
                 before: figure(&it.before),
                 after: figure(&it.after),
@@ -165,13 +165,15 @@ fn name_of(row: &Compared) -> String {
 fn unchanged(it: &Comparison) -> String {
     let [activities, chains] = parts(it).map(|(_, of)| of.len() - changed(of).count());
     let activities = match activities {
-        1 => "1 activity".to_owned(),
-        several => format!("{several} activities"),
+        0 => None,
+        1 => Some("1 activity".to_owned()),
+        several => Some(format!("{several} activities")),
     };
-    match (it.is_same(), it.chains.len()) {
-        (true, _) => "nothing changes".to_owned(),
-        (false, 0) => format!("{activities} as before"),
-        (false, _) => format!("{activities} and {} as before", counted(chains, "chain")),
+    let chains = (chains > 0).then(|| counted(chains, "chain"));
+    match activities.into_iter().chain(chains).collect::<Vec<_>>() {
+        _ if it.is_same() => "nothing changes".to_owned(),
+        left if left.is_empty() => String::new(),
+        left => format!("{} as before", left.join(" and ")),
     }
 }
 
