@@ -82,14 +82,14 @@ fn what_an_action_says_is_what_it_gives() {
     assert_eq!(
         titles.iter().filter(timing).collect::<Vec<_>>(),
         [
-            &"Move to CPU 2: driver R 60 → 20 ms, 2 of 2 met",
-            &"Deadline-monotonic order: driver R 60 → 20 ms, 2 of 2 met",
-            &"Period and deadline → 60.1 ms: driver R 60 ms, 2 of 2 met",
+            &"Give driver priority 3: ✓ 60 → 20 / 50 ms, 2 of 2 met",
+            &"Move driver to CPU 2: ✓ 60 → 20 / 50 ms, 2 of 2 met",
+            &"Swap the priorities of driver and planner: driver ✓ 60 → 20 / 50 ms, 2 of 2 met",
+            &"Relax the period and deadline of driver to 60.1 ms: ! 60 / 60.1 ms, 2 of 2 met",
         ]
     );
     let chosen = found.iter().find(|action| action["title"] == *titles[0]).unwrap().clone();
-    let by_deadline =
-        found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Deadline-monotonic")).unwrap();
+    let by_deadline = found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Swap")).unwrap();
     // The action fixes the diagnostic there.
     assert_eq!(by_deadline["kind"], "quickfix");
     assert_eq!(by_deadline["diagnostics"][0]["code"], "deadline-missed");
@@ -118,9 +118,9 @@ fn what_an_action_says_holds_at_the_level_that_is_shown() {
         titles.filter(|title| title.ends_with(" met")).collect::<Vec<_>>()
     };
     let now = actions(&mut client, &text, "planner { affinity");
-    let move_at_1e_4 = "Move to CPU 2: planner R 40 ms, 2 of 2 met";
+    let move_at_1e_4 = "Move planner to CPU 2: driver ✓ 60 → 20 / 50 ms, 2 of 2 met";
     assert_eq!(titles(&found).first().map(String::as_str), Some(move_at_1e_4));
-    assert_eq!(titles(&now), ["Period and deadline → 50 ms: planner R 30 ms, 2 of 2 met"]);
+    assert_eq!(titles(&now), ["Shorten the period and deadline of planner to 50 ms: 2 of 2 met"]);
     // An action of another level is outdated.
     let timing = found.iter().find(|it| it["title"] == move_at_1e_4).unwrap();
     assert_eq!(client.call("codeAction/resolve", timing.clone()).unwrap_err()["code"], -32801);
@@ -139,7 +139,8 @@ fn a_plain_client_gets_edits_at_once_and_no_refusals() {
         found.iter().all(|action| action["disabled"].is_null() && !action["edit"].is_null()),
         "{found:?}"
     );
-    let longer = found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Move to CPU 2")).unwrap();
+    let longer =
+        found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Move driver to CPU 2")).unwrap();
     apply(&mut client, &mut text, &longer["edit"]);
     assert!(text.text.contains("deadline = 50 affinity = 2 }"), "{}", text.text);
     assert!(client.hint(&text, "activity driver").starts_with("✓ 20 / 50 ms"));
@@ -209,5 +210,5 @@ fn of_the_robot_navigation_may_run_a_little_more_often_and_nowhere_else() {
     let found = actions(&mut client, &text, "navigation  {");
     let titles = found.iter().map(|action| action["title"].as_str().unwrap());
     let titles: Vec<&str> = titles.filter(|title| title.ends_with(" met")).collect();
-    assert_eq!(titles, ["Period and deadline → 998 ms: 9 of 9 met"]);
+    assert_eq!(titles, ["Shorten the period and deadline of navigation to 998 ms: 9 of 9 met"]);
 }

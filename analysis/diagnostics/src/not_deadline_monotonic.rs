@@ -18,7 +18,7 @@
 //!
 //! Only the activities that are out of order are reported: the fewest whose priorities must change.
 //!
-//! Fix: set the priority to a free one that is in order. An editor also offers to swap the two priorities, and to set all
+//! Fix: give the activity a free priority that is in order. An editor also offers to swap the two priorities, and to set all
 //! priorities by deadline, with the response times that result. This code was called `priority-inversion`.
 
 use super::*;
@@ -46,7 +46,9 @@ pub(super) fn report<'db>(
     let found = Diagnostic::new(&NOT_DEADLINE_MONOTONIC, at.clone(), message);
     let found = found.related(other_at, format!("the priority of `{}`", other.instance));
     match free {
-        Some(free) => found.fix(format!("Set the priority to {free}"), at, free.to_string()),
+        Some(free) => {
+            found.fix(format!("Give {} priority {free}", activity.instance), at, free.to_string())
+        }
         None => found,
     }
 }

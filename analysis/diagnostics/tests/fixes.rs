@@ -322,7 +322,7 @@ fn a_priority_that_is_set_is_free_and_in_order() {
         "affinity = 1 priority = 8 period = 15",
         "affinity = 2 priority = 1 period = 15",
     ];
-    assert_eq!(titles(&late), ["Set the priority to 8"]);
+    assert_eq!(titles(&late), ["Give i6 priority 8"]);
     // Below 7, where the deadline is earlier.
     let early = [
         "affinity = 2 priority = 7 period = 10",
@@ -330,7 +330,7 @@ fn a_priority_that_is_set_is_free_and_in_order() {
         "affinity = 2 priority = 9 period = 20",
         "affinity = 1 priority = 6 period = 20",
     ];
-    assert_eq!(titles(&early), ["Set the priority to 6"]);
+    assert_eq!(titles(&early), ["Give i2 priority 6"]);
     // No priority is below 1.
     let least = ["priority = 1 period = 10", "priority = 2 period = 10", "priority = 3 period = 20"];
     assert_eq!(titles(&least), [] as [&str; 0]);

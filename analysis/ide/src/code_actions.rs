@@ -54,7 +54,7 @@ pub struct CodeAction<'db> {
 }
 
 /// The maximum length of a title, in characters.
-pub(crate) const MOST_CHARACTERS: usize = 60;
+pub(crate) const MOST_CHARACTERS: usize = 80;
 
 impl CodeAction<'_> {
     fn new(kind: ActionKind, title: impl Into<String>) -> Self {

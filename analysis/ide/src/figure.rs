@@ -85,6 +85,31 @@ pub fn figure<'db>(
     }
 }
 
+/// Returns a response time before and after a change, and the deadline after it; `None`, it has no bound. The mark is that of the
+/// time after the change.
+///
+/// ```text
+/// ✓ 60 → 20 / 50 ms    ! unbounded → 49 / 50 ms    ✗ 120 → 113 / 100 ms    ✓ 70 / 71 ms
+/// ```
+pub(crate) fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: Time) -> String {
+    let mark = match after.and_then(|after| deadline.checked_sub(after)) {
+        None => "✗",
+        Some(slack) if is_tight(slack, deadline, TIGHT_SLACK) => "!",
+        Some(_) => "✓",
+    };
+    let Some(after) = after else { return format!("{mark} unbounded") };
+    let figure = compared(after, deadline).swap_remove(0);
+    let before = match before {
+        Some(before) if before == after => String::new(),
+        Some(before) if unit_of(before) == unit_of(after.max(deadline)) => {
+            format!("{} → ", rounded(before, Round::Up).number_in(unit_of(before)))
+        }
+        Some(before) => format!("{} → ", short(before)),
+        None => "unbounded → ".to_owned(),
+    };
+    format!("{mark} {before}{figure}")
+}
+
 /// Returns the latency of a chain beside its limit in fewer and fewer words, or why it has none. Slack is as in [`figure`].
 ///
 /// ```text
@@ -211,6 +236,19 @@ mod tests {
         assert_eq!(of(ms(526), ms(500)).0[0], "✗ ≤ 526 / 500 ms");
         assert_eq!(of(ms(526), None), (vec!["≤ 526 ms".to_owned()], HintStatus::Time));
         assert_eq!(of(None, ms(500)).0, ["? guidance may skip it for ever…", "?"]);
+    }
+
+    #[test]
+    fn a_change_has_the_mark_of_its_outcome() {
+        let ms = |time: u64| Time::from_nanos(time * 1_000_000);
+        let of = |before: Option<u64>, after: Option<u64>, deadline| {
+            changed_figure((before.map(ms), after.map(ms)), ms(deadline))
+        };
+        assert_eq!(of(Some(60), Some(20), 50), "✓ 60 → 20 / 50 ms");
+        assert_eq!(of(None, Some(49), 50), "! unbounded → 49 / 50 ms");
+        assert_eq!(of(Some(120), Some(113), 100), "✗ 120 → 113 / 100 ms");
+        assert_eq!(of(Some(53), Some(53), 100), "✓ 53 / 100 ms");
+        assert_eq!(of(Some(53), None, 100), "✗ unbounded");
     }
 
     #[test]

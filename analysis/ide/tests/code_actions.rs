@@ -155,8 +155,13 @@ fn try_actions(
             }
             assert!(after.syntax_errors <= before.syntax_errors, "syntax errors: {} {made:#?}", what());
             let effect = action.title.split_once(": ").map(|it| it.1).filter(|it| it.contains(" met"));
-            if let Some(effect) = effect {
-                assert!(is_seen(effect, &before, &after), "{}\n{}{made:#?}", what(), after.response_times);
+            if effect.is_some() {
+                assert!(
+                    is_seen(&action.title, &before, &after),
+                    "{}\n{}{made:#?}",
+                    what(),
+                    after.response_times
+                );
                 *offered.entry((action.kind, "timing".to_owned())).or_default() += 1;
             }
             if matches!(action.kind, ActionKind::QuickFix | ActionKind::FixAll) {
@@ -181,20 +186,22 @@ fn try_actions(
     }
 }
 
-/// Returns whether the response times in the title of a timing action, `laser R 62 → 40 ms, 2 of 2 met`, are those of the
-/// analyses before and after.
-fn is_seen(effect: &str, before: &State, after: &State) -> bool {
-    // A long title has no response time.
-    let Some((name, rest)) = effect.split_once(" R ").filter(|(name, _)| !name.contains('…')) else {
-        return true;
-    };
-    let (response, _) = rest.split_once(", ").expect("the title says how many deadlines are met");
+/// Returns whether the response times in the title of a timing action, `Give laser priority 9: ✓ 62 → 40 / 50 ms, 2 of 2 met`, are
+/// those of the analyses before and after.
+fn is_seen(title: &str, before: &State, after: &State) -> bool {
+    let (change, effect) = title.split_once(": ").expect("a title says what the change gives");
+    let Some((name, figure)) = effect.split_once(['✓', '!', '✗']) else { return true };
+    let named = |from: &str, to: &str| change.split_once(from)?.1.split_once(to).map(|it| it.0);
+    let of_change =
+        || named("Give ", " priority ").or_else(|| named("Move ", " to ")).or_else(|| named(" of ", " to "));
+    let name = Some(name.trim()).filter(|it| !it.is_empty()).or_else(of_change).expect(title);
+    // A long name is shortened.
+    let Some((response, _)) = figure.split_once(" / ").filter(|_| !name.contains('…')) else { return true };
     let (old, new) = response.split_once(" → ").unwrap_or((response, response));
     let is_in = |text: &str, state: &State| {
-        let number = text.trim_end_matches(" ms");
         let of_activity = |line: &&str| line.starts_with(&format!("{name} "));
         let mut lines = state.response_times.lines().filter(of_activity);
-        match Time::parse(number, Unit::Milliseconds, Rounding::Exact) {
+        match Time::parse(text.trim(), Unit::Milliseconds, Rounding::Exact) {
             Ok(time) => lines.any(|line| line.ends_with(&format!("Some({time:?})"))),
             Err(_) => lines.any(|line| line.ends_with("None")),
         }

@@ -5,17 +5,19 @@
 //!
 //! | change | of | where |
 //! |---|---|---|
+//! | one priority, the nearest free one that helps | an activity | a deadline is not proved now |
 //! | two priorities are swapped | an activity | an activity with a later deadline has a higher priority |
-//! | the period becomes the deadline | an activity | the deadline is later |
+//! | one priority that meets every deadline | a deployment | a deadline is not proved now |
 //! | deadline-monotonic priorities | a deployment | an activity with a later deadline has a higher priority on the same CPU |
 //! | optimal priorities, or why none exist | a deployment | a deadline is not proved, not by the former either |
 //! | each other CPU, the best first | an activity | every deadline that is proved now stays proved |
 //! | the shortest period found | an activity | every deadline is proved now and stays proved |
 //! | a longer period, the shortest found that helps | an activity | a deadline is not proved now |
-//! | the deadline becomes the period | an activity | the deadline is earlier |
+//! | a later deadline, the earliest that is met | an activity | its deadline is missed, and earlier than the period |
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 use mauve_timing::{CpuSet, Priority, Status, Time};
 
@@ -37,6 +39,9 @@ const MOST_STEPS: usize = 2048;
 
 const MOST_MOVES: usize = 4;
 
+/// The priorities of real-time threads.
+const PRIORITIES: RangeInclusive<u32> = 1..=99;
+
 const MOST_LONGER: u64 = 64;
 
 /// The greatest value of a field, in nanoseconds.
@@ -55,14 +60,16 @@ pub enum BetterTiming {
 /// A change of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum TimingChange {
+    /// One activity gets this priority.
+    Priority(u32),
     /// The priorities of two activities are swapped.
     SwapPriorities(Name, Name),
     /// Priorities are deadline-monotonic.
     PrioritiesByDeadline,
     /// Priorities are those that Audsley's algorithm finds.
     OptimalPriorities,
-    /// The period becomes the deadline.
-    DeadlineAsPeriod(Time),
+    /// The deadline becomes later: the earliest one that the response time does not reach.
+    Deadline(Time),
     /// The activity moves to the CPU of this mask.
     Cpu(CpuSet),
     /// The period becomes shorter or longer.
@@ -86,7 +93,9 @@ pub fn better_priorities<'db>(
     of: Decl<'db>,
     query: Query,
 ) -> Vec<BetterTiming> {
-    TimingSearch::new(db, project, of, query).map_or_else(Vec::new, |mut search| search.priorities())
+    let search = || TimingSearch::new(db, project, of, query);
+    let one = search().and_then(|mut search| search.one_priority());
+    one.into_iter().chain(search().map_or_else(Vec::new, |mut search| search.priorities())).collect()
 }
 
 /// Searches for better values of the activity of this index.
@@ -100,11 +109,14 @@ pub fn better_activity<'db>(
 ) -> Vec<BetterTiming> {
     let mut found = Vec::new();
     let activity = system_of(db, project, of).activities.get(index);
+    let search = || TimingSearch::new(db, project, of, query);
     if let Some(activity) = activity.filter(|it| matches!(it.priority, Priority::RealTime(_)))
-        && let Some(mut search) = TimingSearch::new(db, project, of, query)
+        && let Some((mut of_priority, mut search)) = search().zip(search())
     {
+        // With steps of its own, since it has as many as there are priorities.
+        found.extend(of_priority.priority(activity));
         found.extend(search.swap(activity));
-        found.extend(deadline(activity));
+        found.extend(search.deadline(activity));
         found.extend(search.period(activity));
         found.extend(search.moves(activity));
     }
@@ -119,6 +131,14 @@ struct TimingSearch<'db> {
     now: &'db Report<'db>,
     system: &'db System<'db>,
     steps: usize,
+}
+
+impl TimingChange {
+    /// Returns whether the change lets the robot do less than the model requires now: an activity runs more rarely, or may end
+    /// later.
+    pub fn relaxes(&self) -> bool {
+        matches!(self, TimingChange::Deadline(_) | TimingChange::Period { is_longer: true, .. })
+    }
 }
 
 impl<'db> TimingSearch<'db> {
@@ -141,6 +161,90 @@ impl<'db> TimingSearch<'db> {
         self.steps = self.steps.checked_sub(self.system.activities.len().max(1))?;
         self.db.unwind_if_revision_cancelled();
         Some(response_times_if(self.db, self.project, self.of, self.query, fields))
+    }
+
+    /// Returns the free priorities that an activity may have in other places of the order, the nearest first: higher ones first if it
+    /// misses its deadline.
+    fn free_priorities(&self, activity: &ResolvedActivity<'db>) -> Vec<u32> {
+        let Some(groups) = groups(self.system) else { return Vec::new() };
+        let is_it = |it: &&ResolvedActivity<'db>| it.instance == activity.instance || it.is_mate(activity);
+        let Some(group) = groups.iter().find(|group| group.activities.iter().any(|it| is_it(&it))) else {
+            return Vec::new();
+        };
+        let others: BTreeSet<u32> =
+            group.activities.iter().filter(|it| !is_it(it)).map(|it| priority(it)).collect();
+        let own = priority(activity);
+        let is_free = |number: &u32| PRIORITIES.contains(number) && !others.contains(number);
+        let higher = others.range(own..).map(|it| it + 1).filter(is_free);
+        let lower = others.range(..=own).rev().map(|it| it.saturating_sub(1)).filter(is_free);
+        match is_met(self.now, activity) {
+            true => lower.chain(higher).collect(),
+            false => higher.chain(lower).collect(),
+        }
+    }
+
+    /// Returns the nearest priority with which every deadline is met; if there is none, with which that of the activity is.
+    fn priority(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
+        if meets_all(self.now) {
+            return None;
+        }
+        let mut second = None;
+        for number in self.free_priorities(activity) {
+            let fields = vec![priority_of(activity, number)];
+            let Some(report) = self.ask(&fields) else { break };
+            if !is_no_worse(self.now, &report) || !keeps_slack(self.now, &report) {
+                continue;
+            }
+            let change = || BetterTiming::Change(TimingChange::Priority(number), fields.clone());
+            if meets_all(&report) {
+                return Some(change());
+            }
+            if second.is_none() && !is_met(self.now, activity) && is_met(&report, activity) {
+                second = Some(change());
+            }
+        }
+        second
+    }
+
+    /// Returns one priority with which every deadline is met: of the activities that miss theirs first.
+    fn one_priority(&mut self) -> Option<BetterTiming> {
+        if meets_all(self.now) {
+            return None;
+        }
+        let system = self.system;
+        let is_written = |it: &&ResolvedActivity<'db>| {
+            it.priority != Priority::Background && is_first_of_thread(&system.activities, it)
+        };
+        let mut activities: Vec<&ResolvedActivity<'db>> =
+            system.activities.iter().filter(is_written).collect();
+        activities.sort_by_key(|it| (is_met(self.now, it), Reverse(priority(it))));
+        for activity in activities {
+            for number in self.free_priorities(activity) {
+                let fields = vec![priority_of(activity, number)];
+                let report = self.ask(&fields)?;
+                if meets_all(&report) && is_no_worse(self.now, &report) && keeps_slack(self.now, &report) {
+                    return Some(BetterTiming::Change(TimingChange::Priority(number), fields));
+                }
+            }
+        }
+        None
+    }
+
+    /// Returns the earliest deadline that a late activity meets, by a step of [`step_of`] at most, and none beyond the period.
+    fn deadline(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
+        let report = self.now.activities.iter().find(|it| it.instance == activity.instance)?;
+        let (response, now, period) = (report.response?, activity.deadline?, activity.period?);
+        if report.verdict != Status::Missed {
+            return None;
+        }
+        let step = step_of(now);
+        let least = Time::from_nanos((response.as_nanos() / step).saturating_add(1).saturating_mul(step));
+        let deadline = least.min(period);
+        if deadline <= response || deadline <= now {
+            return None;
+        }
+        let fields = vec![field(activity, ActivityField::Deadline, deadline.number())];
+        Some(BetterTiming::Change(TimingChange::Deadline(deadline), fields))
     }
 
     /// Swaps the priorities of an activity and of the activity with the lowest priority above its own that has a later
@@ -189,6 +293,11 @@ impl<'db> TimingSearch<'db> {
             }
         }
         self.ask(&fields).filter(Report::schedulable)?;
+        let is_changed = |field: &WhatIfField| {
+            let activity = self.system.activities.iter().find(|it| it.instance == field.instance);
+            activity.is_none_or(|it| priority_of(it, priority(it)) != *field)
+        };
+        fields.retain(is_changed);
         Some(BetterTiming::Change(TimingChange::OptimalPriorities, fields))
     }
 
@@ -245,11 +354,8 @@ impl<'db> TimingSearch<'db> {
     }
 
     fn period(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
+        let step = step_of(activity.period?);
         let period = activity.period?.as_nanos();
-        let mut step = 1_000_000;
-        while step > 1 && step > period / 100 {
-            step /= 10;
-        }
         let fields =
             |search: &Self, number: u64| search.with_period(activity, Time::from_nanos(number * step));
         let change = |is_longer, number: u64, fields: Vec<WhatIfField>| {
@@ -266,10 +372,6 @@ impl<'db> TimingSearch<'db> {
             let number = self.least(0, greatest, &fields, &goal)?;
             return change(false, number, fields(self, number));
         }
-        let meets_all = |report: &Report<'_>| {
-            let Deadlines { met, unknown, all } = report.deadlines();
-            met + unknown == all
-        };
         if meets_all(self.now) {
             return None;
         }
@@ -322,10 +424,13 @@ impl<'db> TimingSearch<'db> {
     }
 }
 
-fn deadline(activity: &ResolvedActivity<'_>) -> Option<BetterTiming> {
-    let period = activity.period.filter(|period| activity.deadline < Some(*period))?;
-    let fields = vec![field(activity, ActivityField::Deadline, period.number())];
-    Some(BetterTiming::Change(TimingChange::DeadlineAsPeriod(period), fields))
+/// Returns the steps in which a time is searched for: the greatest power of ten that is at most 1 ms and a hundredth of it.
+fn step_of(time: Time) -> u64 {
+    let mut step = 1_000_000;
+    while step > 1 && step > time.as_nanos() / 100 {
+        step /= 10;
+    }
+    step
 }
 
 /// Activities that may delay each other, and the priorities that they have among them. Of the activities of a thread, which have one
@@ -409,6 +514,12 @@ fn is_analysed(activity: &ActivityReport<'_>) -> bool {
 fn is_met(report: &Report<'_>, activity: &ResolvedActivity<'_>) -> bool {
     let found = report.activities.iter().find(|it| it.instance == activity.instance);
     found.is_some_and(|it| it.verdict.is_met())
+}
+
+/// Returns whether every deadline is proved of those that the analysis has a figure for.
+fn meets_all(report: &Report<'_>) -> bool {
+    let Deadlines { met, unknown, all } = report.deadlines();
+    met + unknown == all
 }
 
 /// Returns whether every deadline that is proved now, and every bound, still is.
@@ -538,6 +649,42 @@ mod tests {
     }
 
     #[test]
+    fn one_free_priority_is_enough_where_it_is() {
+        let of = |index, a: &str, b: &str| {
+            let activities = format!(
+                "activity a {{ priority = {a} period = 100 deadline = 25 }} activity b {{ priority = {b} period = 100 }}
+                activity c {{ priority = background }}"
+            );
+            let found = changes(&activities, TIMES, index).into_iter();
+            found.filter(|it| it.contains("priority") && !it.contains(',')).collect::<Vec<_>>()
+        };
+        // `a` has 10 ms of its own, and 20 ms of `b`.
+        assert_eq!(of(Some(0), "1", "9"), ["a priority = 10"]);
+        assert_eq!(of(None, "2", "9"), ["a priority = 10"]);
+        assert_eq!(of(Some(1), "2", "9"), ["b priority = 1"]);
+        assert_eq!(of(None, "2", "99"), ["b priority = 1"]);
+        // None is free above 99 and below 1.
+        assert_eq!(of(None, "1", "99"), [] as [&str; 0]);
+        assert_eq!(of(None, "9", "1"), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn a_later_deadline_is_the_earliest_that_is_met() {
+        let of_a = |period: &str| {
+            let activities = format!(
+                "activity a {{ priority = 1 period = {period} deadline = 25 }} activity b {{ priority = 9 period = 100 }}
+                activity c {{ priority = background }}"
+            );
+            let found = changes(&activities, TIMES, Some(0)).into_iter();
+            found.filter(|it| it.contains("deadline")).collect::<Vec<_>>()
+        };
+        // It responds after 30 ms.
+        assert_eq!(of_a("100"), ["a deadline = 30.1"]);
+        assert_eq!(of_a("30.05"), ["a deadline = 30.05"]);
+        assert_eq!(of_a("30"), [] as [&str; 0]);
+    }
+
+    #[test]
     fn an_unknown_deadline_has_no_place_in_the_order() {
         let activities = "activity a { priority = 3 period = 100 } activity b { priority = 2 period = 0 }
             activity c { priority = 1 period = 90 }";
@@ -588,8 +735,7 @@ mod tests {
         let activities =
             "activity a { priority = 2 period = 100 deadline = 47 } activity b { priority = background }
             activity c { priority = 1 period = 200 deadline = 150 }";
-        let expected = ["a deadline = 100", "a period = 47"];
-        assert_eq!(changes(activities, "fa = 40\nfc = 20\n", Some(0)), expected);
+        assert_eq!(changes(activities, "fa = 40\nfc = 20\n", Some(0)), ["a period = 47"]);
     }
 
     #[test]

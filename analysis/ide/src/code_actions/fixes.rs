@@ -14,6 +14,9 @@ use crate::Change;
 /// leave the meaning of a text as it is; a connection with swapped ends has none, and no figure, before its fix.
 const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
+/// The codes whose fixes are offered with the response times that they give: see [`super::timing`].
+const TIMED: &[&str] = &["not-deadline-monotonic"];
+
 /// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key provides
 /// no times.
 const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
@@ -48,7 +51,7 @@ fn offer_selected<'db>(actions: &mut Actions<'_, 'db>) {
     let selected: Vec<&Finding<'_>> = findings.iter().filter(|it| is_selected(it)).collect();
     for finding in &selected {
         let fixes = &finding.diagnostic.fixes;
-        for fix in fixes {
+        for fix in fixes.iter().filter(|_| !TIMED.contains(&finding.diagnostic.code.name)) {
             let action = CodeAction {
                 // An editor may apply a preferred fix unasked, so a guess or one of several fixes is not preferred.
                 preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),

@@ -1,36 +1,41 @@
 //! Code actions that change the timing of a deployment: priorities, CPU, period, deadline.
 //!
-//! [`mauve_wcrt::better_timing`] finds the changes. The title of each says the response time of the activity at the cursor
-//! before and after, and how many deadlines are met: `Move to CPU 4: detector R 62 → 40 ms, 16 of 16 met`. The analysis
-//! computes both from the text and from the text with the change applied. The changes that meet all deadlines are first, and
-//! the best of them is preferred.
+//! [`mauve_wcrt::better_timing`] finds the changes. The title of each says the response time of an activity before and after,
+//! and how many deadlines are met: `Move detector to CPU 4: ✓ 62 → 40 / 50 ms, 16 of 16 met`. The activity is the one at the
+//! cursor, unless only another one gains; then its name is there. The analysis computes both from the text and from the text
+//! with the change applied.
 //!
-//! An action is offered if it meets more deadlines, shortens this response time, or fixes a diagnostic of the activity; a
-//! shorter period is offered while all deadlines are met. A change is dropped if it loses a met deadline in any project with the
-//! file, or leaves an activity no slack. The title counts new warnings.
+//! The order is: changes that keep what the model requires, then those that relax it, a later deadline or a longer period,
+//! which say so. Among each, those that meet all deadlines are first, and of these the smallest. The first is preferred if it
+//! meets all deadlines and relaxes nothing.
+//!
+//! An action is offered if it meets more deadlines, shortens this response time, or fixes a diagnostic of the activity; one
+//! that relaxes something, only if it meets more deadlines; a shorter period is offered while all deadlines are met. A change is
+//! dropped if it loses a met deadline in any project with the file, or leaves an activity no slack. The title counts new warnings.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::sync::Arc;
 
-use mauve_diagnostics::{Diagnostic, Finding, declaration_diagnostics, diagnostics_if, shortened};
+use mauve_diagnostics::{
+    Diagnostic, Finding, declaration_diagnostics, diagnostics_if, shortened, utilisation,
+};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Status, Time};
+use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
 };
 use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, Report, WhatIfField, response_times, response_times_if, system_of,
+    ActivityField, ActivityReport, Deadlines, Query, Report, WhatIfField, response_times, response_times_if,
+    system_of,
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
+use crate::figure::changed_figure;
 use crate::what_if::edit_of_fields;
-
-const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
 
 /// Offers the changes of the deployment and of the activity at the cursor, the best first.
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -47,22 +52,21 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let activities = &system_of(db, project, deployment).activities;
     let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
     let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
-    let mut offers: Vec<&BetterTiming> = Vec::new();
-    for offer in
-        better_priorities(db, project, deployment, query).iter().chain(of_activity.into_iter().flatten())
-    {
-        if !offers.iter().any(|known| is_same(known, offer)) {
+    let subject = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text().to_string());
+    let diagnostics = activity.map_or_else(Vec::new, |it| diagnostics_in(actions, it.syntax().text_range()));
+    let in_order = subject.iter().flat_map(|name| in_order(name, &diagnostics));
+    let of_deployment = better_priorities(db, project, deployment, query).iter().cloned();
+    let of_activity = of_activity.into_iter().flatten().cloned();
+    let mut offers: Vec<BetterTiming> = Vec::new();
+    for offer in of_activity.chain(in_order).chain(of_deployment) {
+        if !offers.iter().any(|known| is_same(known, &offer)) {
             offers.push(offer);
         }
     }
-    let subject = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text().to_string());
-    let diagnostics = activity.map_or_else(Vec::new, |it| diagnostics_in(actions, it.syntax().text_range()));
-    let mut ranked = Vec::new();
-    for offer in offers {
+    let (mut ranked, mut impossible) = (Vec::new(), None);
+    for offer in &offers {
         match offer {
-            BetterTiming::NoPriorities(names) => {
-                actions.refuse(ActionKind::Rewrite, OPTIMAL, no_priorities(names));
-            }
+            BetterTiming::NoPriorities(names) => impossible = Some(names),
             BetterTiming::Change(change, fields) => {
                 let outcome = |project| {
                     outcome_of(db, project, deployment, Query::shown(db, project, deployment), fields.clone())
@@ -71,24 +75,65 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 let outcomes: Vec<&Outcome<'_>> = actions.projects.iter().map(|it| outcome(*it)).collect();
                 let outcome = outcome(project);
                 let effect = outcome.effect(subject.as_deref());
-                let title = title_with(&title(change), outcome, &effect);
+                let title = title_with(change, fields, outcome, &effect);
                 if let Some(action) = action(change, title, &effect, &outcomes, &diagnostics) {
-                    let is_partial = !effect.is_complete();
-                    ranked.push(((is_partial, kind_of(change), effect.rank(), fields.len()), action, fields));
+                    let rank = Rank {
+                        relaxes: change.relaxes(),
+                        is_partial: !effect.is_complete(),
+                        met: Reverse(effect.deadlines.met),
+                        has_warnings: !outcome.new_warnings.is_empty(),
+                        kind: kind_of(change),
+                        values: fields.len(),
+                        response: effect.subject.map(|it| it.after),
+                    };
+                    ranked.push((rank, action, fields));
                 }
             }
         }
     }
     ranked.sort_by_key(|(rank, ..)| *rank);
+    let mut is_solved = false;
     let mut titles = BTreeSet::new();
-    for (index, ((is_partial, ..), mut action, fields)) in ranked.into_iter().enumerate() {
+    for (index, (rank, mut action, fields)) in ranked.into_iter().enumerate() {
+        let is_solution = !rank.relaxes && !rank.is_partial;
+        is_solved |= is_solution;
         // The first solution; where nothing is to be solved, none.
-        action.preferred = index == 0 && !is_partial && action.kind == ActionKind::QuickFix;
+        action.preferred = index == 0 && is_solution && action.kind == ActionKind::QuickFix;
         // An action is known by its title.
         if titles.insert(action.title.clone()) {
             actions.push(action, || edit_of_fields(db, deployment, fields));
         }
     }
+    if let Some(names) = impossible.filter(|_| !is_solved) {
+        let why = no_priorities(response_times(db, project, deployment, query), names);
+        actions.refuse(ActionKind::Rewrite, why.clone(), why);
+    }
+}
+
+/// The order of the actions: the first of these that differs counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    relaxes: bool,
+    is_partial: bool,
+    met: Reverse<usize>,
+    has_warnings: bool,
+    kind: ChangeKind,
+    /// The number of values that change.
+    values: usize,
+    response: Option<Response>,
+}
+
+/// Returns the priority that the diagnostics of an activity propose for it.
+fn in_order(name: &str, diagnostics: &[Finding<'_>]) -> Option<BetterTiming> {
+    let is_it = |it: &&Finding<'_>| it.diagnostic.code.name == "not-deadline-monotonic";
+    let [fix] = diagnostics.iter().find(is_it)?.diagnostic.fixes.as_slice() else { return None };
+    let [(_, number)] = fix.edits.as_slice() else { return None };
+    let fields = vec![WhatIfField {
+        instance: name.into(),
+        field: ActivityField::Priority,
+        value: number.as_str().into(),
+    }];
+    Some(BetterTiming::Change(TimingChange::Priority(number.parse().ok()?), fields))
 }
 
 /// Returns the action of a change, unless it improves nothing, or loses a deadline in one of the projects.
@@ -107,7 +152,10 @@ fn action<'db>(
     // A shorter period is no remedy: that another diagnostic disappears with it is a coincidence.
     let is_fixed = |it: &&Finding<'_>| !is_shorter && !is_left(it);
     let fixed: Vec<Finding<'_>> = diagnostics.iter().filter(is_fixed).cloned().collect();
-    let is_better = is_shorter || !fixed.is_empty() || effect.is_better();
+    let is_better = match change.relaxes() {
+        true => effect.meets_more(),
+        false => is_shorter || !fixed.is_empty() || effect.is_better(),
+    };
     if !is_better || outcomes.iter().any(|outcome| outcome.loses) {
         return None;
     }
@@ -116,16 +164,27 @@ fn action<'db>(
 }
 
 /// Returns a title with as much of the effects as fits: the remarks always, then the number of met deadlines, then the response
-/// time of the activity.
-fn title_with(change: &str, outcome: &Outcome<'_>, effect: &Effect<'_>) -> String {
-    let (remarks, response, met) = (outcome.remarks(), effect.response(), effect.met());
-    let before = if response.is_empty() { String::new() } else { format!("{response}, ") };
-    let candidates = [format!("{change}: {before}{met}{remarks}"), format!("{change}: {met}{remarks}")];
+/// time of an activity.
+fn title_with(
+    change: &TimingChange,
+    fields: &[WhatIfField],
+    outcome: &Outcome<'_>,
+    effect: &Effect<'_>,
+) -> String {
+    let named = fields.first().filter(|_| !matches!(change, TimingChange::SwapPriorities(..)));
+    let named = named.filter(|_| fields.iter().all(|it| Some(&it.instance) == named.map(|it| &it.instance)));
+    let change = title(change, fields);
+    let end = format!("{}{}", effect.met(), outcome.remarks());
+    let with = |more: &[&str]| {
+        let more: Vec<&str> = more.iter().copied().filter(|it| !it.is_empty()).collect();
+        if more.is_empty() { change.clone() } else { format!("{change}: {}", more.join(", ")) }
+    };
+    let figure = effect.figure(named.map(|it| it.instance.as_str()));
+    let candidates = [with(&[&figure, &end]), with(&[&end])];
     let fits = candidates.into_iter().find(|it| it.chars().count() <= MOST_CHARACTERS);
     fits.unwrap_or_else(|| {
-        let end = format!(": {met}{remarks}");
-        let room = MOST_CHARACTERS.saturating_sub(end.chars().count()).max(MOST_CHARACTERS / 3);
-        shortened(&format!("{}{end}", shortened(change, room)), MOST_CHARACTERS)
+        let room = MOST_CHARACTERS.saturating_sub(end.chars().count() + ": ".len()).max(MOST_CHARACTERS / 3);
+        shortened(&format!("{}: {end}", shortened(&change, room)), MOST_CHARACTERS)
     })
 }
 
@@ -161,44 +220,63 @@ fn is_same(one: &BetterTiming, other: &BetterTiming) -> bool {
     }
 }
 
-/// What a change touches, in the order of the actions. Another period or deadline changes what the robot does.
+/// What a change touches, in the order of the actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum ChangeKind {
-    PrioritiesOrCpu,
+    OnePriority,
+    Cpu,
+    Priorities,
     Period,
     Deadline,
 }
 
 fn kind_of(change: &TimingChange) -> ChangeKind {
     match change {
+        TimingChange::Priority(_) => ChangeKind::OnePriority,
+        TimingChange::Cpu(_) => ChangeKind::Cpu,
         TimingChange::SwapPriorities(..)
         | TimingChange::PrioritiesByDeadline
-        | TimingChange::OptimalPriorities
-        | TimingChange::Cpu(_) => ChangeKind::PrioritiesOrCpu,
+        | TimingChange::OptimalPriorities => ChangeKind::Priorities,
         TimingChange::Period { .. } => ChangeKind::Period,
-        TimingChange::DeadlineAsPeriod(_) => ChangeKind::Deadline,
+        TimingChange::Deadline(_) => ChangeKind::Deadline,
     }
 }
 
-fn title(change: &TimingChange) -> String {
+/// The characters of a name in a title.
+const MOST_OF_NAME: usize = 20;
+
+/// Returns what a change does, in words.
+fn title(change: &TimingChange, fields: &[WhatIfField]) -> String {
+    let name = fields.first().map_or_else(String::new, |it| shortened(&it.instance, MOST_OF_NAME));
     match change {
+        TimingChange::Priority(number) => format!("Give {name} priority {number}"),
         TimingChange::SwapPriorities(one, other) => {
-            format!("Swap priorities of {} and {}", shortened(one, 12), shortened(other, 12))
+            let [one, other] = [one, other].map(|it| shortened(it, MOST_OF_NAME));
+            format!("Swap the priorities of {one} and {other}")
         }
-        TimingChange::PrioritiesByDeadline => "Deadline-monotonic order".to_owned(),
-        TimingChange::OptimalPriorities => "Optimal priorities".to_owned(),
-        TimingChange::DeadlineAsPeriod(period) => format!("Deadline → {period}"),
-        TimingChange::Cpu(cpu) => format!("Move to {cpu}"),
-        TimingChange::Period { with_deadline: true, period, .. } => format!("Period and deadline → {period}"),
-        TimingChange::Period { period, .. } => format!("Period → {period}"),
+        TimingChange::PrioritiesByDeadline => "Order priorities by deadline".to_owned(),
+        TimingChange::OptimalPriorities => format!("Reorder {} priorities", fields.len()),
+        TimingChange::Cpu(cpu) => format!("Move {name} to {cpu}"),
+        TimingChange::Deadline(deadline) => format!("Relax the deadline of {name} to {deadline}"),
+        TimingChange::Period { is_longer, with_deadline, period } => {
+            let verb = if *is_longer { "Relax" } else { "Shorten" };
+            let deadline = if *with_deadline { " and deadline" } else { "" };
+            format!("{verb} the period{deadline} of {name} to {period}")
+        }
     }
 }
 
-fn no_priorities(names: &[Name]) -> String {
-    format!(
-        "no order of priorities meets every deadline: none of {} meets its deadline with the lowest priority of them",
-        names.join(", ")
-    )
+/// Says why no order of priorities meets every deadline: of these activities, none may have the lowest priority.
+fn no_priorities(report: &Report<'_>, names: &[Name]) -> String {
+    const WHAT: &str = "No order of priorities meets all deadlines";
+    let cpus = report.activities.iter().find(|it| names.contains(&it.instance)).and_then(|it| it.cpus);
+    let is_overloaded = |load: &&CpuLoad| {
+        cpus.is_some_and(|cpus| load.cpus.meets(cpus)) && load.utilisation.as_f64() > load.cpus.len() as f64
+    };
+    match report.cpus.iter().find(is_overloaded) {
+        Some(load) => format!("{WHAT}: {} is overloaded ({})", load.cpus, utilisation(load)),
+        None => format!("{WHAT}: none of {} can be last", names.join(", ")),
+    }
 }
 
 /// What a change gives.
@@ -226,6 +304,15 @@ struct ActivityOutcome {
     slack_now: Option<Time>,
     before: Response,
     after: Response,
+    is_met: bool,
+    /// The deadline after the change.
+    deadline: Option<Time>,
+}
+
+impl ActivityOutcome {
+    fn becomes_met(&self) -> bool {
+        self.is_met && !self.is_met_now
+    }
 }
 
 /// The response time of an activity, ordered: the best first.
@@ -279,6 +366,8 @@ fn activities(now: &Report<'_>, then: &Report<'_>) -> Vec<ActivityOutcome> {
         slack_now: now.deadline.zip(now.response).and_then(|(deadline, it)| deadline.checked_sub(it)),
         before: response(now),
         after: response(then),
+        is_met: then.verdict.is_met(),
+        deadline: then.deadline,
     });
     of_both.collect()
 }
@@ -292,16 +381,17 @@ fn response(activity: &ActivityReport<'_>) -> Response {
 }
 
 impl Outcome<'_> {
-    /// Returns the effect on the activity of this name, otherwise on the activity that needs it most: one that misses its
-    /// deadline, or that has the least slack.
+    /// Returns the effect on the activity of this name, or on one that meets its deadline only then. Without a name, or where
+    /// nothing changes there, on the activity that needs it most: one that misses its deadline, or that has the least slack.
     fn effect(&self, subject: Option<&str>) -> Effect<'_> {
         let named = self.activities.iter().find(|it| Some(it.instance.as_str()) == subject);
-        let neediest = || {
+        let neediest = |is_it: &dyn Fn(&&ActivityOutcome) -> bool| {
             let key =
                 |it: &&ActivityOutcome| (it.before == Response::NotAnalysed, it.is_met_now, it.slack_now);
-            self.activities.iter().min_by_key(key)
+            self.activities.iter().filter(|it| is_it(it)).min_by_key(key)
         };
-        let subject = named.or_else(neediest);
+        let gaining = named.filter(|it| it.becomes_met()).or_else(|| neediest(&|it| it.becomes_met()));
+        let subject = gaining.or(named).or_else(|| neediest(&|_| true));
         Effect { subject, met_now: self.met_now, deadlines: self.deadlines }
     }
 
@@ -318,12 +408,11 @@ impl Outcome<'_> {
 
 impl Effect<'_> {
     fn is_better(&self) -> bool {
-        self.deadlines.met > self.met_now || self.subject.is_some_and(|it| it.after < it.before)
+        self.meets_more() || self.subject.is_some_and(|it| it.after < it.before)
     }
 
-    /// The order of the actions: more met deadlines first, then a smaller response time.
-    fn rank(&self) -> (Reverse<usize>, Option<Response>) {
-        (Reverse(self.deadlines.met), self.subject.map(|it| it.after))
+    fn meets_more(&self) -> bool {
+        self.deadlines.met > self.met_now
     }
 
     /// Whether every deadline is met then.
@@ -331,37 +420,39 @@ impl Effect<'_> {
         self.deadlines.met == self.deadlines.all
     }
 
-    /// `detector R 62 → 40 ms`.
-    fn response(&self) -> String {
-        let Some(ActivityOutcome { instance, before, after, .. }) = self.subject else {
+    /// Returns `✓ 62 → 40 / 50 ms`, behind the name of the activity unless it is `named`; nothing where nothing changes.
+    fn figure(&self, named: Option<&str>) -> String {
+        let changes = |it: &&ActivityOutcome| it.before != it.after || it.becomes_met();
+        let Some(it) = self.subject.filter(changes) else { return String::new() };
+        let (Some(before), Some(after), Some(deadline)) = (it.before.bound(), it.after.bound(), it.deadline)
+        else {
             return String::new();
         };
-        let instance = shortened(instance, 16);
-        match (before, after) {
-            _ if before == after => format!("{instance} R {after}"),
-            (Response::Bound(before), Response::Bound(after)) => {
-                format!("{instance} R {} → {after}", before.number())
-            }
-            _ => format!("{instance} R {before} → {after}"),
+        let figure = changed_figure((before, after), deadline);
+        match named == Some(it.instance.as_str()) {
+            true => figure,
+            false => format!("{} {figure}", shortened(&it.instance, MOST_OF_NAME)),
         }
     }
 
-    /// `16 of 16 met`.
+    /// Returns `16 of 16 met`; nothing where nothing is known.
     fn met(&self) -> String {
         let Deadlines { met, unknown, all } = self.deadlines;
         match unknown {
             0 => format!("{met} of {all} met"),
+            _ if unknown == all => String::new(),
             _ => format!("{met} of {} met, {unknown} unknown", all - unknown),
         }
     }
 }
 
-impl fmt::Display for Response {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Response {
+    /// Returns the bound, if there is one; the outer `None` where it is not analysed.
+    fn bound(self) -> Option<Option<Time>> {
         match self {
-            Response::Bound(time) => time.fmt(f),
-            Response::Unbounded => f.write_str("unbounded"),
-            Response::NotAnalysed => f.write_str("unknown"),
+            Response::Bound(time) => Some(Some(time)),
+            Response::Unbounded => Some(None),
+            Response::NotAnalysed => None,
         }
     }
 }
@@ -448,20 +539,33 @@ mod tests {
         }
     }
 
-    /// What the title of an action says after its colon, computed from the analyses of the two texts.
-    fn effect_of(now: &Report<'_>, then: &Report<'_>, subject: &str) -> String {
-        let of = |report: &Report<'_>| {
-            let it = report.activities.iter().find(|it| it.instance == subject)?;
-            Some(match (it.response, it.verdict.name()) {
-                (Some(time), _) => time.number(),
-                (None, "unbounded" | "no-bound") => "unbounded".to_owned(),
-                (None, _) => "unknown".to_owned(),
-            })
-        };
-        let response = of(now).zip(of(then)).map_or_else(String::new, |(before, after)| {
-            let unit = if after.bytes().all(|it| it.is_ascii_digit() || it == b'.') { " ms" } else { "" };
-            let change = if before == after { after } else { format!("{before} → {after}") };
-            format!("{subject} R {change}{unit}, ")
+    /// The names of which the figure may be that a title has behind its colon: that in front of the mark, or the only one of the change.
+    fn subject_of(title: &str) -> Option<&str> {
+        let (change, effect) = title.split_once(": ").unwrap();
+        let (before, _) = effect.split_once(['✓', '!', '✗'])?;
+        let named = |from: &str, to: &str| change.split_once(from)?.1.split_once(to).map(|it| it.0);
+        Some(match before.trim() {
+            "" => named("Give ", " priority ")
+                .or_else(|| named("Move ", " to "))
+                .or_else(|| named(" of ", " to "))
+                .expect(title),
+            name => name,
+        })
+    }
+
+    /// What the title of an action says after its colon and a name, computed from the analyses of the two texts.
+    fn effect_of(now: &Report<'_>, then: &Report<'_>, subject: Option<&str>) -> String {
+        let figure = subject.map(|subject| {
+            let of = |report: &Report<'_>| {
+                let it = report.activities.iter().find(|it| it.instance == subject).expect(subject);
+                let response = it.response.map_or("unbounded".to_owned(), Time::number);
+                (response, it.verdict.is_met(), it.response, it.deadline.unwrap())
+            };
+            let ((before, ..), (after, is_met, response, deadline)) = (of(now), of(then));
+            let is_tight = response.is_some_and(|it| deadline.as_nanos() * 9 < it.as_nanos() * 10);
+            let mark = if !is_met { "✗" } else { if is_tight { "!" } else { "✓" } };
+            let change = if before == after { String::new() } else { format!("{before} → ") };
+            format!("{mark} {change}{after} / {deadline}, ")
         });
         let (mut met, mut unknown, mut all) = (0, 0, 0);
         for it in then.activities.iter().filter(|it| it.deadline.is_some()) {
@@ -470,7 +574,7 @@ mod tests {
             unknown += usize::from(it.verdict.name() == "not-analysed");
         }
         let unknown_too = if unknown > 0 { format!(", {unknown} unknown") } else { String::new() };
-        format!("{response}{met} of {} met{unknown_too}", all - unknown)
+        format!("{}{met} of {} met{unknown_too}", figure.unwrap_or_default(), all - unknown)
     }
 
     /// Returns the titles at the cursor. Each action is applied to the text, which is analysed anew: the title must be right.
@@ -512,12 +616,17 @@ mod tests {
         let before = codes(&db, workspace);
         let mut titles = Vec::new();
         assert!(actions.iter().filter(|it| it.preferred).count() <= 1, "{fixture}");
-        for action in actions.iter().filter(|it| it.title.contains(" met") || it.title == OPTIMAL) {
+        let mut relaxes = false;
+        for action in actions.iter().filter(|it| it.title.contains(" met") || it.disabled.is_some()) {
             let title = &action.title;
-            if let Some(reason) = &action.disabled {
-                titles.push(format!("{title} ✗ {reason}"));
+            if action.disabled.is_some() {
+                titles.push(format!("{title} (disabled)"));
                 continue;
             }
+            // Those that relax something are last, gain something, and are not preferred.
+            assert!(!relaxes || title.starts_with("Relax"), "{title}");
+            relaxes = title.starts_with("Relax");
+            assert!(!relaxes || !action.preferred, "{title}");
             assert!(title.chars().count() <= MOST_CHARACTERS, "{title}");
             titles
                 .push(format!("{title}{}", if action.kind == ActionKind::QuickFix { " (fix)" } else { "" }));
@@ -527,10 +636,14 @@ mod tests {
             let edited = Edited::new(&db, workspace, action.change.as_ref().unwrap());
             let then = edited.report();
             let (_, effect) = title.split_once(": ").unwrap();
-            // The title of a long name has no response time.
-            let subject = effect.split_once(" R ").map_or("", |(subject, _)| subject);
-            let expected = effect_of(now, then, subject);
-            assert!(effect.starts_with(&expected) || subject.contains('…'), "{title}\n{expected}\n{fixture}");
+            let effect = effect.find(['✓', '!', '✗']).map_or(effect, |at| &effect[at..]);
+            // A shortened name is not looked up.
+            let subject = subject_of(title);
+            let is_known = subject.is_none_or(|it| !it.contains('…'));
+            if is_known {
+                let expected = effect_of(now, then, subject);
+                assert!(effect.starts_with(&expected), "{title}\n{expected}\n{fixture}");
+            }
             let used_up = |report: &Report<'_>| {
                 let all = report.activities.iter();
                 all.filter(|it| it.response.is_some() && it.response == it.deadline).count()
@@ -538,15 +651,14 @@ mod tests {
             assert!(used_up(then) <= used_up(now), "no slack: {title}\n{fixture}");
             assert!(!action.preferred || met(then).iter().all(|it| *it), "{title}\n{fixture}");
             // The action improves something, loses no deadline, and its title names new warnings.
-            let response = |report: &Report<'_>| {
-                report.activities.iter().find(|it| it.instance == subject).and_then(|it| it.response)
-            };
-            let is_faster = response(then).is_some_and(|it| response(now).is_none_or(|now| it < now));
+            let is_faster =
+                now.activities.iter().zip(&then.activities).any(|(now, then)| {
+                    then.response.is_some_and(|it| now.response.is_none_or(|now| it < now))
+                });
             let count = |report: &Report<'_>| met(report).iter().filter(|it| **it).count();
-            let is_fix = action.kind == ActionKind::QuickFix;
-            let is_named = !subject.is_empty() && !subject.contains('…');
+            let is_fix = action.kind == ActionKind::QuickFix && !relaxes;
             let is_better =
-                !is_named || is_faster || count(then) > count(now) || is_fix || title.starts_with("Period");
+                count(then) > count(now) || !relaxes && is_faster || is_fix || title.starts_with("Shorten");
             assert!(is_better && is_no_worse_than(&met(now), &met(then)), "{title}\n{fixture}");
             let after = codes(&edited.db, edited.workspace);
             for code in
@@ -574,7 +686,8 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Deadline-monotonic order: pilot R 60 → 20 ms, 2 of 2 met
+                Give pilot priority 10: ✓ 60 → 20 / 40 ms, 2 of 2 met
+                Order priorities by deadline: pilot ✓ 60 → 20 / 40 ms, 2 of 2 met
             "#]],
         );
     }
@@ -594,23 +707,23 @@ mod tests {
         check(
             &at("c"),
             expect![[r#"
-                Deadline-monotonic order: c R 35 → 30 ms, 3 of 3 met
-                Period and deadline → 36 ms: c R 35 ms, 3 of 3 met
+                Order priorities by deadline: c ✓ 35 → 30 / 40 ms, 3 of 3 met
+                Shorten the period and deadline of c to 36 ms: 3 of 3 met
             "#]],
         );
         check(
             &at("b"),
             expect![[r#"
-                Swap priorities of b and a: 3 of 3 met, 1 warning
-                Deadline-monotonic order: b R 15 → 10 ms, 3 of 3 met
-                Period → 35 ms: b R 15 ms, 3 of 3 met
+                Order priorities by deadline: b ✓ 15 → 10 / 20 ms, 3 of 3 met
+                Shorten the period of b to 35 ms: 3 of 3 met
+                Swap the priorities of b and a: b ✓ 15 → 10 / 20 ms, 3 of 3 met, 1 warning
             "#]],
         );
         check(
             &at("a"),
             expect![[r#"
-                Deadline-monotonic order: a R 5 → 35 ms, 3 of 3 met (fix)
-                Period and deadline → 35 ms: a R 5 ms, 3 of 3 met, 1 warning
+                Order priorities by deadline: a ✓ 5 → 35 / 50 ms, 3 of 3 met (fix)
+                Shorten the period and deadline of a to 35 ms: 3 of 3 met, 1 warning
             "#]],
         );
     }
@@ -649,15 +762,16 @@ mod tests {
         // In the second project, both overload one CPU, and 10 ms are too short.
         assert_eq!(offered_in_two(deployment, ["short", "short"], ["long", "long"]), "");
         let alike = offered_in_two(deployment, ["short", "long"], ["short", "long"]);
-        assert!(alike.contains("Period →"), "{alike}");
+        assert!(alike.contains("Shorten the period"), "{alike}");
         // The project that answers misses a deadline, the other one does not.
         let deployment = "deployment D { architecture A
             activity laser { affinity = 1 priority = 2 period = 100 }
             activity $0pilot { affinity = 1 priority = 1 period = 100 deadline = 50 } }";
         expect![[r#"
-            Move to CPU 2: pilot R 70 → 10 ms, 2 of 2 met
-            Deadline-monotonic order: pilot R 70 → 10 ms, 2 of 2 met
-            Deadline → 100 ms: pilot R 70 ms, 2 of 2 met
+            Give pilot priority 3: ✓ 70 → 10 / 50 ms, 2 of 2 met
+            Move pilot to CPU 2: ✓ 70 → 10 / 50 ms, 2 of 2 met
+            Swap the priorities of pilot and laser: pilot ✓ 70 → 10 / 50 ms, 2 of 2 met
+            Relax the deadline of pilot to 70.1 ms: ! 70 / 70.1 ms, 2 of 2 met
         "#]]
         .assert_eq(&offered_in_two(deployment, ["long", "short"], ["short", "short"]));
     }
@@ -673,7 +787,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Set optimal priorities (Audsley's algorithm) ✗ no order of priorities meets every deadline: none of arm, laser, pilot meets its deadline with the lowest priority of them
+                No order of priorities meets all deadlines: CPU 1 is overloaded (110.0 %) (disabled)
             "#]],
         );
     }
@@ -694,9 +808,10 @@ mod tests {
         check(
             &robot(&costs, deployment, "cpus = 3"),
             expect![[r#"
-                Move to CPU 3: pilot R 60 → 20 ms, 3 of 3 met (fix)
-                Deadline-monotonic order: pilot R 60 → 20 ms, 3 of 3 met (fix)
-                Period and deadline → 60.1 ms: pilot R 60 ms, 3 of 3 met (fix)
+                Give pilot priority 10: ✓ 60 → 20 / 50 ms, 3 of 3 met (fix)
+                Move pilot to CPU 3: ✓ 60 → 20 / 50 ms, 3 of 3 met (fix)
+                Swap the priorities of pilot and laser: pilot ✓ 60 → 20 / 50 ms, 3 of 3 met (fix)
+                Relax the period and deadline of pilot to 60.1 ms: ! 60 / 60.1 ms, 3 of 3 met (fix)
             "#]],
         );
     }
@@ -713,8 +828,8 @@ mod tests {
         check(
             &fixture,
             expect![[r#"
-                Move to CPU 2: 2 of 2 met, 1 unknown (fix)
-                Period → 100.1 ms: 2 of 2 met, 1 unknown (fix)
+                Move pilot to CPU 2: ✓ unbounded → 20 / 50 ms, 2 of 2 met, 1 unknown (fix)
+                Relax the period of pilot to 100.1 ms: 2 of 2 met, 1 unknown (fix)
             "#]],
         );
     }
@@ -729,7 +844,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Period → 47 ms: laser R 40 ms, 2 of 2 met
+                Shorten the period of laser to 47 ms: 2 of 2 met
             "#]],
         );
         let deployment = "deployment D { architecture A
@@ -739,7 +854,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Period and deadline → 61 ms: 2 of 2 met, 1 warning
+                Shorten the period and deadline of pilot to 61 ms: 2 of 2 met, 1 warning
             "#]],
         );
     }
