@@ -5,6 +5,7 @@ mod chains;
 mod check;
 mod comparison;
 mod date;
+mod diff;
 mod editor;
 mod errors;
 mod explain;
@@ -61,6 +62,14 @@ enum Command {
     /// Exit codes: 0 each chain with a limit in mauve.toml keeps it; 1 one does not, or the models have errors; 2 wrong
     /// usage, or a file that cannot be read.
     Chains(chains::ChainsCommand),
+    /// Show what changed in response times and latencies between two revisions, or since one.
+    ///
+    /// Without arguments: HEAD and the working folder. Git is read without running hooks or anything else that the repository names.
+    /// Installed message packages, and the models in MAUVE_MODELS, are those of today in both states.
+    ///
+    /// Exit codes: 0 nothing got worse; 1 a figure is later by more than --tolerance, is no longer met, or is gone, or nothing is proved
+    /// any more; 2 wrong usage, or a state that cannot be read.
+    Diff(diff::Diff),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
     /// Draw the instances and connections of an architecture; of a deployment, with response times and utilisations.
@@ -144,6 +153,7 @@ impl Arguments {
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Chains(it) => it.run(),
+            Command::Diff(it) => it.run(),
             Command::Psm(it) => it.run(),
             Command::Graph(it) => it.run(),
             Command::Simulate(it) => it.run(),

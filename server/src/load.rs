@@ -26,8 +26,9 @@ use folders::Folders;
 pub(crate) use other_language::is_of_another_language;
 pub(crate) use outdated::is_outdated;
 use packages::Places;
+pub(crate) use walk::LONGEST_TOGETHER;
 pub(crate) use walk::Search;
-use walk::{LONGEST_TOGETHER, Left, Text, Walk, Walked, Walks};
+use walk::{Left, Text, Walk, Walked, Walks};
 use watch_set::WatchSet;
 
 /// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.

@@ -4,6 +4,7 @@
 //! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
 //! Each command is a file in `cli/` with a function from its arguments to an [`output::Output`]; results are printed here alone, messages in `output.rs`. `load.rs` reads models from the disk for all of them,
+//! `revision.rs` and `git.rs` read them from a commit,
 //! `generate.rs` writes what is generated; `cli/editor.rs` writes the files of editors. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
 //! goes from folder to folder without following links, `destination.rs` says where an output may go, `harmless.rs` makes visible what a terminal would obey.
 
@@ -14,6 +15,7 @@ mod destination;
 mod disk;
 mod folder;
 mod generate;
+mod git;
 mod graph_document;
 mod harmless;
 mod holder;
@@ -23,6 +25,7 @@ mod lsp;
 mod memory;
 mod output;
 mod replace;
+mod revision;
 mod signals;
 
 use std::io::Write as _;

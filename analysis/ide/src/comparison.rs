@@ -14,7 +14,7 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project};
 use mauve_timing::{Priority, Status, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
-use mauve_wcrt::{ActivityReport, Query, response_times};
+use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
 
 use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure};
@@ -38,6 +38,8 @@ pub struct Figures {
     pub chains: Vec<Figure>,
     /// The utilisation of each CPU that is used: `CPU 1`, `99.4 %`.
     pub cpus: Vec<(String, String)>,
+    /// The execution time of each codel and program, by its key in timing tables.
+    pub times: Vec<(String, Option<Time>)>,
 }
 
 /// The figure of an activity or a chain.
@@ -65,7 +67,7 @@ pub struct Figure {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Identity {
     Activity { component: Name, priority: Priority, cpus: String, times: [Option<Time>; 2] },
-    Chain { ends: Option<[(Name, String); 2]> },
+    Chain { ends: Option<[(Name, String); 2]>, through: Vec<Name> },
 }
 
 /// Two states of a deployment.
@@ -97,6 +99,8 @@ pub enum FigureChange {
     Missed,
     /// It had a time, and has none now.
     Lost,
+    /// The latency had a limit, and has none now.
+    Unlimited,
     /// It is not there any more.
     Gone,
     /// It was not there, and is not met.
@@ -118,11 +122,12 @@ pub enum FigureChange {
 }
 
 impl FigureChange {
-    /// Returns `missed`, `lost`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier`, `limit` or `same`.
+    /// Returns `missed`, `lost`, `unlimited`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier`, `limit` or `same`.
     pub fn name(self) -> &'static str {
         match self {
             FigureChange::Missed => "missed",
             FigureChange::Lost => "lost",
+            FigureChange::Unlimited => "unlimited",
             FigureChange::Gone => "gone",
             FigureChange::NewMissed => "new-missed",
             FigureChange::Later => "later",
@@ -140,6 +145,7 @@ impl FigureChange {
         match self {
             FigureChange::Missed => "no longer met",
             FigureChange::Lost => "has no figure now",
+            FigureChange::Unlimited => "has no limit now",
             FigureChange::Gone => "gone",
             FigureChange::NewMissed => "new, not met",
             FigureChange::Later => "later",
@@ -213,9 +219,11 @@ impl Figures {
                 // A declared chain keeps its name.
                 identity: Identity::Chain {
                     ends: end(0).zip(end(1)).filter(|_| it.declared.is_none()).map(|(from, to)| [from, to]),
+                    through: it.steps.iter().map(|step| step.instance.clone()).collect(),
                 },
             }
         };
+        let times = executed_times(db, project, deployment, query.level).iter();
         let of_cpu = |load: &mauve_timing::CpuLoad| (report.hosts.names(load.cpus), utilisation(load));
         Figures {
             deployment: deployment.qualified(db),
@@ -226,6 +234,7 @@ impl Figures {
             activities: report.activities.iter().zip(is_assumed).map(activity).collect(),
             chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
             cpus: report.cpus.iter().map(of_cpu).collect(),
+            times: times.map(|it| (it.of.key(db), it.time(db, query.level))).collect(),
         }
     }
 
@@ -264,19 +273,28 @@ impl Comparison {
         let renamed: FxHashMap<Name, Name> =
             activities.iter().filter_map(|it| Some((it.was()?.clone(), it.name()))).collect();
         // A chain has the names of its instances: the new ones count.
-        let ends = |it: &Figure| match &it.identity {
-            Identity::Chain { ends: Some(ends) } => Identity::Chain {
-                ends: Some(
-                    ends.clone()
-                        .map(|(instance, end)| (renamed.get(&instance).cloned().unwrap_or(instance), end)),
-                ),
+        let new_name = |it: &Name| renamed.get(it).unwrap_or(it).clone();
+        let way = |it: &Figure| match &it.identity {
+            Identity::Chain { ends: Some(ends), through } => Identity::Chain {
+                ends: Some(ends.clone().map(|(instance, end)| (new_name(&instance), end))),
+                through: through.iter().map(new_name).collect(),
             },
             // A declared chain without its name is another one.
-            _ => Identity::Chain { ends: None },
+            _ => Identity::Chain { ends: None, through: Vec::new() },
+        };
+        let ends = |it: &Figure| match way(it) {
+            Identity::Chain { ends, .. } => Identity::Chain { ends, through: Vec::new() },
+            other => other,
         };
         let (old, new) = rows(|it| &it.chains);
-        let chains = paired(old, new, &[&ends]);
+        let chains = paired(old, new, &[&way, &ends]);
         Comparison { before, after, activities, chains }
+    }
+
+    /// Returns the name of the deployment before, if it was renamed.
+    pub fn was(&self) -> Option<&str> {
+        let (before, after) = self.before.as_ref().zip(self.after.as_ref())?;
+        (before.deployment != after.deployment).then_some(before.deployment.as_str())
     }
 
     /// Returns all rows.
@@ -298,6 +316,24 @@ impl Comparison {
         self.after.is_none()
             || self.rows().any(|it| it.is_worse(tolerance))
             || is_sound(&self.before) && !is_sound(&self.after)
+    }
+
+    /// Returns the execution times that are different, by their keys, before and after: the greatest differences first.
+    pub fn times(&self) -> Vec<(&str, [Option<Time>; 2])> {
+        let (Some(before), Some(after)) = (&self.before, &self.after) else { return Vec::new() };
+        let old: FxHashMap<&str, Option<Time>> =
+            before.times.iter().map(|(key, time)| (key.as_str(), *time)).collect();
+        let both = after
+            .times
+            .iter()
+            .filter_map(|(key, time)| Some((key.as_str(), [*old.get(key.as_str())?, *time])));
+        let mut different: Vec<(&str, [Option<Time>; 2])> =
+            both.filter(|(_, [before, after])| before != after).collect();
+        let difference = |[before, after]: [Option<Time>; 2]| {
+            before.zip(after).map_or(u64::MAX, |(before, after)| before.as_nanos().abs_diff(after.as_nanos()))
+        };
+        different.sort_by_key(|(_, times)| std::cmp::Reverse(difference(*times)));
+        different
     }
 
     /// Returns `8 → 9 of 9 deadlines met`.
@@ -343,8 +379,11 @@ impl Compared {
         };
         match (before.time, after.time) {
             _ if !is_open(before) && is_open(after) => FigureChange::Missed,
-            (Some(_), None) if after.status != Status::Background => FigureChange::Lost,
+            // In the background, nothing is proved.
+            (Some(_), None) => FigureChange::Lost,
+            (_, Some(_)) if before.limit.is_some() && after.limit.is_none() => FigureChange::Unlimited,
             _ if is_open(before) && after.status.is_met() => FigureChange::Met,
+            (Some(_), Some(_)) if before.limit.is_none() && after.limit.is_some() => FigureChange::Met,
             (None, Some(_)) => FigureChange::Found,
             (one, other) if other > one => FigureChange::Later,
             (one, other) if other < one => FigureChange::Earlier,
@@ -356,7 +395,13 @@ impl Compared {
     /// Returns whether it got worse: later by more than `tolerance` of the time before, no longer met, or without its figure.
     pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
         match self.change() {
-            FigureChange::Missed | FigureChange::Lost | FigureChange::Gone | FigureChange::NewMissed => true,
+            FigureChange::Missed | FigureChange::Lost | FigureChange::Unlimited | FigureChange::NewMissed => {
+                true
+            }
+            // What had neither a figure nor a limit proved nothing.
+            FigureChange::Gone => {
+                self.before.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some())
+            }
             FigureChange::Later => {
                 let time = |it: &Option<Figure>| it.as_ref().and_then(|it| it.time).unwrap_or_default();
                 let (before, after) = (time(&self.before), time(&self.after));
@@ -369,6 +414,44 @@ impl Compared {
             | FigureChange::OtherLimit
             | FigureChange::Same => false,
         }
+    }
+
+    /// Returns the fields of an activity that are different: `period 100 → 50 ms`, `priority 3 → 5`.
+    pub fn fields(&self) -> Vec<String> {
+        let Some((before, after)) = self.before.as_ref().zip(self.after.as_ref()) else { return Vec::new() };
+        let (
+            Identity::Activity { component, priority, cpus, times },
+            Identity::Activity {
+                component: new_component,
+                priority: new_priority,
+                cpus: new_cpus,
+                times: new_times,
+            },
+        ) = (&before.identity, &after.identity)
+        else {
+            return Vec::new();
+        };
+        let number = |priority: &Priority| match priority {
+            Priority::RealTime(priority) => priority.to_string(),
+            Priority::Background => "background".to_owned(),
+            Priority::Unknown => "unknown".to_owned(),
+        };
+        let time = |time: Option<Time>| time.map_or_else(|| "unknown".to_owned(), |it| it.to_string());
+        let [[period, deadline], [new_period, new_deadline]] = [times, new_times].map(|it| it.map(time));
+        let named = |cpus: &str| cpus.trim_start_matches("CPU ").to_owned();
+        [
+            ("component", component.to_string(), new_component.to_string()),
+            ("priority", number(priority), number(new_priority)),
+            ("CPU", named(cpus), named(new_cpus)),
+            // The deadline is the period, unless both are given.
+            ("period", period.clone(), new_period.clone()),
+            ("deadline", deadline.clone(), new_deadline.clone()),
+        ]
+        .into_iter()
+        .filter(|(_, before, after)| before != after)
+        .filter(|(field, ..)| *field != "deadline" || (&period, &new_period) != (&deadline, &new_deadline))
+        .map(|(field, before, after)| format!("{field} {before} → {after}"))
+        .collect()
     }
 
     /// Returns the two figures: `✗ 113 / 100 ms`, `✓ 53 / 100 ms`; `–` where it does not exist.
@@ -405,7 +488,7 @@ fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared
         gone.for_each(|(index, it)| leave(0, index, it));
         let found = rows.iter().enumerate().filter(|(_, row)| row.before.is_none());
         found.for_each(|(index, row)| row.after.iter().for_each(|it| leave(1, index, it)));
-        left.remove(&Identity::Chain { ends: None });
+        left.remove(&Identity::Chain { ends: None, through: Vec::new() });
         for pair in left.into_values() {
             if let [[from], [to]] = pair.each_ref().map(Vec::as_slice)
                 && let (Some(before), Some(row)) = (old.get_mut(*from), rows.get_mut(*to))

@@ -147,22 +147,10 @@ pub fn time_sensitivity<'db>(
     query: Query,
 ) -> Option<TimeSensitivity<'db>> {
     let executed = executed_times(db, project, deployment, query.level);
-    let ExecutedTime { activities, tables, .. } = executed.iter().find(|it| it.of == of)?;
-    let in_tables = |tables: &TableSet<'db>| {
-        let times = timetable_of(db, *tables);
-        let lookup = match &of {
-            Timed::Codel(codel) => times.codel_time(db, *codel, query.level),
-            program => times.time(program, query.level),
-        };
-        match lookup {
-            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
-            Lookup::Absent | Lookup::Unusable(_) => None,
-        }
-    };
-    // That of the slowest host.
-    let time = tables.iter().map(in_tables).reduce(|one, other| Some(one?.max(other?))).flatten();
+    let it = executed.iter().find(|it| it.of == of)?;
+    let time = it.time(db, query.level);
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let search = LimitSearch { variants, of: activities };
+    let search = LimitSearch { variants, of: &it.activities };
     let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
     Some(TimeSensitivity { of, time, unproved, limit })
 }
@@ -202,6 +190,24 @@ pub struct ExecutedTime<'db> {
     activities: Vec<usize>,
     /// The tables that it has a time in: one for each host.
     pub tables: Vec<TableSet<'db>>,
+}
+
+impl<'db> ExecutedTime<'db> {
+    /// Returns the time at a level: that of the slowest host.
+    pub fn time(&self, db: &'db dyn ModelDb, level: Level) -> Option<Time> {
+        let in_tables = |tables: &TableSet<'db>| {
+            let times = timetable_of(db, *tables);
+            let lookup = match &self.of {
+                Timed::Codel(codel) => times.codel_time(db, *codel, level),
+                program => times.time(program, level),
+            };
+            match lookup {
+                Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+                Lookup::Absent | Lookup::Unusable(_) => None,
+            }
+        };
+        self.tables.iter().map(in_tables).reduce(|one, other| Some(one?.max(other?))).flatten()
+    }
 }
 
 /// Returns the times that the edges of activities, and the connected operations that they provide, consist of: those of codels,

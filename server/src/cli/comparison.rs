@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_ide::{Compared, Comparison, Figure, FigureChange, Figures, markdown_code};
-use mauve_timing::Time;
+use mauve_timing::{Status, Time};
 use serde::Serialize;
 
 use crate::analysis_document::milliseconds;
@@ -12,34 +12,39 @@ use crate::json::{non_empty, object};
 
 /// Returns a table of what changed, under the name of the deployment.
 pub(super) fn comparison_table(it: &Comparison) -> String {
-    let mut out = format!("{} at {}: {}\n", name(it), level(it), it.verdict());
+    let mut out = format!("{}{} at {}: {}\n", name(it), was(it), level(it), it.verdict());
     for (head, of) in parts(it) {
         let rows: Vec<Vec<String>> = changed(of).map(|row| cells(row, name_of(row))).collect();
         if !rows.is_empty() {
             out += &columns(&[head, "before", "after", ""], &rows);
         }
     }
-    out.extend(Some(unchanged(it)).filter(|it| !it.is_empty()).map(|it| format!("  {it}\n")));
+    out.extend(unchanged(it).map(|it| format!("  {it}\n")));
     out.extend(
         utilisations(it)
             .into_iter()
             .map(|(cpu, [before, after])| format!("  {cpu} utilisation: {before} → {after}\n")),
     );
+    out.extend(times(it).map(|it| format!("  {it}\n")));
     out.extend(new_errors(it).map(|it| format!("  {it}\n")));
     out
 }
 
-#[allow(dead_code)]
+/// The maximum number of rows of a table in Markdown: a forge refuses long comments.
+const MOST_ROWS: usize = 100;
+
 /// Returns the same in Markdown, for a pull request.
 pub(super) fn comparison_markdown(it: &Comparison) -> String {
-    let mut out = format!("**{}** at {}: {}\n", markdown_code(name(it)), level(it), it.verdict());
+    let (name, was) = (markdown_code(name(it)), escaped(&was(it)));
+    let mut out = format!("**{name}**{was} at {}: {}\n", level(it), it.verdict());
     for (head, of) in parts(it) {
         let rows: Vec<&Compared> = changed(of).collect();
         if rows.is_empty() {
             continue;
         }
         let _ = write!(out, "\n| {head} | before | after | |\n|---|---|---|---|\n");
-        for row in rows {
+        let more = rows.len().saturating_sub(MOST_ROWS);
+        for row in rows.into_iter().take(MOST_ROWS) {
             let name = match row.was() {
                 Some(was) => format!("{} (was {})", markdown_code(&row.name()), markdown_code(was)),
                 None => markdown_code(&row.name()),
@@ -53,15 +58,38 @@ pub(super) fn comparison_markdown(it: &Comparison) -> String {
                 std::iter::once(name).chain(cells).map(|it| it.replace('|', "\\|")).collect();
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         }
+        if more > 0 {
+            let _ = writeln!(out, "\n{more} more in this table: `--format json` has all");
+        }
     }
-    out.extend(Some(unchanged(it)).filter(|it| !it.is_empty()).map(|it| format!("\n{it}\n")));
+    out.extend(unchanged(it).map(|it| format!("\n{it}\n")));
     out.extend(
         utilisations(it)
             .into_iter()
-            .map(|(cpu, [before, after])| format!("\n{cpu} utilisation: {before} → {after}\n")),
+            .map(|(cpu, [before, after])| format!("\n{} utilisation: {before} → {after}\n", escaped(&cpu))),
     );
-    out.extend(new_errors(it).map(|it| format!("\n{it}\n")));
+    out.extend(times(it).map(|it| format!("\n{}\n", escaped(&it))));
+    out.extend(new_errors(it).map(|it| format!("\n{}\n", escaped(&it))));
     out
+}
+
+/// Returns a text in which Markdown finds no style, link or HTML, and nobody is mentioned.
+pub(super) fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '@' => out += "&#64;",
+            '<' => out += "&lt;",
+            '&' => out += "&amp;",
+            letter if letter.is_control() => out.push('\u{fffd}'),
+            // `.` and `:` make an address of a word.
+            letter if letter.is_ascii_punctuation() && !",.:;%()/'\"=?".contains(letter) => {
+                out.extend(['\\', letter])
+            }
+            letter => out.push(letter),
+        }
+    }
+    out.replace("://", ":&#47;/").replace("www.", "www&#46;")
 }
 
 /// Returns the same as a document, with all rows.
@@ -88,8 +116,10 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
                 name: it.name().to_string(),
                 // Its name before, if it was renamed.
                 [was]: it.was().map(|it| it.to_string()),
-                // missed, lost, gone, new-missed, later, new, met, found, earlier, limit or same
+                // missed, lost, unlimited, gone, new-missed, later, new, met, found, earlier, limit or same
                 change: it.change().name(),
+                // The fields of the activity that are different.
+                [fields]: non_empty(it.fields()),
                 before: figure(&it.before),
                 after: figure(&it.after),
             }
@@ -99,8 +129,12 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
     let cpus = utilisations(it).into_iter().map(|(cpu, [before, after])| {
         object! { cpus: cpu, before: before, after: after }
     });
+    let times = it.times().into_iter().map(|(key, [before, after])| {
+        object! { key: key.to_owned(), before: before.map(milliseconds), after: after.map(milliseconds) }
+    });
     object! {
         deployment: name(it).to_owned(),
+        [was]: it.was().map(str::to_owned),
         unit: "ms",
         significance: level(it),
         before: state(&it.before),
@@ -108,10 +142,11 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         activities: rows(&it.activities),
         chains: rows(&it.chains),
         [utilisation]: non_empty(cpus),
+        // The execution times that are different, the greatest difference first.
+        [times]: non_empty(times),
     }
 }
 
-#[allow(dead_code)]
 /// Returns a tolerance: a time, or percent of the time before, such as `5%`.
 pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     let wrong = || "expected a time or percent, such as 2ms or 5%".to_owned();
@@ -122,7 +157,6 @@ pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     }
 }
 
-#[allow(dead_code)]
 /// By how much a figure may be later.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Tolerance {
@@ -130,7 +164,6 @@ pub(super) enum Tolerance {
     Time(Time),
 }
 
-#[allow(dead_code)]
 impl Tolerance {
     /// Returns by how much a figure may be later that was `before`.
     pub(super) fn of(self, before: Time) -> Time {
@@ -149,12 +182,41 @@ fn parts(it: &Comparison) -> [(&'static str, &[Compared]); 2] {
 }
 
 fn changed(of: &[Compared]) -> impl Iterator<Item = &Compared> {
-    of.iter().filter(|it| it.change() != FigureChange::Same || it.was().is_some())
+    of.iter().filter(|it| it.change() != FigureChange::Same || it.was().is_some()).filter(|it| !is_void(it))
+}
+
+/// Returns whether this is a new or former chain that nobody declared, and that has no latency: there are many.
+fn is_void(row: &Compared) -> bool {
+    let has_nothing =
+        |it: &Figure| it.status == Status::NotAnalysed && it.time.is_none() && it.limit.is_none();
+    let [before, after] = [&row.before, &row.after].map(|it| it.as_ref().is_none_or(has_nothing));
+    before && after && (row.before.is_none() || row.after.is_none())
 }
 
 fn cells(row: &Compared, name: String) -> Vec<String> {
     let [before, after] = row.shown();
-    vec![name, before, after, row.change().words().to_owned()]
+    let change = row.change().words();
+    let fields = row.fields();
+    let why = std::iter::once(change).filter(|it| !it.is_empty()).chain(fields.iter().map(String::as_str));
+    vec![name, before, after, why.collect::<Vec<_>>().join("; ")]
+}
+
+/// The number of execution times that are named.
+const MOST_TIMES: usize = 5;
+
+/// Says which execution times changed most: `execution times: nav.plan 21 → 30 ms, …`.
+fn times(it: &Comparison) -> Option<String> {
+    let times = it.times();
+    let shown = |(key, [before, after]): &(&str, [Option<Time>; 2])| match (before, after) {
+        (Some(before), Some(after)) => format!("{key} {} → {} ms", before.number(), after.number()),
+        (None, Some(after)) => format!("{key} unknown → {} ms", after.number()),
+        (Some(before), None) => format!("{key} {} ms → unknown", before.number()),
+        (None, None) => key.to_string(),
+    };
+    let mut named: Vec<String> = times.iter().take(MOST_TIMES).map(shown).collect();
+    let more = times.len().saturating_sub(MOST_TIMES);
+    named.extend((more > 0).then(|| format!("{more} more")));
+    (!named.is_empty()).then(|| format!("execution times: {}", named.join(", ")))
 }
 
 fn name_of(row: &Compared) -> String {
@@ -162,19 +224,20 @@ fn name_of(row: &Compared) -> String {
 }
 
 /// Says how many rows are left out: `7 activities and 1 chain are as before`.
-fn unchanged(it: &Comparison) -> String {
-    let [activities, chains] = parts(it).map(|(_, of)| of.len() - changed(of).count());
+fn unchanged(it: &Comparison) -> Option<String> {
+    if it.is_same() {
+        return Some("nothing changes".to_owned());
+    }
+    let is_same = |it: &&Compared| it.change() == FigureChange::Same && it.was().is_none();
+    let [activities, chains] = parts(it).map(|(_, of)| of.iter().filter(is_same).count());
     let activities = match activities {
         0 => None,
         1 => Some("1 activity".to_owned()),
         several => Some(format!("{several} activities")),
     };
     let chains = (chains > 0).then(|| counted(chains, "chain"));
-    match activities.into_iter().chain(chains).collect::<Vec<_>>() {
-        _ if it.is_same() => "nothing changes".to_owned(),
-        left if left.is_empty() => String::new(),
-        left => format!("{} as before", left.join(" and ")),
-    }
+    let same: Vec<String> = activities.into_iter().chain(chains).collect();
+    (!same.is_empty()).then(|| format!("{} as before", same.join(" and ")))
 }
 
 /// Returns the utilisations that are different.
@@ -212,6 +275,16 @@ fn name(it: &Comparison) -> &str {
     either(it).map_or("", |it| &it.deployment)
 }
 
+/// Says how a renamed deployment was called.
+fn was(it: &Comparison) -> String {
+    it.was().map_or_else(String::new, |was| format!(" (was {was})"))
+}
+
 fn level(it: &Comparison) -> String {
-    either(it).map_or_else(String::new, |it| it.level.clone())
+    match (&it.before, &it.after) {
+        (Some(before), Some(after)) if before.level != after.level => {
+            format!("{} → {}", before.level, after.level)
+        }
+        _ => either(it).map_or_else(String::new, |it| it.level.clone()),
+    }
 }

@@ -16,7 +16,7 @@ use super::packages::Places;
 use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 
 /// The maximum size of all files of the workspaces together, in bytes; further files are not read.
-pub(super) const LONGEST_TOGETHER: u64 = 2 * LONGEST;
+pub(crate) const LONGEST_TOGETHER: u64 = 2 * LONGEST;
 
 /// The maximum numbers of files and folders that are searched for models, and for all tables.
 const MOST_FOR_MODELS: usize = 200_000;

@@ -1,0 +1,191 @@
+//! The two states that `mauve diff` compares, from its arguments.
+
+use std::path::{Path, PathBuf};
+
+use mauve_hir::{CONFIG_FILE, Database, Workspace, is_model};
+
+use crate::git::Repository;
+use crate::load::{canonical_path, load};
+use crate::output::say;
+use crate::revision::{Loaded, load_commit};
+
+/// A state of models: as they are on the disk, or in a commit.
+#[derive(Debug)]
+pub(super) enum State {
+    Disk(PathBuf),
+    Commit {
+        repository: Repository,
+        /// How the user calls it.
+        name: String,
+        commit: String,
+        /// Below the top of the repository.
+        path: PathBuf,
+    },
+}
+
+/// An argument.
+enum Argument {
+    Path(PathBuf),
+    Revision(String),
+    /// `A..B`; with three dots, A is the common ancestor of both.
+    Range {
+        from: String,
+        to: String,
+        is_from_merge_base: bool,
+    },
+}
+
+/// The prefix of a revision that is called like a file.
+const GIT: &str = "git:";
+
+impl Argument {
+    fn new(text: &str) -> Result<Argument, String> {
+        let (revision, is_path) = match text.strip_prefix(GIT) {
+            Some(revision) => (revision, false),
+            None => (text, Path::new(text).symlink_metadata().is_ok()),
+        };
+        if is_path {
+            // As git does, since either may be meant.
+            let is_plain = !text.starts_with(['.', '/']);
+            if is_plain && Repository::around(Path::new(".")).is_ok_and(|it| it.commit(text).is_some()) {
+                return Err(format!(
+                    "`{text}` is a path and a revision: write `./{text}` for the path, `{GIT}{text}` for the revision"
+                ));
+            }
+            return Ok(Argument::Path(PathBuf::from(text)));
+        }
+        let range = |dots: &str| {
+            let (from, to) = revision.split_once(dots)?;
+            let or_head = |name: &str| if name.is_empty() { "HEAD" } else { name }.to_owned();
+            Some(Argument::Range {
+                from: or_head(from),
+                to: or_head(to),
+                is_from_merge_base: dots.len() == 3,
+            })
+        };
+        // A path of a commit may have dots: `HEAD:../robot`.
+        let is_range =
+            |text: &str| text.find(':').is_none_or(|colon| text.find("..").is_some_and(|it| it < colon));
+        let range = if is_range(revision) { range("...").or_else(|| range("..")) } else { None };
+        Ok(range.unwrap_or_else(|| Argument::Revision(revision.to_owned())))
+    }
+}
+
+/// Returns the states that the arguments name, the older one first.
+///
+/// # Errors
+///
+/// An argument is neither a path nor a revision, or is both, in words for the user.
+pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State; 2], String> {
+    let [first, second] = [first, second].map(|it| it.map(Argument::new).transpose());
+    let here = || PathBuf::from(".");
+    Ok(match (first?, second?) {
+        (None, None) => [State::commit("HEAD", &here())?, State::Disk(here())],
+        (Some(Argument::Path(path)), None) => [State::commit("HEAD", &path)?, State::Disk(path)],
+        (Some(Argument::Revision(name)), None) => [State::commit(&name, &here())?, State::Disk(here())],
+        (Some(Argument::Revision(name)), Some(Argument::Path(path))) => {
+            [State::commit(&name, &path)?, State::Disk(path)]
+        }
+        (Some(Argument::Path(path)), Some(Argument::Revision(name))) => {
+            let commit = State::commit(&name, &path)?;
+            [State::Disk(path), commit]
+        }
+        (Some(Argument::Path(old)), Some(Argument::Path(new))) => [State::Disk(old), State::Disk(new)],
+        (Some(Argument::Revision(old)), Some(Argument::Revision(new))) => {
+            [State::commit(&old, &here())?, State::commit(&new, &here())?]
+        }
+        (Some(Argument::Range { from, to, is_from_merge_base }), path @ (None | Some(Argument::Path(_)))) => {
+            let path = if let Some(Argument::Path(path)) = path { path } else { here() };
+            let [old, new] = [State::commit(&from, &path)?, State::commit(&to, &path)?];
+            if is_from_merge_base { [old.common_ancestor(&new)?, new] } else { [old, new] }
+        }
+        (_, Some(Argument::Range { .. })) | (Some(Argument::Range { .. }), _) => {
+            return Err("a range such as `main..HEAD` names both states: only a PATH may follow".to_owned());
+        }
+        (None, Some(_)) => return Err("the first state is missing".to_owned()),
+    })
+}
+
+impl State {
+    /// The state of a path in a revision, which may name another path after a colon.
+    fn commit(name: &str, path: &Path) -> Result<State, String> {
+        let real = canonical_path(path);
+        let (folder, file) = match real.is_dir() {
+            true => (real.as_path(), None),
+            false => (real.parent().unwrap_or(&real), real.file_name()),
+        };
+        let repository = Repository::around(folder)?;
+        let own = file.map_or_else(|| repository.prefix.clone(), |file| repository.prefix.join(file));
+        let whole = repository.commit(name).map(|commit| (commit, own));
+        // From the top, as for git.
+        let with_path = || {
+            let (revision, path) = name.split_once(':')?;
+            let path = Path::new(path).components().filter(|part| *part != std::path::Component::CurDir);
+            Some((repository.commit(revision)?, path.collect()))
+        };
+        let Some((commit, path)) = whole.or_else(with_path) else {
+            let hint = repository.shallow_hint().unwrap_or_default();
+            return Err(format!("`{name}` is neither a path nor a revision{hint}"));
+        };
+        Ok(State::Commit { repository, name: name.to_owned(), commit, path })
+    }
+
+    /// The common ancestor of two commits, at the path of the first.
+    fn common_ancestor(self, other: &State) -> Result<State, String> {
+        match (self, other) {
+            (
+                State::Commit { repository, name, commit, path },
+                State::Commit { commit: other, name: new, .. },
+            ) => {
+                let commit = repository.merge_base([&commit, other])?;
+                let name = format!("the common ancestor of {name} and {new}");
+                Ok(State::Commit { repository, name, commit, path })
+            }
+            (state, _) => Ok(state),
+        }
+    }
+
+    /// Returns how it is called in results.
+    pub(super) fn name(&self) -> String {
+        match self {
+            State::Disk(path) if path.as_os_str() == "." => "the working folder".to_owned(),
+            State::Disk(path) => path.display().to_string(),
+            State::Commit { name, commit, .. } => {
+                let short = commit.get(..10).unwrap_or(commit);
+                if name.starts_with(short) || commit.starts_with(name) {
+                    name.clone()
+                } else {
+                    format!("{name} ({short})")
+                }
+            }
+        }
+    }
+
+    /// Loads its workspaces, and the folder that paths are relative to.
+    ///
+    /// # Errors
+    ///
+    /// Files cannot be read, in words for the user.
+    pub(super) fn load(
+        &self,
+        db: &mut Database,
+        allows_outside: bool,
+    ) -> Result<(Vec<Workspace>, PathBuf), String> {
+        match self {
+            State::Disk(path) => {
+                let workspaces = load(db, std::slice::from_ref(path), allows_outside)?;
+                let real = canonical_path(path);
+                let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
+                Ok((workspaces, folder.to_owned()))
+            }
+            State::Commit { repository, name, commit, path } => {
+                let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
+                left_out.iter().for_each(|it| say(&format!("{name}: {it}")));
+                let path = top.join(path);
+                let is_file = is_model(&path) || path.ends_with(CONFIG_FILE);
+                let folder = if is_file { path.parent().unwrap_or(&top) } else { &path };
+                Ok((workspaces, folder.to_owned()))
+            }
+        }
+    }
+}
