@@ -8,6 +8,7 @@ mod chains;
 mod clocks;
 mod command_line;
 mod deployment_tables;
+mod diff;
 mod editor;
 mod first_steps;
 mod fixes;

@@ -301,7 +301,7 @@ fn entry(line: &[u8]) -> Option<Entry> {
     })
 }
 
-/// Returns whether each part of a path is a visible name: nobody can write `..` or `.git` with git, but an object can have it.
+/// Returns whether each part of a path is a visible name: git itself writes no `..` and no `.git`, but an object can have it.
 fn is_within(path: &Path) -> bool {
     let is_rule = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
     let visible = if is_rule { path.parent().unwrap_or(path) } else { path };

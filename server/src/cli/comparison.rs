@@ -73,7 +73,7 @@ pub(super) fn comparison_markdown(it: &Comparison) -> String {
     out
 }
 
-/// Returns a text in which Markdown finds no style, link or HTML, and nobody is mentioned.
+/// Returns a text in which Markdown finds no style, link or HTML, and no mention of a user.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -153,7 +153,7 @@ pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     match text.strip_suffix('%') {
         Some(percent) => Ok(Tolerance::Percent(percent.trim().parse().map_err(|_| wrong())?)),
         None if text == "0" => Ok(Tolerance::Percent(0)),
-        None => Ok(Tolerance::Time(super::options::time(text)?)),
+        None => super::options::time(text).map(Tolerance::Time).map_err(|_| wrong()),
     }
 }
 
@@ -185,7 +185,7 @@ fn changed(of: &[Compared]) -> impl Iterator<Item = &Compared> {
     of.iter().filter(|it| it.change() != FigureChange::Same || it.was().is_some()).filter(|it| !is_void(it))
 }
 
-/// Returns whether this is a new or former chain that nobody declared, and that has no latency: there are many.
+/// Returns whether this is a new or former chain without a declaration and without a latency: there are many.
 fn is_void(row: &Compared) -> bool {
     let has_nothing =
         |it: &Figure| it.status == Status::NotAnalysed && it.time.is_none() && it.limit.is_none();

@@ -127,6 +127,9 @@ impl Diff {
     }
 }
 
+/// Returns whether two figures are those of one deployment.
+type IsPair<'a> = &'a dyn Fn(&Figures, &Figures) -> bool;
+
 /// Pairs the deployments of two states: by project and name; those that are left, by name alone, as in a project that has moved; at
 /// last the only one that is left on each side, if they have an activity in common. The others are new or gone.
 fn paired(before: Vec<Figures>, after: Vec<Figures>) -> Vec<Comparison> {
@@ -138,7 +141,7 @@ fn paired(before: Vec<Figures>, after: Vec<Figures>) -> Vec<Comparison> {
     let is_renamed = |one: &Figures, other: &Figures| {
         one.activities.iter().any(|it| other.activities.iter().any(|other| it.name == other.name))
     };
-    let passes: [(&dyn Fn(&Figures, &Figures) -> bool, bool); 3] =
+    let passes: [(IsPair<'_>, bool); 3] =
         [(&is_same_project, false), (&is_same_name, false), (&is_renamed, true)];
     for (is_pair, is_only) in passes {
         let left = [old.iter().flatten().count(), all.iter().filter(|(before, _)| before.is_none()).count()];

@@ -38,6 +38,13 @@ enum Argument {
 /// The prefix of a revision that is called like a file.
 const GIT: &str = "git:";
 
+const RANGE: &str = "a range such as `main..HEAD` names both states: only a PATH may follow";
+
+/// Returns whether the repository of the current folder has this revision.
+fn is_revision(text: &str) -> bool {
+    Repository::around(Path::new(".")).is_ok_and(|it| it.commit(text).is_some())
+}
+
 impl Argument {
     fn new(text: &str) -> Result<Argument, String> {
         let (revision, is_path) = match text.strip_prefix(GIT) {
@@ -46,8 +53,7 @@ impl Argument {
         };
         if is_path {
             // As git does, since either may be meant.
-            let is_plain = !text.starts_with(['.', '/']);
-            if is_plain && Repository::around(Path::new(".")).is_ok_and(|it| it.commit(text).is_some()) {
+            if !text.starts_with(['.', '/']) && is_revision(text) {
                 return Err(format!(
                     "`{text}` is a path and a revision: write `./{text}` for the path, `{GIT}{text}` for the revision"
                 ));
@@ -94,14 +100,18 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State
         (Some(Argument::Revision(old)), Some(Argument::Revision(new))) => {
             [State::commit(&old, &here())?, State::commit(&new, &here())?]
         }
-        (Some(Argument::Range { from, to, is_from_merge_base }), path @ (None | Some(Argument::Path(_)))) => {
-            let path = if let Some(Argument::Path(path)) = path { path } else { here() };
+        (Some(Argument::Range { from, to, is_from_merge_base }), path) => {
+            let path = match path {
+                None => here(),
+                Some(Argument::Path(path)) => path,
+                // Both commits may have a path that the disk does not have.
+                Some(Argument::Revision(path)) if !is_revision(&path) => PathBuf::from(path),
+                Some(_) => return Err(RANGE.to_owned()),
+            };
             let [old, new] = [State::commit(&from, &path)?, State::commit(&to, &path)?];
             if is_from_merge_base { [old.common_ancestor(&new)?, new] } else { [old, new] }
         }
-        (_, Some(Argument::Range { .. })) | (Some(Argument::Range { .. }), _) => {
-            return Err("a range such as `main..HEAD` names both states: only a PATH may follow".to_owned());
-        }
+        (_, Some(Argument::Range { .. })) => return Err(RANGE.to_owned()),
         (None, Some(_)) => return Err("the first state is missing".to_owned()),
     })
 }
@@ -109,13 +119,12 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State
 impl State {
     /// The state of a path in a revision, which may name another path after a colon.
     fn commit(name: &str, path: &Path) -> Result<State, String> {
-        let real = canonical_path(path);
-        let (folder, file) = match real.is_dir() {
-            true => (real.as_path(), None),
-            false => (real.parent().unwrap_or(&real), real.file_name()),
-        };
-        let repository = Repository::around(folder)?;
-        let own = file.map_or_else(|| repository.prefix.clone(), |file| repository.prefix.join(file));
+        // The disk may not have it any more.
+        let absolute = std::path::absolute(path).map_err(|error| error.to_string())?;
+        let above = absolute.ancestors().find(|it| it.is_dir()).unwrap_or(Path::new("/"));
+        let below = absolute.strip_prefix(above).unwrap_or(Path::new(""));
+        let repository = Repository::around(&canonical_path(above))?;
+        let own: PathBuf = repository.prefix.join(below).components().collect();
         let whole = repository.commit(name).map(|commit| (commit, own));
         // From the top, as for git.
         let with_path = || {

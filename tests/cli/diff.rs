@@ -1,0 +1,451 @@
+//! `mauve diff`: what changed in figures between two states.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use mauve_tests::{Run, mauve, scratch, test_name, write};
+use serde_json::{Value, json};
+
+use crate::MAUVE;
+
+/// Runs git in a folder, with no configuration but that of the repository.
+fn git(folder: &Path, arguments: &[&str]) -> String {
+    let output = Command::new("git")
+        .args(["-c", "user.name=robot", "-c", "user.email=robot@localhost", "-c", "commit.gpgSign=false"])
+        .args(arguments)
+        .current_dir(folder)
+        .env("GIT_CONFIG_GLOBAL", "/dev/null")
+        .env("GIT_CONFIG_NOSYSTEM", "1")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "git {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+fn repository(name: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
+    git(&folder, &["init", "--quiet", "--initial-branch=main"]);
+    folder
+}
+
+fn commit(folder: &Path, message: &str) {
+    git(folder, &["add", "--all"]);
+    git(folder, &["commit", "--quiet", "--allow-empty", "--message", message]);
+}
+
+fn diff(folder: &Path, arguments: &[&str]) -> Run {
+    mauve(MAUVE, folder, &[&["diff"], arguments].concat())
+}
+
+fn document(run: &Run) -> Value {
+    serde_json::from_str(&run.out).unwrap_or_else(|why| panic!("{why}: {run:?}"))
+}
+
+/// An activity of the robots of these tests: one codel, which is its only work.
+#[derive(Debug, Clone, PartialEq)]
+struct Activity {
+    component: &'static str,
+    /// In the background without one.
+    priority: Option<u32>,
+    period: u64,
+    cpu: u32,
+    /// Its execution time, if a table has it.
+    time: Option<u64>,
+}
+
+#[derive(Debug, Clone)]
+struct Robot {
+    deployment: &'static str,
+    activities: BTreeMap<&'static str, Activity>,
+    folder: &'static str,
+    /// The names of the files: the model, the table and the pattern in mauve.toml.
+    model: &'static str,
+    table: &'static str,
+    pattern: &'static str,
+    is_broken: bool,
+}
+
+impl Robot {
+    fn write(&self, top: &Path) {
+        for entry in std::fs::read_dir(top).unwrap().map(|it| it.unwrap().path()) {
+            if !entry.ends_with(".git") {
+                std::fs::remove_dir_all(entry).unwrap();
+            }
+        }
+        let (mut model, mut table) = ("shell S { }\n".to_owned(), "[codel]\n".to_owned());
+        let mut instances = String::new();
+        let mut activities = String::new();
+        for (name, it) in &self.activities {
+            let component = it.component;
+            let codel = component.to_lowercase();
+            let _ =
+                writeln!(model, "codel {codel}(): int\ncore K{component}(S) {{ update = {{ {codel}(); }} }}");
+            let _ = writeln!(model, "component {component}(S, K{component})");
+            let _ = write!(instances, "instance {name}: {component} ");
+            let priority = it.priority.map_or("background".to_owned(), |it| it.to_string());
+            let (period, cpu) = (it.period, it.cpu);
+            let _ = writeln!(
+                activities,
+                "activity {name} {{ priority = {priority} period = {period} cpus = [{cpu}] }}"
+            );
+            it.time.iter().for_each(|time| _ = writeln!(table, "{codel} = {time}"));
+        }
+        let deployment = self.deployment;
+        let _ = write!(
+            model,
+            "architecture A {{ {instances} }}\ndeployment {deployment} {{ architecture A\n{activities}}}\n"
+        );
+        if self.is_broken {
+            model = model.replace("architecture A {", "architecture A { instance");
+        }
+        let config = format!("platform.rt_throttling = false\ntiming.tables = [\"{}\"]\n", self.pattern);
+        write(&top.join(self.folder), &[("mauve.toml", &config), (self.model, &model), (self.table, &table)]);
+    }
+
+    /// The response time of each real-time activity by the equation of Joseph and Pandya, without this program: none where it
+    /// grows beyond the period, or a time is not known.
+    fn responses(&self) -> BTreeMap<&'static str, Option<u64>> {
+        let real_time = self.activities.iter().filter_map(|(name, it)| Some((*name, it, it.priority?)));
+        let real_time: Vec<_> = real_time.collect();
+        let of = |(_, it, priority): &(&str, &Activity, u32)| {
+            let others: Vec<&Activity> = real_time
+                .iter()
+                .filter(|(_, other, others)| other.cpu == it.cpu && others > priority)
+                .map(|(_, other, _)| *other)
+                .collect();
+            let own = it.time?;
+            let mut response = own;
+            loop {
+                let mut sum = own;
+                for other in &others {
+                    sum += response.div_ceil(other.period) * other.time?;
+                }
+                if sum == response || sum > 1000 {
+                    return Some(sum);
+                }
+                response = sum;
+            }
+        };
+        real_time.iter().map(|it| (it.0, of(it))).collect()
+    }
+}
+
+fn robot() -> Robot {
+    let activity = |component, priority, period, cpu, time| Activity {
+        component,
+        priority: Some(priority),
+        period,
+        cpu,
+        time: Some(time),
+    };
+    let activities = BTreeMap::from([
+        ("imu", activity("Imu", 9, 10, 1, 2)),
+        ("ctrl", activity("Control", 8, 20, 1, 5)),
+        ("nav", activity("Planner", 2, 100, 1, 21)),
+        ("map", activity("Slam", 1, 200, 2, 60)),
+        ("log", Activity { priority: None, ..activity("Log", 0, 100, 2, 3) }),
+    ]);
+    Robot {
+        deployment: "D",
+        activities,
+        folder: "robot",
+        model: "robot.mal",
+        table: "times.toml",
+        pattern: "*s.toml",
+        is_broken: false,
+    }
+}
+
+/// A commit: what it changes, what `diff` says of each figure that is different, and whether something is worse.
+type Step = (&'static str, fn(&mut Robot), &'static [&'static str], bool);
+
+fn change(robot: &mut Robot, name: &'static str, how: fn(&mut Activity)) {
+    how(robot.activities.get_mut(name).unwrap());
+}
+
+fn rename(robot: &mut Robot, from: &str, to: &'static str) {
+    let activity = robot.activities.remove(from).unwrap();
+    robot.activities.insert(to, activity);
+}
+
+const STEPS: [Step; 21] = [
+    ("a longer time", |it| change(it, "nav", |nav| nav.time = Some(30)), &["nav later"], true),
+    (
+        "a shorter period",
+        |it| change(it, "imu", |imu| imu.period = 8),
+        &["ctrl same", "imu limit", "nav later"],
+        true,
+    ),
+    ("a renamed instance", |it| rename(it, "ctrl", "control"), &["control (was ctrl) same"], false),
+    (
+        "a new activity",
+        |it| {
+            let gps = Activity { component: "Gps", priority: Some(7), period: 50, cpu: 2, time: Some(4) };
+            it.activities.insert("gps", gps);
+        },
+        &["gps new", "map later"],
+        true,
+    ),
+    (
+        "another order of priorities",
+        |it| change(it, "map", |map| map.priority = Some(8)),
+        &["gps missed", "map earlier"],
+        true,
+    ),
+    ("back", |it| change(it, "map", |map| map.priority = Some(1)), &["gps met", "map later"], true),
+    ("another CPU", |it| change(it, "nav", |nav| nav.cpu = 2), &["map later", "nav earlier"], true),
+    (
+        "an activity less",
+        |it| _ = it.activities.remove("gps"),
+        &["gps gone", "map earlier", "nav earlier"],
+        true,
+    ),
+    ("a broken model", |it| it.is_broken = true, &[], true),
+    ("the model corrected", |it| it.is_broken = false, &[], false),
+    ("a moved model", |it| it.model = "models/deep/robot.mal", &[], false),
+    ("a moved table", |it| (it.table, it.pattern) = ("timing/all.toml", "timing/*.toml"), &[], false),
+    (
+        "a table of another name",
+        |it| (it.table, it.pattern) = ("timing/all.times", "timing/*.times"),
+        &[],
+        false,
+    ),
+    ("a time less", |it| change(it, "nav", |nav| nav.time = None), &["map missed", "nav missed"], true),
+    ("a time again", |it| change(it, "nav", |nav| nav.time = Some(30)), &["map met", "nav met"], false),
+    ("too long a time", |it| change(it, "map", |map| map.time = Some(190)), &["map missed"], true),
+    ("a shorter time", |it| change(it, "map", |map| map.time = Some(50)), &["map met"], false),
+    (
+        "three renamed instances",
+        |it| {
+            [("imu", "imu0"), ("map", "slam"), ("nav", "planner")]
+                .iter()
+                .for_each(|(old, new)| rename(it, old, new))
+        },
+        &["imu0 (was imu) same", "planner (was nav) same", "slam (was map) same"],
+        false,
+    ),
+    (
+        "an activity in the background",
+        |it| change(it, "imu0", |imu| imu.priority = None),
+        &["control earlier", "imu0 lost"],
+        true,
+    ),
+    ("a renamed deployment", |it| it.deployment = "Robot", &[], false),
+    ("a moved project", |it| it.folder = "platform/robot", &[], false),
+];
+
+#[test]
+fn each_commit_of_a_history() {
+    let top = repository("all");
+    let mut states = vec![robot()];
+    states[0].write(&top);
+    commit(&top, "a robot");
+    for (message, step, ..) in STEPS {
+        let mut next = states.last().unwrap().clone();
+        step(&mut next);
+        next.write(&top);
+        commit(&top, message);
+        states.push(next);
+    }
+    let status = git(&top, &["status", "--porcelain"]);
+    for (index, (message, _, expected, is_worse)) in STEPS.iter().enumerate() {
+        let [old, new] = [&states[index], &states[index + 1]];
+        let names = [STEPS.len() - index, STEPS.len() - index - 1].map(|back| format!("HEAD~{back}"));
+        let [before, after] = &names;
+        let range = format!("{before}..{after}");
+        let moved = names
+            .each_ref()
+            .map(|it| format!("{it}:robot"))
+            .map(|it| it.replace("HEAD~0:", "HEAD~0:platform/"));
+        let arguments = match old.folder == new.folder {
+            true => vec![range.as_str(), "--format", "json"],
+            false => vec![moved[0].as_str(), moved[1].as_str(), "--format", "json"],
+        };
+        let run = diff(&top, &arguments);
+        let found = document(&run);
+        assert_eq!(
+            (run.code, &found["worse"]),
+            (i32::from(*is_worse), &json!(is_worse)),
+            "{message}: {run:?}"
+        );
+        let figures = &found["deployments"][0]["figures"];
+        assert_eq!(found["deployments"].as_array().unwrap().len(), 1, "{message}: {run:?}");
+        let rows = figures["activities"].as_array().unwrap();
+        let is_same = |row: &Value| row["change"] == "same" && row.get("was").is_none();
+        let shown = |row: &Value| {
+            let was = row.get("was").map_or(String::new(), |was| format!(" (was {})", was.as_str().unwrap()));
+            format!("{}{was} {}", row["name"].as_str().unwrap(), row["change"].as_str().unwrap())
+        };
+        let mut changed: Vec<String> = rows.iter().filter(|it| !is_same(it)).map(shown).collect();
+        changed.sort();
+        let expected: Vec<&str> = expected.iter().copied().filter(|it| *it != "ctrl same").collect();
+        if !old.is_broken && !new.is_broken {
+            assert_eq!(changed, expected, "{message}: {run:?}");
+        }
+        // Every figure is that of the equation.
+        for (side, state) in [("before", old), ("after", new)] {
+            for (name, response) in state.responses().into_iter().filter(|_| !state.is_broken) {
+                let called = |row: &&Value| match side {
+                    "before" => row.get("was").unwrap_or(&row["name"]) == name && !row["before"].is_null(),
+                    _ => row["name"] == name && !row["after"].is_null(),
+                };
+                let figure =
+                    &rows.iter().find(called).unwrap_or_else(|| panic!("{message}: {name} in {run:?}"))[side];
+                let period = state.activities[name].period;
+                let is_met = response.is_some_and(|it| it <= period);
+                assert_eq!(figure["status"] == "met", is_met, "{message}: {name} in {run:?}");
+                if is_met {
+                    assert_eq!(
+                        (&figure["time"], &figure["limit"]),
+                        (&json!(response), &json!(period)),
+                        "{message}: {name}"
+                    );
+                }
+            }
+        }
+    }
+    assert_eq!(git(&top, &["status", "--porcelain"]), status);
+    // The broken state: no deadline is proved.
+    let broken = diff(&top, &["HEAD~13..HEAD~12"]);
+    assert!(broken.code == 1 && broken.out.contains("not proved: the project has "), "{broken:?}");
+    let mended = diff(&top, &["HEAD~12..HEAD~11", "robot"]);
+    assert!(mended.code == 0 && mended.out.contains("before, nothing was proved"), "{mended:?}");
+    // What the execution times explain.
+    let first = diff(&top, &["HEAD~21..HEAD~20"]);
+    let expected =
+        "D at 1e-4: 4 of 4 deadlines met, as before\n  activity  before         after\n  nav       ";
+    assert!(first.out.contains(expected), "{first:?}");
+    assert!(first.out.contains("  execution times: planner 21 → 30 ms\n"), "{first:?}");
+    let second = diff(&top, &["HEAD~20..HEAD~19"]);
+    assert!(second.out.contains("period 10 ms → 8 ms"), "{second:?}");
+}
+
+#[test]
+fn the_states_that_arguments_name() {
+    let top = repository("states");
+    let mut it = robot();
+    it.write(&top);
+    commit(&top, "first");
+    git(&top, &["branch", "old"]);
+    git(&top, &["checkout", "--quiet", "-b", "topic"]);
+    change(&mut it, "nav", |nav| nav.time = Some(30));
+    it.write(&top);
+    commit(&top, "second");
+    git(&top, &["checkout", "--quiet", "main"]);
+    let mut other = robot();
+    change(&mut other, "map", |map| map.time = Some(70));
+    other.write(&top);
+    commit(&top, "third");
+    other.activities.get_mut("imu").unwrap().time = Some(3);
+    other.write(&top);
+    // The times of `map`, `nav` and `imu` tell the states apart.
+    let first = "map 60, nav 21, imu 2";
+    let second = "map 60, nav 30, imu 2";
+    let third = "map 70, nav 21, imu 2";
+    let disk = "map 70, nav 21, imu 3";
+    for (arguments, expected) in [
+        (&[][..], [third, disk]),
+        (&["robot"], [third, disk]),
+        (&["robot/mauve.toml"], [third, disk]),
+        (&["old"], [first, disk]),
+        (&["old", "robot"], [first, disk]),
+        (&["robot", "old"], [disk, first]),
+        (&["old", "topic"], [first, second]),
+        (&["old..topic"], [first, second]),
+        (&["old..topic", "robot"], [first, second]),
+        (&["main..topic"], [third, second]),
+        (&["main...topic"], [first, second]),
+        (&["topic...", "robot"], [first, third]),
+        (&["git:old"], [first, disk]),
+        (&["old:robot", "robot"], [first, disk]),
+        (&["old:./robot", "topic:robot"], [first, second]),
+        (&["robot", "./robot"], [disk, disk]),
+        (&["topic^{/second}", "robot"], [second, disk]),
+    ] {
+        let run = diff(&top, &[arguments, &["--format", "json"]].concat());
+        let found = document(&run);
+        let rows = &found["deployments"][0]["figures"]["activities"];
+        let time = |side: &str, name: &str| {
+            let row = rows.as_array().unwrap().iter().find(|row| row["name"] == name).unwrap();
+            row[side]["time"].as_u64().unwrap()
+        };
+        let own = |side: &str| {
+            // `map` is alone on its CPU, `imu` has the highest priority; R of `nav` is 39 or 54 with 21 ms, 57 with 30 ms.
+            let imu = time(side, "imu");
+            let nav = if time(side, "nav") < 57 { 21 } else { 30 };
+            format!("map {}, nav {nav}, imu {imu}", time(side, "map"))
+        };
+        assert_eq!(["before", "after"].map(own), expected.map(str::to_owned), "{arguments:?}: {run:?}");
+    }
+    // Below the top, and with a revision that is called like a file.
+    let below = diff(&top.join("robot"), &["old"]);
+    assert!(below.code == 1 && below.out.starts_with("old ("), "{below:?}");
+    std::fs::create_dir(top.join("old")).unwrap();
+    for (arguments, expected) in [
+        (
+            &["old"][..],
+            "`old` is a path and a revision: write `./old` for the path, `git:old` for the revision",
+        ),
+        (&["nothing"], "`nothing` is neither a path nor a revision"),
+        (&["robot", "old..topic"], "a range such as `main..HEAD` names both states: only a PATH may follow"),
+        (&["old..topic", "topic"], "a range such as `main..HEAD` names both states: only a PATH may follow"),
+        (&["main", "--deployment", "X"], "neither state has a deployment `X`: nothing to compare"),
+        (&["main", "--tolerance", "much"], "expected a time or percent, such as 2ms or 5%"),
+    ] {
+        let run = diff(&top, arguments);
+        assert!(run.code == 2 && run.err.contains(expected), "{arguments:?}: {run:?}");
+    }
+    let outside = diff(Path::new("/"), &["HEAD"]);
+    assert!(outside.code == 2 && outside.err.contains("is in no repository that git reads"), "{outside:?}");
+}
+
+#[test]
+fn a_tolerance_and_what_is_new_or_gone() {
+    let top = repository("tolerance");
+    robot().write(&top);
+    commit(&top, "before");
+    let mut it = robot();
+    change(&mut it, "map", |map| map.time = Some(63));
+    it.write(&top);
+    for (tolerance, code) in [("0", 1), ("2ms", 1), ("3ms", 0), ("4%", 1), ("5%", 0)] {
+        let run = diff(&top, &["--tolerance", tolerance]);
+        assert_eq!(run.code, code, "{tolerance}: {run:?}");
+    }
+    // A deadline that is missed is worse, whatever the tolerance.
+    change(&mut it, "map", |map| map.time = Some(201));
+    it.write(&top);
+    assert_eq!(diff(&top, &["--tolerance", "1000%"]).code, 1);
+    // The first models of a repository, and the last.
+    git(&top, &["rm", "--quiet", "-r", "--cached", "."]);
+    git(&top, &["commit", "--quiet", "--message", "nothing"]);
+    robot().write(&top);
+    let new = diff(&top, &[]);
+    assert!(new.code == 0 && new.out.contains("D at 1e-4: new: 4 of 4 deadlines met"), "{new:?}");
+    let gone = diff(&top, &["HEAD~1..HEAD"]);
+    assert!(gone.code == 1 && gone.out.contains("D at 1e-4: gone"), "{gone:?}");
+    let nothing = diff(&top, &["HEAD..HEAD"]);
+    assert!(nothing.code == 2 && nothing.err.contains("neither state has a deployment"), "{nothing:?}");
+}
+
+#[test]
+fn markdown_begins_with_the_verdict() {
+    let top = repository("markdown");
+    let mut it = robot();
+    it.write(&top);
+    commit(&top, "before");
+    change(&mut it, "nav", |nav| nav.time = Some(90));
+    it.write(&top);
+    let run = diff(&top, &["--format", "markdown"]);
+    let id = git(&top, &["rev-parse", "HEAD"]);
+    let expected = format!(
+        "❌ **Response times:** 1 figure worse\n\n**`D`** at 1e-4: 4 → 3 of 4 deadlines met\n\n\
+         | activity | before | after | |\n|---|---|---|---|\n\
+         | `nav` | `✓ 39 / 100 ms` | `✗ CPU 1 overloaded (135.0 %)` | `no longer met` |\n\n4 activities as before\n\n\
+         CPU 1 utilisation: 66.0 % → 135.0 %\n\nexecution times: planner 21 → 90 ms\n\n\
+         <sub>mauve diff: HEAD ({}) → the working folder</sub>\n",
+        &id[..10]
+    );
+    assert_eq!((run.code, run.out.as_str()), (1, expected.as_str()));
+}
