@@ -49,6 +49,7 @@
 //! | `simulation.rs` | [`Tasks::simulate`]: one of the possible schedules, at random |
 //! | `worst_case.rs` | [`Tasks::worst_case`]: the schedule behind a response time |
 //! | `longest_way.rs` | [`Tasks::longest_way`]: a schedule in which data takes long along a chain |
+//! | `certificate.rs` | [`Tasks::certificate`]: why deadlines are met, for an independent checker |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
@@ -57,6 +58,7 @@
 //! measures.
 
 mod breakdown;
+mod certificate;
 mod chain;
 mod cpu_set;
 mod cycle_mean;

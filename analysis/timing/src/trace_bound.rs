@@ -265,6 +265,12 @@ impl Period {
         Some(Period { base, vectors, gains })
     }
 
+    /// Returns the base, c, and K by state.
+    pub(crate) fn form(&self) -> (u64, u64, &[u64]) {
+        let length = self.vectors.len().checked_div(self.gains.len()).unwrap_or(0);
+        (self.base, length as u64, &self.gains)
+    }
+
     /// Returns what is computed from the entries (yₙ\[s\], K\[s\]) of each of the c steps.
     pub(crate) fn laps<F>(&self, of_step: impl Fn(&mut dyn Iterator<Item = (u64, u64)>) -> F) -> Laps<F> {
         let gains = || self.gains.iter().copied();

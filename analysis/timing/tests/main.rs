@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`certificates`] | an independent checker accepts certificates, and no false ones |
 //! | [`chains`] | the ages of data in every schedule of small systems |
 //! | [`late_jobs`] | late jobs in every choice of an opponent, simulated, and counted |
 //! | [`lateness`] | missions in which executions take longer now and then |
@@ -14,6 +15,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod certificates;
 mod chains;
 mod late_jobs;
 mod lateness;

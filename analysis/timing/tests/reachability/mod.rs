@@ -22,4 +22,4 @@ mod explore;
 pub(crate) mod random;
 mod scheduler;
 mod suspended;
-mod system;
+pub(crate) mod system;

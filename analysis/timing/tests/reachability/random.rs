@@ -61,6 +61,36 @@ enum Kind {
     AllCpusWithMore,
 }
 
+/// Returns a system of one of all kinds.
+pub(crate) fn system_of_any_kind(random: &mut Random) -> System {
+    const KINDS: [Kind; 22] = [
+        Kind::OneCpu(2),
+        Kind::OneCpu(4),
+        Kind::Paths,
+        Kind::SeveralCpus,
+        Kind::LinkedCpus,
+        Kind::Jitter,
+        Kind::JitterOnSeveralCpus,
+        Kind::Operations(Calls::BetweenPeriods),
+        Kind::Offsets,
+        Kind::Clocks,
+        Kind::OffsetsOnSeveralCpus,
+        Kind::Waits,
+        Kind::WaitsOnSeveralCpus,
+        Kind::Locks,
+        Kind::LocksAndWaits,
+        Kind::LocksOnSeveralCpus,
+        Kind::Threads,
+        Kind::ThreadsWithMore,
+        Kind::Sporadic,
+        Kind::SporadicWithMore,
+        Kind::AllCpus,
+        Kind::AllCpusWithMore,
+    ];
+    let kind = KINDS[random.below(KINDS.len() as u64) as usize];
+    random.system(kind)
+}
+
 /// SplitMix64.
 pub(crate) struct Random(pub(crate) u64);
 

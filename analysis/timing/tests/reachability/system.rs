@@ -302,8 +302,8 @@ impl System {
         (plain != *self).then_some(plain)
     }
 
-    /// Returns the analysis of the system by one method.
-    pub(crate) fn analyse(&self, method: Method) -> SetAnalysis {
+    /// Returns its tasks as the analysis has them.
+    pub(crate) fn set(&self) -> Tasks {
         let operation = |served: &Served| Operation {
             provider: served.provider,
             client: served.client,
@@ -314,7 +314,12 @@ impl System {
         let mut set = Tasks::new(self.tasks.iter().map(Task::activity).collect());
         set.operations = self.operations.iter().map(operation).collect();
         set.locks = self.locks.iter().map(Shared::lock).collect();
-        set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
+        set
+    }
+
+    /// Returns the analysis of the system by one method.
+    pub(crate) fn analyse(&self, method: Method) -> SetAnalysis {
+        self.set().response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
     }
 
     /// Returns the bound of each task by one method.
