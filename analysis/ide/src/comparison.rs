@@ -5,7 +5,8 @@
 //! the same, changed   → [`Figures`] ─┴→ [`Comparison`]: a row for each activity and each chain
 //! ```
 //!
-//! Figures belong to no database, so that the states may come from two.
+//! Figures belong to no database, so that the states may come from two. A client may keep them as a text, for the state in which it
+//! began.
 
 use std::path::PathBuf;
 
@@ -16,11 +17,14 @@ use mauve_timing::{Priority, Status, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
-use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure};
+use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure, met};
+
+mod kept;
 
 /// All figures of a deployment in one state.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Figures {
     /// The deployment.
     pub deployment: String,
@@ -39,19 +43,24 @@ pub struct Figures {
     /// The utilisation of each CPU that is used: `CPU 1`, `99.4 %`.
     pub cpus: Vec<(String, String)>,
     /// The execution time of each codel and program, by its key in timing tables.
+    #[serde(with = "kept")]
     pub times: Vec<(String, Option<Time>)>,
 }
 
 /// The figure of an activity or a chain.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Figure {
     /// The instance, or the name of the chain.
+    #[serde(with = "kept")]
     pub name: Name,
     /// Whether it is met. That of a chain without a limit is [`Status::Background`].
+    #[serde(with = "kept")]
     pub status: Status,
     /// The response time, or the latency.
+    #[serde(with = "kept")]
     pub time: Option<Time>,
     /// The deadline, or the limit of the latency.
+    #[serde(with = "kept")]
     pub limit: Option<Time>,
     /// In the one form of a figure, as for a hint.
     pub shown: String,
@@ -64,10 +73,23 @@ pub struct Figure {
 }
 
 /// What a renamed activity or chain keeps.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 enum Identity {
-    Activity { component: Name, priority: Priority, cpus: String, times: [Option<Time>; 2] },
-    Chain { ends: Option<[(Name, String); 2]>, through: Vec<Name> },
+    Activity {
+        #[serde(with = "kept")]
+        component: Name,
+        #[serde(with = "kept")]
+        priority: Priority,
+        cpus: String,
+        #[serde(with = "kept")]
+        times: [Option<Time>; 2],
+    },
+    Chain {
+        #[serde(with = "kept")]
+        ends: Option<[(Name, String); 2]>,
+        #[serde(with = "kept")]
+        through: Vec<Name>,
+    },
 }
 
 /// Two states of a deployment.
@@ -236,6 +258,18 @@ impl Figures {
             cpus: report.cpus.iter().map(of_cpu).collect(),
             times: times.map(|it| (it.of.key(db), it.time(db, query.level))).collect(),
         }
+    }
+
+    /// Returns the same where slack below this share of the deadline, in percent, is little.
+    pub fn with_tight_slack(mut self, percent: u32) -> Figures {
+        for it in self.activities.iter_mut().chain(&mut self.chains) {
+            let (Status::Met, Some(time), Some(limit)) = (it.status, it.time, it.limit) else { continue };
+            let (mark, hint) = met(time, limit, percent);
+            if let Some(rest) = it.shown.strip_prefix(['✓', '!']) {
+                (it.shown, it.hint) = (format!("{mark}{rest}"), hint);
+            }
+        }
+        self
     }
 
     /// Returns whether every deadline is proved.
@@ -452,6 +486,31 @@ impl Compared {
         .filter(|(field, ..)| *field != "deadline" || (&period, &new_period) != (&deadline, &new_deadline))
         .map(|(field, before, after)| format!("{field} {before} → {after}"))
         .collect()
+    }
+
+    /// Returns the figure, as it was and is: `✓ 53 → 47 / 100 ms`, or `✗ 53 / 50 → ✓ 47 / 100 ms` where the deadlines are different.
+    pub fn figure(&self) -> String {
+        let (before, after) = match (&self.before, &self.after) {
+            (Some(before), Some(after)) if before.shown != after.shown => (&before.shown, &after.shown),
+            (_, Some(figure)) | (Some(figure), None) => return figure.shown.clone(),
+            (None, None) => return String::new(),
+        };
+        // The mark, the time, and what is behind it.
+        let parts = |shown: &str| {
+            let (mark, figure) = shown.split_at_checked(shown.find(|it: char| it.is_ascii_digit())?)?;
+            let (time, rest) = figure.split_at_checked(figure.find(' ')?)?;
+            let is_figure = matches!(mark.trim_end_matches("≤ ").trim_end(), "" | "✓" | "!" | "✗");
+            is_figure.then(|| (mark.to_owned(), time.to_owned(), rest.to_owned()))
+        };
+        match (parts(before), parts(after)) {
+            (Some((_, one, rest)), Some((mark, other, same))) if rest == same => {
+                format!("{mark}{one} → {other}{rest}")
+            }
+            (Some(_), Some(_)) if after.ends_with(" ms") => {
+                format!("{} → {after}", before.strip_suffix(" ms").unwrap_or(before))
+            }
+            _ => format!("{before} → {after}"),
+        }
     }
 
     /// Returns the two figures: `✗ 113 / 100 ms`, `✓ 53 / 100 ms`; `–` where it does not exist.

@@ -4,6 +4,7 @@ use mauve_diagnostics::short_reason;
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time, Unit};
 use mauve_wcrt::ActivityReport;
+use serde::{Deserialize, Serialize};
 
 /// The maximum length of a hint, in characters.
 pub(crate) const MOST_CHARACTERS: usize = 32;
@@ -12,7 +13,7 @@ pub(crate) const MOST_CHARACTERS: usize = 32;
 pub const TIGHT_SLACK: u32 = 10;
 
 /// What the figure of a hint says, for its colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum HintStatus {
     /// Deadlines are met with slack; a CPU has capacity left.
     Met,
@@ -63,11 +64,8 @@ pub fn figure<'db>(
     match (activity.verdict, activity.response) {
         (Status::Background, _) => (["– not real-time", "–"].map(str::to_owned).to_vec(), HintStatus::Time),
         (Status::Met, Some(response)) => {
-            let slack = deadline.checked_sub(response).unwrap_or_default();
-            match is_tight(slack, deadline, tight_slack) {
-                true => (with_response("!", response), HintStatus::Tight),
-                false => (with_response("✓", response), HintStatus::Met),
-            }
+            let (mark, status) = met(response, deadline, tight_slack);
+            (with_response(mark, response), status)
         }
         (Status::Missed, Some(response)) => (with_response("✗", response), HintStatus::Missed),
         (Status::NotAnalysed, _) => {
@@ -126,12 +124,20 @@ pub fn chain_figure(
     let Some(limit) = limit else {
         return (vec![format!("≤ {}", short(latency))], HintStatus::Time);
     };
-    let (mark, status) = match limit.checked_sub(latency) {
-        None => ("✗", HintStatus::Missed),
-        Some(slack) if is_tight(slack, limit, tight_slack) => ("!", HintStatus::Tight),
-        Some(_) => ("✓", HintStatus::Met),
+    let (mark, status) = match latency > limit {
+        true => ("✗", HintStatus::Missed),
+        false => met(latency, limit, tight_slack),
     };
     (response_texts(&format!("{mark} ≤"), compared(latency, limit), false), status)
+}
+
+/// Returns the mark of a deadline that is met, and its colour.
+pub(crate) fn met(response: Time, deadline: Time, tight_slack: u32) -> (&'static str, HintStatus) {
+    let slack = deadline.checked_sub(response).unwrap_or_default();
+    match is_tight(slack, deadline, tight_slack) {
+        true => ("!", HintStatus::Tight),
+        false => ("✓", HintStatus::Met),
+    }
 }
 
 /// Whether slack is below this share of the deadline, in percent.

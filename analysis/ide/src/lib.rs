@@ -41,6 +41,7 @@
 //! | `probability.rs` | how probable it is that an activity is late, as a drawing |
 //! | `probability_plot.rs` | a probability over a time, as SVG |
 //! | `comparison.rs` | the figures of a deployment in two states beside each other |
+//! | `comparison_drawing.rs` | the figures of two states as a drawing |
 //! | `what_if.rs` | a deployment with other values, which nobody writes |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
@@ -57,6 +58,7 @@ mod change;
 mod code_actions;
 mod code_lens;
 mod comparison;
+mod comparison_drawing;
 mod completion;
 mod connections;
 mod declaration;
@@ -110,6 +112,7 @@ pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};
 pub use comparison::{Compared, Comparison, Figure, FigureChange, Figures};
+pub use comparison_drawing::draw_comparison;
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
@@ -144,6 +147,6 @@ pub use signature_help::{Signature, signature_help};
 pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
-pub use what_if::{compared, edit_of_fields, what_if};
+pub use what_if::{compared, edit_of_fields, what_if, what_if_change};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};
 pub use worst_schedule::{WayOf, WorstOf, no_chain, no_worst_case};

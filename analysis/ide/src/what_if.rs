@@ -60,12 +60,26 @@ pub fn what_if<'db>(
     query: Query,
     values: &[String],
 ) -> Result<Comparison, String> {
+    compared(db, project, of, query, &what_if_change(db, project, of, query, values)?)
+}
+
+/// Returns the edits that write the values of [`what_if`].
+///
+/// # Errors
+///
+/// What is wrong with a value, and what to write.
+pub fn what_if_change<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    values: &[String],
+) -> Result<Change, String> {
     let mut settings = Vec::new();
     for value in values {
         settings.push(setting(db, project, of, query, value)?);
     }
-    let change = change_of(db, of, &settings)?;
-    compared(db, project, of, query, &change)
+    change_of(db, of, &settings)
 }
 
 /// Returns the figures of a deployment as it is, beside those after a change of texts.
@@ -206,10 +220,24 @@ fn change_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, settings: &[Setting<'db>]
         }
     }
     for (file, text) in texts.into_values() {
-        let range = TextRange::up_to(TextSize::of(&**file.text(db)));
-        change.replace(file, Replacement { range, text });
+        change.replace(file, difference(file.text(db), &text));
     }
     Ok(change)
+}
+
+/// Returns the smallest replacement that makes the one text of the other: an editor keeps its cursors elsewhere.
+fn difference(old: &str, new: &str) -> Replacement {
+    let same = |(a, b): &(char, char)| a == b;
+    let length = |it: (char, char)| it.0.len_utf8();
+    let start: usize = old.chars().zip(new.chars()).take_while(same).map(length).sum();
+    let [rest, new] = [old, new].map(|it| it.get(start..).unwrap_or_default());
+    let end: usize = rest.chars().rev().zip(new.chars().rev()).take_while(same).map(length).sum();
+    let to = |text: &str| text.len() - end;
+    let offset = |at: usize| TextSize::try_from(at).unwrap_or_default();
+    Replacement {
+        range: TextRange::new(offset(start), offset(start + to(rest))),
+        text: new.get(..to(new)).unwrap_or_default().to_owned(),
+    }
 }
 
 /// Returns the edit that writes these values of activities: each in the place of the present one. A missing field stands where it
@@ -319,5 +347,23 @@ mod tests {
               activity c { affinity = 1 priority = 1 }
             }"#]]
         .assert_eq(&edited);
+    }
+
+    #[test]
+    fn only_what_differs_is_replaced() {
+        for (old, new, range, text) in [
+            ("a = 1\nb = 2", "a = 1\nb = 3", 10..11, "3"),
+            ("a = 11", "a = 1", 5..6, ""),
+            ("a = 1", "a = 11", 5..5, "1"),
+            ("é = 1", "é = 2\n", 5..6, "2\n"),
+            ("", "x", 0..0, "x"),
+            ("same", "same", 4..4, ""),
+        ] {
+            let found = difference(old, new);
+            assert_eq!(
+                (usize::from(found.range.start())..usize::from(found.range.end()), &*found.text),
+                (range, text)
+            );
+        }
     }
 }
