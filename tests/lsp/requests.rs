@@ -308,6 +308,66 @@ fn chains_of_a_deployment_follow_the_text() {
 }
 
 #[test]
+fn what_if_compares_with_the_state_of_the_first_answer() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let mut params = json!({"textDocument": {"uri": text.uri}});
+    let found = client.call("mauve/whatIf", params.clone()).unwrap();
+    assert_eq!(
+        (&found["deployment"], &found["verdict"]),
+        (&json!("P3dxDeployment"), &json!("9 of 9 deadlines met, as before"))
+    );
+    assert_eq!((&found["edit"], &found["reasons"]), (&Value::Null, &json!([])));
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    params["before"] = found["before"].clone();
+
+    // Values that are not in the text.
+    params["values"] = json!(["hokuyo.deadline=50", "teleop.period=200"]);
+    let found = client.call("mauve/whatIf", params.clone()).unwrap();
+    assert_eq!(
+        (&found["verdict"], &found["schedulable"]),
+        (&json!("9 → 8 of 9 deadlines met"), &json!(false))
+    );
+    let first = found["rows"].as_array().unwrap().iter().find(|it| it["name"] == "hokuyo").unwrap();
+    let figures = (&first["name"], &first["figure"], &first["change"], &first["status"]);
+    assert_eq!(
+        figures,
+        (&json!("hokuyo"), &json!("✓ 53 / 100 → ✗ 53 / 50 ms"), &json!("missed"), &json!("missed"))
+    );
+    assert_eq!(first["location"]["uri"], json!(text.uri));
+    assert!(found["drawing"].as_str().unwrap().contains("data-row=\"1\"><title>hokuyo: "), "{found}");
+    let edits = found["edit"].to_string();
+    assert!(edits.contains("\"newText\":\"50\"") && edits.contains("\"newText\":\"200\""), "{edits}");
+
+    // The same in the text: the state before stays.
+    params["values"] = json!([]);
+    params["drawing"] = json!("text");
+    client.edit(
+        &mut text,
+        "priority = 9   period = 100   deadline = 100",
+        "priority = 9   period = 100   deadline = 50",
+    );
+    let found = client.call("mauve/whatIf", params.clone()).unwrap();
+    assert_eq!(
+        (&found["verdict"], &found["before"]),
+        (&json!("9 → 8 of 9 deadlines met"), &params["before"])
+    );
+    let drawing = found["drawing"].as_str().unwrap();
+    assert!(drawing.contains("✓ 53 / 100 → ✗ 53 / 50 ms") && drawing.contains("no longer met"), "{drawing}");
+
+    for (values, before, message) in [
+        ("hokuyo.period=fast", None, "hokuyo.period=fast"),
+        ("hokuyo.perod=5", None, "did you mean `hokuyo.period`?"),
+        ("hokuyo.period=200", Some("{}"), "`before` is not that of an answer"),
+    ] {
+        params["values"] = json!([values]);
+        params["before"] = json!(before);
+        let error = client.call("mauve/whatIf", params.clone()).unwrap_err();
+        assert!(error["message"].as_str().unwrap().contains(message), "{error}");
+    }
+}
+
+#[test]
 fn execution_times_of_a_codel_at_all_levels() {
     let mut client = robot();
     let text = client.open_file(&models().join("p3dx/deployment.mal"));

@@ -57,6 +57,8 @@ pub enum LensDrawing {
     StateMachine,
     /// Of an architecture: how long data takes in its deployments.
     Chains,
+    /// Of a deployment: its figures beside those with other values.
+    WhatIf,
 }
 
 /// Returns the lenses of a file, in text order; without a project, those that need none.
@@ -93,6 +95,7 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
                     add("Architecture".to_owned(), LensAction::Show(vec![place]));
                     add("Graph".to_owned(), LensAction::Draw(LensDrawing::Architecture));
                     add("Schedule".to_owned(), LensAction::Draw(LensDrawing::Schedule));
+                    add("What if…".to_owned(), LensAction::Draw(LensDrawing::WhatIf));
                 }
             }
             Kind::Component => {
@@ -247,6 +250,7 @@ architecture B { import A  instance c: P }
                 D: Architecture -> /model.mal 210..211 A
                 D: Graph -> draw Architecture
                 D: Schedule -> draw Schedule
+                D: What if… -> draw WhatIf
             "#]],
         );
     }

@@ -60,6 +60,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
         .custom_method("mauve/schedule", Backend::schedule)
         .custom_method("mauve/probability", Backend::probability)
         .custom_method("mauve/chains", Backend::chains)
+        .custom_method("mauve/whatIf", Backend::what_if)
         .custom_method("mauve/executionTimes", Backend::execution_times)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
@@ -289,6 +290,7 @@ impl Backend {
         schedule(schedule::ScheduleParams) -> Value => schedule::schedule;
         state_machine(state_machine::StateMachineParams) -> Value => state_machine::state_machine;
         syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
+        what_if(what_if::WhatIfParams) -> Value => what_if::what_if;
     }
 
     async fn status(&self) -> Result<Value> {

@@ -94,6 +94,8 @@ capabilities! {
         draws: bool,
         /// Whether it implements the one that shows chains.
         draws_chains: bool,
+        /// Whether it implements the one that shows figures beside those with other values.
+        draws_what_if: bool,
         encoding: Encoding,
         /// Whether it keeps an empty line after text that is inserted into an empty file.
         keeps_last_line: bool,
@@ -144,6 +146,7 @@ impl Capabilities {
             code_actions: at("/textDocument/codeAction/codeActionLiteralSupport").is_some(),
             draws: LENS_DRAWINGS.into_iter().all(draws),
             draws_chains: draws(LensDrawing::Chains),
+            draws_what_if: draws(LensDrawing::WhatIf),
             encoding: Encoding::negotiated(knows),
             keeps_last_line: name == "Neovim",
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops

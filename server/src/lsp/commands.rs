@@ -31,5 +31,6 @@ pub(crate) fn drawing_command(drawing: LensDrawing) -> &'static str {
         LensDrawing::Schedule => "mauve.showSchedule",
         LensDrawing::StateMachine => "mauve.showStateMachine",
         LensDrawing::Chains => "mauve.showChains",
+        LensDrawing::WhatIf => "mauve.whatIf",
     }
 }

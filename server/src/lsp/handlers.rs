@@ -29,6 +29,7 @@ pub(crate) mod signature_help;
 pub(crate) mod state_machine;
 pub(crate) mod status;
 pub(crate) mod syntax_tree;
+pub(crate) mod what_if;
 pub(crate) mod workspace_symbols;
 
 use serde::Serialize;

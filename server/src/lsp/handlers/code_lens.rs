@@ -6,8 +6,8 @@
 //! - `mauve.chooseSignificance` lets the user choose a level. A client without it gets a lens for each other level.
 //! - `mauve.showReferences` shows locations. Its arguments are an address, a position in it, and locations: what
 //!   `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the lens does nothing.
-//! - `mauve.showArchitecture`, `mauve.showSchedule`, `mauve.showStateMachine` and `mauve.showChains` show drawings of the declaration
-//!   at a position. Their arguments are an address and an object with the `position`. A client without them gets no such lenses.
+//! - `mauve.showArchitecture`, `mauve.showSchedule`, `mauve.showStateMachine`, `mauve.showChains` and `mauve.whatIf` show drawings of
+//!   the declaration at a position. Their arguments are an address and an object with the `position`. A client without them gets no such lenses.
 
 use mauve_ide::{LensAction, LensDrawing};
 use mauve_timing::Level;
@@ -72,6 +72,7 @@ fn commands(snapshot: &Snapshot, uri: &Url, range: Range, title: String, action:
         LensAction::Draw(drawing)
             if match drawing {
                 LensDrawing::Chains => snapshot.capabilities.draws_chains,
+                LensDrawing::WhatIf => snapshot.capabilities.draws_what_if,
                 _ => snapshot.capabilities.draws,
             } =>
         {
