@@ -1,6 +1,6 @@
 // The server's answers that panels and the tree show, as far as they are read, and the messages between a panel and the
 // extension.
-import type { Location, Position } from "vscode-languageclient";
+import type { Location, Position, WorkspaceEdit } from "vscode-languageclient";
 
 /** What all answers have. */
 interface Drawn {
@@ -132,6 +132,28 @@ export interface Probability extends Drawn {
   reasons: string[];
 }
 
+/** A figure in one of two states. */
+interface InState {
+  figure: string;
+  status: string;
+  reasons: string[];
+}
+
+/** Of `mauve/whatIf`. */
+export interface WhatIf extends Drawn {
+  deployment: string;
+  significance: number;
+  /** `8 → 9 of 9 deadlines met` */
+  verdict: string;
+  schedulable: boolean;
+  rows: { name: string; figure: string; status: string; words: string; before: InState | null; after: InState | null; location: Location | null }[];
+  /** The state that the figures are compared with, for the next request. */
+  before: string;
+  /** Writes the values; null without any. */
+  edit: WorkspaceEdit | null;
+  reasons: string[];
+}
+
 /** The answers of the kinds of panels. */
 export interface Answers {
   architecture: Graph;
@@ -140,6 +162,7 @@ export interface Answers {
   chains: Chains;
   executionTimes: ExecutionTimes;
   probability: Probability;
+  whatIf: WhatIf;
 }
 
 export type PanelKind = keyof Answers;
@@ -156,6 +179,9 @@ export interface Subject {
   instance?: string;
   /** The chain that is lit in the architecture. */
   chain?: string;
+  /** Other values, which the text does not have, and the state that they are compared with. */
+  values?: string[];
+  before?: string;
 }
 
 /** An element of a drawing: its kind, as in the attribute `data-state`, and its number there, such as `state:3`. */
@@ -173,6 +199,8 @@ export type ToPanel =
   | { type: "mark"; why: string }
   /** Why there is no drawing. */
   | { type: "problem"; message: string }
+  /** The text with other values: they are in the model now. */
+  | { type: "values"; text: string }
   /** The elements that are declared at the cursor. */
   | { type: "light"; items: Item[] };
 
@@ -181,4 +209,6 @@ export type FromPanel =
   | { type: "go"; item: Item }
   | { type: "choose"; value: string }
   | { type: "lightChain"; chain: string }
+  | { type: "values"; text: string }
+  | { type: "apply" | "reset" }
   | { type: "chooseLevel" | "save" | "copy" };

@@ -9,6 +9,7 @@ const lensCommands = [
   "mauve.showSchedule",
   "mauve.showStateMachine",
   "mauve.showChains",
+  "mauve.whatIf",
 ];
 
 /** What the server is told of this extension, beside what the client can do. */

@@ -1,4 +1,4 @@
-import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Probability, Schedule, Subject } from "./answers";
+import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Probability, Schedule, Subject, WhatIf } from "./answers";
 
 /** Sends a request to the server. */
 export type Request = <T>(method: string, parameters: object) => Promise<T>;
@@ -80,6 +80,16 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
     },
     choose: (subject, instance) => ({ ...subject, instance }),
+  },
+  whatIf: {
+    title: "What if",
+    load: async (request, subject) => {
+      const { values = [], before } = subject;
+      const withValues: Request = (method, parameters) => request(method, { ...parameters, values, before });
+      const answer = await named(withValues, "mauve/whatIf", "deployment", subject, (it: WhatIf) => it.deployment);
+      return { answer, subject: { ...subject, name: answer.deployment, before: answer.before }, choices: [], chosen: "" };
+    },
+    choose: (subject) => subject,
   },
 };
 

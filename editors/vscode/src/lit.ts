@@ -5,7 +5,7 @@ import type { Answers, Item, PanelKind } from "./answers";
 export type Places = Map<Item, (Location | null)[]>;
 
 /** The parts of answers that have elements in the drawing, and the kinds of these. */
-const parts = { nodes: "instance", states: "state", edges: "edge", activities: "activity", levels: "level", chains: "chain", hops: "hop" };
+const parts = { nodes: "instance", states: "state", edges: "edge", activities: "activity", levels: "level", chains: "chain", hops: "hop", rows: "row" };
 
 /** What a part of an answer may have. */
 interface Part {

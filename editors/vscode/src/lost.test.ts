@@ -1,6 +1,6 @@
 import assert from "node:assert";
 import test from "node:test";
-import type { Graph, Machine } from "./answers";
+import type { Graph, Machine, WhatIf } from "./answers";
 import { hasLost } from "./lost";
 
 const graph = (statuses: Record<string, string | null>) =>
@@ -20,4 +20,13 @@ test("a reason says that all times are unknown", () => {
   assert.ok(hasLost(machine([]), machine(["a codel has no time"])));
   assert.ok(!hasLost(machine(["old"]), machine(["new"])));
   assert.ok(!hasLost(machine(["old"]), machine([])));
+});
+
+test("the same of figures before and after", () => {
+  const answer = (status: string, isGone = false) =>
+    ({ rows: [{ name: "eye", status, after: isGone ? null : {} }] }) as unknown as WhatIf;
+  assert.equal(hasLost(answer("met"), answer("unknown")), true);
+  assert.equal(hasLost(answer("unknown"), answer("unknown")), false);
+  assert.equal(hasLost(answer("met"), answer("missed")), false);
+  assert.equal(hasLost(answer("met"), answer("unknown", true)), false);
 });

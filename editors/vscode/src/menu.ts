@@ -19,6 +19,7 @@ export async function showMenu(server: Server): Promise<void> {
       command("debug-restart", "Restart Server", "mauve.restartServer"),
       command("output", "Show Log", "mauve.showLog"),
       command("type-hierarchy", "Show Architecture", "mauve.showArchitecture"),
+      command("lightbulb", "What If…", "mauve.whatIf"),
       command("settings", "Choose Significance Level", "mauve.chooseSignificance"),
       command("refresh", "Reload Models", "mauve.reloadModels"),
       command("package", "Generate Orocos Packages", "mauve.generatePackages"),

@@ -9,6 +9,7 @@ import { hasLost, typingTime } from "./lost";
 import { litAt, Places, placesOf } from "./lit";
 import { moved } from "./moved";
 import { messageOf, Server } from "./server";
+import { valuesOf } from "./values";
 
 /** The commands that open panels. */
 const commands: Record<PanelKind, string> = {
@@ -18,6 +19,7 @@ const commands: Record<PanelKind, string> = {
   chains: "mauve.showChains",
   executionTimes: "mauve.showExecutionTimes",
   probability: "mauve.showProbability",
+  whatIf: "mauve.whatIf",
 };
 
 /** So many milliseconds after a change without an answer, a drawing is marked as an earlier one. */
@@ -136,7 +138,9 @@ class Panel {
 
   reveal(subject: Subject): void {
     this.view.reveal(undefined, true);
-    this.change(subject);
+    // The state at the beginning is kept until the panel is closed.
+    const { values, before } = this.subject;
+    this.change(this.kind === "whatIf" ? { ...subject, values, before } : subject);
   }
 
   private change(subject: Subject): void {
@@ -281,6 +285,12 @@ class Panel {
         const { uri, name } = this.subject;
         return vscode.commands.executeCommand("mauve.showArchitecture", uri, { name, chain: message.chain });
       }
+      case "values":
+        return this.change({ ...this.subject, values: valuesOf(message.text) });
+      case "reset":
+        return this.change({ ...this.subject, before: undefined });
+      case "apply":
+        return this.apply();
       case "chooseLevel":
         return vscode.commands.executeCommand("mauve.chooseSignificance");
       default:
@@ -293,6 +303,28 @@ class Panel {
     if (location) {
       await showLocation(location);
     }
+  }
+
+  /** Writes the values into the texts, which are compared with the same state as before. */
+  private async apply(): Promise<void> {
+    const versions = new Map(vscode.workspace.textDocuments.map(({ uri, version }) => [uri.toString(), version]));
+    try {
+      const { answer } = await kinds.whatIf.load((method, parameters) => this.server.request(method, parameters), this.subject);
+      if (answer.edit === null) {
+        void vscode.window.showInformationMessage("There are no values to write into the text.");
+        return;
+      }
+      const edit = await this.server.asEdit(answer.edit);
+      const isOld = ({ uri, version }: vscode.TextDocument) => edit.has(uri) && versions.get(uri.toString()) !== version;
+      if (vscode.workspace.textDocuments.some(isOld) || !(await vscode.workspace.applyEdit(edit))) {
+        throw new Error("the text has changed: try again");
+      }
+    } catch (error) {
+      void vscode.window.showErrorMessage(`Nothing was written: ${messageOf(error)}`);
+      return;
+    }
+    this.post({ type: "values", text: "" });
+    this.change({ ...this.subject, values: [] });
   }
 
   /** Saves the drawing as the server has drawn it, or copies it. */

@@ -46,7 +46,7 @@ function misplaced() {
   const found = [];
   const within = (inner, outer) => inner.left >= outer.left - 1 && inner.right <= outer.right + 1 && inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;
   for (const box of document.querySelectorAll(".stage .box")) {
-    const frame = box.querySelector(".frame").getBoundingClientRect();
+    const frame = box.querySelector(".frame, .row")?.getBoundingClientRect() ?? box.getBoundingClientRect();
     for (const text of [...box.querySelectorAll("text")].filter((it) => it.textContent !== "")) {
       if (!within(text.getBoundingClientRect(), frame)) {
         found.push(`${text.textContent} is not in its box`);
@@ -111,6 +111,7 @@ export async function checkPanels(tools) {
   await checkKeyboard(tools);
   await checkMemory(tools);
   await checkOthers(tools);
+  await checkWhatIf(tools);
   await checkThemes(tools);
 
   const isAbsent = (texts) => texts.length === 0;
@@ -390,6 +391,50 @@ latency = "500 ms"
   await command("View: Close All Editors");
 }
 
+/** Other values in a panel, written into the text, and an edit beside the state at the beginning. */
+async function checkWhatIf({ page, expect, command, openAt }) {
+  await openAt("deployment.mal", "activity hokuyo");
+  await command("MAUVE: What If");
+  const look = () => seen(page, "whatIf");
+  await expect("the figures as they are", look, (it) => it?.headline === "✓ 9 of 9 deadlines met, as before" && it.drawing.includes("✓ 53 / 100 ms") && it.lit.length === 1);
+  const frame = await frameOf(page, "whatIf");
+  const outlines = () => frame.locator(".stage .item .outline").count();
+  await expect("no bar has moved", outlines, (count) => count === 0);
+  const field = frame.locator("textarea");
+  await field.click();
+  await page.keyboard.type("hokuyo.deadline=50, teleop.period=200", { delay: 5 });
+  const isMissed = (it) => it.headline === "✗ 9 → 8 of 9 deadlines met" && it.drawing.includes("✓ 53 / 100 → ✗ 53 / 50 ms") && it.drawing.includes("no longer met");
+  await expect("values: the figures beside those before", look, (it) => isMissed(it) && it.mark === "");
+  await expect("a bar has moved", outlines, (count) => count > 0);
+  await expect("texts of the drawing, none over another", () => frame.evaluate(misplaced), ({ texts, found }) => texts > 15 && found.length === 0);
+  await page.keyboard.type(", hokuyo.perod=1", { delay: 5 });
+  await expect("a wrong value: what to write, and the last figures stay", look, (it) => it.mark.includes("did you mean `hokuyo.period`") && isMissed(it));
+  for (let key = 0; key < ", hokuyo.perod=1".length; key++) {
+    await page.keyboard.press("Backspace");
+  }
+  await expect("without it, as before", look, (it) => it.mark === "" && isMissed(it));
+  await frame.getByRole("button", { name: "Apply to the text" }).click();
+  const text = () => page.evaluate(() => [...document.querySelectorAll(".editor-instance .view-line")].map((it) => it.textContent.replaceAll("\u00a0", " ")).join("\n"));
+  await expect("the values are in the text", text, (all) => all.includes("deadline = 50 }") && /=\s*200/.test(all));
+  await expect("beside the same state as before", look, (it) => it.mark === "" && isMissed(it));
+  await expect("no values are left", () => field.inputValue(), (it) => it === "");
+
+  await command("View: Focus First Editor Group");
+  await openAt("deployment.mal", "100   deadline = 100 }");
+  const { drawing } = await look();
+  await page.keyboard.type("2");
+  await expect("an edit: the bars follow", look, (it) => isMissed(it) && it.mark === "" && it.drawing.join() !== drawing.join());
+  await page.keyboard.press("Backspace");
+  await expect("the edit is undone: as before", look, (it) => it.drawing.join() === drawing.join());
+  await frame.getByRole("button", { name: "Reset baseline" }).click();
+  await expect("another state to compare with", look, (it) => it.headline === "✗ 8 of 9 deadlines met, as before");
+  await expect("then no bar has moved", outlines, (count) => count === 0);
+  await command("View: Focus First Editor Group");
+  await command("File: Revert File");
+  await expect("an edit: the bar has moved", look, (it) => it.headline === "✓ 8 → 9 of 9 deadlines met" && it.drawing.includes("met now"));
+  await command("View: Close All Editors");
+}
+
 /** Looks for what not everybody can see or reach, in each theme. */
 async function checkThemes({ page, expect, command, openAt, model }) {
   const axe = readFileSync(process.env.MAUVE_TEST_AXE, "utf8");
@@ -401,6 +446,7 @@ async function checkThemes({ page, expect, command, openAt, model }) {
     ["schedule", "deployment.mal", "activity navigation", "MAUVE: Show Schedule"],
     ["probability", "deployment.mal", "activity navigation", "MAUVE: Show Probability of a Late Job"],
     ["chains", "deployment.mal", "deployment P3dxDeployment", "MAUVE: Show Chains"],
+    ["whatIf", "deployment.mal", "activity hokuyo", "MAUVE: What If"],
     ["executionTimes", "components/navigation_shell.mal", "astar", "MAUVE: Show Execution Times"],
   ];
   for (const [kind, file, text, show] of panels) {

@@ -29,6 +29,8 @@ export function details<Kind extends PanelKind>(
       return ofChains(answer as Chains, actions, selected);
     case "probability":
       return ofProbability(answer as Answers["probability"], actions);
+    case "whatIf":
+      return ofWhatIf(answer as Answers["whatIf"]);
     default:
       return ofTimes(answer as Answers["executionTimes"]);
   }
@@ -71,6 +73,11 @@ export function headline(kind: PanelKind, answer: Answers[PanelKind]): { status:
       const { instance, instances } = answer as Answers["probability"];
       const shown = instances.find((it) => it.instance === instance);
       return { status: statusOf(shown?.status ?? null), text: shown === undefined ? "No probability" : `${shown.instance}: ${shown.words}` };
+    }
+    case "whatIf": {
+      const { verdict, schedulable, rows } = answer as Answers["whatIf"];
+      const isMissed = rows.some(({ status }) => status === "missed");
+      return { status: schedulable ? "met" : isMissed ? "missed" : "unknown", text: verdict };
     }
     default: {
       const { levels, shown, assumed } = answer as Answers["executionTimes"];
@@ -244,6 +251,12 @@ function ofProbability({ instance, instances, reasons: why }: Answers["probabili
   const columns = { Instance: "", "In an hour": "figure", "Of a job": "figure" } as const;
   const shown = instances.find((it) => it.instance === instance);
   return [reasons("No probability", why), table("activities", "Late with a probability of at most", columns, sorted.map(row)), reasons("If", shown?.conditions ?? []), reasons("Note", shown?.reason ? [shown.reason] : [])];
+}
+
+/** Why figures are missing: all others are in the drawing. */
+function ofWhatIf({ rows, reasons: why }: Answers["whatIf"]): HTMLElement[] {
+  const lost = rows.flatMap(({ name, after }) => (after?.reasons ?? []).map((reason) => `${name}: ${reason}`));
+  return [reasons("Nothing is analysed", why), reasons("Without a figure", lost)];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {

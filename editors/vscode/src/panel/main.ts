@@ -10,6 +10,8 @@ import type { Place } from "./view";
 interface State {
   subject?: Subject;
   place?: Place;
+  /** What is typed as other values. */
+  text?: string;
 }
 
 declare function acquireVsCodeApi(): {
@@ -49,6 +51,14 @@ const levelButton = button("level", "", "Choose the significance level", () => p
 const choice = h("select", { class: "choice", "aria-label": "Shown", hidden: true });
 const searchField = h("input", { type: "search", class: "search", placeholder: "Search", "aria-label": "Search in the drawing" });
 const count = h("span", { class: "count", role: "status" });
+const valuesField = h("textarea", { class: "values", rows: 1, spellcheck: "false", "aria-label": "Other values, such as imu.period=5" });
+const valuesForm = h(
+  "div",
+  { class: "what-if", role: "group", "aria-label": "What if", hidden: true },
+  valuesField,
+  button("", "Apply to the text", "Write these values into the model and its tables", () => post({ type: "apply" })),
+  button("", "Reset baseline", "Compare with the text as it is now", () => post({ type: "reset" })),
+);
 const headlineText = h("p", { class: "headline", role: "status" });
 const mark = h("p", { class: "note", role: "status", hidden: true });
 const problem = h("p", { class: "problem", role: "alert", hidden: true });
@@ -73,10 +83,34 @@ const tools = h(
   ),
 );
 document.body.append(
-  h("header", {}, h("div", { class: "names" }, title, choice, levelButton), headlineText, tools),
+  h("header", {}, h("div", { class: "names" }, title, choice, levelButton), headlineText, tools, valuesForm),
   h("main", {}, problem, mark, content),
 );
 content.hidden = true;
+
+valuesField.value = vscode.getState()?.text ?? "";
+new ResizeObserver(growValues).observe(valuesForm);
+/** All lines are in sight. */
+function growValues(): void {
+  valuesField.style.height = "auto";
+  valuesField.style.height = `${valuesField.scrollHeight + 2}px`;
+}
+let typed: ReturnType<typeof setTimeout> | undefined;
+/** Asks for the figures with the values, soon. */
+function sendValues(delay: number): void {
+  const text = valuesField.value;
+  keep({ text });
+  growValues();
+  clearTimeout(typed);
+  typed = setTimeout(() => post({ type: "values", text }), delay);
+}
+valuesField.addEventListener("input", () => sendValues(300));
+valuesField.addEventListener("keydown", (event) => {
+  if (event.key === "Enter" && !event.shiftKey && !event.isComposing) {
+    event.preventDefault();
+    sendValues(0);
+  }
+});
 
 choice.addEventListener("change", () => {
   stage.reset();
@@ -101,7 +135,7 @@ searchField.addEventListener("keydown", (event) => {
 });
 // Keys of the whole page.
 addEventListener("keydown", (event) => {
-  const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+  const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement || event.target instanceof HTMLSelectElement;
   const isFind = (event.ctrlKey || event.metaKey) && event.key === "f";
   const action = { "+": () => stage.zoom(step), "=": () => stage.zoom(step), "-": () => stage.zoom(1 / step), "0": () => stage.fit() }[event.key];
   if (isFind || (event.key === "/" && !isTyping)) {
@@ -140,6 +174,11 @@ function receive(message: ToPanel): void {
       problem.textContent = message.message;
       content.hidden = true;
       break;
+    case "values":
+      valuesField.value = message.text;
+      growValues();
+      keep({ text: message.text });
+      break;
     case "light":
       stage.light(message.items);
       if (message.items.length > 0 && message.items[0] !== lit) {
@@ -170,6 +209,10 @@ function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { typ
     const options = choices.map(({ label, value }) => h("option", { value, selected: value === chosen }, label));
     choice.replaceChildren(...options);
   });
+  valuesForm.hidden = kind !== "whatIf";
+  if ("rows" in answer) {
+    valuesField.placeholder = `Other values, such as ${answer.rows[0]?.name ?? "imu"}.period=50`;
+  }
   const significance = "significance" in answer ? answer.significance : "shown" in answer ? answer.shown : null;
   levelButton.hidden = significance === null;
   levelButton.textContent = significance === null ? "" : `Level ${level(significance)}`;
@@ -199,6 +242,7 @@ function showDetails(): void {
     const { scrollTop } = below;
     below.replaceChildren(...details(kind, answer, actions, selected).filter((it) => it.childElementCount > 0));
     below.querySelectorAll("[data-item]").forEach((row) => row.classList.toggle("lit", lit.has(row.getAttribute("data-item"))));
+    below.hidden = below.childElementCount === 0;
     below.scrollTop = scrollTop;
     if (focused) {
       below.querySelector<HTMLElement>(`[data-key="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });

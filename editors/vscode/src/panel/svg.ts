@@ -2,7 +2,7 @@
 import type { Item } from "../answers";
 import { s } from "./dom";
 
-const parts = ["instance", "edge", "state", "activity", "level", "codel", "chain", "hop"];
+const parts = ["instance", "edge", "state", "activity", "level", "codel", "chain", "hop", "row"];
 
 /** An element of a drawing that has a place in the source. */
 export interface Drawn {
