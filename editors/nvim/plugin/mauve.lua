@@ -90,10 +90,14 @@ for _, kind in ipairs({ 'chains', 'graph', 'machine', 'probability', 'schedule',
   end
 end
 
+commands.whatif = function(...)
+  require('mauve.drawings').what_if({ ... })
+end
+
 vim.api.nvim_create_user_command('Mauve', function(command)
-  local name, argument = unpack(command.fargs)
+  local name = command.fargs[1]
   if commands[name] then
-    commands[name](argument)
+    commands[name](unpack(command.fargs, 2))
   else
     local known = table.concat(vim.tbl_keys(commands), ', ')
     vim.notify(('mauve: no command "%s"; there are: %s'):format(name, known), vim.log.levels.ERROR)

@@ -1,5 +1,5 @@
--- Drawings in windows: the architecture, a state machine, a schedule, probabilities, chains and the times of a codel, in characters as
--- the server draws them, and the instances as a tree. They follow the text while it is edited.
+-- Drawings in windows: the architecture, a state machine, a schedule, probabilities, chains, the times of a codel and the figures before
+-- and after, in characters as the server draws them, and the instances as a tree. They follow the text while it is edited.
 
 local mauve = require('mauve')
 
@@ -20,6 +20,8 @@ M.kinds = {
   schedule = { method = 'mauve/schedule', at_cursor = true, names = { 'deployment', 'instance' } },
   probability = { method = 'mauve/probability', at_cursor = true, names = { 'deployment', 'instance' } },
   chains = { method = 'mauve/chains', at_cursor = true, names = { 'deployment' } },
+  -- Compared with the state when it was opened, which the server has in its answer.
+  whatif = { method = 'mauve/whatIf', at_cursor = true, names = { 'deployment', 'before' } },
   times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel' } },
 }
 
@@ -57,7 +59,7 @@ local function places_of(answer)
     end
   end
   for _, drawn in ipairs(each(answer)) do
-    for _, list in ipairs({ 'nodes', 'states', 'edges', 'activities', 'chains', 'hops' }) do
+    for _, list in ipairs({ 'nodes', 'states', 'edges', 'activities', 'chains', 'hops', 'rows' }) do
       for _, it in ipairs(drawn[list] or {}) do
         add(it.instance or it.name or it.transition, type(it.activity) == 'table' and it.activity or it.location)
         add(it.component, it.location)
@@ -268,7 +270,8 @@ end
 --- Shows a drawing of what is in the current buffer, or at its cursor.
 ---@param kind string  one of `M.kinds`
 ---@param where? 'split'|'float'|'browser'
-function M.show(kind, where)
+---@param values? string[]  other values, for `whatif`
+function M.show(kind, where, values)
   where = where or 'split'
   if not vim.list_contains({ 'split', 'float', 'browser' }, where) then
     vim.notify(('mauve: no place "%s"; there are: split, float, browser'):format(where), vim.log.levels.ERROR)
@@ -279,7 +282,7 @@ function M.show(kind, where)
   if not client then
     return
   end
-  local params = { textDocument = vim.lsp.util.make_text_document_params(source), drawing = 'text' }
+  local params = { textDocument = vim.lsp.util.make_text_document_params(source), drawing = 'text', values = values }
   if M.kinds[kind].at_cursor then
     params.position = vim.lsp.util.make_position_params(0, client.offset_encoding).position
   end
@@ -320,6 +323,29 @@ function M.show(kind, where)
       end,
     })
   end)
+end
+
+--- Compares the figures of the deployment at the cursor, with these values, with those of now; or, where they are shown, with those
+--- of the time when they were opened.
+---@param words string[]  `imu.period=5`, `nav.plan=12ms`; one without `=` is the place
+function M.what_if(words)
+  local where, values = nil, {}
+  for _, word in ipairs(words) do
+    if word:find('=', 1, true) then
+      table.insert(values, word)
+    else
+      where = word
+    end
+  end
+  local given = #values > 0 and values or nil
+  for buffer, drawing in pairs(shown) do
+    if drawing.kind == 'whatif' and not where then
+      drawing.params.values = given
+      update(buffer)
+      return
+    end
+  end
+  M.show('whatif', where, given)
 end
 
 --- Draws again what is shown, soon: several changes are drawn once.
