@@ -242,16 +242,7 @@ fn unchanged(it: &Comparison) -> Option<String> {
 
 /// Returns the utilisations that are different.
 fn utilisations(it: &Comparison) -> Vec<(String, [String; 2])> {
-    let of = |state: &Option<Figures>| state.as_ref().map_or_else(Vec::new, |it| it.cpus.clone());
-    let (before, after) = (of(&it.before), of(&it.after));
-    let find = |all: &[(String, String)], cpu: &str| {
-        all.iter().find(|(name, _)| name == cpu).map_or_else(|| "0 %".to_owned(), |(_, share)| share.clone())
-    };
-    let mut names: Vec<&String> = before.iter().chain(&after).map(|(cpu, _)| cpu).collect();
-    names.sort();
-    names.dedup();
-    let both = names.into_iter().map(|cpu| (cpu.clone(), [find(&before, cpu), find(&after, cpu)]));
-    both.filter(|(_, [before, after])| before != after).collect()
+    it.utilisations().into_iter().filter(|(_, [before, after])| before != after).collect()
 }
 
 /// Says why nothing is proved now, or was before.
