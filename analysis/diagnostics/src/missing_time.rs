@@ -23,11 +23,14 @@
 //!
 //! The message contains the longest time with which all deadlines are met. Write the time of the codel into a table
 //! (`"library.codel" = 3`), or a time for all codels without one under `[assume]` in `mauve.toml`.
+//!
+//! Fix: add an entry that is marked as assumed, with the longest time, or with 1 ms where there is none. Its deadlines hold if a
+//! measurement is not longer: `mauve pwcet` replaces the entry.
 
-use mauve_timing::Level;
+use mauve_timing::{Level, assumed_entry};
 
 use super::*;
-use mauve_wcrt::{Budget, MissingTime, TableLevels, TableSet};
+use mauve_wcrt::{Budget, MissingTime, TableLevels, TableSet, file_name, files_of, table};
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
@@ -55,8 +58,37 @@ pub(super) fn report<'db>(
     let codel = missing.codel.qualified(db);
     let of_which = of_tables(db, missing.tables);
     let message = format!("no time for codel `{codel}`{of_which}: {} {verb} not analysed{may}", enumerated(&names));
-    let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
+    let mut diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
+    diagnostic.fixes.extend(entry(db, missing, budget.and_then(|it| it.time)));
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("`{name}` executes it")))
+}
+
+/// Returns the fix that adds an assumed time to a table, the longest one that meets all deadlines.
+fn entry<'db>(db: &'db dyn ModelDb, missing: &MissingTime<'db>, most: Option<Time>) -> Option<Fix<'db>> {
+    let most = most.map(rounded_down).filter(|most| *most > Time::ZERO);
+    let limit = most.map(|most| format!("at most {most}"));
+    let note = limit.as_ref().map_or("measure it".to_owned(), |limit| format!("{limit}, measure it"));
+    let limit = limit.map_or_else(String::new, |limit| format!(" ({limit})"));
+    let key = missing.codel.qualified(db);
+    // The table with the most codels of its library.
+    let files = files_of(db, missing.tables).iter().filter(|file| !file.is_outside(db) && file.problem(db).is_none());
+    let library = missing.codel.library(db).as_ref().map(|library| format!("{library}."));
+    let of_library = |file: &&File| {
+        let codels = table(db, **file).codels.iter();
+        codels.filter(|it| library.as_ref().is_some_and(|library| it.key.starts_with(library.as_str()))).count()
+    };
+    let file = *files.rev().max_by_key(of_library)?;
+    let time = most.unwrap_or(Time::from_nanos(1_000_000));
+    let (at, line) = assumed_entry(file.text(db), &key, time, &note)?;
+    let title = shortened(&format!("Add `{key}` to {}{limit}", file_name(db, file)), MOST_CHARACTERS);
+    Some(Fix { title, edits: vec![(Location::of_span(file, &(at..at)), line)] })
+}
+
+/// Returns a time with three digits, which is not longer.
+fn rounded_down(time: Time) -> Time {
+    let nanos = time.as_nanos();
+    let step = 10u64.pow(nanos.checked_ilog10().unwrap_or_default().saturating_sub(2));
+    Time::from_nanos(nanos / step * step)
 }
 
 /// Reports that a table lacks the requested level: one warning per table.

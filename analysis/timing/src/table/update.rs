@@ -148,6 +148,37 @@ pub fn with_time(text: &str, key: &str, time: Time, is_added: bool) -> Option<St
     Some(as_before(document.to_string(), text))
 }
 
+/// Returns where a table gets an entry for a codel that it lacks, and the line to insert there; the comment says that the time is
+/// assumed, and `note`. `None` where the table has an error, or where its layout has no room for a line.
+///
+/// ```
+/// use mauve_timing::{Time, assumed_entry};
+/// let text = "[codel]\nscan = 3\n[access]\nscan = 1\n";
+/// let (at, line) = assumed_entry(text, "arm.look", Time::from_nanos(33_000_000), "at most 33 ms").unwrap();
+/// assert_eq!((at, line.as_str()), (16, "\n\"arm.look\" = 33 # assumed: at most 33 ms"));
+/// ```
+pub fn assumed_entry(text: &str, key: &str, time: Time, note: &str) -> Option<(usize, String)> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let mut value = times(&Times::Always(time), unit_of(&document));
+    value.decor_mut().set_suffix(format!(" # assumed: {note}"));
+    set(document.as_table_mut(), &["codel", key], Item::Value(value));
+    let new = as_before(document.to_string(), text);
+    let table = Table::parse(&new);
+    let is_right = table.errors.is_empty() && table.codels.iter().any(|it| it.key == key && it.is_assumed);
+    // What both texts begin with, then what they end with, is around the line.
+    let same = text.bytes().zip(new.bytes()).take_while(|(old, new)| old == new).count();
+    let after = text.get(same..).filter(|rest| is_right && new.ends_with(rest))?;
+    let line = new.get(same..new.len() - after.len())?;
+    let ended = ["\r\n", "\n"]
+        .into_iter()
+        .find(|end| line.ends_with(end) && text.get(..same).is_some_and(|it| it.ends_with(end)));
+    Some(match ended {
+        // Lines that are inserted at one place begin with their ends.
+        Some(end) => (same - end.len(), format!("{end}{}", line.strip_suffix(end)?)),
+        None => (same, line.to_owned()),
+    })
+}
+
 /// Writes the times of records, each instead of the entry that was found for it; then their places in `[measured]`.
 fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entry>)]) {
     let unit = unit_of(document);
@@ -187,7 +218,8 @@ fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entr
 
 /// Returns a new text with the byte order mark and the line ends of the old one.
 fn as_before(new: String, old: &str) -> String {
-    let has_crlf = old.lines().count() > 0 && old.matches('\n').count() == old.matches("\r\n").count();
+    let ends = old.matches('\n').count();
+    let has_crlf = ends > 0 && ends == old.matches("\r\n").count();
     let new = if has_crlf { new.replace("\r\n", "\n").replace('\n', "\r\n") } else { new };
     if old.starts_with('\u{feff}') && !new.starts_with('\u{feff}') { format!("\u{feff}{new}") } else { new }
 }
@@ -562,6 +594,38 @@ bytes = 0
         let second = update(&edited, &levels(), &[entry("a.b", &[11, 21])], false).expect("a valid table");
         assert_eq!(second.text, edited);
         assert!(second.kept[0].is_edited && second.kept[0].key == "a.b", "{:?}", second.kept);
+    }
+
+    #[test]
+    fn an_assumed_entry_is_one_line() {
+        let with = |text: &str| {
+            let (at, line) = assumed_entry(text, "arm.look", Time::from_nanos(1_500_000), "measure it")?;
+            let new = format!("{}{line}{}", &text[..at], &text[at..]);
+            assert!(
+                Table::parse(&new).codels.iter().any(|it| it.key == "arm.look" && it.is_assumed),
+                "{new}"
+            );
+            Some(new)
+        };
+        for (text, expected) in [
+            ("", "[codel]\n\"arm.look\" = 1.5 # assumed: measure it\n"),
+            ("unit = \"us\"\n", "unit = \"us\"\n\n[codel]\n\"arm.look\" = 1500 # assumed: measure it\n"),
+            ("codel.scan = 1", "codel.scan = 1\ncodel.\"arm.look\" = 1.5 # assumed: measure it\n"),
+            (
+                "[codel]\r\nscan = 1\r\n",
+                "[codel]\r\nscan = 1\r\n\"arm.look\" = 1.5 # assumed: measure it\r\n",
+            ),
+            (
+                "[codel]\n# é\nscan = 1 # 🦀\n\n[access]\n",
+                "[codel]\n# é\nscan = 1 # 🦀\n\"arm.look\" = 1.5 # assumed: measure it\n\n[access]\n",
+            ),
+        ] {
+            assert_eq!(with(text).as_deref(), Some(expected));
+        }
+        // The comment would hide the brace; the table has an error.
+        assert_eq!(with("codel = { scan = 1 }\n"), None);
+        assert_eq!(with("[codel]\nscan = -1\n"), None);
+        assert_eq!(with("[codel"), None);
     }
 
     #[test]
