@@ -5,6 +5,7 @@
 
 mod connect;
 mod create_codel;
+mod create_project;
 mod create_state;
 mod create_variable;
 mod deadline;
@@ -49,6 +50,8 @@ pub struct CodeAction<'db> {
     pub fixed: Vec<Finding<'db>>,
     /// Why it is disabled, if it is.
     pub disabled: Option<String>,
+    /// Whether its change creates files.
+    pub creates_files: bool,
     /// Its change; `None` if the change was not requested, or the action is disabled.
     pub change: Option<Change>,
 }
@@ -59,7 +62,15 @@ pub(crate) const MOST_CHARACTERS: usize = 80;
 impl CodeAction<'_> {
     fn new(kind: ActionKind, title: impl Into<String>) -> Self {
         let title = shortened(&title.into(), MOST_CHARACTERS);
-        CodeAction { title, kind, preferred: false, fixed: Vec::new(), disabled: None, change: None }
+        CodeAction {
+            title,
+            kind,
+            preferred: false,
+            fixed: Vec::new(),
+            disabled: None,
+            creates_files: false,
+            change: None,
+        }
     }
 }
 

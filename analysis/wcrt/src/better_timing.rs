@@ -168,7 +168,7 @@ impl<'db> TimingSearch<'db> {
     fn free_priorities(&self, activity: &ResolvedActivity<'db>) -> Vec<u32> {
         let Some(groups) = groups(self.system) else { return Vec::new() };
         let is_it = |it: &&ResolvedActivity<'db>| it.instance == activity.instance || it.is_mate(activity);
-        let Some(group) = groups.iter().find(|group| group.activities.iter().any(|it| is_it(&it))) else {
+        let Some(group) = groups.iter().find(|group| group.activities.iter().any(is_it)) else {
             return Vec::new();
         };
         let others: BTreeSet<u32> =

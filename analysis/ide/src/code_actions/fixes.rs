@@ -6,7 +6,8 @@ use mauve_syntax::TextRange;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{
-    ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
+    ActionKind, Actions, CodeAction, connect, create_codel, create_project, create_state, create_variable,
+    declare_operation,
 };
 use crate::Change;
 
@@ -17,9 +18,9 @@ const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon
 /// The codes whose fixes are offered with the response times that they give: see [`super::timing`].
 const TIMED: &[&str] = &["not-deadline-monotonic"];
 
-/// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key provides
-/// no times.
-const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
+/// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key, or two
+/// sections `[codel]`, provides no times.
+const ONE_BY_ONE: &[&str] = &["missing-time", "unknown-timing-key"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if actions.wants(ActionKind::QuickFix) {
@@ -65,6 +66,7 @@ fn offer_selected<'db>(actions: &mut Actions<'_, 'db>) {
     for finding in &selected {
         match finding.diagnostic.code.name {
             "unresolved-state" => create_state::offer(actions, finding, &findings, &mut missing_states),
+            "missing-time" => create_project::offer(actions, finding),
             "unresolved-codel" => create_codel::offer(actions, finding),
             "unresolved-variable" => create_variable::offer(actions, finding),
             "undeclared-operation" => declare_operation::offer(actions, finding),

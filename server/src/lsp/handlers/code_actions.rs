@@ -89,6 +89,7 @@ pub(crate) fn code_actions(
     let is_needed = |action: &CodeAction<'_>| action.fixed.iter().any(|it| it.severity != Severity::Hint);
     let found = found.into_iter().filter(|action| !is_bulb || is_needed(action));
     let found = found.filter(|action| action.disabled.is_none() || shows_disabled);
+    let found = found.filter(|action| !action.creates_files || capabilities.creates_files);
     let found = found.filter_map(|action| {
         let chosen = Chosen {
             document: params.text_document.clone(),
