@@ -71,6 +71,37 @@ fn what_needs_a_choice_is_left_to_the_user() {
 }
 
 #[test]
+fn what_would_meet_a_missed_deadline_is_said() {
+    let model = |late: &str, deadline: u32| {
+        format!(
+            "codel work(): int\nshell S {{ }}\ncore K(S) {{ update = {{ work(); }} }}\ncomponent C(S, K)\n\
+             architecture A {{ instance a: C  instance b: C }}\n\
+             deployment D {{ architecture A  activity a {{ priority = 2 period = 100 }}\n\
+             activity b {{ priority = {late} period = 100 deadline = {deadline} }} }}\n"
+        )
+    };
+    let said = |model: String| {
+        let config = "[assume]\ncodel = \"30 ms\"\n[platform]\ncpus = 1\nrt_throttling = false\n";
+        let folder = folder("late", &[("robot.mal", &model), ("mauve.toml", config)]);
+        let fixed = check(&folder, &["--fix"]);
+        assert_eq!(text(&folder, "robot.mal"), model);
+        fixed.out.lines().take(2).map(|line| format!("{line}\n")).collect::<String>()
+    };
+    let solved = said(model("1", 40));
+    assert!(
+        solved.contains("nothing to fix\nD: other priorities meet all deadlines: `mauve tune --priorities`"),
+        "{solved}"
+    );
+    let impossible = said(model("1", 20));
+    assert!(
+        impossible.contains("D: no order of priorities meets all deadlines: `mauve tune --cpus`"),
+        "{impossible}"
+    );
+    let met = said(model("3", 40));
+    assert!(met.starts_with("nothing to fix\n") && !met.contains("tune"), "{met}");
+}
+
+#[test]
 fn only_files_in_the_named_paths_are_written() {
     let part = "codel sense(): int\nshell S { }\ncore K(S): { update = { sense(); } }\n";
     let root = "include \"../other/part.mal\"\ncore L(S): { update = { } }\n";

@@ -1,6 +1,7 @@
 //! `mauve check [PATH…]`: all diagnostics of models, with excerpts; then the response times.
 
 mod fix;
+mod remedies;
 mod sarif;
 mod standard_input;
 pub(crate) mod verdict;
@@ -18,6 +19,7 @@ use mauve_hir::{Database, Location, Workspace};
 use serde::Serialize;
 
 use self::fix::Fixed;
+use self::remedies::remedies;
 use self::standard_input::load_or_read;
 use self::verdict::{Suppressed, deadlines, is_proof_missing, limits, supports};
 use super::wcrt;
@@ -146,7 +148,7 @@ impl Check {
             }
             CheckFormat::Human => {
                 let mut parts: Vec<String> =
-                    written.iter().map(|(files, _)| fix::said(fixes, files)).collect();
+                    written.iter().map(|(files, _)| fix::said(fixes, files) + &remedies(&deployed)).collect();
                 let is_folded = hints > MOST_HINTS && !self.hints;
                 let is_shown = |it: &&Finding<'_>| it.severity != Severity::Hint || !is_folded;
                 let shown: Vec<&Finding<'_>> = findings.iter().filter(is_shown).collect();
