@@ -56,6 +56,13 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
 }
 
+/// Returns the first of [`errors_of`] a project: of its files, otherwise of the configuration.
+pub fn first_error<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Diagnostic<'db>> {
+    let of_project = project_diagnostics(db, project).map(|it| Diagnostic::clone(it));
+    let mut all = of_project.chain(config_diagnostics(db, project.workspace(db)));
+    all.find(|diagnostic| diagnostic.code.is_of_text())
+}
+
 /// Returns the sum of [`errors_of`] all projects of these workspaces, counting each error of a workspace once.
 pub fn errors_of_text(db: &dyn ModelDb, workspaces: &[Workspace]) -> usize {
     let files = workspaces.iter().flat_map(|&it| checked_files(db, it).iter().map(move |&file| (it, file)));

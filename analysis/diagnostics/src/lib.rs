@@ -407,7 +407,7 @@ use cause::Cause;
 pub use chain_reasons::{chain_reason, connection_reason, overwrite};
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
-    file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
+    file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
 use lists::enumerated;
 pub use lists::utilisation;

@@ -10,9 +10,9 @@
 
 use std::path::PathBuf;
 
-use mauve_diagnostics::{chain_reason, errors_of, reasons_of, timing_reason, utilisation};
+use mauve_diagnostics::{chain_reason, errors_of, first_error, reasons_of, timing_reason, utilisation};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project, line_of, relative_path};
 use mauve_timing::{Priority, Status, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
@@ -34,6 +34,8 @@ pub struct Figures {
     pub level: String,
     /// The number of errors in its project: with an error, nothing is proved.
     pub errors: usize,
+    /// The first of them: `robot.mal, line 3: …`.
+    pub error: Option<String>,
     /// Why nothing is analysed.
     pub not_analysed: Vec<String>,
     /// In the order of the deployment.
@@ -112,6 +114,8 @@ pub struct Compared {
     pub before: Option<Figure>,
     /// After; none if it is gone.
     pub after: Option<Figure>,
+    /// Whether it may be later by as much as it is.
+    pub is_tolerated: bool,
 }
 
 /// What happened to a figure, the worst first.
@@ -119,7 +123,9 @@ pub struct Compared {
 pub enum FigureChange {
     /// It was met, and is not now.
     Missed,
-    /// It had a time, and has none now.
+    /// It was not known, and is not met.
+    FoundMissed,
+    /// It had a time, or was known not to be met, and is not known now.
     Lost,
     /// The latency had a limit, and has none now.
     Unlimited,
@@ -129,6 +135,10 @@ pub enum FigureChange {
     NewMissed,
     /// The time is longer.
     Later,
+    /// The time is longer, within the tolerance.
+    Tolerated,
+    /// The time is the same, the deadline or the limit is later.
+    Relaxed,
     /// It was not there.
     New,
     /// It was not met, and is now.
@@ -137,27 +147,34 @@ pub enum FigureChange {
     Found,
     /// The time is shorter.
     Earlier,
-    /// The time is the same, the deadline or the limit is not.
-    OtherLimit,
+    /// The time is the same, the deadline or the limit is earlier.
+    Tightened,
+    /// The figure is the same, another field is not.
+    OtherFields,
     /// Time and limit are the same.
     Same,
 }
 
 impl FigureChange {
-    /// Returns `missed`, `lost`, `unlimited`, `gone`, `new-missed`, `later`, `new`, `met`, `found`, `earlier`, `limit` or `same`.
+    /// Returns `missed`, `found-missed`, `lost`, `unlimited`, `gone`, `new-missed`, `later`, `tolerated`, `relaxed`, `new`,
+    /// `met`, `found`, `earlier`, `tightened`, `fields` or `same`.
     pub fn name(self) -> &'static str {
         match self {
             FigureChange::Missed => "missed",
+            FigureChange::FoundMissed => "found-missed",
             FigureChange::Lost => "lost",
             FigureChange::Unlimited => "unlimited",
             FigureChange::Gone => "gone",
             FigureChange::NewMissed => "new-missed",
             FigureChange::Later => "later",
+            FigureChange::Tolerated => "tolerated",
+            FigureChange::Relaxed => "relaxed",
             FigureChange::New => "new",
             FigureChange::Met => "met",
             FigureChange::Found => "found",
             FigureChange::Earlier => "earlier",
-            FigureChange::OtherLimit => "limit",
+            FigureChange::Tightened => "tightened",
+            FigureChange::OtherFields => "fields",
             FigureChange::Same => "same",
         }
     }
@@ -166,7 +183,8 @@ impl FigureChange {
     pub fn words(self) -> &'static str {
         match self {
             FigureChange::Missed => "no longer met",
-            FigureChange::Lost => "has no figure now",
+            FigureChange::FoundMissed => "known to be missed",
+            FigureChange::Lost => "not known now",
             FigureChange::Unlimited => "has no limit now",
             FigureChange::Gone => "gone",
             FigureChange::NewMissed => "new, not met",
@@ -175,8 +193,10 @@ impl FigureChange {
             FigureChange::Met => "met now",
             FigureChange::Found => "has a figure now",
             FigureChange::Earlier => "earlier",
-            FigureChange::OtherLimit => "another deadline",
-            FigureChange::Same => "",
+            FigureChange::Relaxed => "relaxed",
+            FigureChange::Tightened => "tightened",
+            FigureChange::Tolerated => "later, within the tolerance",
+            FigureChange::OtherFields | FigureChange::Same => "",
         }
     }
 }
@@ -246,12 +266,16 @@ impl Figures {
             }
         };
         let times = executed_times(db, project, deployment, query.level).iter();
-        let of_cpu = |load: &mauve_timing::CpuLoad| (report.hosts.names(load.cpus), utilisation(load));
+        let of_cpu = |load: &mauve_timing::CpuLoad| {
+            let at_least = if load.complete { "" } else { "at least " };
+            (report.hosts.names(load.cpus), format!("{at_least}{}", utilisation(load)))
+        };
         Figures {
             deployment: deployment.qualified(db),
             root: project.root(db).path(db).clone(),
             level: query.level.to_string(),
             errors: errors_of(db, project),
+            error: error_shown(db, project),
             not_analysed: report.not_analysed.iter().map(|it| timing_reason(db, &it.reason)).collect(),
             activities: report.activities.iter().zip(is_assumed).map(activity).collect(),
             chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
@@ -329,6 +353,14 @@ impl Comparison {
     pub fn was(&self) -> Option<&str> {
         let (before, after) = self.before.as_ref().zip(self.after.as_ref())?;
         (before.deployment != after.deployment).then_some(before.deployment.as_str())
+    }
+
+    /// Marks what is later within a tolerance, which depends on the time before.
+    pub fn tolerating(mut self, tolerance: &dyn Fn(Time) -> Time) -> Comparison {
+        for row in self.activities.iter_mut().chain(&mut self.chains) {
+            row.is_tolerated = row.change() == FigureChange::Later && !row.is_worse(tolerance);
+        }
+        self
     }
 
     /// Returns all rows.
@@ -411,27 +443,43 @@ impl Compared {
             (None, _) => return FigureChange::New,
             (Some(_), None) => return FigureChange::Gone,
         };
+        let is_unknown = |it: &Figure| it.status == Status::NotAnalysed;
+        let is_unlimited = |it: &Figure| it.limit.is_none();
         match (before.time, after.time) {
+            _ if is_unknown(before) && is_open(after) && !is_unknown(after) => FigureChange::FoundMissed,
             _ if !is_open(before) && is_open(after) => FigureChange::Missed,
             // In the background, nothing is proved.
             (Some(_), None) => FigureChange::Lost,
-            (_, Some(_)) if before.limit.is_some() && after.limit.is_none() => FigureChange::Unlimited,
+            _ if is_unknown(after) && !is_unknown(before) && is_open(before) => FigureChange::Lost,
+            (_, Some(_)) if !is_unlimited(before) && is_unlimited(after) => FigureChange::Unlimited,
             _ if is_open(before) && after.status.is_met() => FigureChange::Met,
-            (Some(_), Some(_)) if before.limit.is_none() && after.limit.is_some() => FigureChange::Met,
+            (Some(_), Some(_)) if is_unlimited(before) && !is_unlimited(after) => FigureChange::Met,
             (None, Some(_)) => FigureChange::Found,
+            (one, other) if other > one && self.is_tolerated => FigureChange::Tolerated,
             (one, other) if other > one => FigureChange::Later,
             (one, other) if other < one => FigureChange::Earlier,
-            _ if before.limit != after.limit => FigureChange::OtherLimit,
+            _ if before.limit < after.limit => FigureChange::Relaxed,
+            _ if before.limit > after.limit => FigureChange::Tightened,
+            _ if !self.fields().is_empty() => FigureChange::OtherFields,
             _ => FigureChange::Same,
         }
+    }
+
+    /// Returns whether its deadline or limit is later now.
+    pub fn is_relaxed(&self) -> bool {
+        let limits =
+            self.before.as_ref().and_then(|it| it.limit).zip(self.after.as_ref().and_then(|it| it.limit));
+        limits.is_some_and(|(before, after)| before < after)
     }
 
     /// Returns whether it got worse: later by more than `tolerance` of the time before, no longer met, or without its figure.
     pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
         match self.change() {
-            FigureChange::Missed | FigureChange::Lost | FigureChange::Unlimited | FigureChange::NewMissed => {
-                true
-            }
+            FigureChange::Missed
+            | FigureChange::FoundMissed
+            | FigureChange::Lost
+            | FigureChange::Unlimited
+            | FigureChange::NewMissed => true,
             // What had neither a figure nor a limit proved nothing.
             FigureChange::Gone => {
                 self.before.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some())
@@ -441,12 +489,7 @@ impl Compared {
                 let (before, after) = (time(&self.before), time(&self.after));
                 after.checked_sub(before).is_some_and(|more| more > tolerance(before))
             }
-            FigureChange::New
-            | FigureChange::Met
-            | FigureChange::Found
-            | FigureChange::Earlier
-            | FigureChange::OtherLimit
-            | FigureChange::Same => false,
+            _ => false,
         }
     }
 
@@ -465,6 +508,10 @@ impl Compared {
         else {
             return Vec::new();
         };
+        // An activity that is not declared has no fields.
+        if [(priority, times), (new_priority, new_times)].contains(&(&Priority::Unknown, &[None, None])) {
+            return Vec::new();
+        }
         let number = |priority: &Priority| match priority {
             Priority::RealTime(priority) => priority.to_string(),
             Priority::Background => "background".to_owned(),
@@ -520,6 +567,15 @@ impl Compared {
     }
 }
 
+/// Returns the first error of a project, with its place.
+fn error_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<String> {
+    let error = first_error(db, project)?;
+    let file = error.at.file(db);
+    let name = relative_path(project.workspace(db).folder(db), file.path(db));
+    let line = line_of(db, file, error.at.range(db).start());
+    Some(format!("{}, line {line}: {}", name.display(), error.message))
+}
+
 /// What of a figure another one must have to be the same after a rename.
 type Kept<'a> = &'a dyn Fn(&Figure) -> Identity;
 
@@ -536,7 +592,7 @@ fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared
         // Several of one name are in their order.
         let index = by_name.get_mut(&after.name).and_then(Vec::pop);
         let before = index.and_then(|it| old.get_mut(it)?.take());
-        rows.push(Compared { before, after: Some(after) });
+        rows.push(Compared { before, after: Some(after), is_tolerated: false });
     }
     for kept in kept {
         let mut left: FxHashMap<Identity, [Vec<usize>; 2]> = FxHashMap::default();
@@ -556,7 +612,8 @@ fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared
             }
         }
     }
-    rows.extend(old.into_iter().flatten().map(|before| Compared { before: Some(before), after: None }));
+    let gone = |before| Compared { before: Some(before), after: None, is_tolerated: false };
+    rows.extend(old.into_iter().flatten().map(gone));
     rows
 }
 

@@ -39,7 +39,7 @@ impl Comparison {
         let of = |cpu: &str| {
             states.map(|state| {
                 let found = state.iter().find(|(name, _)| name == cpu);
-                found.map_or_else(|| "0 %".to_owned(), |(_, share)| share.clone())
+                found.map_or_else(|| "–".to_owned(), |(_, share)| share.clone())
             })
         };
         names.into_iter().map(|cpu| (cpu.clone(), of(cpu))).collect()

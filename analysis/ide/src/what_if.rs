@@ -30,6 +30,19 @@ enum Setting<'db> {
     Time { key: String, time: Time, tables: Vec<TableSet<'db>> },
 }
 
+impl Setting<'_> {
+    /// Returns whether both are values of one thing.
+    fn is_of_same(&self, other: &Setting<'_>) -> bool {
+        match (self, other) {
+            (Setting::Field(one), Setting::Field(other)) => {
+                one.instance == other.instance && same_fields(&one.field).contains(&other.field)
+            }
+            (Setting::Time { key, .. }, Setting::Time { key: other, .. }) => key == other,
+            _ => false,
+        }
+    }
+}
+
 /// Returns the figures of a deployment as it is, beside those with other values: each as `INSTANCE.FIELD=VALUE` or `KEY=TIME`, where
 /// the key is that of a timing table.
 ///
@@ -75,9 +88,13 @@ pub fn what_if_change<'db>(
     query: Query,
     values: &[String],
 ) -> Result<Change, String> {
-    let mut settings = Vec::new();
+    let mut settings: Vec<Setting<'db>> = Vec::new();
     for value in values {
-        settings.push(setting(db, project, of, query, value)?);
+        let setting = setting(db, project, of, query, value)?;
+        if settings.iter().any(|known| known.is_of_same(&setting)) {
+            return Err(format!("`{value}`: there is another value for the same"));
+        }
+        settings.push(setting);
     }
     change_of(db, of, &settings)
 }

@@ -116,7 +116,8 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
                 name: it.name().to_string(),
                 // Its name before, if it was renamed.
                 [was]: it.was().map(|it| it.to_string()),
-                // missed, lost, unlimited, gone, new-missed, later, new, met, found, earlier, limit or same
+                // missed, found-missed, lost, unlimited, gone, new-missed, later, tolerated, relaxed, new, met, found, earlier,
+                // tightened, fields or same
                 change: it.change().name(),
                 // The fields of the activity that are different.
                 [fields]: non_empty(it.fields()),
@@ -185,12 +186,13 @@ fn changed(of: &[Compared]) -> impl Iterator<Item = &Compared> {
     of.iter().filter(|it| it.change() != FigureChange::Same || it.was().is_some()).filter(|it| !is_void(it))
 }
 
-/// Returns whether this is a new or former chain without a declaration and without a latency: there are many.
+/// Returns whether this is a chain without a declaration and without a latency, before and after: there are many.
 fn is_void(row: &Compared) -> bool {
     let has_nothing =
         |it: &Figure| it.status == Status::NotAnalysed && it.time.is_none() && it.limit.is_none();
     let [before, after] = [&row.before, &row.after].map(|it| it.as_ref().is_none_or(has_nothing));
-    before && after && (row.before.is_none() || row.after.is_none())
+    let is_chain = row.fields().is_empty();
+    before && after && is_chain
 }
 
 fn cells(row: &Compared, name: String) -> Vec<String> {
@@ -250,7 +252,10 @@ fn new_errors(it: &Comparison) -> impl Iterator<Item = String> + '_ {
     let errors = |state: &Option<Figures>| state.as_ref().map_or(0, |it| it.errors);
     let (before, after) = (errors(&it.before), errors(&it.after));
     let said = match (before, after) {
-        (_, 1..) => Some(format!("not proved: the project has {}", counted(after, "error"))),
+        (_, 1..) => {
+            let first = it.after.as_ref().and_then(|it| it.error.clone()).unwrap_or_default();
+            Some(format!("not proved: the project has {}: {first}", counted(after, "error")))
+        }
         (1.., 0) => Some(format!("before, nothing was proved: the project had {}", counted(before, "error"))),
         (0, 0) => None,
     };
