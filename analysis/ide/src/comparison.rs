@@ -720,7 +720,7 @@ mod tests {
             TABLE,
             expect![[r#"
                 2 of 2 deadlines met, as before
-                lidar (was laser): ✓ 5 / 20 ms → ✓ 5 / 25 ms limit
+                lidar (was laser): ✓ 5 / 20 ms → ✓ 5 / 25 ms relaxed
                 pilot: ✓ 18 / 40 ms → ✓ 18 / 40 ms same
                 lidar.scan -> pilot.drive (was laser.scan -> pilot.drive): ≤ 88 ms → ≤ 93 ms later
                 worse: false

@@ -325,9 +325,9 @@ deployment D { architecture A
             D at 1e-4: 3 of 3 deadlines met, as before
             with eye.priority=1
 
+              eye     ████░░░░            │         ✓ 4 / 10 → ✓ 4 / 20 ms      relaxed
+              spare   █░                  │         ✓ 10 / 100 → ✓ 10 / 200 ms  relaxed
               planner ██████████████░░░░  │         ✓ 18 → 14 / 20 ms           earlier
-              eye     ████░░░░            │         ✓ 4 / 10 → ✓ 4 / 20 ms      another deadline
-              spare   █░                  │         ✓ 10 / 100 → ✓ 10 / 200 ms  another deadline
 
               CPU 1 utilisation: 90.0 % → 70.0 %
               CPU 2 utilisation: 10.0 % → 5.0 %
