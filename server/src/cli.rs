@@ -33,6 +33,7 @@ mod simulate;
 mod text;
 mod trace;
 mod trace_events;
+mod verify;
 mod wcrt;
 
 use crate::output::Output;
@@ -57,6 +58,13 @@ enum Command {
     Check(check::Check),
     /// Compute worst-case response times.
     Wcrt(wcrt::Wcrt),
+    /// Check certificates of response times, without the analysis that wrote them.
+    ///
+    /// `mauve wcrt --certificate FILE` writes a certificate: the task set, and why each deadline is met. The checker recomputes each
+    /// inequality from the task set. It takes the execution times and the model from the file: that they describe the robot is not
+    /// checked. Exit codes: 0 every claim is proved; 1 a claim is not, or, without --allow-partial, the deadline of an activity is met
+    /// for a reason that cannot be checked; 2 wrong usage, or a file that is not a certificate.
+    Verify(verify::Verify),
     /// Show how long data takes from sensors to actuators, or why there is no bound.
     ///
     /// Exit codes: 0 each chain with a limit in mauve.toml keeps it; 1 one does not, or the models have errors; 2 wrong
@@ -152,6 +160,7 @@ impl Arguments {
             Command::Replay(it) => it.run(),
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
+            Command::Verify(it) => it.run(),
             Command::Chains(it) => it.run(),
             Command::Diff(it) => it.run(),
             Command::Psm(it) => it.run(),

@@ -40,12 +40,12 @@ impl Tasks {
         let mut writer = Writer { found: &found, growths: &growths, lanes };
         let (mut claims, mut left_out) = (Vec::new(), Vec::new());
         for task in 0..self.all.len() {
-            let claim = if self.kind(task) == TaskKind::Throttling { None } else { writer.claim(task) };
+            let claim = if self.kind(task) == TaskKind::Throttling { None } else { writer.claim(task, is_met(task)) };
             let is_proved = claim.as_ref().is_some_and(|claim| claim["met"] == true);
             if self.kind(task) == TaskKind::Activity && is_met(task) && !is_proved {
                 let reason = match claim {
-                    Some(_) => "its deadline is met only by a search over combinations of paths",
-                    None => "its busy windows have too many jobs",
+                    Some(_) => "combinations-of-paths",
+                    None => "too-many-jobs",
                 };
                 left_out.push(json!({ "task": task, "reason": reason }));
             }
@@ -94,7 +94,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn claim(&mut self, task: usize) -> Option<Value> {
+    fn claim(&mut self, task: usize, is_met: bool) -> Option<Value> {
         let response = self.found.responses.get(task)?;
         let of = self.found.tasks.all.get(task)?;
         let Bound::Response(time) = response.bound else { return None };
@@ -117,7 +117,7 @@ impl Writer<'_> {
         Some(json!({
             "task": task,
             "response": time.as_nanos(),
-            "met": response.status(of.deadline) == Status::Met,
+            "met": is_met && response.status(of.deadline) == Status::Met,
             "rule": rule,
             "method": if method == Method::Psm { "psm" } else { "ibf" },
             "blocking": of.blocking.as_nanos(),

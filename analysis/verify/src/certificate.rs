@@ -25,6 +25,8 @@ pub(crate) struct System {
     pub(crate) operations: Vec<Operation>,
     pub(crate) claims: Vec<Claim>,
     pub(crate) not_certified: Vec<NotCertified>,
+    #[serde(default)]
+    pub(crate) chains: Vec<Chain>,
 }
 
 #[derive(Deserialize, PartialEq, Clone, Copy)]
@@ -170,4 +172,26 @@ pub(crate) struct Window {
 pub(crate) struct NotCertified {
     pub(crate) task: usize,
     pub(crate) reason: String,
+}
+
+/// Data takes no longer than `latency` through these steps; without it, `reason` says why that is not certified.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Chain {
+    pub(crate) name: String,
+    pub(crate) latency: Option<u64>,
+    pub(crate) limit: Option<u64>,
+    pub(crate) reason: Option<String>,
+    pub(crate) steps: Vec<Step>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Step {
+    pub(crate) task: usize,
+    /// N, the releases from the arrival of data to the write.
+    pub(crate) releases: u64,
+    pub(crate) wait: u64,
+    pub(crate) periods: u64,
+    pub(crate) run: u64,
 }

@@ -14,11 +14,13 @@
 //! | `tasks.rs` | a job executes so many calls | their number | that clients do not send more, by their claims |
 //! | `windows.rs` | each job ends within R | for each job, a time | the demand up to that time is not greater; the next job is released later |
 //! | `global.rs` | the same on several CPUs at once | a time | while the task waits, all CPUs are busy: the others have less work |
+//! | `chains.rs` | data takes no longer than L | what each step adds | each is enough, and so is the sum |
 //!
 //! The last inequality is R ≤ D. A claim may rely on the claims of other tasks (*ends within R*): all are accepted, or none.
 
 mod blocking;
 mod certificate;
+mod chains;
 mod demand;
 mod global;
 mod tasks;
@@ -48,6 +50,10 @@ pub struct SystemSummary {
     pub met: Vec<String>,
     /// The activities whose deadlines may be met, but are not proved here, each with the reason.
     pub not_certified: Vec<(String, String)>,
+    /// The chains whose latencies are proved, and are within their limits.
+    pub chains: Vec<String>,
+    /// The chains whose latencies are not proved here, each with the reason.
+    pub chains_not_certified: Vec<(String, String)>,
     /// The real-time activities of which the certificate claims nothing.
     pub not_claimed: Vec<String>,
 }
@@ -99,6 +105,16 @@ fn check(system: &System, work: &Work) -> Result<SystemSummary, Refusal> {
     };
     for claim in &system.claims {
         check_claim(&tasks, claim).map_err(|why| refuse(name(claim.task), why))?;
+    }
+    for chain in &system.chains {
+        let Some(latency) = chain.latency else {
+            let reason = chain.reason.clone().unwrap_or_default();
+            found.chains_not_certified.push((chain.name.clone(), reason));
+            continue;
+        };
+        chains::check_chain(&tasks, system, chain, latency)
+            .map_err(|why| refuse(Some(chain.name.clone()), why))?;
+        found.chains.push(chain.name.clone());
     }
     for it in &system.not_certified {
         found.not_certified.extend(name(it.task).map(|name| (name, it.reason.clone())));

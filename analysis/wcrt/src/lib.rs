@@ -35,6 +35,7 @@
 //! | `unblocked.rs` | what has to be assumed so that it gets there |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
+//! | `certificate.rs` | why deadlines are met, for an independent checker |
 //! | `exported.rs` | task sets and state machines for files, made of models |
 //! | `observed.rs` | a recording beside the model: which assumption of the analysis fails |
 //! | `fact.rs`, `reason.rs` | errors, and reasons for a missing response time: names and figures |
@@ -47,6 +48,7 @@
 mod basis;
 pub mod better_timing;
 mod bisection;
+mod certificate;
 pub mod chains;
 mod component_tables;
 mod excesses;
@@ -80,6 +82,7 @@ pub mod unblocked;
 mod what_if;
 
 pub use basis::{Basis, basis_of};
+pub use certificate::{certificate_of, certificate_of_file};
 pub use component_tables::{first_tables, tables_for, tables_in};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use executions::{Support, executions_of, required_facts, support};

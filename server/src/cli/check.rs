@@ -27,6 +27,7 @@ use crate::analysis_document::analysis_document;
 use crate::cli::lines::{Lines, clamp};
 use crate::cli::options::{Outside, Paths};
 use crate::cli::text::{counted, shown};
+use crate::cli::verify::check_certificate;
 use crate::harmless::{harmless, harmless_but_for_styles};
 use crate::json::{self, non_empty, object};
 use crate::load::load;
@@ -55,6 +56,9 @@ pub(crate) struct Check {
     /// Show what --fix would change, write nothing, and exit with 1 if there is something.
     #[arg(long, conflicts_with = "format")]
     diff: bool,
+    /// Let the independent checker of `mauve verify` check why deadlines are met, and exit with 1 if it refuses.
+    #[arg(long, conflicts_with = "diff")]
+    verify: bool,
     /// Check the text on standard input in place of this file, in its project. (`-` as PATH is standard input.)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["fix", "diff"])]
     stdin_path: Option<PathBuf>,
@@ -132,6 +136,7 @@ impl Check {
         let (errors, warnings, hints) =
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(db, &workspaces)?;
+        let verified = if self.verify { Some(check_certificate(&deployed)?) } else { None };
         let text = match self.format {
             CheckFormat::Sarif => json::text(&sarif::log(db, &here, (&findings, &suppressed), &deployed))?,
             CheckFormat::Json => {
@@ -143,6 +148,7 @@ impl Check {
                     warnings: warnings,
                     hints: hints,
                     [fixed]: fixed.as_ref().map(|_| fixes),
+                    [certificate]: verified.as_ref().map(|(said, _)| said.as_str()),
                     deployments: deployed.iter().map(analysis_document).collect::<Vec<_>>(),
                 })?
             }
@@ -166,12 +172,14 @@ impl Check {
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
                 let verdict = deadlines(&deployed, &suppressed) + &supports(&deployed) + &limits(&deployed);
-                parts.push(format!("{found}; {verdict}\n{pages}"));
+                let said = verified.as_ref().map_or_else(String::new, |(said, _)| harmless(said) + "\n");
+                parts.push(format!("{found}; {verdict}\n{said}{pages}"));
                 parts.join("\n")
             }
         };
         let is_written = written.is_none_or(|(_, is_complete)| is_complete);
-        let is_wrong = errors > 0 || is_proof_missing(&deployed);
+        let is_refused = verified.is_some_and(|(_, is_accepted)| !is_accepted);
+        let is_wrong = errors > 0 || is_refused || is_proof_missing(&deployed);
         let code = if is_written { u8::from(is_wrong) } else { 2 };
         Ok(Output::verbatim(text, code))
     }

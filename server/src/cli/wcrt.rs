@@ -28,11 +28,13 @@ use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
 use crate::cli::text::{columns, counted, csv, number, shown};
+use crate::cli::verify::certificate;
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
 use crate::json;
 use crate::load::load;
 use crate::output::{Output, say};
+use crate::replace::put;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Wcrt {
@@ -68,6 +70,9 @@ pub(crate) struct Wcrt {
     /// CODEL=TIME, such as nav.plan=12ms. May be repeated; no file is written.
     #[arg(long, value_name = "NAME=VALUE", conflicts_with_all = ["explain", "sensitivity", "probability", "horizon"])]
     set: Vec<String>,
+    /// Write why the deadlines are met into this file, for `mauve verify`; not with --horizon.
+    #[arg(long, value_name = "FILE", conflicts_with = "horizon")]
+    certificate: Option<PathBuf>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -130,6 +135,7 @@ impl Wcrt {
         };
         let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
         let text = self.text(&all)?;
+        self.write_certificate(&all)?;
         say_errors(errors);
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
@@ -190,7 +196,12 @@ impl Wcrt {
         });
         let all: Vec<Deployed<'_>> = deployed.collect();
         let text = self.text(&all)?;
+        self.write_certificate(&all)?;
         Ok(Output::verbatim(text, u8::from(!all.iter().all(Deployed::schedulable))))
+    }
+
+    fn write_certificate(&self, all: &[Deployed<'_>]) -> Result<(), String> {
+        self.certificate.as_ref().map_or(Ok(()), |path| put(path, &certificate(all)?))
     }
 
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {

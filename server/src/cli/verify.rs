@@ -1,0 +1,154 @@
+//! `mauve verify FILE…`: checks certificates of response times; `mauve wcrt --certificate FILE` writes them.
+
+use std::path::{Path, PathBuf};
+
+use mauve_verify::{Refusal, Summary, SystemSummary, verify};
+use mauve_wcrt::{certificate_of, certificate_of_file};
+use serde_json::{Map, Value};
+
+use crate::analysis_document::{Deployed, Origin};
+use crate::cli::text::counted;
+use crate::disk::{LONGEST, read};
+use crate::output::Output;
+
+/// The longest certificate; it has a number for each job of each busy window.
+const LONGEST_CERTIFICATE: u64 = 4 * LONGEST;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Verify {
+    /// Certificates.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Exit with 0 although the certificate does not say why some deadline is met that the analysis has found to be.
+    #[arg(long)]
+    allow_partial: bool,
+}
+
+impl Verify {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let (mut text, mut code) = (String::new(), 0);
+        for path in &self.files {
+            let shown = path.display();
+            let json = read_text(path)?;
+            match verify(&json) {
+                Ok(summary) => {
+                    let is_partial = summary.systems.iter().any(|it| !it.not_certified.is_empty());
+                    code = u8::from(is_partial && !self.allow_partial).max(code);
+                    let verdict = if is_partial { "accepted in part" } else { "accepted" };
+                    text += &format!("{shown}: {verdict}\n");
+                    summary.systems.iter().for_each(|it| text += &said(it));
+                }
+                Err(Refusal::Unreadable(why)) => {
+                    return Err(format!("`{shown}` is not a certificate: {why}"));
+                }
+                Err(refusal) => {
+                    code = 1;
+                    text += &format!("{shown}: refused: {}\n", refused(&refusal));
+                }
+            }
+        }
+        text += "Checked: each inequality, from the task set in the file. Not checked: the execution times and the model are taken from the file.\n";
+        Ok(Output::escaped(text, code))
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = read(path, LONGEST_CERTIFICATE);
+    let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
+    text.map_err(|error| format!("cannot read `{}`: {error}", path.display()))
+}
+
+/// Says what is proved of a deployment.
+fn said(of: &SystemSummary) -> String {
+    let all = of.met.len() + of.not_certified.len() + of.not_claimed.len();
+    let mut text = format!(
+        "  {} at {}: {} of {} proved\n",
+        of.deployment,
+        of.significance,
+        of.met.len(),
+        counted(all, "deadline")
+    );
+    if !of.chains.is_empty() {
+        text += &format!("    {} within their latencies\n", counted(of.chains.len(), "chain"));
+    }
+    for (name, why) in of.not_certified.iter().chain(&of.chains_not_certified) {
+        text += &format!("    {name}: not certified: {}\n", in_words(why));
+    }
+    for name in &of.not_claimed {
+        text += &format!("    {name}: the certificate does not claim that its deadline is met\n");
+    }
+    text
+}
+
+/// Returns why something is not certified.
+fn in_words(reason: &str) -> &str {
+    match reason {
+        "combinations-of-paths" => "its deadline is met only by a search over combinations of paths",
+        "too-many-jobs" => "its busy windows have too many jobs",
+        "not-by-step" => "buffers, data that releases activities, and networks are not checked",
+        "not-within-limit-by-step" => {
+            "it is within its limit only with synchronised clocks, or as writes are before the end of a job"
+        }
+        other => other,
+    }
+}
+
+fn refused(refusal: &Refusal) -> String {
+    match refusal {
+        Refusal::Unreadable(why) => why.clone(),
+        Refusal::False { deployment, of: Some(of), why } => format!("`{of}` of {deployment}: {why}"),
+        Refusal::False { deployment, of: None, why } => format!("{deployment}: {why}"),
+    }
+}
+
+/// Returns the certificate of deployments, a line for each task and claim.
+pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
+    let mut systems = Vec::new();
+    for it in all {
+        if it.errors > 0 {
+            return Err(format!("no certificate: fix {} first", counted(it.errors, "error")));
+        }
+        for (query, report) in &it.reports {
+            let mut parts = match (it.origin, it.declared) {
+                (Origin::Model(tables), Some(deployment)) => {
+                    certificate_of(it.db, tables.project(it.db), deployment, *query)
+                }
+                (Origin::File { set, .. }, _) => certificate_of_file(set, *query, report)
+                    .map_err(|_| "no certificate: the task set has no times at this level".to_owned())?,
+                (Origin::Model(_), None) => continue,
+            };
+            parts.insert("deployment".to_owned(), it.name.into());
+            systems.push(lines(&parts));
+        }
+    }
+    let tool = concat!("mauve ", env!("CARGO_PKG_VERSION"));
+    Ok(format!("{{\"version\":1,\"tool\":\"{tool}\",\"systems\":[\n{}\n]}}\n", systems.join(",\n")))
+}
+
+fn lines(parts: &Map<String, Value>) -> String {
+    let part = |(key, value): (&String, &Value)| match value.as_array() {
+        Some(list) if !list.is_empty() => {
+            let list: Vec<String> = list.iter().map(|it| format!("  {it}")).collect();
+            format!(" \"{key}\":[\n{}]", list.join(",\n"))
+        }
+        _ => format!(" \"{key}\":{value}"),
+    };
+    format!("{{\n{}}}", parts.iter().map(part).collect::<Vec<_>>().join(",\n"))
+}
+
+/// Checks the certificate of deployments, and returns what to say of it, and whether no claim is refused.
+pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), String> {
+    if all.iter().any(|it| it.errors > 0) {
+        return Ok(("certificate: none, as the project has errors".to_owned(), true));
+    }
+    Ok(match verify(&certificate(all)?) {
+        Ok(Summary { systems }) => {
+            let met = systems.iter().map(|it| it.met.len()).sum();
+            let partial = systems.iter().flat_map(|it| &it.not_certified);
+            let partial: Vec<String> =
+                partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
+            (format!("certificate: accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
+        }
+        Err(refusal) => (format!("certificate: refused: {}", refused(&refusal)), false),
+    })
+}
