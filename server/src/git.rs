@@ -28,6 +28,9 @@ const KEPT: [&str; 5] = [
 /// The maximum number of bytes that a short answer of git has.
 const LONGEST_ANSWER: u64 = 1 << 20;
 
+/// The maximum number of entries of a commit: a few trees that name each other may have any number.
+const MOST_ENTRIES: usize = 1 << 20;
+
 /// The repository around a folder.
 #[derive(Debug)]
 pub(crate) struct Repository {
@@ -119,7 +122,10 @@ impl Repository {
             self.start(&["ls-tree", "-r", "-z", "--full-tree", commit], Stdio::null()).map_err(failed)?;
         let output = child.output.take().ok_or_else(|| failed("git has no output".to_owned()))?;
         let mut found = Vec::new();
-        for line in BufReader::new(output).split(b'\0') {
+        for (number, line) in BufReader::new(output).split(b'\0').enumerate() {
+            if number == MOST_ENTRIES {
+                return Err(failed(format!("it has more than {MOST_ENTRIES} files")));
+            }
             let line = line.map_err(|error| failed(error.to_string()))?;
             found.extend(entry(&line).filter(wanted));
         }

@@ -1,17 +1,21 @@
 //! Loads the workspaces of a commit: its models, configurations and tables are written into a private folder, loaded from there as from
 //! any folder, and removed at once. So a commit is analysed as its files would be, and the working folder is not touched.
 
+use std::ffi::OsString;
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::Write as _;
+use std::os::unix::ffi::OsStringExt as _;
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, Once};
 
-use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, is_model};
+use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, is_model, normalised};
 use mauve_wcrt::table_pattern;
 
-use crate::disk::LONGEST;
+use crate::disk::{LONGEST, is_hidden};
 use crate::git::{Contents, Entry, EntryKind, Repository};
 use crate::load::{LONGEST_TOGETHER, load};
+use crate::signals::on_signal;
 
 /// The workspaces of a commit.
 #[derive(Debug)]
@@ -48,7 +52,12 @@ pub(crate) fn load_commit(
     let top = copy.top.clone();
     let named = |why: String| why.replace(&format!("{}/", top.display()), &format!("{name}:"));
     if !entries.iter().any(|entry| entry.path.starts_with(path) && is_project(&entry.path)) {
-        return Ok(Loaded { workspaces: Vec::new(), top, left_out: Vec::new() });
+        let submodules: Vec<Entry> = entries.into_iter().filter(is_submodule).collect();
+        copy.write(&submodules).map_err(&named)?;
+        let shown =
+            if path.as_os_str().is_empty() { String::new() } else { format!(" in `{}`", path.display()) };
+        copy.left_out.push(format!("there is no model and no mauve.toml{shown}"));
+        return Ok(Loaded { workspaces: Vec::new(), top, left_out: std::mem::take(&mut copy.left_out) });
     }
     copy.write(&entries).map_err(&named)?;
     let paths = [top.join(path)];
@@ -77,6 +86,39 @@ pub(crate) fn load_commit(
     Ok(Loaded { workspaces, top, left_out })
 }
 
+/// How the name of a private folder begins.
+const PREFIX: &str = "mauve-revision-";
+
+/// Returns the private folder around a folder, if there is one.
+pub(crate) fn copy_of(folder: &Path) -> Option<String> {
+    let is_copy = |it: &&Path| it.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PREFIX));
+    Some(folder.ancestors().find(is_copy)?.display().to_string())
+}
+
+/// The maximum number of bytes of the target of a link.
+const LONGEST_LINK: u64 = 4096;
+
+/// The private folders that are not removed yet: a signal removes them too.
+static COPIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes all private folders.
+fn remove_copies() {
+    let copies = COPIES.lock().map(|mut it| std::mem::take(&mut *it)).unwrap_or_default();
+    copies.iter().for_each(|it| _ = std::fs::remove_dir_all(it));
+}
+
+/// Removes all private folders when a signal ends the command, once.
+fn remove_copies_on_signal() {
+    static ONCE: Once = Once::new();
+    // Without signals, a folder may stay: it is private.
+    ONCE.call_once(|| {
+        _ = on_signal(|| {
+            remove_copies();
+            std::process::exit(130);
+        });
+    });
+}
+
 /// A private folder with files of a commit, which is removed when it is dropped.
 struct Copy {
     top: PathBuf,
@@ -89,7 +131,9 @@ impl Copy {
     fn new(contents: Contents) -> std::io::Result<Copy> {
         let parent = std::env::temp_dir().canonicalize()?;
         let time = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
-        let top = parent.join(format!("mauve-revision-{}-{time}", std::process::id()));
+        let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
+        remove_copies_on_signal();
+        COPIES.lock().iter_mut().for_each(|it| it.push(top.clone()));
         // It must be new: another user could have made one.
         DirBuilder::new().mode(0o700).create(&top)?;
         let copy = Copy { top, contents, left: LONGEST_TOGETHER, left_out: Vec::new() };
@@ -106,7 +150,15 @@ impl Copy {
                     let written = self.write_file(entry);
                     written.map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?;
                 }
-                EntryKind::Link => self.left_out.push(format!("`{path}` is a link, and is not followed")),
+                EntryKind::Link => {
+                    if !self
+                        .write_link(entry)
+                        .map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?
+                    {
+                        self.left_out
+                            .push(format!("`{path}` is a link out of the repository, and is not followed"));
+                    }
+                }
                 EntryKind::Submodule => {
                     self.left_out.push(format!("`{path}` is a submodule, and is not read"))
                 }
@@ -115,9 +167,34 @@ impl Copy {
         Ok(())
     }
 
+    /// Makes a link whose target is visible below the top, and returns whether it is: the loader checks where it leads indeed.
+    fn write_link(&mut self, entry: &Entry) -> Result<bool, String> {
+        let Ok(target) = self.contents.read(entry, LONGEST_LINK)? else { return Ok(false) };
+        let (path, target) = (self.path_of(entry)?, PathBuf::from(OsString::from_vec(target)));
+        let end = normalised(&path.parent().unwrap_or(&self.top).join(&target));
+        let is_below = end.strip_prefix(&self.top).is_ok_and(|it| !is_hidden(it));
+        if target.is_absolute() || !is_below {
+            return Ok(false);
+        }
+        let made = std::fs::create_dir_all(path.parent().unwrap_or(&self.top))
+            .and_then(|()| std::os::unix::fs::symlink(&target, &path));
+        made.map(|()| true).map_err(|error| error.to_string())
+    }
+
+    /// Returns where an entry is written: never through a link.
+    fn path_of(&self, entry: &Entry) -> Result<PathBuf, String> {
+        let path = self.top.join(&entry.path);
+        let folders = path.ancestors().skip(1).take_while(|it| it.starts_with(&self.top));
+        let mut links = folders.filter(|it| it.symlink_metadata().is_ok_and(|it| it.is_symlink()));
+        match links.next() {
+            Some(_) => Err("one of its folders is a link".to_owned()),
+            None => Ok(path),
+        }
+    }
+
     fn write_file(&mut self, entry: &Entry) -> Result<(), String> {
         let bytes = self.contents.read(entry, LONGEST)?;
-        let path = self.top.join(&entry.path);
+        let path = self.path_of(entry)?;
         let make = || -> std::io::Result<File> {
             std::fs::create_dir_all(path.parent().unwrap_or(&self.top))?;
             OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path)
@@ -140,6 +217,7 @@ impl Copy {
 
 impl Drop for Copy {
     fn drop(&mut self) {
+        COPIES.lock().iter_mut().for_each(|it| it.retain(|path| *path != self.top));
         let _ = std::fs::remove_dir_all(&self.top);
     }
 }

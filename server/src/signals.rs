@@ -6,9 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use futures::future::select_all;
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Sets `stop` when the user ends the command. From here on, these signals do not end the process. One that is ignored, as by `nohup`,
-/// stays so.
+/// Sets `stop` when the user ends the command.
 pub(crate) fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
+    on_signal(move || stop.store(true, Ordering::Relaxed))
+}
+
+/// Calls `act` when the user ends the command. From here on, these signals do not end the process. One that is ignored, as by `nohup`,
+/// stays so.
+pub(crate) fn on_signal(act: impl FnOnce() + Send + 'static) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("cannot wait for signals: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(failed)?;
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -25,7 +30,7 @@ pub(crate) fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
     std::thread::spawn(move || {
         let all = signals.iter_mut().map(|signal| Box::pin(signal.recv()));
         runtime.block_on(select_all(all));
-        stop.store(true, Ordering::Relaxed);
+        act();
     });
     Ok(())
 }

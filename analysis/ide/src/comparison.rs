@@ -296,6 +296,14 @@ impl Figures {
         self
     }
 
+    /// Replaces a text in all messages, such as the name of a folder.
+    pub fn replace(&mut self, from: &str, to: &str) {
+        let figures = self.activities.iter_mut().chain(&mut self.chains);
+        let of_figures = figures.flat_map(|it| it.reasons.iter_mut().chain([&mut it.shown]));
+        let all = self.not_analysed.iter_mut().chain(&mut self.error).chain(of_figures);
+        all.for_each(|text| *text = text.replace(from, to));
+    }
+
     /// Returns whether every deadline is proved.
     pub fn schedulable(&self) -> bool {
         self.errors == 0

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use mauve_diagnostics::{declaration_diagnostics, time_error_message};
 use mauve_hir::item_tree::{Field, Kind, Name};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, FieldKind, File, Location, ModelDb, Project, deployment, field_entry, names_of,
-    parse, projects, same_fields, similar,
+    ACTIVITY_FIELDS, Decl, FieldKind, File, Location, ModelDb, Project, config_file, deployment, field_entry,
+    names_of, parse, projects, same_fields, similar, similar_field,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -73,7 +73,17 @@ pub fn what_if<'db>(
     query: Query,
     values: &[String],
 ) -> Result<Comparison, String> {
-    compared(db, project, of, query, &what_if_change(db, project, of, query, values)?)
+    let with = |values: &[String]| {
+        compared(db, project, of, query, &what_if_change(db, project, of, query, values)?)
+    };
+    with(values).map_err(|why| {
+        // Which value it is, where one alone is refused for the same reason.
+        let alone = values.iter().find(|it| with(std::slice::from_ref(it)).as_ref() == Err(&why));
+        match alone.filter(|it| !why.contains(it.as_str())) {
+            Some(value) => format!("`{value}`: {why}"),
+            None => why,
+        }
+    })
 }
 
 /// Returns the edits that write the values of [`what_if`].
@@ -96,7 +106,7 @@ pub fn what_if_change<'db>(
         }
         settings.push(setting);
     }
-    change_of(db, of, &settings)
+    change_of(db, project, of, &settings)
 }
 
 /// Returns the figures of a deployment as it is, beside those after a change of texts.
@@ -190,7 +200,13 @@ fn setting<'db>(
             ActivityField::ALL.iter().map(|field| format!("{}.{}", instance.name, field.keyword()));
         names.extend(of_instance.map(|it| Name::from(it.as_str())));
     }
-    let near = similar(subject, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let other_name = subject.rsplit_once('.').and_then(|(instance, field)| {
+        let is_instance = activities.iter().any(|it| it.executes(instance));
+        let near = similar_field(field).filter(|_| is_instance)?;
+        Some(Name::from(format!("{instance}.{}", near.keyword()).as_str()))
+    });
+    let near = other_name.or_else(|| similar(subject, &names));
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     let name = of.name(db);
     Err(format!("`{subject}` is neither a field of an activity of {name} nor a time that it executes{near}"))
 }
@@ -208,7 +224,12 @@ fn field_value(field: ActivityField, value: &str) -> Result<String, String> {
 }
 
 /// Returns the edits that write the settings.
-fn change_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, settings: &[Setting<'db>]) -> Result<Change, String> {
+fn change_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    settings: &[Setting<'db>],
+) -> Result<Change, String> {
     let fields = settings.iter().filter_map(|it| match it {
         Setting::Field(field) => Some(field.clone()),
         Setting::Time { .. } => None,
@@ -220,7 +241,11 @@ fn change_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, settings: &[Setting<'db>]
         for tables in tables {
             let files = files_of(db, *tables);
             let first = files.first().ok_or_else(|| {
-                format!("`{key}`: {} of mauve.toml names no timing table", tables.header(db))
+                let key = key.trim_start_matches("(access) ");
+                match config_file(db, project.workspace(db)) {
+                    Some(_) => format!("`{key}`: {} of mauve.toml names no timing table", tables.header(db)),
+                    None => format!("`{key}`: there is no mauve.toml that names a timing table"),
+                }
             })?;
             let text = |texts: &BTreeMap<_, (File, String)>, file: File| {
                 let known = texts.get(file.path(db).as_path());

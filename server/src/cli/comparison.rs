@@ -78,7 +78,8 @@ pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {
-            '@' => out += "&#64;",
+            // Escapes do not keep a forge from finding users and issues: a space without width does.
+            '@' | '#' => out.extend(['\\', letter, '\u{200b}']),
             '<' => out += "&lt;",
             '&' => out += "&amp;",
             letter if letter.is_control() => out.push('\u{fffd}'),
@@ -137,7 +138,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         deployment: name(it).to_owned(),
         [was]: it.was().map(str::to_owned),
         unit: "ms",
-        significance: level(it),
+        significance: either(it).and_then(|it| it.level.parse::<f64>().ok()),
         before: state(&it.before),
         after: state(&it.after),
         activities: rows(&it.activities),
@@ -260,7 +261,9 @@ fn new_errors(it: &Comparison) -> impl Iterator<Item = String> + '_ {
         (0, 0) => None,
     };
     let lost = it.after.iter().flat_map(|it| &it.not_analysed);
-    said.into_iter().chain(lost.map(|why| format!("nothing is analysed: {why}")))
+    let all = said.into_iter().chain(lost.map(|why| format!("nothing is analysed: {why}")));
+    // A key of mauve.toml may have line breaks.
+    all.map(|it| it.replace(char::is_control, "\u{fffd}"))
 }
 
 fn either(it: &Comparison) -> Option<&Figures> {

@@ -20,6 +20,7 @@ use crate::cli::text::counted;
 use crate::harmless::harmless;
 use crate::json;
 use crate::output::Output;
+use crate::revision::copy_of;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diff {
@@ -64,15 +65,22 @@ impl Diff {
             let [before, after] = &states;
             [self.figures(before)?, self.figures(after)?]
         };
+        let (before, after) = match (before, after) {
+            // One of the states may lack the deployment that is asked for.
+            (Err(_), Err(why)) => return Err(why),
+            (before, after) => (before.unwrap_or_default(), after.unwrap_or_default()),
+        };
         if before.is_empty() && after.is_empty() {
-            let what = match &self.deployment {
-                Some(name) => format!("neither state has a deployment `{name}`: nothing to compare"),
-                None => "neither state has a deployment: nothing to compare".to_owned(),
-            };
+            let what = "neither state has a deployment: nothing to compare".to_owned();
             return Err(missing(what, errors_before.max(errors_after)));
         }
-        let all = paired(before, after);
+        let had_none = before.is_empty();
         let tolerance = |before: Time| self.tolerance.of(before);
+        let mut all: Vec<Comparison> =
+            paired(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
+        if self.format != Format::Json {
+            name_projects(&mut all);
+        }
         let is_worse = all.iter().any(|it| it.is_worse(&tolerance));
         let [before, after] = states.each_ref().map(State::name);
         let summary = summary(&all, &tolerance);
@@ -86,7 +94,12 @@ impl Diff {
             }
             Format::Markdown => {
                 let (changed, same) = parts(&all);
-                let mark = if is_worse { "❌" } else { "✅" };
+                let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
+                let mark = match is_worse {
+                    true => "❌",
+                    false if is_proved && !had_none => "✅",
+                    false => "⚠️",
+                };
                 let mut parts = vec![format!("{mark} **Response times:** {summary}\n")];
                 parts.extend(changed.into_iter().map(comparison_markdown));
                 parts.extend(as_before(same).map(|it| it + "\n"));
@@ -112,18 +125,35 @@ impl Diff {
         Ok(Output::verbatim(text, u8::from(is_worse)))
     }
 
-    /// Returns the figures of all deployments of a state, and the number of errors in it.
-    fn figures(&self, state: &State) -> Result<(Vec<Figures>, usize), String> {
+    /// Returns the figures of the deployments of a state, or which deployments it has, and the number of errors in it.
+    fn figures(&self, state: &State) -> Result<(Result<Vec<Figures>, String>, usize), String> {
         let mut db = Database::default();
         let (workspaces, folder) = state.load(&mut db, self.outside.allow_outside)?;
-        // The other state may have the deployment.
-        let found = deployments(&db, &workspaces, self.deployment.as_deref()).unwrap_or_default();
-        let figures = found.into_iter().map(|(project, deployment)| {
+        let found = deployments(&db, &workspaces, self.deployment.as_deref());
+        let figures = |(project, deployment)| {
             let query = Query::at_level(&db, project, deployment, self.significance);
-            let figures = Figures::of(&db, project, deployment, query);
-            Figures { root: relative_path(&folder, &figures.root), ..figures }
-        });
-        Ok((figures.collect(), errors_of_text(&db, &workspaces)))
+            let mut figures = Figures::of(&db, project, deployment, query);
+            figures.root = relative_path(&folder, &figures.root);
+            if let Some(copy) = copy_of(&folder) {
+                figures.replace(&copy, "the repository");
+            }
+            figures
+        };
+        let figures = found.map(|found| found.into_iter().map(figures).collect());
+        Ok((figures, errors_of_text(&db, &workspaces)))
+    }
+}
+
+/// Adds the root of its project to the name of each deployment that is not the only one of its name.
+fn name_projects(all: &mut [Comparison]) {
+    let name = |it: &Comparison| {
+        it.after.as_ref().or(it.before.as_ref()).map_or_else(String::new, |it| it.deployment.clone())
+    };
+    let names: Vec<String> = all.iter().map(name).collect();
+    for it in all.iter_mut().filter(|it| names.iter().filter(|other| **other == name(it)).count() > 1) {
+        for state in [&mut it.before, &mut it.after].into_iter().flatten() {
+            state.deployment = format!("{} of {}", state.deployment, state.root.display());
+        }
     }
 }
 
@@ -169,7 +199,10 @@ fn as_before(same: usize) -> Option<String> {
     (same > 0).then(|| format!("{}: nothing changes", counted(same, "other deployment")))
 }
 
-/// Returns the verdict in words: `2 figures got worse (no longer met: nav; later: imu), 1 better`.
+/// The number of figures that are named in a summary.
+const MOST_NAMED: usize = 3;
+
+/// Returns the verdict in words: `2 figures worse (nav no longer met; imu later), 1 figure better`.
 fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
     let rows = || all.iter().flat_map(Comparison::rows);
     let worse = rows().filter(|it| it.is_worse(tolerance)).count();
@@ -182,12 +215,25 @@ fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
     let has_figure =
         |it: &Compared| it.after.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some());
     let new = rows().filter(|it| it.change() == FigureChange::New && has_figure(it)).count();
+    let relaxed = rows().filter(|it| it.is_relaxed()).count();
     let figures = |count: usize| counted(count, "figure");
     let mut said = Vec::new();
-    said.extend((worse > 0).then(|| format!("{} worse", figures(worse))));
+    // The first ones are named: of a comment, often only the first line is read.
+    let mut named: Vec<&Compared> = rows().filter(|it| it.is_worse(tolerance)).collect();
+    named.sort_by_key(|it| it.change());
+    let mut names: Vec<String> =
+        named.iter().take(MOST_NAMED).map(|it| format!("{} {}", it.name(), it.change().words())).collect();
+    names.extend((worse > MOST_NAMED).then(|| "…".to_owned()));
+    said.extend((worse > 0).then(|| format!("{} worse ({})", figures(worse), names.join("; "))));
     said.extend((within > 0).then(|| format!("{} later within the tolerance", figures(within))));
     said.extend((better > 0).then(|| format!("{} better", figures(better))));
     said.extend((new > 0).then(|| format!("{} new", figures(new))));
+    said.extend((relaxed > 0).then(|| format!("{} relaxed", counted(relaxed, "deadline"))));
+    let other = |of: FigureChange| rows().filter(|it| it.change() == of).count();
+    let tightened = other(FigureChange::Tightened);
+    said.extend((tightened > 0).then(|| format!("{} tightened", counted(tightened, "deadline"))));
+    let fields = other(FigureChange::OtherFields);
+    said.extend((fields > 0).then(|| format!("{} with other fields", figures(fields))));
     let deployments = |of: &dyn Fn(&Comparison) -> bool| all.iter().filter(|it| of(it)).count();
     let gone = deployments(&|it| it.after.is_none());
     said.extend((gone > 0).then(|| format!("{} gone", counted(gone, "deployment"))));
@@ -196,5 +242,11 @@ fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
         (unproved > 0)
             .then(|| format!("{} not proved, since there are errors", counted(unproved, "deployment"))),
     );
-    if said.is_empty() { "nothing changes".to_owned() } else { said.join(", ") }
+    if said.is_empty() {
+        said.push("nothing changes".to_owned());
+    }
+    let met = all.iter().filter_map(|it| it.after.as_ref()).map(Figures::met);
+    let (met, of) = met.fold((0, 0), |(met, of), (more, all)| (met + more, of + all));
+    said.extend((met < of).then(|| format!("{met} of {of} deadlines met")));
+    said.join(", ")
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{CONFIG_FILE, Database, Workspace, is_model};
+use mauve_hir::{CONFIG_FILE, Database, Workspace, is_model, normalised};
 
 use crate::git::Repository;
 use crate::load::{canonical_path, load};
@@ -20,6 +20,8 @@ pub(super) enum State {
         commit: String,
         /// Below the top of the repository.
         path: PathBuf,
+        /// Whether the name has the path.
+        has_path: bool,
     },
 }
 
@@ -125,30 +127,36 @@ impl State {
         let below = absolute.strip_prefix(above).unwrap_or(Path::new(""));
         let repository = Repository::around(&canonical_path(above))?;
         let own: PathBuf = repository.prefix.join(below).components().collect();
-        let whole = repository.commit(name).map(|commit| (commit, own));
-        // From the top, as for git.
+        let whole = repository.commit(name).map(|commit| (commit, own, false));
+        // From the top, or from here if it begins with a dot, as for git.
         let with_path = || {
             let (revision, path) = name.split_once(':')?;
-            let path = Path::new(path).components().filter(|part| *part != std::path::Component::CurDir);
-            Some((repository.commit(revision)?, path.collect()))
+            let is_from_here =
+                path.starts_with("./") || path.starts_with("../") || path == "." || path == "..";
+            let from = if is_from_here { repository.prefix.as_path() } else { Path::new("") };
+            let path = normalised(&from.join(path)).components().collect();
+            Some((repository.commit(revision)?, path, true))
         };
-        let Some((commit, path)) = whole.or_else(with_path) else {
+        let Some((commit, path, has_path)) = whole.or_else(with_path) else {
+            if repository.commit("HEAD").is_none() {
+                return Err(format!("`{name}`: the repository has no commit yet"));
+            }
             let hint = repository.shallow_hint().unwrap_or_default();
             return Err(format!("`{name}` is neither a path nor a revision{hint}"));
         };
-        Ok(State::Commit { repository, name: name.to_owned(), commit, path })
+        Ok(State::Commit { repository, name: name.to_owned(), commit, path, has_path })
     }
 
     /// The common ancestor of two commits, at the path of the first.
     fn common_ancestor(self, other: &State) -> Result<State, String> {
         match (self, other) {
             (
-                State::Commit { repository, name, commit, path },
+                State::Commit { repository, name, commit, path, .. },
                 State::Commit { commit: other, name: new, .. },
             ) => {
                 let commit = repository.merge_base([&commit, other])?;
                 let name = format!("the common ancestor of {name} and {new}");
-                Ok(State::Commit { repository, name, commit, path })
+                Ok(State::Commit { repository, name, commit, path, has_path: false })
             }
             (state, _) => Ok(state),
         }
@@ -187,8 +195,11 @@ impl State {
                 let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
                 Ok((workspaces, folder.to_owned()))
             }
-            State::Commit { repository, name, commit, path } => {
+            State::Commit { repository, name, commit, path, has_path } => {
                 let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
+                if *has_path && workspaces.is_empty() {
+                    return Err(format!("`{name}`: {}", left_out.join("; ")));
+                }
                 left_out.iter().for_each(|it| say(&format!("{name}: {it}")));
                 let path = top.join(path);
                 let is_file = is_model(&path) || path.ends_with(CONFIG_FILE);
