@@ -175,7 +175,7 @@ const STEPS: [Step; 21] = [
     (
         "a shorter period",
         |it| change(it, "imu", |imu| imu.period = 8),
-        &["ctrl same", "imu limit", "nav later"],
+        &["ctrl same", "imu tightened", "nav later"],
         true,
     ),
     ("a renamed instance", |it| rename(it, "ctrl", "control"), &["control (was ctrl) same"], false),
@@ -389,9 +389,10 @@ fn the_states_that_arguments_name() {
             "`old` is a path and a revision: write `./old` for the path, `git:old` for the revision",
         ),
         (&["nothing"], "`nothing` is neither a path nor a revision"),
+        (&["main:typo"], "`main:typo`: there is no model and no mauve.toml in `typo`"),
         (&["robot", "old..topic"], "a range such as `main..HEAD` names both states: only a PATH may follow"),
         (&["old..topic", "topic"], "a range such as `main..HEAD` names both states: only a PATH may follow"),
-        (&["main", "--deployment", "X"], "neither state has a deployment `X`: nothing to compare"),
+        (&["main", "--deployment", "X"], "no deployment `X`: there is D"),
         (&["main", "--tolerance", "much"], "expected a time or percent, such as 2ms or 5%"),
     ] {
         let run = diff(&top, arguments);
@@ -429,6 +430,27 @@ fn a_tolerance_and_what_is_new_or_gone() {
     assert!(nothing.code == 2 && nothing.err.contains("neither state has a deployment"), "{nothing:?}");
 }
 
+/// A link within the repository is part of it, in a commit as on the disk; one that leads out is not followed.
+#[test]
+fn links_of_a_commit() {
+    let top = repository("links");
+    robot().write(&top);
+    std::fs::create_dir(top.join("common")).unwrap();
+    std::fs::rename(top.join("robot/times.toml"), top.join("common/times.toml")).unwrap();
+    std::os::unix::fs::symlink("../common/times.toml", top.join("robot/times.toml")).unwrap();
+    commit(&top, "a link");
+    let run = diff(&top, &["HEAD", "robot"]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
+    std::fs::remove_file(top.join("robot/times.toml")).unwrap();
+    std::os::unix::fs::symlink("../../times.toml", top.join("robot/times.toml")).unwrap();
+    commit(&top, "a link out");
+    let run = diff(&top, &["HEAD~1..HEAD", "robot"]);
+    assert!(
+        run.code == 1 && run.err.contains("`robot/times.toml` is a link out of the repository"),
+        "{run:?}"
+    );
+}
+
 #[test]
 fn markdown_begins_with_the_verdict() {
     let top = repository("markdown");
@@ -440,7 +462,7 @@ fn markdown_begins_with_the_verdict() {
     let run = diff(&top, &["--format", "markdown"]);
     let id = git(&top, &["rev-parse", "HEAD"]);
     let expected = format!(
-        "❌ **Response times:** 1 figure worse\n\n**`D`** at 1e-4: 4 → 3 of 4 deadlines met\n\n\
+        "❌ **Response times:** 1 figure worse (nav no longer met), 3 of 4 deadlines met\n\n**`D`** at 1e-4: 4 → 3 of 4 deadlines met\n\n\
          | activity | before | after | |\n|---|---|---|---|\n\
          | `nav` | `✓ 39 / 100 ms` | `✗ CPU 1 overloaded (135.0 %)` | `no longer met` |\n\n4 activities as before\n\n\
          CPU 1 utilisation: 66.0 % → 135.0 %\n\nexecution times: planner 21 → 90 ms\n\n\

@@ -59,9 +59,10 @@ fn several_values_count_together() {
         expect![[r#"
             Robot at 1e-4: 2 of 2 deadlines met, as before
               activity  before        after
-              eye       ✓ 6 / 20 ms   ✓ 6 / 10 ms   another deadline
-              brain     ! 48 / 50 ms  ✓ 30 / 50 ms  earlier
+              eye       ✓ 6 / 20 ms   ✓ 6 / 10 ms   tightened; period 20 ms → 10 ms
+              brain     ! 48 / 50 ms  ✓ 30 / 50 ms  earlier; CPU 1 → 2
               CPUs 1 and 2 utilisation: 60.0 % of 200 % → 72.0 % of 200 %
+              execution times: drivers.plan 30 → 12 ms
             exit 0
         "#]],
     );
@@ -71,8 +72,9 @@ fn several_values_count_together() {
             Robot at 1e-4: 2 → 1 of 2 deadlines met
               activity  before        after
               eye       ✓ 6 / 20 ms   ✓ 7.5 / 20 ms   later
-              brain     ! 48 / 50 ms  ✗ 52.5 / 36 ms  no longer met
+              brain     ! 48 / 50 ms  ✗ 52.5 / 36 ms  no longer met; period 100 ms → 50 ms; deadline 50 ms → 36 ms
               CPUs 1 and 2 utilisation: 60.0 % of 200 % → 97.5 % of 200 %
+              execution times: drivers.look 6 → 7.5 ms
             exit 1
         "#]],
     );
@@ -104,10 +106,10 @@ fn a_value_that_cannot_be_is_refused() {
     let said = |value: &str| run(&robot(TIMES), &[value]).err;
     expect![[r#"
         mauve: --set `eye.perio` is neither a field of an activity of Robot nor a time that it executes; did you mean `eye.period`?
-        mauve: --set invalid priority: expected a whole number from 1 to 99, or `background`
+        mauve: --set `eye.priority=high`: invalid priority: expected a whole number from 1 to 99, or `background`
         mauve: --set `plan=3`: a time needs its unit, as in 12ms: unknown unit of time: write ns, us, ms or s after the number
         mauve: --set `drivers.lok` is neither a field of an activity of Robot nor a time that it executes; did you mean `drivers.look`?
-        mauve: --set affinity names CPU 7, and mauve.toml has CPUs 1 and 2
+        mauve: --set `eye.cpus=[7]`: affinity names CPU 7, and mauve.toml has CPUs 1 and 2
     "#]].assert_eq(
         &["eye.perio=3", "eye.priority=high", "plan=3", "drivers.lok=3ms", "eye.cpus=[7]"].map(said).concat(),
     );

@@ -709,6 +709,19 @@ mod tests {
     }
 
     #[test]
+    fn what_was_not_known_and_is_missed_is_worse() {
+        let unknown = || Some(figures(MODEL, "[codel]\nlook = 5\nplan = 12\n"));
+        let overloaded = || Some(figures(MODEL, "[codel]\nlook = 5\nplan = 60\ndrive = 1\n"));
+        let worse = |before, after| {
+            let found = Comparison::of(before, after);
+            (found.activities[1].change().name(), found.is_worse(&|_| Time::from_nanos(u64::MAX)))
+        };
+        assert_eq!(worse(unknown(), overloaded()), ("found-missed", true));
+        assert_eq!(worse(overloaded(), unknown()), ("lost", true));
+        assert_eq!(worse(unknown(), Some(figures(MODEL, TABLE))), ("met", false));
+    }
+
+    #[test]
     fn renamed_instances_and_their_chains_are_the_same() {
         let renamed = |it: &str| it.replace("laser", "lidar");
         check(

@@ -79,7 +79,8 @@ pub fn what_if<'db>(
     with(values).map_err(|why| {
         // Which value it is, where one alone is refused for the same reason.
         let alone = values.iter().find(|it| with(std::slice::from_ref(it)).as_ref() == Err(&why));
-        match alone.filter(|it| !why.contains(it.as_str())) {
+        let subject = |it: &String| it.split('=').next().is_some_and(|it| why.contains(it.trim()));
+        match alone.filter(|it| !subject(it)) {
             Some(value) => format!("`{value}`: {why}"),
             None => why,
         }

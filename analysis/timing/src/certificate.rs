@@ -40,7 +40,8 @@ impl Tasks {
         let mut writer = Writer { found: &found, growths: &growths, lanes };
         let (mut claims, mut left_out) = (Vec::new(), Vec::new());
         for task in 0..self.all.len() {
-            let claim = if self.kind(task) == TaskKind::Throttling { None } else { writer.claim(task, is_met(task)) };
+            let claim =
+                if self.kind(task) == TaskKind::Throttling { None } else { writer.claim(task, is_met(task)) };
             let is_proved = claim.as_ref().is_some_and(|claim| claim["met"] == true);
             if self.kind(task) == TaskKind::Activity && is_met(task) && !is_proved {
                 let reason = match claim {
