@@ -298,11 +298,17 @@ impl Tasks {
         if reader.buffer.is_some() {
             step.run = writer.response.as_nanos();
         }
-        let takes_locks =
-            self.locks.iter().any(|lock| lock.users.iter().any(|user| user.task == writer.task));
+        // While a job of its thread waits, or a lock delays one, the reader may run before the writer.
+        let is_of_thread = |index: usize| {
+            let mate = self.all.get(index).and_then(|it| it.thread);
+            index == writer.task || mate.is_some() && mate == from.thread
+        };
+        let takes_locks = self.locks.iter().any(|lock| lock.users.iter().any(|user| is_of_thread(user.task)));
+        let waits = (0..self.all.len())
+            .any(|it| is_of_thread(it) && self.all.get(it).is_some_and(|it| it.waits.is_some()));
         let is_higher =
             from.priority.real_time() > to.priority.real_time() && to.priority.real_time().is_some();
-        if uses_priorities && step.is_seen_at_once && is_higher && from.waits.is_none() && !takes_locks {
+        if uses_priorities && step.is_seen_at_once && is_higher && !waits && !takes_locks {
             step.run = step.run.min(from.jitter.as_nanos());
             step.rule = ChainRule::HigherPriority;
         }
@@ -556,18 +562,31 @@ mod tests {
             protocol: crate::Protocol::None,
             users: vec![user(0), user(1)],
         };
-        let others: [&dyn Fn(&mut Tasks); 6] = [
+        let executed = StateMachine::single(ms(1));
+        let (demand, waits) = crate::Waits::with_demand(executed, &[ms(1)], Some(1), None).unwrap();
+        // Another instance in the thread of the writer.
+        let with_mate = |it: &mut Tasks| {
+            it.all[0].thread = Some(1);
+            it.all.push(it.all[0].clone());
+        };
+        let of_mate = crate::Lock { users: vec![user(1), user(2)], ..lock.clone() };
+        let others: [&dyn Fn(&mut Tasks); 8] = [
+            &|it| {
+                with_mate(it);
+                (it.all[2].demand, it.all[2].waits) = (demand.clone(), waits.clone());
+            },
+            &|it| {
+                with_mate(it);
+                it.locks = vec![of_mate.clone()];
+            },
             &|it| it.all[1].cpus = Some(CpuSet(2)),
             &|it| (it.all[0].cpus, it.all[1].cpus) = (Some(CpuSet(3)), Some(CpuSet(3))),
             &|it| it.all[1].priority = Priority::RealTime(2),
             &|it| it.all[0].priority = Priority::Unknown,
-            &|it| {
-                let executed = StateMachine::single(ms(1));
-                let (demand, waits) = crate::Waits::with_demand(executed, &[ms(1)], Some(1), None).unwrap();
-                (it.all[0].demand, it.all[0].waits) = (demand, waits);
-            },
+            &|it| (it.all[0].demand, it.all[0].waits) = (demand.clone(), waits.clone()),
             &|it| it.locks = vec![lock.clone()],
         ];
+        assert_eq!(of(&with_mate), ms(220));
         for (index, other) in others.into_iter().enumerate() {
             assert_eq!(of(other), ms(230), "{index}");
         }
