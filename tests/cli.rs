@@ -28,4 +28,5 @@ mod standard_input;
 mod task_sets;
 mod trace_check;
 mod trace_import;
+mod tune;
 mod what_if;

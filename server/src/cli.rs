@@ -6,6 +6,7 @@ mod check;
 mod comparison;
 mod date;
 mod diff;
+mod edited_files;
 mod editor;
 mod errors;
 mod explain;
@@ -33,6 +34,7 @@ mod simulate;
 mod text;
 mod trace;
 mod trace_events;
+mod tune;
 mod verify;
 mod wcrt;
 
@@ -65,6 +67,15 @@ enum Command {
     /// checked. Exit codes: 0 every claim is proved; 1 a claim is not, or, without --allow-partial, the deadline of an activity is met
     /// for a reason that cannot be checked; 2 wrong usage, or a file that is not a certificate.
     Verify(verify::Verify),
+    /// Search for priorities, CPUs and periods with which every deadline is met.
+    ///
+    /// Shows the change of the deployment as a diff, with the figures before and after it; writes nothing without --apply. Every
+    /// figure is that of the analysis of the changed text. Budgets are counted in steps, so that the same model has the same
+    /// answer everywhere.
+    ///
+    /// Exit codes: 0 every deadline is met with these values; 1 one is not, or the models have errors; 2 wrong usage, or a file
+    /// that cannot be read or written.
+    Tune(tune::Tune),
     /// Show how long data takes from sensors to actuators, or why there is no bound.
     ///
     /// Exit codes: 0 each chain with a limit in mauve.toml keeps it; 1 one does not, or the models have errors; 2 wrong
@@ -161,6 +172,7 @@ impl Arguments {
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Verify(it) => it.run(),
+            Command::Tune(it) => it.run(),
             Command::Chains(it) => it.run(),
             Command::Diff(it) => it.run(),
             Command::Psm(it) => it.run(),

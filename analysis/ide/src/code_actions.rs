@@ -19,6 +19,7 @@ mod qualified_name;
 mod skeleton;
 mod sorted_fields;
 mod timing;
+mod tune;
 mod update;
 mod uses;
 

@@ -9,6 +9,7 @@
 //! | [`inlay_hints`] | hints of random deployments, and while a model is typed |
 //! | [`ranges`] | ranges contain the cursor and each other |
 //! | [`renames`] | random renames keep the meaning of a model |
+//! | [`tune`] | priorities and CPUs are found wherever brute force finds some |
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -19,6 +20,7 @@ mod explanations;
 mod inlay_hints;
 mod ranges;
 mod renames;
+mod tune;
 
 use mauve_hir::{File, ModelDb, Project, Workspace};
 

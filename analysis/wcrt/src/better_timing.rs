@@ -21,11 +21,12 @@ use std::ops::RangeInclusive;
 
 use mauve_timing::{CpuSet, Priority, Status, Time};
 
-use crate::bisection::Boundary;
+use crate::bisection::{Boundary, step_of};
 use crate::priorities::inverted;
 use crate::report::{ActivityReport, Deadlines, Query, Report};
 use crate::response::{response_times, response_times_if};
 use crate::system::{ResolvedActivity, System, system_of, written_field};
+use crate::tune::{TuneAim, TuneRequest, tune};
 use crate::what_if::WhatIfField;
 use mauve_hir::item_tree::{Field, Name};
 use mauve_hir::{Decl, ModelDb, Project, hosts_of};
@@ -53,7 +54,7 @@ pub enum BetterTiming {
     /// A change, and the values that make it.
     Change(TimingChange, Vec<WhatIfField>),
     /// No order of priorities proves every deadline: none of these activities meets its deadline at the lowest
-    /// priority of the group.
+    /// priority of them.
     NoPriorities(Vec<Name>),
 }
 
@@ -272,61 +273,26 @@ impl<'db> TimingSearch<'db> {
             found.push(BetterTiming::Change(TimingChange::PrioritiesByDeadline, ordered));
         }
         if !is_solved && self.now.activities.iter().all(is_analysed) {
-            found.extend(self.optimal(&groups));
+            found.extend(self.optimal());
         }
         found
     }
 
-    /// Returns the priorities with which every deadline is proved, if they exist (Audsley's algorithm): from the lowest
-    /// priority up, an activity that meets its deadline below all that have no priority yet gets it. The algorithm is
-    /// optimal, since a response time depends on which activities have higher priorities, and not on their order. On all of several
-    /// CPUs it depends on the response times of these too: then, that nothing was found proves nothing.
-    fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<BetterTiming> {
-        let mut fields = Vec::new();
-        for group in groups {
-            match self.optimal_of(group)? {
-                Ok(found) => fields.extend(found),
-                Err(names) => {
-                    let is_proved = group.activities.iter().all(|it| it.cpus.is_some_and(CpuSet::is_one));
-                    return is_proved.then_some(BetterTiming::NoPriorities(names));
-                }
-            }
-        }
-        self.ask(&fields).filter(Report::schedulable)?;
-        let is_changed = |field: &WhatIfField| {
-            let activity = self.system.activities.iter().find(|it| it.instance == field.instance);
-            activity.is_none_or(|it| priority_of(it, priority(it)) != *field)
+    /// Returns the priorities with which every deadline is proved, or why none exist.
+    fn optimal(&self) -> Option<BetterTiming> {
+        let request = TuneRequest {
+            priorities: true,
+            cpus: false,
+            periods: false,
+            aim: TuneAim::Deadlines,
+            pins: Vec::new(),
+            most_steps: self.steps,
         };
-        fields.retain(is_changed);
-        Some(BetterTiming::Change(TimingChange::OptimalPriorities, fields))
-    }
-
-    fn optimal_of(&mut self, group: &Group<'_, 'db>) -> Option<Result<Vec<WhatIfField>, Vec<Name>>> {
-        let mut numbers = group.numbers.clone();
-        // The activities with the latest deadlines are last, so that they are tried first.
-        let mut left: Vec<&ResolvedActivity<'db>> = group.by_deadline();
-        let mut fields: Vec<WhatIfField> = Vec::new();
-        while let Some(number) = numbers.pop() {
-            let greatest = *numbers.first().unwrap_or(&number);
-            let mut chosen = None;
-            for (index, candidate) in left.iter().enumerate().rev() {
-                let others = left.iter().enumerate().map(|(other, activity)| {
-                    priority_of(activity, if other == index { number } else { greatest })
-                });
-                let what_if: Vec<WhatIfField> = fields.iter().cloned().chain(others).collect();
-                let report = self.ask(&what_if)?;
-                let mates = self.system.activities.iter().filter(|it| it.is_mate(candidate));
-                if is_met(&report, candidate) && mates.into_iter().all(|mate| is_met(&report, mate)) {
-                    chosen = Some(index);
-                    break;
-                }
-            }
-            let Some(index) = chosen else {
-                return Some(Err(left.iter().map(|it| it.instance.clone()).collect()));
-            };
-            fields.push(priority_of(left.remove(index), number));
+        let found = tune(self.db, self.project, self.of, self.query, &request).ok()?;
+        match found.conflict {
+            _ if found.is_met => Some(BetterTiming::Change(TimingChange::OptimalPriorities, found.fields)),
+            conflict => Some(BetterTiming::NoPriorities(conflict?.activities)),
         }
-        Some(Ok(fields))
     }
 
     fn moves(&mut self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
@@ -422,15 +388,6 @@ impl<'db> TimingSearch<'db> {
         }
         fields
     }
-}
-
-/// Returns the steps in which a time is searched for: the greatest power of ten that is at most 1 ms and a hundredth of it.
-fn step_of(time: Time) -> u64 {
-    let mut step = 1_000_000;
-    while step > 1 && step > time.as_nanos() / 100 {
-        step /= 10;
-    }
-    step
 }
 
 /// Activities that may delay each other, and the priorities that they have among them. Of the activities of a thread, which have one
@@ -594,9 +551,8 @@ mod tests {
         let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
         let query = Query::shown(&db, project, of);
         let mut search = TimingSearch::new(&db, project, of, query).unwrap();
-        let (now, system) = (search.now, search.system);
-        assert!(!now.schedulable());
-        let found = search.optimal(&groups(system).unwrap()).unwrap();
+        assert!(!search.now.schedulable());
+        let found = search.optimal().unwrap();
         let BetterTiming::Change(TimingChange::OptimalPriorities, fields) = found else {
             panic!("{found:?}")
         };
@@ -606,7 +562,7 @@ mod tests {
         assert_eq!(responses, [3, 9, 38].map(|ms| Time::from_nanos(ms * 1_000_000)));
         // Too many steps: nothing rather than half an answer.
         search.steps = 3;
-        assert!(search.optimal(&groups(system).unwrap()).is_none());
+        assert!(search.optimal().is_none());
     }
 
     #[test]
@@ -761,9 +717,9 @@ mod tests {
         let activities =
             with("priority = 1 period = 100 deadline = 50", "priority = 2 period = 100 deadline = 35");
         let (project, of) = deployed(&db, &activities, TIMES);
-        let mut search = TimingSearch::new(&db, project, of, Query::shown(&db, project, of)).unwrap();
-        let found = search.optimal(&groups(search.system).unwrap());
-        assert_eq!(found, Some(BetterTiming::NoPriorities(vec!["c".into(), "a".into()])));
+        let search = TimingSearch::new(&db, project, of, Query::shown(&db, project, of)).unwrap();
+        let found = search.optimal();
+        assert_eq!(found, Some(BetterTiming::NoPriorities(vec!["a".into(), "c".into()])));
     }
 
     #[test]

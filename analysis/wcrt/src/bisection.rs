@@ -130,6 +130,15 @@ impl Boundary {
     }
 }
 
+/// Returns the steps in which a time is searched for: the greatest power of ten that is at most 1 ms and a hundredth of it.
+pub(crate) fn step_of(time: Time) -> u64 {
+    let mut step = 1_000_000;
+    while step > 1 && step > time.as_nanos() / 100 {
+        step /= 10;
+    }
+    step
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,6 +19,7 @@ mod declared;
 mod latency;
 mod network;
 
+pub(crate) use latency::latencies_of;
 pub use latency::{chains_of, connections_of};
 
 use mauve_hir::item_tree::Name;

@@ -33,6 +33,7 @@
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `chains.rs` | how long data takes from sensors to actuators |
 //! | `unblocked.rs` | what has to be assumed so that it gets there |
+//! | `tune.rs`, `tune/` | the search for priorities, CPUs and periods of a whole deployment |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
 //! | `certificate.rs` | why deadlines are met, for an independent checker |
@@ -78,6 +79,7 @@ mod task_set;
 mod timetable;
 mod timing_facts;
 mod triggers;
+pub mod tune;
 pub mod unblocked;
 mod what_if;
 

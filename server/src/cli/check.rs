@@ -110,10 +110,10 @@ impl Check {
             false => None,
         };
         if let Some(fixed) = fixed.as_ref().filter(|_| self.diff) {
-            let diff = fixed.diff(&here);
+            let diff = fixed.files.diff(&here);
             return Ok(Output::escaped(&diff, u8::from(!diff.is_empty())));
         }
-        let written = fixed.as_ref().map(|fixed| fixed.write(&here));
+        let written = fixed.as_ref().map(|fixed| fixed.files.write(&here));
         // The process ends after the command, and freeing the database would be a tenth of its time.
         let mut db = ManuallyDrop::new(Database::default());
         let (replaced, allows_outside) = (self.stdin_path.as_deref(), self.outside.allow_outside);

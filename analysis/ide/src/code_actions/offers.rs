@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::{
     ActionQuestion, Actions, CodeAction, deadline, extract_variable, fixes, inline_variable, qualified_name,
-    skeleton, sorted_fields, timing, update, uses,
+    skeleton, sorted_fields, timing, tune, update, uses,
 };
 use crate::project::projects_with;
 
@@ -15,6 +15,7 @@ use crate::project::projects_with;
 const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     fixes::offer,
     timing::offer,
+    tune::offer,
     extract_variable::offer,
     inline_variable::offer,
     skeleton::offer,

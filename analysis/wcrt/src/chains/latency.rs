@@ -21,9 +21,10 @@ use crate::priorities::is_stale;
 use crate::psm::{is_readable, write_costs};
 use crate::reason::Reason;
 use crate::report::{ActivityReport, Query, Report};
-use crate::response::response_times;
+use crate::response::{response_times, response_times_if};
 use crate::sends::writes_of;
-use crate::system::{System, system_of};
+use crate::system::{System, read, system_of};
+use crate::what_if::{WhatIfField, with_fields};
 
 /// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
 #[salsa::tracked(returns(ref))]
@@ -38,13 +39,42 @@ pub fn chains_of<'db>(
     };
     let declared = declared_chains(db, project, target);
     let (ways, left_out) = ways_of(db, project, target);
-    let mut sums = Sums::new(db, project, deployment, query, flat);
+    let report = response_times(db, project, deployment, query);
+    let mut sums =
+        Sums::new(db, project, deployment, query, flat, report, system_of(db, project, deployment));
     let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
     sums.find_writes(known.chain(ways).flat_map(|way| &way.steps));
     let mut all: Vec<ChainReport<'db>> = declared.iter().map(|chain| sums.declared(chain)).collect();
     all.extend(ways.iter().map(|way| sums.way(way)));
     let hops = connections_of(db, project, deployment, query).clone();
     Chains { all, declared: declared.len(), hops, left_out: *left_out }
+}
+
+/// Returns the limit and the latency of each declared chain of a deployment with other values, as [`chains_of`] would compute them
+/// after that edit; without declared chains, of all.
+pub(crate) fn latencies_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+    what_if: &[WhatIfField],
+) -> Vec<(Option<Time>, Option<Time>)> {
+    let (Some((flat, target)), Some(data)) =
+        (deployed(db, project, deployment), mauve_hir::deployment(db, deployment))
+    else {
+        return Vec::new();
+    };
+    let system = read(db, project, deployment, &with_fields(data, what_if));
+    let report = response_times_if(db, project, deployment, query, what_if);
+    let declared = declared_chains(db, project, target);
+    let (ways, _) = ways_of(db, project, target);
+    let ways = if declared.is_empty() { ways.as_slice() } else { &[] };
+    let mut sums = Sums::new(db, project, deployment, query, flat, &report, &system);
+    let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
+    sums.find_writes(known.chain(ways).flat_map(|way| &way.steps));
+    let of_declared: Vec<_> = declared.iter().map(|chain| sums.declared(chain)).collect();
+    let of_ways: Vec<_> = ways.iter().map(|way| sums.way(way)).collect();
+    of_declared.into_iter().chain(of_ways).map(|chain| (chain.limit, chain.latency)).collect()
 }
 
 fn without_architecture<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Chains<'db> {
@@ -71,7 +101,9 @@ pub fn connections_of<'db>(
 ) -> Vec<ConnectionReport<'db>> {
     let Some((flat, target)) = deployed(db, project, deployment) else { return Vec::new() };
     let hops = hops_of(db, project, target);
-    let mut sums = Sums::new(db, project, deployment, query, flat);
+    let report = response_times(db, project, deployment, query);
+    let mut sums =
+        Sums::new(db, project, deployment, query, flat, report, system_of(db, project, deployment));
     sums.find_writes(hops.iter().flatten().flat_map(|hop| hop.after.iter().chain([&hop.before])));
     hops.iter().zip(&flat.links).map(|(hop, link)| sums.connection(hop.as_ref(), link)).collect()
 }
@@ -171,8 +203,9 @@ impl<'db> Sums<'db> {
         deployment: Decl<'db>,
         query: Query,
         flat: &'db Flat<'db>,
+        report: &'db Report<'db>,
+        system: &'db System<'db>,
     ) -> Sums<'db> {
-        let report = response_times(db, project, deployment, query);
         let activities = report.activities.iter().enumerate().rev().map(|(index, it)| (&it.instance, index));
         Sums {
             db,
@@ -180,7 +213,7 @@ impl<'db> Sums<'db> {
             query,
             flat,
             report,
-            system: system_of(db, project, deployment),
+            system,
             ros2: ros2_of(db, project, deployment),
             assumed: FxHashMap::default(),
             activities: activities.collect(),

@@ -5,20 +5,16 @@
 //! only a file that `mauve fmt` would write with the same arguments.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
-use similar::TextDiff;
 
-use crate::cli::text::shown;
-use crate::disk::text_of;
+use crate::cli::edited_files::EditedFiles;
 use crate::harmless::harmless;
 use crate::load::models_in;
-use crate::output::say;
-use crate::replace::replace;
 
 /// The maximum number of rounds.
 const MOST_ROUNDS: usize = 20;
@@ -30,8 +26,7 @@ const MOST_TRIALS: usize = 200;
 pub(super) struct Fixed {
     /// The number of applied fixes.
     pub(super) fixes: usize,
-    /// The changed files, with their text before and after.
-    files: Vec<(PathBuf, Arc<str>, Arc<str>)>,
+    pub(super) files: EditedFiles,
 }
 
 /// Applies all mechanical fixes to the texts of `db`, and writes no file.
@@ -67,38 +62,7 @@ pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]
         }
     }
     let files = before.into_iter().map(|(path, (file, old))| (path, old, file.text(db).clone()));
-    Ok(Fixed { fixes, files: files.filter(|(_, old, new)| old != new).collect() })
-}
-
-impl Fixed {
-    /// Returns the changes as a unified diff.
-    pub(super) fn diff(&self, here: &Path) -> String {
-        let diff = |(path, old, new): &(PathBuf, Arc<str>, Arc<str>)| {
-            let name = shown(path, here);
-            TextDiff::from_lines(&**old, &**new).unified_diff().header(&name, &name).to_string()
-        };
-        self.files.iter().map(diff).collect()
-    }
-
-    /// Writes the changed files. Returns the paths of those that were written, and whether all were.
-    pub(super) fn write(&self, here: &Path) -> (Vec<String>, bool) {
-        let mut written = Vec::new();
-        for (path, old, new) in &self.files {
-            let name = shown(path, here);
-            let (text, problem) = text_of(path);
-            let result = match problem {
-                Some(problem) => Err(problem),
-                None if *text != **old => Err("it has changed meanwhile".to_owned()),
-                None => replace(path, new).map_err(|error| error.to_string()),
-            };
-            match result {
-                Ok(()) => written.push(name),
-                Err(why) => say(&format!("`{name}` cannot be written: {why}")),
-            }
-        }
-        let is_complete = written.len() == self.files.len();
-        (written, is_complete)
-    }
+    Ok(Fixed { fixes, files: EditedFiles(files.filter(|(_, old, new)| old != new).collect()) })
 }
 
 /// Returns the changes of the mechanical fixes, in the order of the diagnostics.

@@ -1,0 +1,154 @@
+//! Why no values are found: the fewest activities that cannot be scheduled together, and what each of them would have to be.
+//!
+//! One activity after another is left out: it belongs to the conflict if the others can be scheduled without it. What is left is
+//! minimal, but a smaller conflict may exist elsewhere; where the activities are few, all smaller sets are tried too.
+
+use mauve_timing::Time;
+
+use super::order::ordered;
+use super::placement::placed;
+use super::trials::{Plan, Trials};
+use super::{Conflict, ConflictKind, Remedy};
+use crate::bisection::{Boundary, step_of};
+
+/// Of so many activities, all sets are tried.
+const MOST_OF_SETS: usize = 12;
+
+/// A longer period is searched up to this many times the present one.
+const MOST_LONGER: u64 = 64;
+
+/// Returns the conflict of the `suspects`, which cannot be scheduled together.
+pub(super) fn conflict_of(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Conflict {
+    let name = |unit: &usize| trials.units[*unit].instance.clone();
+    let Some((units, kind)) = fewest(trials, start, suspects) else {
+        let activities = suspects.iter().map(name).collect();
+        return Conflict { activities, kind: ConflictKind::Some, remedies: Vec::new() };
+    };
+    let remedies = units.iter().flat_map(|unit| remedies(trials, start, *unit)).collect();
+    Conflict { activities: units.iter().map(name).collect(), kind, remedies }
+}
+
+/// Returns the fewest suspects that are found to be in conflict. None where the budget is exhausted.
+fn fewest(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Option<(Vec<usize>, ConflictKind)> {
+    let mut units = suspects.to_vec();
+    for unit in suspects {
+        let without: Vec<usize> = units.iter().copied().filter(|it| it != unit).collect();
+        if !can_be_scheduled(trials, start, &without)? {
+            units = without;
+        }
+    }
+    let is_smallest = suspects.len() <= MOST_OF_SETS;
+    let smaller = (1..units.len()).filter(|_| is_smallest);
+    for size in smaller {
+        let mut found = None;
+        each_set(suspects, size, &mut Vec::new(), &mut |set| {
+            let is_conflict = !can_be_scheduled(trials, start, set)?;
+            found = is_conflict.then(|| set.to_vec());
+            Some(is_conflict)
+        })?;
+        if let Some(found) = found {
+            units = found;
+            break;
+        }
+    }
+    Some((units, if is_smallest { ConflictKind::Smallest } else { ConflictKind::Minimal }))
+}
+
+/// Calls `visit` with each set of this size, until it returns true.
+fn each_set(
+    of: &[usize],
+    size: usize,
+    set: &mut Vec<usize>,
+    visit: &mut dyn FnMut(&[usize]) -> Option<bool>,
+) -> Option<bool> {
+    if size == 0 {
+        return visit(set);
+    }
+    for (index, unit) in of.iter().enumerate() {
+        set.push(*unit);
+        let is_done = each_set(&of[index + 1..], size - 1, set, visit)?;
+        set.pop();
+        if is_done {
+            return Some(true);
+        }
+    }
+    Some(false)
+}
+
+/// Returns whether these units can be scheduled without the others.
+fn can_be_scheduled(trials: &Trials<'_>, start: &Plan, units: &[usize]) -> Option<bool> {
+    let left_out = (0..trials.units.len()).map(|it| !units.contains(&it) && !trials.units[it].is_pinned);
+    is_solvable(trials, &Plan { left_out: left_out.collect(), ..start.clone() })
+}
+
+fn is_solvable(trials: &Trials<'_>, plan: &Plan) -> Option<bool> {
+    let is_met = match (trials.request.cpus, trials.request.priorities) {
+        (true, _) => placed(trials, plan)?.score.is_met(),
+        (false, true) => ordered(trials, plan)?.score.is_met(),
+        (false, false) => trials.score(plan)?.is_met(),
+    };
+    // Not found is no proof without a budget.
+    (is_met || !trials.is_spent()).then_some(is_met)
+}
+
+/// Returns what each activity of a unit would have to be.
+fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
+    let of = &trials.units[unit];
+    let period = period(trials, start, unit);
+    let remedy = |(number, member): (usize, &usize)| {
+        let instance = trials.system.activities.get(*member)?.instance.clone();
+        let time = time(trials, start, *member);
+        // The activities of a thread have one period.
+        let period = period.filter(|_| number == 0);
+        Some(Remedy { instance, time, period })
+    };
+    of.members.iter().enumerate().filter_map(remedy).collect()
+}
+
+/// Returns the greatest execution time of the jobs of an activity now, and the greatest with which every deadline is met.
+fn time(trials: &Trials<'_>, start: &Plan, activity: usize) -> Option<[Time; 2]> {
+    let now = trials.time_of(activity)?;
+    let step = rounded(now);
+    let holds = |number: u64| {
+        let cap = Some((activity, Time::from_nanos(number * step)));
+        is_solvable(trials, &Plan { cap, ..start.clone() })
+    };
+    if !holds(0)? {
+        return None;
+    }
+    let found = Boundary::between(0, now.as_nanos().div_ceil(step), |number| holds(number.as_nanos()));
+    (found.is_complete() && found.good > 0).then(|| [now, Time::from_nanos(found.good * step)])
+}
+
+/// Returns the period of a unit now, and the least with which every deadline is met.
+fn period(trials: &Trials<'_>, start: &Plan, unit: usize) -> Option<[Time; 2]> {
+    let of = &trials.units[unit];
+    let now = of.period.filter(|_| of.is_periodic)?;
+    let step = step_of(now);
+    let holds = |number: u64| {
+        let mut plan = start.clone();
+        plan.periods[unit] = Some(Time::from_nanos(number.checked_mul(step)?));
+        is_solvable(trials, &plan)
+    };
+    let (mut bad, mut factor) = (now.as_nanos() / step, 2);
+    loop {
+        let good = (now.as_nanos() / step).checked_mul(factor)?;
+        if holds(good)? {
+            let found = Boundary::between(good, bad, |number| holds(number.as_nanos()));
+            return found.is_complete().then(|| [now, Time::from_nanos(found.good * step)]);
+        }
+        (bad, factor) = (good, factor * 2);
+        if factor > MOST_LONGER {
+            return None;
+        }
+    }
+}
+
+/// Returns the step of a readable time: the greatest power of ten that is at most a hundredth of it.
+fn rounded(time: Time) -> u64 {
+    let mut step = 1;
+    while step <= time.as_nanos() / 1000 {
+        step *= 10;
+    }
+    step
+}

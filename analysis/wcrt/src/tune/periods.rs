@@ -1,0 +1,94 @@
+//! Periods: the shortest ones with which every deadline is met, or the least longer ones.
+//!
+//! First, all periods shrink by one factor, as far as the deadlines allow; then each alone, in the order of the deployment. Where a
+//! deadline is missed now, all grow by the least factor that is enough, and each then shrinks towards its present value. A deadline that
+//! equals its period follows it. A period that data gives stays.
+
+use mauve_timing::Time;
+
+use super::SearchKind;
+use super::trials::{Plan, Trials};
+use crate::bisection::{Boundary, step_of};
+
+/// The factors are multiples of one in so many.
+const PARTS: u64 = 1000;
+
+/// The greatest factor.
+const MOST_LONGER: u64 = 64;
+
+/// Returns a plan with other periods, and how far the search went. None where no factor is enough.
+pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option<(Plan, SearchKind)> {
+    let units: Vec<usize> = start.present().into_iter().filter(|unit| is_free(trials, *unit)).collect();
+    let was_used_up = trials.analyse(start)?.slack;
+    // What ends exactly at its deadline would be late with the next nanosecond.
+    let holds = |plan: &Plan| {
+        let trial = trials.analyse(plan)?;
+        let has_slack = |unit: &usize| trial.slack[*unit] > 0 || was_used_up[*unit] == 0;
+        Some(trial.is_met(plan) && plan.present().iter().all(has_slack))
+    };
+    let scaled = |parts: u64| {
+        let mut plan = start.clone();
+        for unit in &units {
+            plan.periods[*unit] = scaled_period(trials, *unit, parts);
+        }
+        plan
+    };
+    let is_met = holds(start)?;
+    let (mut bad, mut good) = (0, PARTS);
+    if !is_met {
+        loop {
+            (bad, good) = (good, good * 2);
+            if good > MOST_LONGER * PARTS {
+                return None;
+            }
+            if holds(&scaled(good))? {
+                break;
+            }
+        }
+    }
+    let factor = Boundary::between(good, bad, |parts| holds(&scaled(parts.as_nanos())));
+    let mut plan = if factor.good == PARTS { start.clone() } else { scaled(factor.good) };
+    let mut search = SearchKind::Exact;
+    for unit in units {
+        let period = trials.units[unit].period.unwrap_or_default();
+        let (step, now) = (step_of(period), period.as_nanos());
+        let present = plan.periods[unit].map_or(now, Time::as_nanos);
+        let with = |number: u64| {
+            let mut plan = plan.clone();
+            plan.periods[unit] = Some(Time::from_nanos(number * step));
+            plan
+        };
+        // One that is longer than it was becomes what it was, if that is enough.
+        let mut restored = plan.clone();
+        restored.periods[unit] = None;
+        if !is_met && present > now && holds(&restored).unwrap_or_default() {
+            plan = restored;
+            continue;
+        }
+        let least = if is_met { 0 } else { now / step };
+        let found =
+            Boundary::between(present.div_ceil(step), least, |number| holds(&with(number.as_nanos())));
+        if !found.is_complete() {
+            search = SearchKind::Exhausted;
+        }
+        if found.good * step < present {
+            plan = with(found.good);
+        }
+    }
+    Some((plan, search))
+}
+
+/// Whether the period of a unit may change.
+fn is_free(trials: &Trials<'_>, unit: usize) -> bool {
+    let of = &trials.units[unit];
+    of.is_periodic && !of.is_pinned && of.period.is_some()
+}
+
+/// Returns so many parts of the period of a unit, rounded up to its step.
+fn scaled_period(trials: &Trials<'_>, unit: usize, parts: u64) -> Option<Time> {
+    let period = trials.units[unit].period?;
+    let step = step_of(period);
+    let nanos = u128::from(period.as_nanos()) * u128::from(parts);
+    let number = nanos.div_ceil(u128::from(PARTS) * u128::from(step)).max(1);
+    u64::try_from(number).ok()?.checked_mul(step).map(Time::from_nanos)
+}

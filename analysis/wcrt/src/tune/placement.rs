@@ -1,0 +1,343 @@
+//! CPUs: a placement of the activities with which every deadline is met.
+//!
+//! An activity moves within its host, with all instances of its thread and with all activities that take a lock with it. Where the
+//! CPUs do not depend on each other, the search is exact: branch and bound over the placements, the activities with the greatest
+//! utilisation first, each on its present CPU first. A set of activities that does not fit on a CPU is analysed once, and no superset
+//! of it. Otherwise all placements are analysed if they are few. Beyond these, the heuristic: by falling utilisation, each activity
+//! goes to the CPU with the lowest one (worst-fit decreasing); then single activities move as long as something gets better.
+
+use mauve_timing::CpuSet;
+use rustc_hash::FxHashMap;
+
+use super::order::{ordered, quickly_ordered};
+use super::trials::{Plan, Score, Trials};
+use super::{SearchKind, TuneAim};
+
+/// So many placements are analysed one by one where CPUs depend on each other: those of seven activities on three CPUs are 2187.
+const MOST_PLACEMENTS: usize = 4096;
+
+/// Activities that are placed together.
+struct Cluster {
+    units: Vec<usize>,
+    /// Where it may be.
+    choices: Vec<CpuSet>,
+    /// The CPU that is written now.
+    now: Option<CpuSet>,
+    utilisation: f64,
+}
+
+/// The result of a search for CPUs.
+pub(super) struct Placed {
+    pub(super) plan: Plan,
+    pub(super) score: Score,
+    pub(super) search: SearchKind,
+}
+
+/// Searches for CPUs, and with `priorities` of the request for priorities too.
+pub(super) fn placed(trials: &Trials<'_>, start: &Plan) -> Option<Placed> {
+    let clusters = clusters(trials, start);
+    let is_placed = start.present().iter().all(|unit| trials.units[*unit].is_placed);
+    if is_placed
+        && let Some(score) = trials.score(start)
+        && is_enough(trials, score)
+    {
+        return Some(Placed { plan: start.clone(), score, search: SearchKind::Exact });
+    }
+    let plan = worst_fit(trials, &clusters, start, true);
+    let (plan, score) = solved(trials, &plan)?;
+    let mut found = Placed { plan, score, search: SearchKind::Exact };
+    if is_enough(trials, found.score) {
+        return Some(found);
+    }
+    if search(trials, &clusters, start, &mut found).is_none() {
+        found.search = SearchKind::Exhausted;
+    }
+    if trials.request.priorities
+        && !is_enough(trials, found.score)
+        && let Some(better) = ordered(trials, &found.plan).filter(|it| it.score > found.score)
+    {
+        (found.plan, found.score) = (better.plan, better.score);
+    }
+    Some(found)
+}
+
+fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut Placed) -> Option<()> {
+    // Part of the budget stays for the exact search.
+    let is_improved = trials.with_part(3, || {
+        improve(trials, clusters, found)?;
+        let from_scratch = worst_fit(trials, clusters, start, false);
+        found.consider(trials, &from_scratch)?;
+        if is_enough(trials, found.score) { Some(()) } else { improve(trials, clusters, found) }
+    });
+    if is_enough(trials, found.score) {
+        return Some(());
+    }
+    let placements = clusters.iter().try_fold(1usize, |product, it| product.checked_mul(it.choices.len()));
+    if trials.has_separate_cpus() && trials.request.aim != TuneAim::Latency {
+        let mut exact = Exact { trials, clusters, start, known: FxHashMap::default(), best: None };
+        let all: Vec<(CpuSet, Vec<usize>)> = Vec::new();
+        exact.place(0, &all)?;
+        if let Some((plan, _)) = exact.best {
+            let score = trials.score(&plan)?;
+            if score > found.score {
+                (found.plan, found.score) = (plan, score);
+            }
+        }
+        // What the exhausted budget of an analysis does not prove may be proved beside other activities.
+        let is_free = !trials.request.priorities || trials.is_order_free(&found.plan);
+        found.search = if is_free { SearchKind::Exact } else { SearchKind::Heuristic };
+        if is_free || is_enough(trials, found.score) {
+            return Some(());
+        }
+    }
+    if placements.is_some_and(|it| it <= MOST_PLACEMENTS) {
+        let is_exact = !trials.request.priorities;
+        found.search = if is_exact { SearchKind::Exact } else { SearchKind::Heuristic };
+        return each_placement(trials, clusters, start, found).map(|_| ());
+    }
+    found.search = SearchKind::Heuristic;
+    is_improved
+}
+
+impl Placed {
+    /// Takes a placement that is better.
+    fn consider(&mut self, trials: &Trials<'_>, plan: &Plan) -> Option<()> {
+        let (plan, score) = solved(trials, plan)?;
+        if score > self.score {
+            (self.plan, self.score) = (plan, score);
+        }
+        Some(())
+    }
+}
+
+fn is_enough(trials: &Trials<'_>, score: Score) -> bool {
+    score.is_met() && trials.request.aim == TuneAim::Deadlines
+}
+
+/// Returns a placement with its priorities.
+fn solved(trials: &Trials<'_>, plan: &Plan) -> Option<(Plan, Score)> {
+    match trials.request.priorities {
+        true => quickly_ordered(trials, plan),
+        false => Some((plan.clone(), trials.score(plan)?)),
+    }
+}
+
+/// Returns the activities that are placed together, by falling utilisation.
+fn clusters(trials: &Trials<'_>, plan: &Plan) -> Vec<Cluster> {
+    let mut sets: Vec<Vec<usize>> =
+        plan.present().into_iter().filter(|it| !trials.units[*it].is_pinned).map(|it| vec![it]).collect();
+    let pinned = |units: &[usize]| units.iter().copied().find(|it| trials.units[*it].is_pinned);
+    let mut of_pinned: FxHashMap<usize, usize> = FxHashMap::default();
+    for users in trials.sharing_locks() {
+        let mut joined = Vec::new();
+        for set in sets.extract_if(.., |set| set.iter().any(|it| users.contains(it))) {
+            joined.extend(set);
+        }
+        if let Some(pin) = pinned(&users) {
+            of_pinned.extend(joined.iter().map(|it| (*it, pin)));
+        }
+        if !joined.is_empty() {
+            sets.push(joined);
+        }
+    }
+    let cluster = |mut units: Vec<usize>| {
+        units.sort_unstable();
+        let first = &trials.units[units[0]];
+        let pin = units.iter().find_map(|it| of_pinned.get(it)).map(|it| trials.units[*it].cpus);
+        let choices = match pin {
+            Some(cpus) => vec![cpus],
+            None => trials.cpus_of_host(first).each().collect(),
+        };
+        let now = (first.is_placed && first.cpus.is_one()).then_some(first.cpus);
+        let utilisation = units.iter().map(|it| trials.units[*it].utilisation).sum();
+        Cluster { units, choices, now, utilisation }
+    };
+    let mut clusters: Vec<Cluster> = sets.into_iter().map(cluster).collect();
+    clusters.sort_by(|one, other| other.utilisation.total_cmp(&one.utilisation));
+    clusters
+}
+
+/// Places the clusters one after another on the CPU with the lowest utilisation; those that have a CPU stay there if `keeps`.
+fn worst_fit(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, keeps: bool) -> Plan {
+    let mut plan = start.clone();
+    let mut load: FxHashMap<CpuSet, f64> = FxHashMap::default();
+    for unit in plan.present().into_iter().filter(|it| trials.units[*it].is_pinned) {
+        let cpus = trials.cpus(&plan, unit);
+        let share = trials.units[unit].utilisation / f64::from(cpus.len().max(1));
+        cpus.each().for_each(|cpu| *load.entry(cpu).or_default() += share);
+    }
+    let stays = |it: &&Cluster| keeps && it.now.is_some_and(|now| it.choices.contains(&now));
+    let (staying, moving): (Vec<&Cluster>, Vec<&Cluster>) = clusters.iter().partition(stays);
+    for cluster in staying.into_iter().chain(moving) {
+        let least = || {
+            let load = |cpu: &CpuSet| load.get(cpu).copied().unwrap_or_default();
+            cluster.choices.iter().copied().min_by(|one, other| load(one).total_cmp(&load(other)))
+        };
+        let Some(cpu) = cluster.now.filter(|_| stays(&cluster)).or_else(least) else { continue };
+        cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(cpu));
+        *load.entry(cpu).or_default() += cluster.utilisation;
+    }
+    plan
+}
+
+/// The priorities of the units on a CPU, and how good they are.
+type Fit = (Vec<(usize, u32)>, Score);
+
+/// The exact search.
+struct Exact<'a, 'db> {
+    trials: &'a Trials<'db>,
+    clusters: &'a [Cluster],
+    start: &'a Plan,
+    /// For a CPU and the clusters on it; none if a deadline is not met.
+    known: FxHashMap<(CpuSet, Vec<usize>), Option<Fit>>,
+    best: Option<(Plan, Score)>,
+}
+
+impl Exact<'_, '_> {
+    /// Places the clusters from this one on. None where the budget is exhausted.
+    fn place(&mut self, next: usize, placed: &[(CpuSet, Vec<usize>)]) -> Option<()> {
+        let Some(cluster) = self.clusters.get(next) else { return self.take(placed) };
+        let utilisation = |cpu: &CpuSet| {
+            let here = placed.iter().filter(|(it, _)| it == cpu).flat_map(|(_, clusters)| clusters);
+            here.map(|it| self.clusters[*it].utilisation).sum::<f64>()
+        };
+        let mut choices = cluster.choices.clone();
+        choices.sort_by(|one, other| {
+            let key = |cpu: &CpuSet| Some(*cpu) != cluster.now;
+            key(one).cmp(&key(other)).then(utilisation(one).total_cmp(&utilisation(other)))
+        });
+        let mut tried_empty: Vec<CpuSet> = Vec::new();
+        for cpu in choices {
+            let mut placed = placed.to_vec();
+            match placed.iter_mut().find(|(it, _)| *it == cpu) {
+                Some((_, clusters)) => clusters.push(next),
+                None => {
+                    // Of several empty CPUs that are alike, one is enough.
+                    if tried_empty.iter().any(|it| self.is_alike(*it, cpu)) {
+                        continue;
+                    }
+                    tried_empty.push(cpu);
+                    placed.push((cpu, vec![next]));
+                }
+            }
+            let Some((_, here)) = placed.iter().find(|(it, _)| *it == cpu) else { continue };
+            let here = here.clone();
+            let bound = self.on(cpu, &here)?;
+            let is_hopeless = match (&bound, &self.best) {
+                (None, _) => true,
+                (Some(score), Some((_, best))) => score <= best,
+                (Some(_), None) => false,
+            };
+            if !is_hopeless {
+                self.place(next + 1, &placed)?;
+            }
+            if self.best.is_some() && self.trials.request.aim == TuneAim::Deadlines {
+                return Some(());
+            }
+        }
+        Some(())
+    }
+
+    /// Takes a complete placement.
+    fn take(&mut self, placed: &[(CpuSet, Vec<usize>)]) -> Option<()> {
+        let mut plan = self.start.clone();
+        for (cpu, clusters) in placed {
+            let units = clusters.iter().flat_map(|it| &self.clusters[*it].units);
+            units.for_each(|unit| plan.cpus[*unit] = Some(*cpu));
+            if let Some(Some((priorities, _))) = self.known.get(&(*cpu, clusters.clone())) {
+                priorities.iter().for_each(|(unit, number)| plan.priorities[*unit] = *number);
+            }
+        }
+        let score = self.trials.score(&plan)?;
+        if score.is_met() && self.best.as_ref().is_none_or(|(_, best)| score > *best) {
+            self.best = Some((plan, score));
+        }
+        Some(())
+    }
+
+    /// Returns how good these clusters are on a CPU, without the others; none if a deadline is not met. The outer none: the budget is
+    /// exhausted.
+    fn on(&mut self, cpu: CpuSet, clusters: &[usize]) -> Option<Option<Score>> {
+        let key = (cpu, clusters.to_vec());
+        if let Some(known) = self.known.get(&key) {
+            return Some(known.as_ref().map(|(_, score)| *score));
+        }
+        let mut plan = self.start.clone();
+        let units: Vec<usize> = clusters.iter().flat_map(|it| self.clusters[*it].units.clone()).collect();
+        for unit in 0..plan.left_out.len() {
+            let is_here = units.contains(&unit);
+            // Pinned activities stay where they are.
+            plan.left_out[unit] |= !is_here && !self.trials.units[unit].is_pinned;
+            if is_here {
+                plan.cpus[unit] = Some(cpu);
+            }
+        }
+        let (plan, score) = solved(self.trials, &plan)?;
+        let numbers = || units.iter().map(|unit| (*unit, plan.priorities[*unit])).collect();
+        let known = score.is_met().then(|| (numbers(), score));
+        self.known.insert(key, known);
+        Some(score.is_met().then_some(score))
+    }
+
+    /// Returns whether nothing that stays, and nothing that is written, distinguishes two CPUs.
+    fn is_alike(&self, one: CpuSet, other: CpuSet) -> bool {
+        let is_on_both = |cpus: CpuSet| cpus.meets(one) == cpus.meets(other);
+        let mut pinned = self.trials.units.iter().filter(|it| it.is_pinned);
+        self.trials.fixed.iter().all(|(_, cpus)| is_on_both(*cpus))
+            && pinned.all(|it| is_on_both(it.cpus))
+            && self.clusters.iter().all(|it| it.now.is_none_or(is_on_both))
+    }
+}
+
+/// Analyses all placements, until one is good enough. None where the budget is exhausted.
+fn each_placement(
+    trials: &Trials<'_>,
+    clusters: &[Cluster],
+    plan: &Plan,
+    found: &mut Placed,
+) -> Option<bool> {
+    let Some((cluster, others)) = clusters.split_first() else {
+        found.consider(trials, plan)?;
+        return Some(is_enough(trials, found.score));
+    };
+    for cpu in &cluster.choices {
+        let mut plan = plan.clone();
+        cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(*cpu));
+        if each_placement(trials, others, &plan, found)? {
+            return Some(true);
+        }
+    }
+    Some(false)
+}
+
+/// Moves one cluster after another, and swaps two, as long as something gets better.
+fn improve(trials: &Trials<'_>, clusters: &[Cluster], found: &mut Placed) -> Option<()> {
+    loop {
+        let before = found.score;
+        for (index, cluster) in clusters.iter().enumerate() {
+            for cpu in &cluster.choices {
+                let mut plan = found.plan.clone();
+                cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(*cpu));
+                if plan != found.plan {
+                    found.consider(trials, &plan)?;
+                }
+            }
+            for other in clusters.iter().skip(index + 1) {
+                let cpus = [cluster, other].map(|it| it.units.first().and_then(|it| found.plan.cpus[*it]));
+                let [Some(one), Some(two)] = cpus else { continue };
+                if one != two && cluster.choices.contains(&two) && other.choices.contains(&one) {
+                    let mut plan = found.plan.clone();
+                    cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(two));
+                    other.units.iter().for_each(|unit| plan.cpus[*unit] = Some(one));
+                    found.consider(trials, &plan)?;
+                }
+            }
+            if is_enough(trials, found.score) {
+                return Some(());
+            }
+        }
+        if found.score == before {
+            return Some(());
+        }
+    }
+}

@@ -1,0 +1,499 @@
+//! What may change in a deployment, and the analysis of the deployment with other values.
+
+use std::cell::Cell;
+use std::cmp::Reverse;
+
+use mauve_hir::item_tree::{Deployment, Name};
+use mauve_hir::{Decl, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
+use mauve_syntax::keywords::ActivityField;
+use mauve_timing::{
+    Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Tasks, Time, Utilisation,
+};
+
+use super::{TuneAim, TuneRequest, Untunable};
+use crate::chains::latencies_of;
+use crate::reason::Reason;
+use crate::report::Query;
+use crate::system::{System, activities_of, others_of, read, system_of};
+use crate::table_set::tables_of;
+use crate::task_set::DeployedTasks;
+use crate::what_if::{WhatIfField, with_fields};
+
+/// What changes together: an activity, with all instances of its thread.
+#[derive(Debug, Clone)]
+pub(super) struct Unit {
+    /// The first instance, which names the activity in an edit.
+    pub(super) instance: Name,
+    /// Indices into [`System::activities`].
+    pub(super) members: Vec<usize>,
+    pub(super) host: Option<usize>,
+    pub(super) period: Option<Time>,
+    pub(super) deadline: Option<Time>,
+    /// Whether its deadline is written, and follows the period because it equals the period now.
+    has_deadline: bool,
+    /// The priority that is written.
+    pub(super) priority: Option<u32>,
+    /// The CPUs on which it may run now.
+    pub(super) cpus: CpuSet,
+    /// Whether its CPUs are written.
+    pub(super) is_placed: bool,
+    /// Whether the user wants it to stay as it is.
+    pub(super) is_pinned: bool,
+    /// Whether its period may change: data does not release it.
+    pub(super) is_periodic: bool,
+    /// U, without the calls of operations.
+    pub(super) utilisation: f64,
+}
+
+/// Values for the units, by their index.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Plan {
+    pub(super) priorities: Vec<u32>,
+    /// One CPU; none where the CPUs stay as they are.
+    pub(super) cpus: Vec<Option<CpuSet>>,
+    pub(super) periods: Vec<Option<Time>>,
+    /// The units that count as if they did not exist.
+    pub(super) left_out: Vec<bool>,
+    /// An activity of which no job executes longer than this.
+    pub(super) cap: Option<(usize, Time)>,
+}
+
+impl Plan {
+    /// Returns the units that exist.
+    pub(super) fn present(&self) -> Vec<usize> {
+        (0..self.left_out.len()).filter(|unit| !self.left_out[*unit]).collect()
+    }
+}
+
+/// The analysis of a plan.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    /// The least relative slack of each unit; see [`slack_of`].
+    pub(super) slack: Vec<i64>,
+    /// The least of the activities that do not change.
+    fixed: i64,
+}
+
+impl Trial {
+    /// Returns whether every deadline is met.
+    pub(super) fn is_met(&self, plan: &Plan) -> bool {
+        self.fixed >= 0 && plan.present().into_iter().all(|unit| self.slack[unit] >= 0)
+    }
+}
+
+/// How good a plan is: the greatest is the best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Score {
+    /// The number of activities that do not meet their deadline, negated.
+    missed: i64,
+    /// By the aim.
+    value: i128,
+    second: i128,
+}
+
+impl Score {
+    pub(super) fn is_met(self) -> bool {
+        self.missed == 0
+    }
+}
+
+/// No slack: the response time has no bound, or is not known.
+const UNBOUNDED: i64 = i64::MIN / 4;
+const NOT_ANALYSED: i64 = i64::MIN / 2;
+
+/// The search's view of a deployment.
+pub(super) struct Trials<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    data: &'db Deployment,
+    pub(super) system: &'db System<'db>,
+    pub(super) request: TuneRequest,
+    pub(super) units: Vec<Unit>,
+    /// The priorities and CPUs of what runs beside the units and stays: gateways, other real-time work.
+    pub(super) fixed: Vec<(u32, CpuSet)>,
+    /// The gateways.
+    fixed_activities: Vec<usize>,
+    /// The tasks with the present values, and priorities where they are missing.
+    pub(super) tasks: Tasks,
+    left: Cell<usize>,
+    /// Whether the budget of an analysis was exhausted, so that its bound may depend on the order of priorities.
+    is_exhausted: Cell<bool>,
+}
+
+impl<'db> Trials<'db> {
+    pub(super) fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: Decl<'db>,
+        query: Query,
+        request: &TuneRequest,
+    ) -> Result<Trials<'db>, Vec<Untunable<'db>>> {
+        let system = system_of(db, project, of);
+        let Some(data) = deployment(db, of) else { return Err(Vec::new()) };
+        let units = units(db, of, system, request);
+        let mut trials = Trials {
+            db,
+            project,
+            of,
+            query,
+            data,
+            system,
+            request: request.clone(),
+            units,
+            fixed: Vec::new(),
+            fixed_activities: Vec::new(),
+            tasks: Tasks::default(),
+            left: Cell::new(request.most_steps),
+            is_exhausted: Cell::new(false),
+        };
+        let others = others_of(db, project.workspace(db), system.cpus);
+        let gateways = system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
+        trials.fixed_activities = gateways.map(|(index, _)| index).collect();
+        let fixed = trials.fixed_activities.iter().filter_map(|it| system.activities.get(*it));
+        let fixed = fixed.map(|it| &it.task).chain(&others);
+        let fixed = fixed.filter_map(|it| Some((it.priority.real_time()?, it.cpus.unwrap_or(CpuSet::ALL))));
+        trials.fixed = fixed.collect();
+        let start = trials.start();
+        // With a priority, an activity has the CPUs that it may use.
+        let (known, deployed) = trials.deployed(&start);
+        let untunable = trials.untunable(&deployed);
+        if !untunable.is_empty() {
+            return Err(untunable);
+        }
+        for unit in &mut trials.units {
+            let first = unit.members.first().and_then(|it| known.activities.get(*it));
+            unit.cpus = first.and_then(|it| it.cpus).unwrap_or(CpuSet::NONE);
+            let share = |member: &usize| {
+                let task = deployed.tasks.activities().get(*member)?;
+                let mean = task.demand.machine()?.greatest_cycle_mean();
+                Some(Utilisation::new([(mean, task.period?)]).as_f64())
+            };
+            unit.utilisation = unit.members.iter().filter_map(share).sum();
+        }
+        trials.tasks = deployed.tasks;
+        Ok(trials)
+    }
+
+    /// Returns why activities are not analysed, whatever their values.
+    fn untunable(&self, deployed: &DeployedTasks<'db>) -> Vec<Untunable<'db>> {
+        let mut found = Vec::new();
+        if !deployed.not_analysed.is_empty() {
+            found.push(Untunable { instance: None, refusals: deployed.not_analysed.clone() });
+        }
+        for report in deployed.reports.iter().filter(|it| it.task.priority != Priority::Background) {
+            let is_lasting = |reason: &Reason<'_>| !matches!(reason, Reason::Middleware(_));
+            let refusals: Vec<_> =
+                report.reasons.iter().filter(|it| is_lasting(&it.reason)).cloned().collect();
+            if !refusals.is_empty() {
+                found.push(Untunable { instance: Some(report.instance.clone()), refusals });
+            }
+        }
+        found
+    }
+
+    /// Returns the present values. Where priorities are missing, all are deadline-monotonic.
+    pub(super) fn start(&self) -> Plan {
+        let count = self.units.len();
+        let mut priorities: Vec<u32> = self.units.iter().filter_map(|it| it.priority).collect();
+        if priorities.len() < count {
+            let mut order: Vec<usize> = (0..count).collect();
+            // Of equal deadlines, the first one gets the higher priority: texts follow the way of the data.
+            order.sort_by_key(|it| Reverse((self.units[*it].deadline, *it)));
+            priorities = vec![1; count];
+            for (number, unit) in (1..=99).chain(std::iter::repeat(99)).zip(order) {
+                let pinned = self.units[unit].priority.filter(|_| self.units[unit].is_pinned);
+                priorities[unit] = pinned.unwrap_or(number);
+            }
+        }
+        Plan {
+            priorities,
+            cpus: vec![None; count],
+            periods: vec![None; count],
+            left_out: vec![false; count],
+            cap: None,
+        }
+    }
+
+    /// Returns whether a priority is missing.
+    pub(super) fn lacks_priorities(&self) -> bool {
+        self.units.iter().any(|it| it.priority.is_none())
+    }
+
+    /// Returns the CPUs of a unit in a plan.
+    pub(super) fn cpus(&self, plan: &Plan, unit: usize) -> CpuSet {
+        let now = self.units.get(unit).map_or(CpuSet::NONE, |it| it.cpus);
+        plan.cpus.get(unit).copied().flatten().unwrap_or(now)
+    }
+
+    /// Returns the values of a plan that are not those of the text.
+    pub(super) fn fields(&self, plan: &Plan) -> Vec<WhatIfField> {
+        let hosts = hosts_of(self.db, self.project.workspace(self.db));
+        let mut fields = Vec::new();
+        for (index, unit) in self.units.iter().enumerate() {
+            let field = |field, value: String| WhatIfField {
+                instance: unit.instance.clone(),
+                field,
+                value: value.into(),
+            };
+            let cpu = plan.cpus.get(index).copied().flatten();
+            let moved = cpu.filter(|cpu| *cpu != unit.cpus);
+            fields.extend(moved.map(|cpu| field(ActivityField::Affinity, hosts.local(cpu).1.0.to_string())));
+            let priority = plan.priorities.get(index).copied();
+            let changed = priority.filter(|it| Some(*it) != unit.priority);
+            fields.extend(changed.map(|it| field(ActivityField::Priority, it.to_string())));
+            let period = plan.periods.get(index).copied().flatten().filter(|it| Some(*it) != unit.period);
+            let Some(period) = period else { continue };
+            fields.push(field(ActivityField::Period, period.number()));
+            let is_later_then = unit.deadline < unit.period && unit.deadline > Some(period);
+            if unit.has_deadline && (unit.deadline == unit.period || is_later_then) {
+                fields.push(field(ActivityField::Deadline, period.number()));
+            }
+        }
+        fields
+    }
+
+    fn deployed(&self, plan: &Plan) -> (System<'db>, DeployedTasks<'db>) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        let system = read(db, project, of, &with_fields(self.data, &self.fields(plan)));
+        let deployed = DeployedTasks::of_model(db, tables_of(db, project, of), &system, self.query);
+        (system, deployed)
+    }
+
+    /// Analyses a plan. None where the budget is exhausted.
+    pub(super) fn analyse(&self, plan: &Plan) -> Option<Trial> {
+        let count = plan.left_out.iter().filter(|it| !**it).count() + self.fixed_activities.len();
+        let Some(left) = self.left.get().checked_sub(count.max(1)) else {
+            self.left.set(0);
+            return None;
+        };
+        self.left.set(left);
+        self.db.unwind_if_revision_cancelled();
+        let (_, deployed) = self.deployed(plan);
+        let tasks = self.remaining(plan, &deployed.tasks);
+        let interrupt = || self.db.unwind_if_revision_cancelled();
+        let responses = tasks.response_times(&self.query.options(false), &interrupt).responses;
+        let slack = |index: usize| {
+            let refused = deployed.reports.get(index).is_none_or(|it| !it.reasons.is_empty());
+            match (tasks.activities().get(index), responses.get(index)) {
+                (Some(task), Some(response)) if !refused && deployed.not_analysed.is_empty() => {
+                    slack_of(task.deadline, response)
+                }
+                _ => NOT_ANALYSED,
+            }
+        };
+        let of_unit = |unit: &Unit| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
+        let is_exhausted = responses.iter().any(|it| it.is_exhausted);
+        self.is_exhausted.set(self.is_exhausted.get() | is_exhausted);
+        Some(Trial {
+            slack: self.units.iter().map(of_unit).collect(),
+            fixed: self.fixed_activities.iter().map(|it| slack(*it)).min().unwrap_or(i64::MAX),
+        })
+    }
+
+    /// Analyses a plan, and says how good it is.
+    pub(super) fn score(&self, plan: &Plan) -> Option<Score> {
+        let trial = self.analyse(plan)?;
+        let slacks = || plan.present().into_iter().map(|unit| trial.slack[unit]).chain([trial.fixed]);
+        let missed = slacks().filter(|it| *it < 0).count();
+        let mut score = Score { missed: -i64::try_from(missed).unwrap_or(i64::MAX), value: 0, second: 0 };
+        if missed > 0 {
+            // What is late by less is better.
+            score.value = slacks().map(|it| i128::from(it.min(0))).sum();
+            return Some(score);
+        }
+        match self.request.aim {
+            TuneAim::Deadlines => {}
+            TuneAim::Slack => score.value = i128::from(slacks().min().unwrap_or_default()),
+            TuneAim::Latency => {
+                let fields = self.fields(plan);
+                let found = latencies_of(self.db, self.project, self.of, self.query, &fields);
+                let (worst, sum) = latency(&found);
+                (score.value, score.second) = (-worst, -sum);
+            }
+        }
+        Some(score)
+    }
+
+    /// Calls `search` with this part of the budget that is left.
+    pub(super) fn with_part<T>(&self, part: usize, search: impl FnOnce() -> T) -> T {
+        let all = self.left.get();
+        self.left.set(all / part);
+        let found = search();
+        self.left.set(all - all / part + self.left.get());
+        found
+    }
+
+    /// Gives the search its budget again.
+    pub(super) fn refill(&self) {
+        self.left.set(self.request.most_steps);
+    }
+
+    /// Returns whether the budget is exhausted.
+    pub(super) fn is_spent(&self) -> bool {
+        self.left.get() == 0
+    }
+
+    /// Returns whether a response time depends only on which activities have higher priorities, and becomes no greater if there are
+    /// fewer of them: then Audsley's algorithm is optimal. With waits, operations, or several CPUs, it depends on other response
+    /// times; with a lock without a protocol, on the order of its users.
+    pub(super) fn is_order_free(&self, plan: &Plan) -> bool {
+        let is_simple = |unit: &usize| {
+            let Some(of) = self.units.get(*unit) else { return false };
+            let mut tasks = of.members.iter().filter_map(|it| self.tasks.activities().get(*it));
+            self.cpus(plan, *unit).is_one() && tasks.all(|it| it.waits.is_none() && it.offset.is_none())
+        };
+        let locks = || self.tasks.locks.iter().filter(|it| it.users.len() > 1);
+        let fixed = &self.fixed_activities;
+        let mut fixed = fixed.iter().filter_map(|it| self.tasks.activities().get(*it));
+        plan.present().iter().all(is_simple)
+            && fixed.all(|it| it.cpus.is_some_and(CpuSet::is_one))
+            && self.tasks.operations.is_empty()
+            && locks().all(|it| it.protocol != Protocol::None)
+            && !self.is_exhausted.get()
+    }
+
+    /// Returns whether the response times on one CPU depend on nothing on another.
+    pub(super) fn has_separate_cpus(&self) -> bool {
+        let fixed = self.fixed_activities.iter().filter_map(|it| self.tasks.activities().get(*it));
+        let mut pinned = self.units.iter().filter(|it| it.is_pinned);
+        let mut fixed = fixed.filter_map(|it| it.cpus);
+        self.tasks.operations.is_empty()
+            && pinned.all(|it| it.cpus.is_one())
+            && fixed.all(CpuSet::is_one)
+            && self.fixed.iter().all(|(_, cpus)| cpus.is_one() || *cpus == self.system.cpus)
+    }
+
+    /// Returns the tasks without those that are left out, and with what the cap leaves.
+    fn remaining(&self, plan: &Plan, tasks: &Tasks) -> Tasks {
+        let mut left = tasks.clone();
+        if let Some((capped, most)) = plan.cap
+            && let Some(task) = left.activities_mut().get_mut(capped)
+        {
+            task.demand = at_most(&task.demand, most);
+        }
+        if !plan.left_out.contains(&true) {
+            return left;
+        }
+        let out = self.units.iter().zip(&plan.left_out).filter(|(_, out)| **out);
+        let out: Vec<usize> = out.flat_map(|(unit, _)| unit.members.iter().copied()).collect();
+        for task in &out {
+            if let Some(task) = left.activities_mut().get_mut(*task) {
+                task.priority = Priority::Background;
+            }
+        }
+        for lock in &mut left.locks {
+            lock.users.retain(|user| !out.contains(&user.task));
+        }
+        // What an operation that is left out sends is left out too.
+        let mut kept: Vec<Option<usize>> = Vec::new();
+        let mut operations = Vec::new();
+        for operation in &left.operations {
+            let during = operation.during.map(|it| kept.get(it).copied().flatten());
+            let is_out = [operation.provider, operation.client].iter().any(|it| out.contains(it));
+            if is_out || during == Some(None) {
+                kept.push(None);
+                continue;
+            }
+            kept.push(Some(operations.len()));
+            operations.push(mauve_timing::Operation { during: during.flatten(), ..operation.clone() });
+        }
+        left.operations = operations;
+        left
+    }
+
+    /// Returns the greatest execution time of the jobs of an activity; none where they wait.
+    pub(super) fn time_of(&self, activity: usize) -> Option<Time> {
+        let task = self.tasks.activities().get(activity).filter(|it| it.waits.is_none())?;
+        task.demand.machine().map(StateMachine::greatest_cost)
+    }
+
+    /// Returns the tasks of the units that take a lock together: those have to be on one CPU.
+    pub(super) fn sharing_locks(&self) -> Vec<Vec<usize>> {
+        let unit_of = |task: usize| self.units.iter().position(|it| it.members.contains(&task));
+        let units = |lock: &mauve_timing::Lock| lock.users.iter().filter_map(|it| unit_of(it.task)).collect();
+        self.tasks.locks.iter().filter(|it| it.users.len() > 1).map(units).collect()
+    }
+
+    /// Returns the CPUs of the host of a unit.
+    pub(super) fn cpus_of_host(&self, unit: &Unit) -> CpuSet {
+        let hosts = hosts_of(self.db, self.project.workspace(self.db));
+        unit.host.and_then(|it| hosts.all.get(it)).map_or(self.system.cpus, |it| it.cpus)
+    }
+}
+
+/// Returns the demand of jobs of which none executes longer than this.
+fn at_most(demand: &Demand, most: Time) -> Demand {
+    let Demand::Machine { machine, whole } = demand else { return Demand::Unknown };
+    let edges = machine.edges().iter().map(|edge| Edge { cost: edge.cost.min(most), ..edge.clone() });
+    match StateMachine::new(machine.states(), edges.collect()) {
+        Ok(machine) => Demand::Machine { machine, whole: whole.map(|it| it.min(most)) },
+        Err(_) => Demand::Unknown,
+    }
+}
+
+/// Returns the relative slack, 1 − R/D, in billionths; negative exactly if the deadline is not met.
+fn slack_of(deadline: Option<Time>, response: &Response) -> i64 {
+    match (&response.bound, deadline) {
+        (Bound::Response(time), Some(deadline)) => {
+            let (response, deadline) = (i128::from(time.as_nanos()), i128::from(deadline.as_nanos().max(1)));
+            let slack = ((deadline - response) * 1_000_000_000).div_euclid(deadline);
+            i64::try_from(slack).unwrap_or(UNBOUNDED).max(UNBOUNDED + 1)
+        }
+        (Bound::Background, _) => 1_000_000_000,
+        (Bound::Unbounded { .. } | Bound::NoBound(_), _) => UNBOUNDED,
+        _ => NOT_ANALYSED,
+    }
+}
+
+/// Returns the worst part of a limit in billionths, and the sum of the latencies in nanoseconds.
+fn latency(found: &[(Option<Time>, Option<Time>)]) -> (i128, i128) {
+    let (mut worst, mut sum) = (0, 0);
+    for (limit, latency) in found {
+        // A latency without a bound is longer than any other.
+        let latency = latency.map_or(i128::from(u64::MAX), |it| i128::from(it.as_nanos()));
+        if let Some(limit) = limit {
+            worst = worst.max(latency * 1_000_000_000 / i128::from(limit.as_nanos().max(1)));
+        }
+        sum += latency;
+    }
+    (worst, sum)
+}
+
+/// Returns the units of a deployment.
+fn units<'db>(db: &'db dyn ModelDb, of: Decl<'db>, system: &System<'db>, request: &TuneRequest) -> Vec<Unit> {
+    let written = activities_of(db, of);
+    let mut units: Vec<Unit> = Vec::new();
+    for (index, activity) in system.activities.iter().enumerate() {
+        let Some(declared) = written.get(&activity.instance) else { continue };
+        if activity.gateway.is_some() || activity.priority == Priority::Background {
+            continue;
+        }
+        let is_mate = |it: &&mut Unit| {
+            let first = it.members.first().and_then(|it| system.activities.get(*it));
+            first.is_some_and(|it| it.activity == activity.activity)
+        };
+        let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
+        if let Some(unit) = units.iter_mut().find(is_mate) {
+            unit.members.push(index);
+            unit.is_pinned |= is_pinned;
+            continue;
+        }
+        units.push(Unit {
+            instance: activity.instance.clone(),
+            members: vec![index],
+            host: activity.host,
+            period: activity.period,
+            deadline: activity.deadline,
+            has_deadline: declared.field(ActivityField::Deadline).is_some(),
+            priority: activity.priority.real_time(),
+            cpus: activity.cpus.unwrap_or(CpuSet::NONE),
+            is_placed: PLACES.iter().any(|it| declared.field(*it).is_some()),
+            is_pinned,
+            is_periodic: activity.is_periodic() && PERIODS.iter().any(|it| declared.field(*it).is_some()),
+            utilisation: 0.0,
+        });
+    }
+    units
+}

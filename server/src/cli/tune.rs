@@ -1,0 +1,357 @@
+//! `mauve tune [PATH]`: values of a deployment with which every deadline is met, as a diff with the figures before and after it.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use mauve_diagnostics::{errors_of_text, timing_reason};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Database, Decl, Project, similar};
+use mauve_ide::{Change, Comparison, Figures, compared, edit_of_fields};
+use mauve_timing::Level;
+use mauve_wcrt::tune::{
+    Conflict, ConflictKind, Remedy, SearchKind, TuneAim, TuneRequest, Tuned, Untunable, tune,
+};
+use mauve_wcrt::{Query, system_of};
+use serde::Serialize;
+
+use crate::analysis_document::{deployments, milliseconds};
+use crate::cli::comparison::{comparison_document, comparison_table};
+use crate::cli::edited_files::EditedFiles;
+use crate::cli::errors::nothing_to;
+use crate::cli::options::{Outside, Paths, level};
+use crate::harmless::harmless;
+use crate::json::{self, object};
+use crate::load::{load, models_in};
+use crate::output::{Output, say};
+
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("what").required(true).multiple(true).args(["priorities", "cpus", "periods", "slack", "latency"]))]
+pub(crate) struct Tune {
+    #[command(flatten)]
+    paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
+    /// Search for priorities with which every deadline is met: deadline-monotonic ones, otherwise those of Audsley's algorithm.
+    #[arg(long)]
+    priorities: bool,
+    /// Search for CPUs too: every activity may move within its host, unless --pin names it.
+    #[arg(long)]
+    cpus: bool,
+    /// Search for the shortest periods with which every deadline is met; where one is missed, for the least longer ones.
+    #[arg(long)]
+    periods: bool,
+    /// Search for the priorities (with --cpus, also the CPUs) that make the least slack, as a part of the deadline, as great as possible.
+    #[arg(long, conflicts_with = "latency")]
+    slack: bool,
+    /// Search for the priorities with which the chains of mauve.toml are shortest, while every deadline is met.
+    #[arg(long)]
+    latency: bool,
+    /// Leave the activity of this instance as it is. May be repeated.
+    #[arg(long, value_name = "INSTANCE")]
+    pin: Vec<String>,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
+    /// Write the values into the models, if every deadline is met with them. Writes only files in PATH.
+    #[arg(long, conflicts_with = "diff")]
+    apply: bool,
+    /// Print only the unified diff.
+    #[arg(long, conflicts_with = "format")]
+    diff: bool,
+    /// How to show the figures.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+}
+
+/// What was found for a deployment.
+struct Found {
+    tuned: Tuned,
+    edited: EditedFiles,
+    comparison: Comparison,
+}
+
+impl Tune {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let here = std::env::current_dir().unwrap_or_default();
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let db = &db;
+        let declared = deployments(db, &workspaces, self.deployment.as_deref())?;
+        if declared.is_empty() {
+            return Err(nothing_to("tune", errors_of_text(db, &workspaces)));
+        }
+        self.check_pins(db, &declared)?;
+        let (writable, _) = models_in(&self.paths.paths)?;
+        let mut all = Vec::new();
+        let mut is_complete = true;
+        for &(project, deployment) in &declared {
+            match self.found(db, project, deployment, &writable)? {
+                Ok(found) => all.push(found),
+                Err(why) => {
+                    say(&untunable(db, deployment, &why));
+                    is_complete = false;
+                }
+            }
+        }
+        let is_met = is_complete && all.iter().all(Found::is_met);
+        let mut text = match (self.diff, self.format) {
+            (true, _) => all.iter().map(|it| harmless(&it.edited.diff(&here))).collect(),
+            (false, Format::Json) => json::one_or_all(all.iter().map(|it| document(it, &here)))?,
+            (false, Format::Table) => {
+                let texts: Vec<String> = all.iter().map(|it| self.shown(it, &here)).collect();
+                harmless(&texts.join("\n"))
+            }
+        };
+        let mut code = u8::from(!is_met);
+        if self.apply {
+            let mut written = BTreeSet::new();
+            for found in all.iter().filter(|it| it.is_met()) {
+                let (files, is_complete) = found.edited.write(&here);
+                written.extend(files);
+                if !is_complete {
+                    code = 2;
+                }
+            }
+            if self.format == Format::Table {
+                let files: Vec<String> = written.into_iter().collect();
+                text += &match files.as_slice() {
+                    [] => "\nnothing is written\n".to_owned(),
+                    files => harmless(&format!("\nwritten: {}\n", files.join(", "))),
+                };
+            }
+        }
+        Ok(Output::verbatim(text, code))
+    }
+
+    fn request(&self) -> TuneRequest {
+        TuneRequest {
+            priorities: self.priorities,
+            cpus: self.cpus,
+            periods: self.periods,
+            aim: match (self.slack, self.latency) {
+                (true, _) => TuneAim::Slack,
+                (_, true) => TuneAim::Latency,
+                _ => TuneAim::Deadlines,
+            },
+            pins: self.pin.iter().map(|it| Name::from(it.as_str())).collect(),
+            most_steps: TuneRequest::STEPS_OF_COMMAND,
+        }
+    }
+
+    /// Searches for values, edits the text in memory, and analyses it.
+    fn found<'db>(
+        &self,
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        writable: &BTreeSet<PathBuf>,
+    ) -> Result<Result<Found, Vec<Untunable<'db>>>, String> {
+        let query = Query::at_level(db, project, deployment, self.significance);
+        let tuned = match tune(db, project, deployment, query, &self.request()) {
+            Ok(tuned) => tuned,
+            Err(why) => return Ok(Err(why)),
+        };
+        let change = edit_of_fields(db, deployment, &tuned.fields).with_line_ends(db);
+        let edited = edited(db, &change, writable)?;
+        let comparison = compared(db, project, deployment, query, &change)?;
+        Ok(Ok(Found { tuned, edited, comparison }))
+    }
+
+    /// Refuses a pin that no deployment has.
+    fn check_pins<'db>(
+        &self,
+        db: &'db Database,
+        declared: &[(Project<'db>, Decl<'db>)],
+    ) -> Result<(), String> {
+        let mut names = BTreeSet::new();
+        for &(project, deployment) in declared {
+            let activities = &system_of(db, project, deployment).activities;
+            names.extend(activities.iter().flat_map(|it| [it.instance.clone(), it.activity.clone()]));
+        }
+        let Some(pin) = self.pin.iter().find(|it| !names.contains(it.as_str())) else { return Ok(()) };
+        let near = similar(pin, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        Err(format!("--pin {pin}: no activity of this name{near}"))
+    }
+
+    fn shown(&self, found: &Found, here: &Path) -> String {
+        let mut out = comparison_table(&found.comparison);
+        let diff = found.edited.diff(here);
+        if !diff.is_empty() {
+            let _ = write!(out, "\n{diff}");
+        }
+        if let Some(said) = self.said(&found.tuned) {
+            let _ = write!(out, "\n{said}");
+        }
+        out
+    }
+
+    /// Says what the search could not reach, and why.
+    fn said(&self, tuned: &Tuned) -> Option<String> {
+        if tuned.is_met {
+            return match tuned.search {
+                SearchKind::Exhausted if self.slack || self.latency || self.periods => {
+                    Some("the budget of the search is exhausted: better values may exist\n".to_owned())
+                }
+                SearchKind::Heuristic if self.slack || self.latency => {
+                    Some("better values may exist: not all could be analysed\n".to_owned())
+                }
+                _ => None,
+            };
+        }
+        let what = match (self.cpus, self.periods) {
+            (_, true) => "no periods up to 64 times the present ones meet every deadline",
+            (true, false) => "no CPUs and priorities meet every deadline",
+            (false, false) => "no order of priorities meets every deadline",
+        };
+        let mut out = match tuned.search {
+            SearchKind::Exact => what.to_owned(),
+            SearchKind::Heuristic => format!(
+                "{}, as far as the search went: some may exist, because response times depend on each other (operations, waits, several \
+                 CPUs), and the orders and placements are too many to analyse all",
+                what.replacen("no ", "found no ", 1)
+                    .replace("meets", "that meets")
+                    .replace(" meet ", " that meet ")
+            ),
+            SearchKind::Exhausted => format!(
+                "{}, and the budget of the search is exhausted: some may exist",
+                what.replacen("no ", "found no ", 1)
+                    .replace("meets", "that meets")
+                    .replace(" meet ", " that meet ")
+            ),
+        };
+        if let Some(conflict) = &tuned.conflict {
+            out += &conflict_text(conflict);
+        }
+        Some(out + "\n")
+    }
+}
+
+impl Found {
+    /// Whether every deadline of the edited text is met.
+    fn is_met(&self) -> bool {
+        self.tuned.is_met && self.comparison.after.as_ref().is_some_and(Figures::schedulable)
+    }
+}
+
+/// Returns the files of a change with their texts.
+fn edited(db: &Database, change: &Change, writable: &BTreeSet<PathBuf>) -> Result<EditedFiles, String> {
+    let mut files = Vec::new();
+    for of in &change.files {
+        let path = of.file.path(db);
+        if of.file.is_outside(db) || !writable.contains(path) {
+            return Err(format!("`{}` is not in PATH: name its folder too", path.display()));
+        }
+        let old = of.file.text(db).clone();
+        let new: Arc<str> = change.applied(db, of.file).into();
+        if old != new {
+            files.push((path.clone(), old, new));
+        }
+    }
+    Ok(EditedFiles(files))
+}
+
+/// Says why a deployment cannot be tuned.
+fn untunable(db: &Database, deployment: Decl<'_>, all: &[Untunable<'_>]) -> String {
+    let reason = |it: &Untunable<'_>| {
+        let reasons: Vec<String> = it.refusals.iter().map(|it| timing_reason(db, &it.reason)).collect();
+        let of = it.instance.as_ref().map_or_else(String::new, |it| format!("`{it}`: "));
+        format!("{of}{}", reasons.join("; "))
+    };
+    let reasons: Vec<String> = all.iter().map(reason).collect();
+    let reasons = if reasons.is_empty() { "it has no activities".to_owned() } else { reasons.join("\n  ") };
+    format!(
+        "{} cannot be tuned, because its activities are not analysed with any values:\n  {reasons}",
+        deployment.name(db)
+    )
+}
+
+fn conflict_text(conflict: &Conflict) -> String {
+    let Conflict { activities, kind, remedies } = conflict;
+    let mut out = match activities.as_slice() {
+        [] => "".to_owned(),
+        [one] => format!(": `{one}` does not meet its deadline even alone"),
+        all => {
+            let smallest = match kind {
+                ConflictKind::Smallest => "no fewer activities are such a set",
+                ConflictKind::Minimal => "without any one of them, the others can be",
+                ConflictKind::Some => "fewer of them may be such a set",
+            };
+            format!(": {} cannot be scheduled together ({smallest})", listed(all))
+        }
+    };
+    let lines: Vec<String> = remedies.iter().filter_map(remedy_text).collect();
+    if *kind == ConflictKind::Some {
+        return out;
+    }
+    out += match lines.as_slice() {
+        [] => ". No shorter time and no longer period of one of them alone would be enough.",
+        _ => ". Each of these alone would be enough:",
+    };
+    out.extend(lines.into_iter().map(|it| format!("\n  {it}")));
+    out
+}
+
+fn remedy_text(of: &Remedy) -> Option<String> {
+    let time = of.time.map(|[now, most]| format!("takes at most {} instead of {now}", most));
+    let period = of.period.map(|[now, least]| format!("has a period of at least {} instead of {now}", least));
+    let both: Vec<String> = time.into_iter().chain(period).collect();
+    (!both.is_empty()).then(|| format!("`{}` {}", of.instance, both.join(", or ")))
+}
+
+fn listed(names: &[Name]) -> String {
+    let quoted: Vec<String> = names.iter().map(|it| format!("`{it}`")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn document(found: &Found, here: &Path) -> impl Serialize + use<> {
+    let Found { tuned, comparison, .. } = found;
+    let values = tuned.fields.iter().map(|it| {
+        object! { instance: it.instance.to_string(), field: it.field.keyword(), value: it.value.to_string() }
+    });
+    let remedy = |it: &Remedy| {
+        object! {
+            instance: it.instance.to_string(),
+            // The greatest time of its jobs, and the least period, with which every deadline is met.
+            [time]: it.time.map(|[now, most]| object! { now: milliseconds(now), at_most: milliseconds(most) }),
+            [period]: it.period.map(|[now, least]| object! { now: milliseconds(now), at_least: milliseconds(least) }),
+        }
+    };
+    let conflict = tuned.conflict.as_ref().map(|it| {
+        object! {
+            activities: it.activities.iter().map(Name::to_string).collect::<Vec<_>>(),
+            smallest: it.kind == ConflictKind::Smallest,
+            remedies: it.remedies.iter().map(remedy).collect::<Vec<_>>(),
+        }
+    });
+    object! {
+        met: found.is_met(),
+        // exact, heuristic or exhausted: whether something better may exist
+        search: match tuned.search {
+            SearchKind::Exact => "exact",
+            SearchKind::Heuristic => "heuristic",
+            SearchKind::Exhausted => "exhausted",
+        },
+        values: values.collect::<Vec<_>>(),
+        diff: found.edited.diff(here),
+        [conflict]: conflict,
+        comparison: comparison_document(comparison),
+    }
+}
