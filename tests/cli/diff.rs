@@ -35,6 +35,11 @@ fn commit(folder: &Path, message: &str) {
     git(folder, &["commit", "--quiet", "--allow-empty", "--message", message]);
 }
 
+/// Commits what is staged.
+fn commit_index(folder: &Path, message: &str) {
+    git(folder, &["commit", "--quiet", "--message", message]);
+}
+
 fn diff(folder: &Path, arguments: &[&str]) -> Run {
     mauve(MAUVE, folder, &[&["diff"], arguments].concat())
 }
@@ -470,4 +475,207 @@ fn markdown_begins_with_the_verdict() {
         &id[..10]
     );
     assert_eq!((run.code, run.out.as_str()), (1, expected.as_str()));
+}
+
+/// Adds a file with this text to the next commit, under any path.
+fn stage(folder: &Path, mode: &str, path: &str, text: &[u8]) {
+    std::fs::write(folder.join(".git/staged"), text).unwrap();
+    let object = git(folder, &["hash-object", "-w", ".git/staged"]);
+    git(folder, &["update-index", "--add", "--cacheinfo", &format!("{mode},{object},{path}")]);
+}
+
+/// Everything that a repository can name to be executed leaves a mark when it is.
+fn with_traps(top: &Path, mark: &Path) {
+    use std::os::unix::fs::PermissionsExt as _;
+    let script = format!("#!/bin/sh\necho \"$0\" >>'{}'\n", mark.display());
+    let trap = top.join(".git/trap");
+    std::fs::create_dir_all(top.join(".git/hooks")).unwrap();
+    let hooks =
+        ["post-checkout", "post-index-change", "reference-transaction", "fsmonitor-watchman", "pre-auto-gc"];
+    let hooks = hooks.map(|hook| top.join(".git/hooks").join(hook));
+    for path in hooks.iter().chain([&trap]) {
+        std::fs::write(path, &script).unwrap();
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let trap = trap.display().to_string();
+    for (key, value) in [
+        ("core.fsmonitor", trap.as_str()),
+        ("core.pager", &trap),
+        ("core.editor", &trap),
+        ("core.askPass", &trap),
+        ("core.sshCommand", &trap),
+        ("core.gitProxy", &trap),
+        ("core.alternateRefsCommand", &trap),
+        ("credential.helper", &trap),
+        ("diff.external", &trap),
+        ("diff.t.textconv", &trap),
+        ("diff.t.command", &trap),
+        ("filter.t.smudge", &trap),
+        ("filter.t.clean", &trap),
+        ("filter.t.process", &trap),
+        ("gpg.program", &trap),
+        ("log.showSignature", "true"),
+        ("pager.rev-parse", &trap),
+        ("pager.cat-file", &trap),
+        ("alias.rev-parse", &format!("!{trap}")),
+        ("alias.ls-tree", &format!("!{trap}")),
+        ("alias.cat-file", &format!("!{trap}")),
+        ("alias.merge-base", &format!("!{trap}")),
+        ("protocol.allow", "always"),
+        ("protocol.ext.allow", "always"),
+        ("remote.origin.url", &format!("ext::{trap}")),
+        ("remote.origin.uploadpack", &trap),
+        ("remote.origin.vcs", "ext"),
+        ("remote.origin.promisor", "true"),
+        ("core.repositoryFormatVersion", "1"),
+        ("extensions.partialClone", "origin"),
+        ("include.path", "more"),
+    ] {
+        git(top, &["config", key, value]);
+    }
+    std::fs::write(top.join(".git/more"), format!("[core]\n\tfsmonitor = {trap}\n")).unwrap();
+    write(top, &[(".gitattributes", "* filter=t diff=t\n")]);
+}
+
+#[test]
+fn a_hostile_repository_executes_nothing() {
+    let top = repository("hostile");
+    let mark = top.parent().unwrap().join(format!("{}.mark", test_name()));
+    let _ = std::fs::remove_file(&mark);
+    robot().write(&top);
+    commit(&top, "honest");
+    git(&top, &["tag", "honest"]);
+    let mut it = robot();
+    change(&mut it, "nav", |nav| nav.time = Some(30));
+    it.write(&top);
+    commit(&top, "slower");
+    git(&top, &["tag", "slower"]);
+    // An object is missing, and the remote would give it.
+    stage(&top, "100644", "robot/more.mal", b"// missing\n");
+    commit_index(&top, "partial");
+    let object = git(&top, &["rev-parse", "HEAD:robot/more.mal"]);
+    std::fs::remove_file(top.join(".git/objects").join(&object[..2]).join(&object[2..])).unwrap();
+    // Replaced objects show another commit under the name of the old one.
+    git(&top, &["replace", "honest", "slower"]);
+    with_traps(&top, &mark);
+    // The traps are set.
+    let shown = Command::new("git").args(["status"]).current_dir(&top).output().unwrap();
+    assert!(mark.exists(), "{shown:?}");
+    std::fs::remove_file(&mark).unwrap();
+    let expected = "nav       ✓ 39 / 100 ms  ✓ 57 / 100 ms  later";
+    for arguments in
+        [&["honest"][..], &["honest..slower"], &["honest...slower", "robot"], &["robot", "honest"]]
+    {
+        let run = diff(&top, arguments);
+        assert!(run.out.contains(expected) || arguments[0] == "robot", "{arguments:?}: {run:?}");
+        assert!(!mark.exists(), "{arguments:?}: {}", std::fs::read_to_string(&mark).unwrap());
+    }
+    // Names like options, and like programs.
+    for name in [
+        "--output=x",
+        "-h",
+        "--help=x",
+        "--exec-path=/x",
+        "git:--all",
+        "git:-C",
+        "honest..--all",
+        "--all..honest",
+        "ext::x",
+    ] {
+        let run = diff(&top, &["--", name]);
+        assert!(run.code == 2 && run.err.contains("is neither a path nor a revision"), "{name}: {run:?}");
+    }
+    let run = diff(&top, &["honest..HEAD"]);
+    let expected =
+        format!("cannot read `robot/more.mal` of the revision: the repository does not have object {object}");
+    assert!(run.code == 2 && run.err.contains(&expected), "{run:?}");
+    assert!(!mark.exists(), "{}", std::fs::read_to_string(&mark).unwrap());
+    // A program called git in the current folder, and a variable of a hook, are not those of the user.
+    std::fs::copy(top.join(".git/trap"), top.join("git")).unwrap();
+    let own = Command::new(MAUVE)
+        .args(["diff", "honest..slower"])
+        .current_dir(&top)
+        .env("PATH", format!(".::{}", std::env::var("PATH").unwrap()))
+        .env("GIT_DIR", "/nowhere")
+        .env("GIT_EXTERNAL_DIFF", top.join(".git/trap"))
+        .env("GIT_CONFIG_COUNT", "1")
+        .env("GIT_CONFIG_KEY_0", "core.fsmonitor")
+        .env("GIT_CONFIG_VALUE_0", top.join(".git/trap"))
+        .output()
+        .unwrap();
+    assert_eq!(own.status.code(), Some(1), "{own:?}");
+    assert!(!mark.exists(), "{}", std::fs::read_to_string(&mark).unwrap());
+}
+
+#[test]
+fn trees_that_lead_elsewhere_are_not_followed() {
+    let top = repository("trees");
+    robot().write(&top);
+    commit(&top, "honest");
+    // Links, a submodule, and a file that is too long.
+    stage(&top, "120000", "robot/link.mal", b"/etc/passwd");
+    stage(&top, "120000", "robot/inner/mauve.toml", b"../../../mauve.toml");
+    let here = git(&top, &["rev-parse", "HEAD"]);
+    git(&top, &["update-index", "--add", "--cacheinfo", &format!("160000,{here},robot/parts")]);
+    stage(&top, "100644", "robot/longs.toml", &vec![b'#'; (16 << 20) + 1]);
+    commit_index(&top, "links");
+    let run = diff(&top, &["HEAD~1..HEAD", "robot"]);
+    assert!(run.code == 1 && run.out.contains("not proved: the project has 1 error"), "{run:?}");
+    for said in [
+        "HEAD: `robot/link.mal` is a link, and is not followed",
+        "HEAD: `robot/inner/mauve.toml` is a link, and is not followed",
+        "HEAD: `robot/parts` is a submodule, and is not read",
+    ] {
+        assert!(run.err.contains(said), "{run:?}");
+    }
+    // Paths that git itself does not write.
+    let entry = |mode: &str, name: &str, object: &str| {
+        let digits = (0..object.len()).step_by(2);
+        let bytes = digits.map(|at| u8::from_str_radix(&object[at..at + 2], 16).unwrap());
+        [format!("{mode} {name}\0").into_bytes(), bytes.collect()].concat()
+    };
+    let tree = |entries: &[Vec<u8>]| {
+        std::fs::write(top.join(".git/tree"), entries.concat()).unwrap();
+        git(&top, &["hash-object", "-t", "tree", "--literally", "-w", ".git/tree"])
+    };
+    let model = git(&top, &["rev-parse", "HEAD:robot/robot.mal"]);
+    let robot = git(&top, &["rev-parse", "HEAD~1:robot"]);
+    let inner = tree(&[entry("100644", "stolen.mal", &model)]);
+    let all = tree(&[
+        entry("40000", "..", &inner),
+        entry("40000", ".git", &inner),
+        entry("100644", "../x.mal", &model),
+        entry("40000", "robot", &robot),
+    ]);
+    let hostile = git(&top, &["commit-tree", &all, "-m", "hostile", "-p", "HEAD~1"]);
+    let run = diff(&top, &["HEAD~1", &hostile]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
+    let twice = tree(&[
+        entry("40000", "robot", &robot),
+        entry("100644", "robot.mal", &model),
+        entry("100644", "robot.mal", &model),
+    ]);
+    let twice = git(&top, &["commit-tree", &twice, "-m", "twice"]);
+    let run = diff(&top, &["HEAD~1", &twice]);
+    assert!(run.code == 2 && run.err.contains("cannot read `robot.mal` of the revision"), "{run:?}");
+    // Nothing is left of all states.
+    let temporary = std::fs::read_dir(std::env::temp_dir()).unwrap().map(|it| it.unwrap().path());
+    let stolen = temporary.filter(|path| path.ends_with("stolen.mal") || path.ends_with("x.mal"));
+    assert_eq!(stolen.collect::<Vec<_>>(), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn names_of_a_stranger_are_shown_harmlessly() {
+    let top = repository("names");
+    robot().write(&top);
+    commit(&top, "before");
+    let folder = top.join("a\u{1b}[2J<b>@all");
+    std::fs::rename(top.join("robot"), &folder).unwrap();
+    git(&top, &["branch", "x_@channel|b"]);
+    let run = diff(&top, &["x_@channel|b..HEAD", "--format", "markdown"]);
+    assert!(run.code == 0 && run.out.contains("x\\_&#64;channel\\|b"), "{run:?}");
+    let run = diff(&top, &["HEAD", "a\u{1b}[2J<b>@all", "--format", "markdown"]);
+    assert!(!run.out.contains(['\u{1b}', '@']) && !run.out.contains("<b>"), "{run:?}");
+    let text = diff(&top, &["HEAD:robot", "a\u{1b}[2J<b>@all"]);
+    assert!(text.code == 0 && !text.out.contains('\u{1b}'), "{text:?}");
 }
