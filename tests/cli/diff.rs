@@ -469,7 +469,7 @@ fn markdown_begins_with_the_verdict() {
     let expected = format!(
         "❌ **Response times:** 1 figure worse (nav no longer met), 3 of 4 deadlines met\n\n**`D`** at 1e-4: 4 → 3 of 4 deadlines met\n\n\
          | activity | before | after | |\n|---|---|---|---|\n\
-         | `nav` | `✓ 39 / 100 ms` | `✗ CPU 1 overloaded (135.0 %)` | `no longer met` |\n\n4 activities as before\n\n\
+         | `nav` | `✓ 39 / 100 ms` | `✗ CPU 1 overloaded (135.0 %)` | no longer met |\n\n4 activities as before\n\n\
          CPU 1 utilisation: 66.0 % → 135.0 %\n\nexecution times: planner 21 → 90 ms\n\n\
          <sub>mauve diff: HEAD ({}) → the working folder</sub>\n",
         &id[..10]
@@ -622,8 +622,8 @@ fn trees_that_lead_elsewhere_are_not_followed() {
     let run = diff(&top, &["HEAD~1..HEAD", "robot"]);
     assert!(run.code == 1 && run.out.contains("not proved: the project has 1 error"), "{run:?}");
     for said in [
-        "HEAD: `robot/link.mal` is a link, and is not followed",
-        "HEAD: `robot/inner/mauve.toml` is a link, and is not followed",
+        "HEAD: `robot/link.mal` is a link out of the repository, and is not followed",
+        "HEAD: `robot/inner/mauve.toml` is a link out of the repository, and is not followed",
         "HEAD: `robot/parts` is a submodule, and is not read",
     ] {
         assert!(run.err.contains(said), "{run:?}");
@@ -673,9 +673,170 @@ fn names_of_a_stranger_are_shown_harmlessly() {
     std::fs::rename(top.join("robot"), &folder).unwrap();
     git(&top, &["branch", "x_@channel|b"]);
     let run = diff(&top, &["x_@channel|b..HEAD", "--format", "markdown"]);
-    assert!(run.code == 0 && run.out.contains("x\\_&#64;channel\\|b"), "{run:?}");
+    assert!(run.code == 0 && run.out.contains("channel\\|b") && !run.out.contains("@channel"), "{run:?}");
     let run = diff(&top, &["HEAD", "a\u{1b}[2J<b>@all", "--format", "markdown"]);
-    assert!(!run.out.contains(['\u{1b}', '@']) && !run.out.contains("<b>"), "{run:?}");
+    assert!(!run.out.contains('\u{1b}') && !run.out.contains("<b>") && !run.out.contains("@all"), "{run:?}");
     let text = diff(&top, &["HEAD:robot", "a\u{1b}[2J<b>@all"]);
     assert!(text.code == 0 && !text.out.contains('\u{1b}'), "{text:?}");
+}
+
+/// Returns a file of YAML as JSON, where there is a parser for it.
+fn yaml(path: &Path) -> Option<Value> {
+    let parse = "import json, sys, yaml\nprint(json.dumps(yaml.safe_load(open(sys.argv[1]))))";
+    let output = Command::new("python3").args(["-c", parse]).arg(path).output().ok()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() || errors.contains("No module named"), "{}: {errors}", path.display());
+    serde_json::from_slice(&output.stdout).ok()
+}
+
+fn action(file: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.github/actions/diff")).join(file)
+}
+
+/// A repository whose branch `topic` is slower than `main`.
+fn branches(name: &str) -> PathBuf {
+    let top = repository(name);
+    let mut it = robot();
+    it.write(&top);
+    commit(&top, "first");
+    git(&top, &["checkout", "--quiet", "-b", "topic"]);
+    change(&mut it, "nav", |nav| nav.time = Some(30));
+    it.write(&top);
+    commit(&top, "slower");
+    top
+}
+
+#[test]
+fn the_action_reports_and_fails() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let top = branches("action");
+    let out = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-out", test_name()));
+    // Writes down what it is asked for; there is a comment after the first time.
+    let gh = format!(
+        "#!/bin/sh\nprintf '%s\\n' \"$*\" >>{0}/calls\ncase \"$*\" in *--jq*) cat {0}/comments 2>/dev/null || true;; esac\n",
+        out.display()
+    );
+    write(&out, &[("bin/gh", gh.as_str())]);
+    std::fs::set_permissions(out.join("bin/gh"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", out.join("bin").display(), std::env::var("PATH").unwrap());
+    let run = |variables: &[(&str, &str)]| {
+        for file in ["summary", "output", "calls"] {
+            std::fs::write(out.join(file), "").unwrap();
+        }
+        let output = Command::new("bash")
+            .arg(action("diff"))
+            .current_dir(&top)
+            .env("PATH", &path)
+            .env("MAUVE", MAUVE)
+            .env("MAUVE_OUT", out.join("diff.md"))
+            .env("GITHUB_STEP_SUMMARY", out.join("summary"))
+            .env("GITHUB_OUTPUT", out.join("output"))
+            .env("GITHUB_REPOSITORY", "robots/robot")
+            .envs(variables.iter().copied())
+            .output()
+            .unwrap();
+        let [summary, set, calls] =
+            ["summary", "output", "calls"].map(|file| std::fs::read_to_string(out.join(file)).unwrap());
+        (
+            output.status.code().unwrap(),
+            summary,
+            set,
+            calls,
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    let worse = "❌ **Response times:** 1 figure worse";
+    for (variables, code, begins, set) in [
+        (&[("MAUVE_BASE", "main")][..], 1, worse, "worse=true\n"),
+        (&[("MAUVE_BASE", "main"), ("MAUVE_PATH", "robot")], 1, worse, "worse=true\n"),
+        (&[("MAUVE_BASE", "main"), ("MAUVE_FAIL", "false")], 0, worse, "worse=true\n"),
+        (
+            &[("MAUVE_BASE", "main"), ("MAUVE_TOLERANCE", "50%")],
+            0,
+            "✅ **Response times:** 1 figure later",
+            "worse=false\n",
+        ),
+        (&[("MAUVE_BASE", "topic")], 0, "✅ **Response times:** nothing changes", "worse=false\n"),
+        // A push that made the branch.
+        (&[("MAUVE_BASE", "0000000000000000000000000000000000000000")], 1, worse, "worse=true\n"),
+        (&[], 1, worse, "worse=true\n"),
+        (&[("MAUVE_BASE", "$(touch taken)`touch taken`; touch taken")], 2, "", ""),
+        (&[("MAUVE_BASE", "--help")], 2, "", ""),
+        (&[("MAUVE_BASE", "main"), ("MAUVE_PATH", "--help")], 2, "", ""),
+        (&[("MAUVE_BASE", "main"), ("MAUVE_TOLERANCE", "--help")], 2, "", ""),
+    ] {
+        let found = run(variables);
+        let is_empty = begins.is_empty() == found.1.is_empty();
+        assert!(
+            found.0 == code && found.1.starts_with(begins) && is_empty && found.2 == set,
+            "{variables:?}: {found:?}"
+        );
+        assert!(found.3.is_empty() && !top.join("taken").exists(), "{variables:?}: {found:?}");
+    }
+    // One comment, which the next run updates.
+    let numbered = [("MAUVE_BASE", "main"), ("MAUVE_COMMENT", "7")];
+    let comments = "repos/robots/robot/issues/7/comments";
+    let body = format!("--field body=@{}", out.join("diff.md.comment").display());
+    let (_, _, _, calls, _) = run(&numbered);
+    assert!(calls.ends_with(&format!("api --silent --method POST {comments} {body}\n")), "{calls}");
+    std::fs::write(out.join("comments"), "41\n42\n").unwrap();
+    let (code, _, _, calls, _) = run(&numbered);
+    let update = format!("api --silent --method PATCH repos/robots/robot/issues/comments/41 {body}\n");
+    assert!(code == 1 && calls.ends_with(&update), "{calls}");
+    let text = std::fs::read_to_string(out.join("diff.md.comment")).unwrap();
+    assert!(text.starts_with("<!-- mauve diff -->\n❌"), "{text}");
+    // Without the permission, the summary remains.
+    write(&out, &[("bin/gh", "#!/bin/sh\nexit 1\n")]);
+    let (code, summary, _, _, err) = run(&numbered);
+    assert!(
+        code == 1 && summary.starts_with(worse) && err.contains("the comment cannot be written"),
+        "{err}"
+    );
+    // No script has a value of an event in it.
+    let Some(parsed) = yaml(&action("action.yml")) else { return };
+    assert_eq!(parsed["runs"]["using"], "composite");
+    for step in parsed["runs"]["steps"].as_array().unwrap() {
+        let script = step["run"].as_str().unwrap();
+        assert!(step["shell"] == "bash" && !script.contains("${{"), "{step}");
+    }
+    assert!(parsed["runs"]["steps"][1]["run"].as_str().unwrap().ends_with("/diff\""));
+}
+
+#[test]
+fn the_template_of_gitlab_reports_and_fails() {
+    let Some(parsed) = yaml(&action("gitlab.yml")) else { return };
+    let job = &parsed["mauve-diff"];
+    let programs = Path::new(MAUVE).parent().unwrap().display().to_string();
+    let path = format!("{programs}:{}", std::env::var("PATH").unwrap());
+    let top = branches("gitlab");
+    let script = |key: &str| {
+        let lines = job[key].as_array().unwrap().iter().map(|line| line.as_str().unwrap());
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let run = |base: &str, tolerance: &str| {
+        // As a runner does: all lines in one shell, which ends with the first that fails.
+        let output = Command::new("bash")
+            .args([
+                "-e",
+                "-o",
+                "pipefail",
+                "-c",
+                &format!("{}\n{}", script("before_script"), script("script")),
+            ])
+            .current_dir(&top)
+            .env("PATH", &path)
+            .envs(job["variables"].as_object().unwrap().iter().map(|(name, it)| (name, it.as_str().unwrap())))
+            .env("CI_MERGE_REQUEST_DIFF_BASE_SHA", base)
+            .env("MAUVE_TOLERANCE", tolerance)
+            .output()
+            .unwrap();
+        (output.status.code().unwrap(), std::fs::read_to_string(top.join("mauve-diff.md")).unwrap())
+    };
+    let (code, text) = run("main", "0");
+    assert!(code == 1 && text.starts_with("❌ **Response times:** 1 figure worse"), "{text}");
+    let (code, text) = run("main", "50%");
+    assert!(code == 0 && text.starts_with("✅"), "{text}");
+    assert_eq!(run("$(touch taken)", "0").0, 2);
+    assert!(!top.join("taken").exists());
+    assert_eq!(job["artifacts"]["paths"][0], "mauve-diff.md");
 }

@@ -49,13 +49,11 @@ pub(super) fn comparison_markdown(it: &Comparison) -> String {
                 Some(was) => format!("{} (was {})", markdown_code(&row.name()), markdown_code(was)),
                 None => markdown_code(&row.name()),
             };
-            // A figure may quote a name of the model.
-            let cells = cells(row, name.clone()).into_iter().skip(1).map(|cell| match cell.is_empty() {
-                true => cell,
-                false => markdown_code(&cell),
-            });
-            let cells: Vec<String> =
-                std::iter::once(name).chain(cells).map(|it| it.replace('|', "\\|")).collect();
+            // Figures and fields may quote names of the model.
+            let shown = row.shown().map(|it| if it == "–" { it } else { markdown_code(&it) });
+            let why = cells(row, String::new()).pop().unwrap_or_default();
+            let cells = [name].into_iter().chain(shown).map(|it| it.replace('|', "\\|"));
+            let cells: Vec<String> = cells.chain([escaped(&why)]).collect();
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         }
         if more > 0 {
