@@ -129,14 +129,37 @@ codel.plan = 20
 
     #[test]
     fn values_are_offered_where_none_are_written() {
-        expect![[r#""#]]
-            .assert_eq(&offered("  activity eye { period = 10 }\n  activity brain { period = 22 }\n"));
+        expect![[r#"
+            Assign priorities: 2 of 2 met
+              activity eye { priority = 2 period = 10 }
+              activity brain { priority = 1 period = 22 }
+            }
+            Assign CPUs and priorities: 2 of 2 met
+              activity eye { affinity = 2 priority = 2 period = 10 }
+              activity brain { affinity = 1 priority = 1 period = 22 }
+            }
+        "#]]
+        .assert_eq(&offered("  activity eye { period = 10 }\n  activity brain { period = 22 }\n"));
     }
 
     #[test]
     fn more_room_is_offered_where_all_deadlines_are_met() {
         let activities = "  activity eye { affinity = 1 priority = 1 period = 100 }
   activity brain { affinity = 1 priority = 2 period = 200 }\n";
-        expect![[r#""#]].assert_eq(&offered(activities));
+        expect![[r#"
+            Order priorities by deadline: eye ✓ 24 → 4 / 100 ms, 2 of 2 met
+              activity eye { affinity = 1 priority = 2 period = 100 }
+              activity brain { affinity = 1 priority = 1 period = 200 }
+            }
+            Balance the slack: 2 of 2 met
+              activity eye { affinity = 1 priority = 2 period = 100 }
+              activity brain { affinity = 1 priority = 1 period = 200 }
+            }
+            Shorten all periods: 2 of 2 met
+              activity eye { affinity = 1 priority = 1 period = 25 }
+              activity brain { affinity = 1 priority = 2 period = 24 }
+            }
+        "#]]
+        .assert_eq(&offered(activities));
     }
 }
