@@ -127,6 +127,37 @@ fn what_an_action_says_holds_at_the_level_that_is_shown() {
 }
 
 #[test]
+fn files_for_a_lone_model_are_created_where_the_client_can() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_timing_lone");
+    write(&folder, &[("robot.mal", MODEL)]);
+    let literal = json!({"codeActionKind": {"valueSet": ["", "quickfix"]}});
+    let can_create = |operations: &[&str]| {
+        let action = json!({
+            "codeActionLiteralSupport": literal, "dataSupport": true, "resolveSupport": {"properties": ["edit"]},
+        });
+        let edits = json!({"documentChanges": true, "resourceOperations": operations});
+        let capabilities =
+            json!({"workspace": {"workspaceEdit": edits}, "textDocument": {"codeAction": action}});
+        let (mut client, _) = start(&folder, &capabilities);
+        let text = client.open_file(&folder.join("robot.mal"));
+        let found = actions(&mut client, &text, "D {\n");
+        let found = found.into_iter().find(|it| it["title"] == "Create mauve.toml and timing.toml");
+        found.map(|action| client.call("codeAction/resolve", action).unwrap())
+    };
+    assert_eq!(can_create(&["rename"]), None);
+    let action = can_create(&["create"]).unwrap();
+    let operations = action["edit"]["documentChanges"].as_array().unwrap();
+    let created: Vec<&str> = operations.iter().filter_map(|it| it["uri"].as_str()).collect();
+    assert!(created[0].ends_with("/mauve.toml") && created[1].ends_with("/timing.toml"), "{action}");
+    assert!(operations.iter().all(|it| it["options"]["overwrite"] != true), "{action}");
+    let table = operations.last().unwrap()["edits"][0]["newText"].as_str().unwrap();
+    assert!(
+        table.contains("[codel]\ndrive = 1 # assumed") && table.contains("\nplan  = 1 # assumed"),
+        "{table}"
+    );
+}
+
+#[test]
 fn a_plain_client_gets_edits_at_once_and_no_refusals() {
     let folder = robot("lsp_timing_plain");
     let literal = json!({"codeActionKind": {"valueSet": []}});

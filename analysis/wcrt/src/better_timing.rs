@@ -218,7 +218,7 @@ impl<'db> TimingSearch<'db> {
         };
         let mut activities: Vec<&ResolvedActivity<'db>> =
             system.activities.iter().filter(is_written).collect();
-        activities.sort_by_key(|it| (is_met(self.now, it), Reverse(priority(it))));
+        activities.sort_by_cached_key(|it| (is_met(self.now, it), Reverse(priority(it))));
         for activity in activities {
             for number in self.free_priorities(activity) {
                 let fields = vec![priority_of(activity, number)];

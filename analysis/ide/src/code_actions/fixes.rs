@@ -18,8 +18,8 @@ const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon
 /// The codes whose fixes are offered with the response times that they give: see [`super::timing`].
 const TIMED: &[&str] = &["not-deadline-monotonic"];
 
-/// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key, or two
-/// sections `[codel]`, provides no times.
+/// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key provides
+/// no times. A time that is added changes how long the other codels may take.
 const ONE_BY_ONE: &[&str] = &["missing-time", "unknown-timing-key"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
