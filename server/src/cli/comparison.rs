@@ -77,7 +77,10 @@ pub(super) fn escaped(text: &str) -> String {
     for letter in text.chars() {
         match letter {
             // Escapes do not keep a forge from finding users and issues: a space without width does.
-            '@' | '#' => out.extend(['\\', letter, '\u{200b}']),
+            '@' | '#' => {
+                out.extend(['\\', letter]);
+                out += "&#8203;";
+            }
             '<' => out += "&lt;",
             '&' => out += "&amp;",
             letter if letter.is_control() => out.push('\u{fffd}'),
