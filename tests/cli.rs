@@ -3,6 +3,7 @@
 mod acceptance;
 mod bad_input;
 mod builds;
+mod certificates;
 mod chain_drawings;
 mod chains;
 mod clocks;

@@ -24,6 +24,11 @@ impl Tasks<'_> {
                 {
                     let of = &mut self.all[index];
                     of.raised = of.raised.max(highest);
+                    // In the background too, it then delays others on its CPUs.
+                    if of.rank == 0 && highest > 0 {
+                        let cpu = |all: u128, cpu: &u32| all | 1u128.checked_shl(*cpu).unwrap_or(u128::MAX);
+                        of.cpus = of.task.cpus.as_ref().map_or(u128::MAX, |it| it.iter().fold(0, cpu));
+                    }
                 }
             }
         }

@@ -5,7 +5,7 @@
 //! the latest without the data: R, or only J if the writer has a higher priority on the same CPU, so that the reader, released later, begins later too.
 //! N is taken from the file: it belongs to the model.
 
-use crate::certificate::{Chain, Step, System};
+use crate::certificate::{Chain, Step, System, Task};
 use crate::demand::Check;
 use crate::tasks::Tasks;
 
@@ -48,7 +48,14 @@ fn runs_before(tasks: &Tasks<'_>, system: &System, writer: &Step, reader: &Step)
     let (Some(of), Some(next)) = (tasks.all.get(writer.task), tasks.all.get(reader.task)) else {
         return false;
     };
-    let takes_locks = system.locks.iter().flat_map(|lock| &lock.users).any(|user| user.0 == writer.task);
+    // While a job of its thread waits, or a lock delays one, the reader may run before the writer.
+    let is_of_thread = |index: usize, task: &Task| {
+        index == writer.task || task.thread.is_some() && task.thread == of.task.thread
+    };
+    let is_user = |index: usize| system.locks.iter().flat_map(|it| &it.users).any(|user| user.0 == index);
+    let all = tasks.all.iter().enumerate();
+    let is_delayed =
+        all.filter(|(index, it)| is_of_thread(*index, it.task)).any(|(index, it)| it.waits || is_user(index));
     let is_higher = of.rank > next.rank && of.rank < u64::MAX && next.rank > 0;
-    is_higher && of.is_pinned() && of.cpus == next.cpus && !of.waits && !takes_locks
+    is_higher && of.is_pinned() && of.cpus == next.cpus && !is_delayed
 }

@@ -17,7 +17,7 @@ use crate::certificate::{Growth, Machine};
 pub(crate) type Check<T> = Result<T, String>;
 
 /// The work that one certificate may ask for, in values: some seconds.
-const MOST_WORK: u64 = 1 << 28;
+const MOST_WORK: u64 = 1 << 26;
 /// What a value in memory counts.
 const STORED: u64 = 16;
 
@@ -93,7 +93,8 @@ impl<'c> Curve<'c> {
     fn extend(&self, n: usize) -> Check<()> {
         let mut rows = self.rows.borrow_mut();
         while rows.len() <= n {
-            self.work.spend(self.edges.len() as u64 + STORED * self.longest.len() as u64)?;
+            let row = STORED * (self.longest.len() as u64 + 4);
+            self.work.spend(self.edges.len() as u64 + row)?;
             let before = &rows[rows.len() - 1];
             let mut next = vec![0; before.len()];
             for &(from, to, time) in &self.edges {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::certificate::{Claim, Operation, Priority, System, Task};
+use crate::certificate::{Claim, Kind, Operation, Priority, System, Task};
 use crate::demand::{Check, Curve, Work};
 
 const MOST_TASKS: usize = 4096;
@@ -71,6 +71,16 @@ impl<'c> Tasks<'c> {
         let all = system.tasks.iter().enumerate();
         let all = all.map(|(index, _)| member(system, index, work)).collect::<Check<Vec<_>>>()?;
         let mut tasks = Tasks { all, claims, work };
+        for (index, it) in tasks.all.iter().enumerate() {
+            let of_thread = |other: &Member<'_>| other.task.thread == it.task.thread;
+            let mates = tasks.all.iter().filter(|other| of_thread(other)).count();
+            if it.task.thread.is_some() && mates != it.thread.len() {
+                return Err(format!("the tasks in the thread of {} differ", tasks.name(index)));
+            }
+            if it.task.kind == Kind::Throttling && (it.rank != u64::MAX || !it.is_pinned()) {
+                return Err("throttling has the highest priority, on one CPU".to_owned());
+            }
+        }
         let of_thread = |index: usize| tasks.all[index].thread.iter().any(|it| tasks.all[*it].has_calls);
         let moved: Vec<bool> = (0..tasks.all.len()).map(of_thread).collect();
         tasks.all.iter_mut().zip(moved).filter(|it| it.1).for_each(|(it, _)| it.offset = None);
@@ -142,7 +152,9 @@ impl<'c> Tasks<'c> {
         let sends = match of.during {
             None => u128::from(of.sends),
             Some(during) => {
-                let earlier = all.iter().take_while(|it| !std::ptr::eq(*it, of)).nth(during);
+                // An earlier one, that the client executes.
+                let index = all.iter().position(|it| std::ptr::eq(it, of)).unwrap_or(0);
+                let earlier = all.get(during).filter(|it| during < index && it.provider == of.client);
                 let calls = earlier
                     .and_then(|it| it.calls)
                     .ok_or_else(|| format!("{what}: sent by unknown calls"))?;

@@ -70,8 +70,13 @@ impl<'t, 'c> Windows<'t, 'c> {
         if self.claim.late.is_empty() {
             return Ok(());
         }
+        if self.claim.late.len() > self.others.len() {
+            return Err("more tasks are late than delay it".to_owned());
+        }
         let alone = |index: &usize| self.tasks.all[*index].task.thread.is_none();
-        let is_on_one = self.everyone.iter().all(|it| self.tasks.all[*it].is_pinned());
+        let cpu = self.tasks.all[self.claim.task].cpus;
+        // Of any priority.
+        let is_on_one = self.tasks.all.iter().all(|it| it.cpus & cpu == 0 || it.is_pinned());
         let is_late = |it: &usize| self.others.contains(it) && alone(it);
         let is_possible = is_on_one
             && matches!(self.claim.rule, Rule::Cpu(_))
@@ -151,6 +156,9 @@ impl<'t, 'c> Windows<'t, 'c> {
         let blocks = of.blocking != Ok(0) && self.everyone.iter().any(grows);
         if self.claim.method != Method::Psm || !self.claim.late.is_empty() || blocks {
             return refuse("its demand may grow otherwise");
+        }
+        if after == 0 || !window.ends.is_sorted() {
+            return refuse("its lap has no length, or its jobs do not end in order");
         }
         let lap = u128::from(after / of.period) * u128::from(of.burst);
         if u128::from(from - 1) + lap > window.ends.len() as u128 {
@@ -302,6 +310,9 @@ impl<'t, 'c> Windows<'t, 'c> {
         let common = common.ok_or("the releases of the clock never repeat")?;
         let mut starts = BTreeSet::new();
         for index in &of_clock {
+            if common / period(index) > self.claim.windows.len() as u64 {
+                return Err("it has fewer windows than its clock has releases".to_owned());
+            }
             self.tasks.work.spend(common / period(index))?;
             let first = self.last_release(*index).unwrap_or(0);
             starts.extend((0..common / period(index)).map(|lap| Some(first + lap * period(index))));

@@ -172,7 +172,8 @@ impl Check {
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
                 let verdict = deadlines(&deployed, &suppressed) + &supports(&deployed) + &limits(&deployed);
-                let said = verified.as_ref().map_or_else(String::new, |(said, _)| harmless(said) + "\n");
+                let said = verified.as_ref().map(|(said, _)| format!("certificate: {}\n", harmless(said)));
+                let said = said.unwrap_or_default();
                 parts.push(format!("{found}; {verdict}\n{said}{pages}"));
                 parts.join("\n")
             }

@@ -139,7 +139,7 @@ fn lines(parts: &Map<String, Value>) -> String {
 /// Checks the certificate of deployments, and returns what to say of it, and whether no claim is refused.
 pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), String> {
     if all.iter().any(|it| it.errors > 0) {
-        return Ok(("certificate: none, as the project has errors".to_owned(), true));
+        return Ok(("none, as the project has errors".to_owned(), true));
     }
     Ok(match verify(&certificate(all)?) {
         Ok(Summary { systems }) => {
@@ -147,8 +147,8 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
             let partial = systems.iter().flat_map(|it| &it.not_certified);
             let partial: Vec<String> =
                 partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
-            (format!("certificate: accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
+            (format!("accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
         }
-        Err(refusal) => (format!("certificate: refused: {}", refused(&refusal)), false),
+        Err(refusal) => (format!("refused: {}", refused(&refusal)), false),
     })
 }
