@@ -26,6 +26,7 @@
 //! | `position.rs` | the position of the cursor in incomplete text |
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
 //! | `change.rs` | changes of files |
+//! | `cancellation.rs` | work in a database of its own, which an edit cancels |
 //! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `project.rs` | the projects of a file, and their names |
@@ -53,6 +54,7 @@
 
 mod architecture_drawing;
 mod call_hierarchy;
+mod cancellation;
 mod chain_drawing;
 mod change;
 mod code_actions;

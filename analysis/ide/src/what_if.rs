@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use mauve_diagnostics::{declaration_diagnostics, time_error_message};
 use mauve_hir::item_tree::{Field, Kind, Name};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, FieldKind, File, Location, ModelDb, Project, config_file, deployment, field_entry,
-    names_of, parse, projects, same_fields, similar, similar_field,
+    ACTIVITY_FIELDS, Database, Decl, FieldKind, File, Location, ModelDb, Project, config_file, deployment,
+    field_entry, names_of, parse, projects, same_fields, similar, similar_field,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -20,6 +20,7 @@ use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Rounding, Time, with_time};
 use mauve_wcrt::{Query, TableSet, Timed, WhatIfField, executed_times, files_of};
 
+use crate::cancellation::until_cancelled;
 use crate::change::Change;
 use crate::comparison::{Comparison, Figures};
 
@@ -124,27 +125,29 @@ pub fn compared<'db>(
 ) -> Result<Comparison, String> {
     let before = Figures::of(db, project, of, query);
     let (scratch, pairs) = change.scratch(db, &[project.workspace(db)]);
-    let Some((_, workspace)) = pairs.first() else {
+    let Some(&(_, workspace)) = pairs.first() else {
         return Ok(Comparison::of(Some(before.clone()), Some(before)));
     };
-    let root = project.root(db).path(db);
-    let same = projects(&scratch, *workspace).iter().find(|it| it.root(&scratch).path(&scratch) == root);
-    let name = of.qualified(db);
-    let found = same.and_then(|project| {
-        let mut all = names_of(&scratch, *project).of_kind(&scratch, Kind::Deployment);
-        Some((*project, all.find(|it| it.qualified(&scratch) == name)?))
+    let (root, name) = (project.root(db).path(db), of.qualified(db));
+    let known: Vec<String> =
+        declaration_diagnostics(db, project, of).iter().map(|it| it.message.clone()).collect();
+    let after = until_cancelled(db, scratch, |scratch: &Database| {
+        let same = projects(scratch, workspace).iter().find(|it| it.root(scratch).path(scratch) == root);
+        let found = same.and_then(|project| {
+            let mut all = names_of(scratch, *project).of_kind(scratch, Kind::Deployment);
+            Some((*project, all.find(|it| it.qualified(scratch) == name)?))
+        });
+        let Some((project, of)) = found else { return Ok(None) };
+        // What the text cannot have is an error in it: the first one says why.
+        let is_new = |it: &&std::sync::Arc<mauve_diagnostics::Diagnostic<'_>>| {
+            it.code.is_of_text() && !known.contains(&it.message)
+        };
+        match declaration_diagnostics(scratch, project, of).iter().find(is_new) {
+            Some(error) => Err(error.message.clone()),
+            None => Ok(Some(Figures::of(scratch, project, of, query))),
+        }
     });
-    let Some((new_project, new_of)) = found else { return Ok(Comparison::of(Some(before), None)) };
-    // What the text cannot have is an error in it: the first one says why.
-    let known: Vec<&str> =
-        declaration_diagnostics(db, project, of).iter().map(|it| it.message.as_str()).collect();
-    let is_new = |it: &&std::sync::Arc<mauve_diagnostics::Diagnostic<'_>>| {
-        it.code.is_of_text() && !known.contains(&it.message.as_str())
-    };
-    if let Some(error) = declaration_diagnostics(&scratch, new_project, new_of).iter().find(is_new) {
-        return Err(error.message.clone());
-    }
-    Ok(Comparison::of(Some(before), Some(Figures::of(&scratch, new_project, new_of, query))))
+    Ok(Comparison::of(Some(before), after?))
 }
 
 /// Reads one value.
