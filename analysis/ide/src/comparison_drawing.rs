@@ -84,6 +84,12 @@ pub fn draw_comparison(of: &Comparison, values: &[String], drawing: Drawing) -> 
     if rows.len() > shown.len() {
         below.push(format!("and {} more", rows.len() - shown.len()));
     }
+    match of.after.as_ref().map_or(0, |it| it.errors) {
+        0 => {}
+        1 => below.push("not proved: the project has 1 error".to_owned()),
+        errors => below.push(format!("not proved: the project has {errors} errors")),
+    }
+    below.extend(of.after.iter().flat_map(|it| &it.not_analysed).map(|why| format!("not analysed: {why}")));
     below.extend(of.utilisations().into_iter().map(|(cpu, [before, after])| match before == after {
         true => format!("{cpu} utilisation: {after}"),
         false => format!("{cpu} utilisation: {before} → {after}"),
@@ -388,6 +394,9 @@ deployment D { architecture A
         it.activities = std::iter::repeat_n(it.activities, 60).flatten().collect();
         let svg = draw_comparison(&it, &[], Drawing::Svg);
         assert!(svg.matches("data-row").count() == 100 && svg.contains("and 80 more"), "{svg}");
+        it.after.as_mut().unwrap().errors = 2;
+        let text = draw_comparison(&it, &[], Drawing::Text);
+        assert!(text.contains("\n  not proved: the project has 2 errors\n"), "{text}");
         let nothing = draw_comparison(&Comparison::of(None, None), &[], Drawing::Svg);
         assert!(nothing.ends_with("</svg>\n"), "{nothing}");
     }

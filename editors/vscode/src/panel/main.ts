@@ -88,6 +88,7 @@ document.body.append(
 );
 content.hidden = true;
 
+valuesForm.hidden = document.body.dataset.kind !== "whatIf";
 valuesField.value = vscode.getState()?.text ?? "";
 new ResizeObserver(growValues).observe(valuesForm);
 /** All lines are in sight. */
@@ -209,7 +210,6 @@ function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { typ
     const options = choices.map(({ label, value }) => h("option", { value, selected: value === chosen }, label));
     choice.replaceChildren(...options);
   });
-  valuesForm.hidden = kind !== "whatIf";
   if ("rows" in answer) {
     valuesField.placeholder = `Other values, such as ${answer.rows[0]?.name ?? "imu"}.period=50`;
   }
