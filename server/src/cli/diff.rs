@@ -210,8 +210,7 @@ fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
         matches!(it.change(), FigureChange::Met | FigureChange::Found | FigureChange::Earlier)
     };
     let better = rows().filter(is_better).count();
-    let is_within = |it: &&Compared| it.change() == FigureChange::Later && !it.is_worse(tolerance);
-    let within = rows().filter(is_within).count();
+    let within = rows().filter(|it| it.change() == FigureChange::Tolerated).count();
     let has_figure =
         |it: &Compared| it.after.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some());
     let new = rows().filter(|it| it.change() == FigureChange::New && has_figure(it)).count();
