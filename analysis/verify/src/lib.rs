@@ -135,6 +135,10 @@ fn check(system: &System, work: &Work) -> Result<SystemSummary, Refusal> {
 
 fn check_claim(tasks: &Tasks<'_>, claim: &certificate::Claim) -> Check<()> {
     let of = &tasks.all[claim.task];
+    let is_activity = of.task.kind == Kind::Activity;
+    if is_activity && (of.task.cpus.is_none() || matches!(of.task.priority, Priority::Highest)) {
+        return Err("its CPUs or its priority are unknown".to_owned());
+    }
     if !of.is_known() {
         return Err(of.blocking.clone().err().unwrap_or_else(|| "its demand is unknown".to_owned()));
     }

@@ -194,6 +194,13 @@ fn member<'c>(system: &'c System, index: usize, work: &'c Work) -> Check<Member<
             && rank_of(&task.priority) == rank_of(&of.priority);
         *other == index || alike && is_periodic(task) && is_periodic(of)
     };
+    let times_waiting = task.machine.as_ref().and_then(|it| it.waits);
+    if waits && times_waiting == Some(0) {
+        return Err(format!("`{}` waits, and not even once", task.name));
+    }
+    if rank > 0 && cpus == 0 {
+        return Err(format!("`{}` has no CPU", task.name));
+    }
     Ok(Member {
         task,
         period: task.period.unwrap_or(0),
@@ -205,7 +212,7 @@ fn member<'c>(system: &'c System, index: usize, work: &'c Work) -> Check<Member<
         demand: curve(true)?,
         executed: curve(false)?,
         waits,
-        times_waiting: if waits { task.machine.as_ref().and_then(|it| it.waits).unwrap_or(0) } else { 0 },
+        times_waiting: if waits { times_waiting.unwrap_or(0) } else { 0 },
         offset: task.offset.filter(|_| is_periodic(task)),
         has_calls: operations().next().is_some(),
         thread: system.tasks.iter().enumerate().filter(is_mate).map(|(index, _)| index).collect(),

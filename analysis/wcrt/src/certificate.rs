@@ -69,9 +69,7 @@ fn chain(chain: &ChainReport<'_>, report: &Report<'_>, parts: &Map<String, Value
     let sum = steps.iter().try_fold(0u64, |sum, it| sum.checked_add(it.1))?;
     let limit = chain.limit.filter(|limit| latency <= *limit).map(Time::as_nanos);
     if limit.is_some_and(|limit| sum > limit) {
-        return Some(refused(
-            "it is within its limit only with synchronised clocks or writes before the end of a job",
-        ));
+        return Some(refused("not-within-limit-by-step"));
     }
     let steps: Vec<Value> = steps.into_iter().map(|it| it.0).collect();
     Some(json!({ "name": &*chain.name, "latency": sum, "limit": limit, "steps": steps }))

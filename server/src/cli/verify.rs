@@ -19,7 +19,7 @@ pub(crate) struct Verify {
     /// Certificates.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Exit with 0 although the certificate does not say why some deadline is met that the analysis has found to be.
+    /// Exit with 0 although some deadline is not proved by the certificate.
     #[arg(long)]
     allow_partial: bool,
 }
@@ -32,9 +32,17 @@ impl Verify {
             let json = read_text(path)?;
             match verify(&json) {
                 Ok(summary) => {
-                    let is_partial = summary.systems.iter().any(|it| !it.not_certified.is_empty());
-                    code = u8::from(is_partial && !self.allow_partial).max(code);
-                    let verdict = if is_partial { "accepted in part" } else { "accepted" };
+                    let is_partial = summary
+                        .systems
+                        .iter()
+                        .any(|it| !it.not_certified.is_empty() || !it.not_claimed.is_empty());
+                    let proves_nothing = summary.systems.iter().all(|it| it.met.is_empty());
+                    code = u8::from(proves_nothing || is_partial && !self.allow_partial).max(code);
+                    let verdict = match (proves_nothing, is_partial) {
+                        (true, _) => "nothing is proved",
+                        (false, true) => "accepted in part",
+                        (false, false) => "accepted",
+                    };
                     text += &format!("{shown}: {verdict}\n");
                     summary.systems.iter().for_each(|it| text += &said(it));
                 }
@@ -58,7 +66,7 @@ fn read_text(path: &Path) -> Result<String, String> {
     text.map_err(|error| format!("cannot read `{}`: {error}", path.display()))
 }
 
-/// Says what is proved of a deployment.
+/// Lists the proved deadlines of a deployment.
 fn said(of: &SystemSummary) -> String {
     let all = of.met.len() + of.not_certified.len() + of.not_claimed.len();
     let mut text = format!(
