@@ -39,7 +39,7 @@ fn document(run: &Run) -> Value {
 fn responses(folder: &Path) -> Vec<(String, Value)> {
     let found = mauve(MAUVE, folder, &["wcrt", "--format", "json"]);
     let found: Value = serde_json::from_str(&found.out).unwrap();
-    let rows = found["activities"].as_array().unwrap().iter();
+    let rows = found["results"][0]["activities"].as_array().unwrap().iter();
     rows.map(|it| (it["instance"].as_str().unwrap().to_owned(), it["response"].clone())).collect()
 }
 

@@ -56,11 +56,14 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
 }
 
-/// Returns the first of [`errors_of`] a project: of its files, otherwise of the configuration.
+/// Returns the first of [`errors_of`] a project, by path and place.
 pub fn first_error<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Diagnostic<'db>> {
     let of_project = project_diagnostics(db, project).map(|it| Diagnostic::clone(it));
-    let mut all = of_project.chain(config_diagnostics(db, project.workspace(db)));
-    all.find(|diagnostic| diagnostic.code.is_of_text())
+    let all = of_project.chain(config_diagnostics(db, project.workspace(db)));
+    let place = |it: &Diagnostic<'db>| {
+        (it.at.file(db).path(db), it.at.range(db).start(), it.code.name, it.message.clone())
+    };
+    all.filter(|it| it.code.is_of_text()).min_by_key(place)
 }
 
 /// Returns the sum of [`errors_of`] all projects of these workspaces, counting each error of a workspace once.

@@ -63,9 +63,9 @@ impl Setting<'_> {
 /// let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
 /// let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
 /// let query = Query::shown(&db, project, deployment);
-/// let values = ["look=6ms".to_owned(), "eye.period = 5".to_owned()];
+/// let values = ["look=6ms".to_owned(), "eye.period = 8".to_owned()];
 /// let found = mauve_ide::what_if(&db, project, deployment, query, &values).unwrap();
-/// assert_eq!(found.activities[0].shown(), ["✓ 4 / 10 ms", "✗ 6 / 5 ms"]);
+/// assert_eq!(found.activities[0].shown(), ["✓ 4 / 10 ms", "✓ 6 / 8 ms"]);
 /// ```
 pub fn what_if<'db>(
     db: &'db dyn ModelDb,

@@ -21,7 +21,7 @@ use crate::{project_of, project_with};
 const MOST_CHARACTERS: usize = 32;
 
 /// The maximum length of the title of an action.
-const LONGEST_TITLE: usize = 60;
+const LONGEST_TITLE: usize = 80;
 
 fn hints(db: &Database, workspace: Workspace, file: File, earlier: &EarlierFigures) -> Vec<InlayHint> {
     let all = TextRange::up_to(TextSize::of(&**file.text(db)));
