@@ -162,6 +162,27 @@ impl Serialize for CpuSet {
     }
 }
 
+/// Groups what has CPUs by the CPUs that it shares, directly or through others: each group with all its CPUs.
+///
+/// ```
+/// use mauve_timing::{CpuSet, sharing_cpus};
+/// let groups = sharing_cpus([(CpuSet(1), 'a'), (CpuSet(4), 'b'), (CpuSet(3), 'c')]);
+/// assert_eq!(groups, [(CpuSet(4), vec!['b']), (CpuSet(3), vec!['a', 'c'])]);
+/// ```
+pub fn sharing_cpus<T>(all: impl IntoIterator<Item = (CpuSet, T)>) -> Vec<(CpuSet, Vec<T>)> {
+    let mut groups: Vec<(CpuSet, Vec<T>)> = Vec::new();
+    for (cpus, it) in all {
+        let mut joined = (cpus, Vec::new());
+        for (others, members) in groups.extract_if(.., |group| group.0.meets(cpus)) {
+            joined.0 |= others;
+            joined.1.extend(members);
+        }
+        joined.1.push(it);
+        groups.push(joined);
+    }
+    groups
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -96,7 +96,7 @@ mod write_time;
 
 pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainRule, ChainStep, NoLatency};
-pub use cpu_set::CpuSet;
+pub use cpu_set::{CpuSet, sharing_cpus};
 pub use cycle_mean::CycleMean;
 pub use lateness::{Excess, Executions, Lateness, NoLateness, lateness};
 pub use level::{Level, MOST_LEVELS};

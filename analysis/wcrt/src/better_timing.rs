@@ -19,7 +19,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-use mauve_timing::{CpuSet, Priority, Status, Time};
+use mauve_timing::{CpuSet, Priority, Status, Time, sharing_cpus};
 
 use crate::bisection::{Boundary, step_of};
 use crate::priorities::inverted;
@@ -27,7 +27,7 @@ use crate::report::{ActivityReport, Deadlines, Query, Report};
 use crate::response::{response_times, response_times_if};
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::tune::{TuneAim, TuneRequest, tune};
-use crate::what_if::WhatIfField;
+use crate::what_if::{WhatIfField, follows_period};
 use mauve_hir::item_tree::{Field, Name};
 use mauve_hir::{Decl, ModelDb, Project, hosts_of};
 use mauve_syntax::keywords::ActivityField;
@@ -380,9 +380,8 @@ impl<'db> TimingSearch<'db> {
     /// Returns a period, and the deadline with it where one is written and is the period now, or only then would be later.
     fn with_period(&self, activity: &ResolvedActivity<'db>, period: Time) -> Vec<WhatIfField> {
         let mut fields = vec![field(activity, ActivityField::Period, period.number())];
-        let is_later_then = activity.deadline < activity.period && activity.deadline > Some(period);
         if self.written_deadline(activity).is_some()
-            && (activity.deadline == activity.period || is_later_then)
+            && follows_period(activity.deadline, activity.period, period)
         {
             fields.push(field(activity, ActivityField::Deadline, period.number()));
         }
@@ -393,7 +392,6 @@ impl<'db> TimingSearch<'db> {
 /// Activities that may delay each other, and the priorities that they have among them. Of the activities of a thread, which have one
 /// priority, it has the first.
 struct Group<'a, 'db> {
-    cpus: CpuSet,
     activities: Vec<&'a ResolvedActivity<'db>>,
     /// One for each activity, descending, no two alike.
     numbers: Vec<u32>,
@@ -402,33 +400,26 @@ struct Group<'a, 'db> {
 /// Groups the real-time activities by the CPUs that they share; none where the priority, the CPU or the deadline of one is
 /// unknown, or where there are more activities than priorities.
 fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
-    let mut groups: Vec<Group<'a, 'db>> = Vec::new();
     let is_counted = |it: &&ResolvedActivity<'db>| {
         // That of a gateway is in mauve.toml, and stays.
         let is_written = it.priority != Priority::Background && it.gateway.is_none();
         is_written && is_first_of_thread(&system.activities, it)
     };
-    for activity in system.activities.iter().filter(is_counted) {
+    let known = system.activities.iter().filter(is_counted).map(|activity| {
         let is_known = activity.priority != Priority::Unknown && activity.deadline.is_some();
-        let cpus = activity.cpus.filter(|_| is_known)?;
-        let mut joined = Group { cpus, activities: Vec::new(), numbers: Vec::new() };
-        for group in groups.extract_if(.., |group| group.cpus.meets(cpus)) {
-            joined.cpus |= group.cpus;
-            joined.activities.extend(group.activities);
-        }
-        joined.activities.push(activity);
-        groups.push(joined);
-    }
-    for group in &mut groups {
-        let own: BTreeSet<u32> = group.activities.iter().map(|it| priority(it)).collect();
-        let count = u32::try_from(group.activities.len()).ok().filter(|count| *count <= 99)?;
-        group.numbers = if own.len() == group.activities.len() {
+        Some((activity.cpus.filter(|_| is_known)?, activity))
+    });
+    let groups = sharing_cpus(known.collect::<Option<Vec<_>>>()?).into_iter().map(|(_, activities)| {
+        let own: BTreeSet<u32> = activities.iter().map(|it| priority(it)).collect();
+        let count = u32::try_from(activities.len()).ok().filter(|count| *count <= 99)?;
+        let numbers = if own.len() == activities.len() {
             own.into_iter().rev().collect()
         } else {
             (1..=count).rev().collect()
         };
-    }
-    Some(groups)
+        Some(Group { activities, numbers })
+    });
+    groups.collect()
 }
 
 /// Whether an activity is the first one that its thread executes.

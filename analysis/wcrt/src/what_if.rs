@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use mauve_timing::Time;
+
 use crate::reason::ActivityField;
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 use mauve_hir::same_fields;
@@ -18,6 +20,11 @@ pub struct WhatIfField {
     pub field: ActivityField,
     /// A number, as it would be written.
     pub value: Name,
+}
+
+/// Returns whether a written deadline becomes a new period too: it is the period now, or only then would be later.
+pub(crate) fn follows_period(deadline: Option<Time>, period: Option<Time>, new: Time) -> bool {
+    deadline == period || deadline < period && deadline > Some(new)
 }
 
 pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {

@@ -42,10 +42,7 @@ pub fn chains_of<'db>(
     let report = response_times(db, project, deployment, query);
     let mut sums =
         Sums::new(db, project, deployment, query, flat, report, system_of(db, project, deployment));
-    let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
-    sums.find_writes(known.chain(ways).flat_map(|way| &way.steps));
-    let mut all: Vec<ChainReport<'db>> = declared.iter().map(|chain| sums.declared(chain)).collect();
-    all.extend(ways.iter().map(|way| sums.way(way)));
+    let all = sums.all(declared, ways);
     let hops = connections_of(db, project, deployment, query).clone();
     Chains { all, declared: declared.len(), hops, left_out: *left_out }
 }
@@ -70,11 +67,7 @@ pub(crate) fn latencies_of<'db>(
     let (ways, _) = ways_of(db, project, target);
     let ways = if declared.is_empty() { ways.as_slice() } else { &[] };
     let mut sums = Sums::new(db, project, deployment, query, flat, &report, &system);
-    let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
-    sums.find_writes(known.chain(ways).flat_map(|way| &way.steps));
-    let of_declared: Vec<_> = declared.iter().map(|chain| sums.declared(chain)).collect();
-    let of_ways: Vec<_> = ways.iter().map(|way| sums.way(way)).collect();
-    of_declared.into_iter().chain(of_ways).map(|chain| (chain.limit, chain.latency)).collect()
+    sums.all(declared, ways).into_iter().map(|chain| (chain.limit, chain.latency)).collect()
 }
 
 fn without_architecture<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Chains<'db> {
@@ -261,6 +254,15 @@ impl<'db> Sums<'db> {
         let write = costs.reduce(|one, other| Some(one?.max(other?))).flatten()?;
         let calls = activity.calls.iter().try_fold(Time::ZERO, |sum, calls| sum.checked_add(calls.time))?;
         Some((index, write.checked_add(calls)?))
+    }
+
+    /// Returns the declared chains, then those of these ways.
+    fn all(&mut self, declared: &[DeclaredChain<'db>], ways: &[Way<'db>]) -> Vec<ChainReport<'db>> {
+        let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
+        self.find_writes(known.chain(ways).flat_map(|way| &way.steps));
+        let mut all: Vec<ChainReport<'db>> = declared.iter().map(|chain| self.declared(chain)).collect();
+        all.extend(ways.iter().map(|way| self.way(way)));
+        all
     }
 
     /// Computes the response times to the writes of these steps, all together.

@@ -10,7 +10,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_timing::CpuSet;
+use mauve_timing::{CpuSet, sharing_cpus};
 
 use super::trials::{Plan, Score, Trials};
 use super::{SearchKind, TuneAim};
@@ -121,19 +121,11 @@ fn by_algorithm(trials: &Trials<'_>, found: &mut Ordered, is_enough: &dyn Fn(Sco
 
 /// Groups the units by the CPUs that they share.
 fn groups(trials: &Trials<'_>, plan: &Plan) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
     let stays = |unit: &usize| trials.units[*unit].is_pinned && trials.units[*unit].priority.is_some();
     let (pinned, units): (Vec<usize>, Vec<usize>) = plan.present().into_iter().partition(stays);
-    for unit in units {
-        let cpus = trials.cpus(plan, unit);
-        let mut joined = Group { cpus, units: Vec::new(), bands: Vec::new(), own: BTreeSet::new() };
-        for group in groups.extract_if(.., |group| group.cpus.meets(cpus)) {
-            joined.cpus |= group.cpus;
-            joined.units.extend(group.units);
-        }
-        joined.units.push(unit);
-        groups.push(joined);
-    }
+    let groups = sharing_cpus(units.into_iter().map(|unit| (trials.cpus(plan, unit), unit))).into_iter();
+    let group = |(cpus, units)| Group { cpus, units, bands: Vec::new(), own: BTreeSet::new() };
+    let mut groups: Vec<Group> = groups.map(group).collect();
     let pinned = pinned.into_iter().map(|it| (plan.priorities[it], trials.cpus(plan, it)));
     let fixed: Vec<(u32, CpuSet)> = trials.fixed.iter().copied().chain(pinned).collect();
     for group in &mut groups {

@@ -17,7 +17,7 @@ use crate::report::Query;
 use crate::system::{System, activities_of, others_of, read, system_of};
 use crate::table_set::tables_of;
 use crate::task_set::DeployedTasks;
-use crate::what_if::{WhatIfField, with_fields};
+use crate::what_if::{WhatIfField, follows_period, with_fields};
 
 /// What changes together: an activity, with all instances of its thread.
 #[derive(Debug, Clone)]
@@ -54,7 +54,7 @@ pub(super) struct Plan {
     pub(super) periods: Vec<Option<Time>>,
     /// The units that count as if they did not exist.
     pub(super) left_out: Vec<bool>,
-    /// An activity of which no job executes longer than this.
+    /// An activity, and the time to which the execution of its jobs is limited.
     pub(super) cap: Option<(usize, Time)>,
 }
 
@@ -246,8 +246,7 @@ impl<'db> Trials<'db> {
             let period = plan.periods.get(index).copied().flatten().filter(|it| Some(*it) != unit.period);
             let Some(period) = period else { continue };
             fields.push(field(ActivityField::Period, period.number()));
-            let is_later_then = unit.deadline < unit.period && unit.deadline > Some(period);
-            if unit.has_deadline && (unit.deadline == unit.period || is_later_then) {
+            if unit.has_deadline && follows_period(unit.deadline, unit.period, period) {
                 fields.push(field(ActivityField::Deadline, period.number()));
             }
         }
@@ -423,7 +422,7 @@ impl<'db> Trials<'db> {
     }
 }
 
-/// Returns the demand of jobs of which none executes longer than this.
+/// Returns a demand whose jobs execute no longer than `most`.
 fn at_most(demand: &Demand, most: Time) -> Demand {
     let Demand::Machine { machine, whole } = demand else { return Demand::Unknown };
     let edges = machine.edges().iter().map(|edge| Edge { cost: edge.cost.min(most), ..edge.clone() });
