@@ -10,16 +10,9 @@ use serde_json::{Value, json};
 
 use crate::MAUVE;
 
-/// Runs git in a folder, with no configuration but that of the repository.
+/// Runs git, which has to succeed, and returns what it says.
 fn git(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new("git")
-        .args(["-c", "user.name=robot", "-c", "user.email=robot@localhost", "-c", "commit.gpgSign=false"])
-        .args(arguments)
-        .current_dir(folder)
-        .env("GIT_CONFIG_GLOBAL", "/dev/null")
-        .env("GIT_CONFIG_NOSYSTEM", "1")
-        .output()
-        .unwrap();
+    let output = mauve_tests::git(folder, arguments);
     assert!(output.status.success(), "git {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }

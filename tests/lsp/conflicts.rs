@@ -1,7 +1,6 @@
 //! Conflicts that git has left in files: what an editor and the command line say, and that git still finds its markers.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use mauve_tests::{Client, mauve, scratch, test_name, write};
 use serde_json::{Value, json};
@@ -17,15 +16,7 @@ const MODEL: &str = "codel f(): int\ncodel g(): int\nshell S {}\ncore K(S) {\n  
 const CONFIG: &str = "[timing]\ntables = [\"t.toml\"]\n[platform]\ncpus = 2\nrt_throttling = false\n";
 
 fn git(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new("git")
-        .args(["-c", "user.name=A", "-c", "user.email=a@b.c", "-c", "core.autocrlf=false"])
-        .args(arguments)
-        .current_dir(folder)
-        .env("GIT_CONFIG_GLOBAL", "/dev/null")
-        .env("GIT_CONFIG_NOSYSTEM", "1")
-        .output()
-        .unwrap();
-    String::from_utf8_lossy(&output.stdout).into_owned()
+    String::from_utf8_lossy(&mauve_tests::git(folder, arguments).stdout).into_owned()
 }
 
 /// A repository in the middle of a merge whose branches have changed the same lines of two files.

@@ -1,7 +1,7 @@
 //! Runs the binary and reads its output.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 /// How a run of `mauve` ended.
 #[derive(Debug)]
@@ -31,6 +31,23 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
         err: String::from_utf8_lossy(&output.stderr).into_owned(),
         code: output.status.code().unwrap_or(-1),
     }
+}
+
+/// Runs git in `folder`, with no configuration but that of the repository.
+///
+/// # Panics
+///
+/// There is no git.
+pub fn git(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("git")
+        .args(["-c", "user.name=robot", "-c", "user.email=robot@localhost"])
+        .args(["-c", "commit.gpgSign=false", "-c", "core.autocrlf=false"])
+        .args(arguments)
+        .current_dir(folder)
+        .env("GIT_CONFIG_GLOBAL", "/dev/null")
+        .env("GIT_CONFIG_NOSYSTEM", "1")
+        .output()
+        .unwrap_or_else(|error| panic!("git does not run: {error}"))
 }
 
 /// Makes an empty folder below cargo's. A later call with the same name empties it.

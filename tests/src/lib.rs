@@ -24,7 +24,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher, whole_text};
-pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
+pub use command::{Run, copy, git, mauve, own_scratch, scratch, test_name, write};
 pub use lttng::{Event, Recorder, Span, spans};
 pub use random_model::{Options, plain, random_model, random_model_of};
 pub use times::Times;
