@@ -5,7 +5,12 @@ use mauve_hir::{Link, ModelDb, Overwrite, Skip, SkipCause};
 use mauve_wcrt::chains::{ChainProblem, ChainReason, ChainReport};
 
 use super::lists::enumerated;
-use super::reasons::{short_reason, timing_reason};
+use super::reasons::{each_once, short_reason, timing_reason};
+
+/// Returns the reasons why a chain has no latency, each once.
+pub fn reasons_of_chain<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> Vec<String> {
+    each_once(chain.reasons.iter().map(|it| chain_reason(db, chain, it)))
+}
 
 /// Returns the message of a reason why a chain has no latency.
 pub fn chain_reason<'db>(

@@ -404,13 +404,13 @@ mod timing_facts;
 mod types;
 
 use cause::Cause;
-pub use chain_reasons::{chain_reason, connection_reason, overwrite};
+pub use chain_reasons::{chain_reason, connection_reason, overwrite, reasons_of_chain};
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
 use lists::enumerated;
-pub use lists::utilisation;
+pub use lists::{known_utilisation, utilisation};
 pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
 pub use table_reasons::{times_of, unusable_time};
 use timing_facts::timing_diagnostic;

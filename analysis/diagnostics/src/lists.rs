@@ -11,6 +11,12 @@ pub fn utilisation(load: &CpuLoad) -> String {
     }
 }
 
+/// The same, with `at least` where an activity of the CPU has an unknown demand.
+pub fn known_utilisation(load: &CpuLoad) -> String {
+    let at_least = if load.complete { "" } else { "at least " };
+    format!("{at_least}{}", utilisation(load))
+}
+
 /// `a`, `a and b`, `a, b and c`; long lists are truncated.
 pub(crate) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;

@@ -47,13 +47,18 @@ pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> St
 
 /// Returns the reasons why an activity has no response time, each once: an error may have several locations.
 pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
-    let mut reasons: Vec<String> = Vec::new();
-    for reason in activity.reasons.iter().map(|it| timing_reason(db, &it.reason)) {
-        if !reasons.contains(&reason) {
-            reasons.push(reason);
+    each_once(activity.reasons.iter().map(|it| timing_reason(db, &it.reason)))
+}
+
+/// Returns texts in their order, each once.
+pub(super) fn each_once(texts: impl Iterator<Item = String>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for text in texts {
+        if !all.contains(&text) {
+            all.push(text);
         }
     }
-    reasons
+    all
 }
 
 fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {

@@ -10,10 +10,12 @@
 
 use std::path::PathBuf;
 
-use mauve_diagnostics::{chain_reason, errors_of, first_error, reasons_of, timing_reason, utilisation};
+use mauve_diagnostics::{
+    errors_of, first_error, known_utilisation, reasons_of, reasons_of_chain, timing_reason,
+};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, line_of, relative_path};
-use mauve_timing::{Priority, Status, Time};
+use mauve_timing::{CpuLoad, Priority, Status, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
@@ -230,12 +232,7 @@ impl Figures {
             }
         };
         let chain = |it: &ChainReport<'db>| {
-            let mut reasons: Vec<String> = Vec::new();
-            for reason in it.reasons.iter().map(|why| chain_reason(db, it, why)) {
-                if !reasons.contains(&reason) {
-                    reasons.push(reason);
-                }
-            }
+            let reasons = reasons_of_chain(db, it);
             let reason = reasons.first().map_or("", String::as_str);
             let (shown, hint) = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
             let end = |index: usize| {
@@ -266,10 +263,7 @@ impl Figures {
             }
         };
         let times = executed_times(db, project, deployment, query.level).iter();
-        let of_cpu = |load: &mauve_timing::CpuLoad| {
-            let at_least = if load.complete { "" } else { "at least " };
-            (report.hosts.names(load.cpus), format!("{at_least}{}", utilisation(load)))
-        };
+        let of_cpu = |load: &CpuLoad| (report.hosts.names(load.cpus), known_utilisation(load));
         Figures {
             deployment: deployment.qualified(db),
             root: project.root(db).path(db).clone(),
@@ -319,7 +313,7 @@ impl Figures {
 }
 
 impl Comparison {
-    /// Compares two states, one of which may not exist.
+    /// Compares two states. One of them may be missing.
     pub fn of(before: Option<Figures>, after: Option<Figures>) -> Comparison {
         let rows = |of: fn(&Figures) -> &Vec<Figure>| {
             let all = |state: &Option<Figures>| state.as_ref().map_or_else(Vec::new, |it| of(it).clone());
@@ -345,7 +339,7 @@ impl Comparison {
                 ends: Some(ends.clone().map(|(instance, end)| (new_name(&instance), end))),
                 through: through.iter().map(new_name).collect(),
             },
-            // A declared chain without its name is another one.
+            // A declared chain is known by its name alone.
             _ => Identity::Chain { ends: None, through: Vec::new() },
         };
         let ends = |it: &Figure| match way(it) {
@@ -366,9 +360,26 @@ impl Comparison {
     /// Marks what is later within a tolerance, which depends on the time before.
     pub fn tolerating(mut self, tolerance: &dyn Fn(Time) -> Time) -> Comparison {
         for row in self.activities.iter_mut().chain(&mut self.chains) {
-            row.is_tolerated = row.change() == FigureChange::Later && !row.is_worse(tolerance);
+            let time = |it: &Option<Figure>| it.as_ref().and_then(|it| it.time).unwrap_or_default();
+            let (before, after) = (time(&row.before), time(&row.after));
+            row.is_tolerated = after.checked_sub(before).is_some_and(|more| more <= tolerance(before));
         }
         self
+    }
+
+    /// Returns the state after; before, if the deployment is gone.
+    pub fn state(&self) -> Option<&Figures> {
+        self.after.as_ref().or(self.before.as_ref())
+    }
+
+    /// Returns the significance level: `1e-4`, or `1e-4 → 1e-6`.
+    pub fn level(&self) -> String {
+        match (&self.before, &self.after) {
+            (Some(before), Some(after)) if before.level != after.level => {
+                format!("{} → {}", before.level, after.level)
+            }
+            _ => self.state().map_or_else(String::new, |it| it.level.clone()),
+        }
     }
 
     /// Returns all rows.
@@ -382,13 +393,13 @@ impl Comparison {
             && self.before.as_ref().map(|it| it.errors) == self.after.as_ref().map(|it| it.errors)
     }
 
-    /// Returns whether anything got worse by more than `tolerance` allows: a figure, or nothing is proved now.
-    pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
+    /// Returns whether anything got worse: a figure, or nothing is proved now.
+    pub fn is_worse(&self) -> bool {
         let is_sound = |state: &Option<Figures>| {
             state.as_ref().is_none_or(|it| it.errors == 0 && it.not_analysed.is_empty())
         };
         self.after.is_none()
-            || self.rows().any(|it| it.is_worse(tolerance))
+            || self.rows().any(Compared::is_worse)
             || is_sound(&self.before) && !is_sound(&self.after)
     }
 
@@ -480,22 +491,18 @@ impl Compared {
         limits.is_some_and(|(before, after)| before < after)
     }
 
-    /// Returns whether it got worse: later by more than `tolerance` of the time before, no longer met, or without its figure.
-    pub fn is_worse(&self, tolerance: &dyn Fn(Time) -> Time) -> bool {
+    /// Returns whether it got worse: later by more than is tolerated, no longer met, or without its figure.
+    pub fn is_worse(&self) -> bool {
         match self.change() {
             FigureChange::Missed
             | FigureChange::FoundMissed
             | FigureChange::Lost
             | FigureChange::Unlimited
-            | FigureChange::NewMissed => true,
+            | FigureChange::NewMissed
+            | FigureChange::Later => true,
             // What had neither a figure nor a limit proved nothing.
             FigureChange::Gone => {
                 self.before.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some())
-            }
-            FigureChange::Later => {
-                let time = |it: &Option<Figure>| it.as_ref().and_then(|it| it.time).unwrap_or_default();
-                let (before, after) = (time(&self.before), time(&self.after));
-                after.checked_sub(before).is_some_and(|more| more > tolerance(before))
             }
             _ => false,
         }
@@ -584,7 +591,7 @@ fn error_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Strin
     Some(format!("{}, line {line}: {}", name.display(), error.message))
 }
 
-/// What of a figure another one must have to be the same after a rename.
+/// Returns what a figure keeps when it is renamed.
 type Kept<'a> = &'a dyn Fn(&Figure) -> Identity;
 
 /// Pairs figures by their names. Those that are left, by what they keep when they are renamed, if only one pair fits: the strictest
@@ -661,8 +668,9 @@ mod tests {
             format!("{}{was}: {before} → {after} {}\n", it.name(), it.change().name())
         };
         let rows: String = found.rows().map(row).collect();
-        let is_worse = found.is_worse(&|before| Time::from_nanos(before.as_nanos() / 4));
-        expected.assert_eq(&format!("{}\n{rows}worse: {is_worse}\n", found.verdict()));
+        let verdict = found.verdict();
+        let is_worse = found.tolerating(&|before| Time::from_nanos(before.as_nanos() / 4)).is_worse();
+        expected.assert_eq(&format!("{verdict}\n{rows}worse: {is_worse}\n"));
     }
 
     const TABLE: &str = "[codel]\nlook = 5\nplan = 12\ndrive = 1\n";
@@ -714,7 +722,8 @@ mod tests {
         let overloaded = || Some(figures(MODEL, "[codel]\nlook = 5\nplan = 60\ndrive = 1\n"));
         let worse = |before, after| {
             let found = Comparison::of(before, after);
-            (found.activities[1].change().name(), found.is_worse(&|_| Time::from_nanos(u64::MAX)))
+            let change = found.activities[1].change().name();
+            (change, found.tolerating(&|_| Time::from_nanos(u64::MAX)).is_worse())
         };
         assert_eq!(worse(unknown(), overloaded()), ("found-missed", true));
         assert_eq!(worse(overloaded(), unknown()), ("lost", true));

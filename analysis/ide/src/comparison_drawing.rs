@@ -47,13 +47,8 @@ impl Comparison {
 
     /// Returns `Pioneer at 1e-4: 8 → 9 of 9 deadlines met`.
     pub fn title(&self) -> String {
-        let state = self.after.as_ref().or(self.before.as_ref());
-        let Some(state) = state else { return String::new() };
-        let level = match &self.before {
-            Some(before) if before.level != state.level => format!("{} → {}", before.level, state.level),
-            _ => state.level.clone(),
-        };
-        format!("{} at {level}: {}", drawn_name(&state.deployment), self.verdict())
+        let Some(state) = self.state() else { return String::new() };
+        format!("{} at {}: {}", drawn_name(&state.deployment), self.level(), self.verdict())
     }
 }
 

@@ -90,12 +90,8 @@ pub fn figure<'db>(
 /// ✓ 60 → 20 / 50 ms    ! unbounded → 49 / 50 ms    ✗ 120 → 113 / 100 ms    ✓ 70 / 71 ms
 /// ```
 pub(crate) fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: Time) -> String {
-    let mark = match after.and_then(|after| deadline.checked_sub(after)) {
-        None => "✗",
-        Some(slack) if is_tight(slack, deadline, TIGHT_SLACK) => "!",
-        Some(_) => "✓",
-    };
-    let Some(after) = after else { return format!("{mark} unbounded") };
+    let Some(after) = after else { return "✗ unbounded".to_owned() };
+    let mark = if after > deadline { "✗" } else { met(after, deadline, TIGHT_SLACK).0 };
     let figure = compared(after, deadline).swap_remove(0);
     let before = match before {
         Some(before) if before == after => String::new(),

@@ -43,7 +43,7 @@
 //! | `probability_plot.rs` | a probability over a time, as SVG |
 //! | `comparison.rs` | the figures of a deployment in two states beside each other |
 //! | `comparison_drawing.rs` | the figures of two states as a drawing |
-//! | `what_if.rs` | a deployment with other values, which nobody writes |
+//! | `what_if.rs` | figures of a deployment with other values |
 //! | `figure.rs` | the one form of a figure: `✓ 53 / 100 ms` |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |

@@ -1,4 +1,4 @@
-//! A deployment with other values, which nobody writes: `imu.period = 5`, `nav.plan = 12ms`.
+//! Figures of a deployment with other values, such as `imu.period = 5` or `nav.plan = 12ms`. The files stay as they are.
 //!
 //! The values become edits of the texts, in a database of their own. So the figures are those of the changed texts, and a value that
 //! a text cannot have is refused for the same reason.

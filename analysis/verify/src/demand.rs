@@ -1,6 +1,6 @@
 //! What n jobs of a state machine demand at most.
 //!
-//! Each job takes one edge. zₙ\[s\], the greatest sum of at most n edges in a row of which the last one enters s, follows from
+//! Each job takes one edge. zₙ\[s\] is the greatest sum of at most n edges in a row that end in s. It follows from
 //! z₀ = 0 and zₙ₊₁\[t\] = max over the edges (s, t) of zₙ\[s\] + their time; a state that nothing enters keeps 0. Then n jobs
 //! demand at most M(n) = max zₙ, and if the last of them executes for at most r, max over s of zₙ₋₁\[s\] + min(the longest edge
 //! out of s, r).

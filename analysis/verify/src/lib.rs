@@ -54,7 +54,7 @@ pub struct SystemSummary {
     pub chains: Vec<String>,
     /// The chains whose latencies are not proved here, each with the reason.
     pub chains_not_certified: Vec<(String, String)>,
-    /// The real-time activities of which the certificate claims nothing.
+    /// The real-time activities without a claim.
     pub not_claimed: Vec<String>,
 }
 

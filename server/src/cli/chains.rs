@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{chain_reason, errors_of, errors_of_text, origins, times_of};
+use mauve_diagnostics::{errors_of, errors_of_text, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
 use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
@@ -144,7 +144,7 @@ impl ChainsCommand {
             return out;
         }
         let row = |chain: &&ChainReport<'_>| {
-            let reasons = it.reasons(chain);
+            let reasons = reasons_of_chain(it.db, chain);
             let verdict = match (reasons.as_slice(), chain.limit) {
                 ([], None) => String::new(),
                 ([], Some(_)) if chain.is_within_limit() => "✓ met".to_owned(),
@@ -167,7 +167,7 @@ impl ChainsCommand {
             if chain.latency.is_some() {
                 out += &it.hops(chain);
             }
-            it.reasons(chain).iter().for_each(|why| out += &format!("  {why}\n"));
+            reasons_of_chain(it.db, chain).iter().for_each(|why| out += &format!("  {why}\n"));
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
             out += &format!("  no data takes longer{}\n", conditions_of(&basis));
@@ -196,17 +196,6 @@ fn status(chain: &ChainReport<'_>) -> &'static str {
 }
 
 impl<'db> Shown<'db> {
-    /// Returns why a chain has no latency, each reason once.
-    fn reasons(&self, chain: &ChainReport<'db>) -> Vec<String> {
-        let mut all: Vec<String> = Vec::new();
-        for reason in chain.reasons.iter().map(|it| chain_reason(self.db, chain, it)) {
-            if !all.contains(&reason) {
-                all.push(reason);
-            }
-        }
-        all
-    }
-
     /// Says in which states a chain is intended to work, and what has to answer.
     fn assumed(&self, chain: &ChainReport<'db>) -> String {
         let config = config_of(self.db, self.project.workspace(self.db));
@@ -289,7 +278,7 @@ impl<'db> Shown<'db> {
                 age_at_write: chain.age_at_write.map(milliseconds),
                 limit: chain.limit.map(milliseconds),
                 status: status(chain),
-                reasons: self.reasons(chain),
+                reasons: reasons_of_chain(self.db, chain),
                 hops: hops.collect::<Vec<_>>(),
             }
         });
@@ -324,7 +313,7 @@ fn figures_csv(all: &[Shown<'_>]) -> String {
                 cell(chain.age_at_write),
                 cell(chain.limit),
                 status(chain).to_owned(),
-                it.reasons(chain).join("; "),
+                reasons_of_chain(it.db, chain).join("; "),
                 shown(it.project.root(it.db).path(it.db), &here),
             ]);
         }

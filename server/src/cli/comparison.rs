@@ -12,7 +12,7 @@ use crate::json::{non_empty, object};
 
 /// Returns a table of what changed, under the name of the deployment.
 pub(super) fn comparison_table(it: &Comparison) -> String {
-    let mut out = format!("{}{} at {}: {}\n", name(it), was(it), level(it), it.verdict());
+    let mut out = format!("{}{} at {}: {}\n", name(it), was(it), it.level(), it.verdict());
     for (head, of) in parts(it) {
         let rows: Vec<Vec<String>> = changed(of).map(|row| cells(row, name_of(row))).collect();
         if !rows.is_empty() {
@@ -36,7 +36,7 @@ const MOST_ROWS: usize = 100;
 /// Returns the same in Markdown, for a pull request.
 pub(super) fn comparison_markdown(it: &Comparison) -> String {
     let (name, was) = (markdown_code(name(it)), escaped(&was(it)));
-    let mut out = format!("**{name}**{was} at {}: {}\n", level(it), it.verdict());
+    let mut out = format!("**{name}**{was} at {}: {}\n", it.level(), it.verdict());
     for (head, of) in parts(it) {
         let rows: Vec<&Compared> = changed(of).collect();
         if rows.is_empty() {
@@ -139,7 +139,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         deployment: name(it).to_owned(),
         [was]: it.was().map(str::to_owned),
         unit: "ms",
-        significance: either(it).and_then(|it| it.level.parse::<f64>().ok()),
+        significance: it.state().and_then(|it| it.level.parse::<f64>().ok()),
         before: state(&it.before),
         after: state(&it.after),
         activities: rows(&it.activities),
@@ -267,24 +267,11 @@ fn new_errors(it: &Comparison) -> impl Iterator<Item = String> + '_ {
     all.map(|it| it.replace(char::is_control, "\u{fffd}"))
 }
 
-fn either(it: &Comparison) -> Option<&Figures> {
-    it.after.as_ref().or(it.before.as_ref())
-}
-
 fn name(it: &Comparison) -> &str {
-    either(it).map_or("", |it| &it.deployment)
+    it.state().map_or("", |it| &it.deployment)
 }
 
 /// Says how a renamed deployment was called.
 fn was(it: &Comparison) -> String {
     it.was().map_or_else(String::new, |was| format!(" (was {was})"))
-}
-
-fn level(it: &Comparison) -> String {
-    match (&it.before, &it.after) {
-        (Some(before), Some(after)) if before.level != after.level => {
-            format!("{} → {}", before.level, after.level)
-        }
-        _ => either(it).map_or_else(String::new, |it| it.level.clone()),
-    }
 }

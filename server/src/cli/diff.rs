@@ -81,9 +81,9 @@ impl Diff {
         if self.format != Format::Json {
             name_projects(&mut all);
         }
-        let is_worse = all.iter().any(|it| it.is_worse(&tolerance));
+        let is_worse = all.iter().any(|it| it.is_worse());
         let [before, after] = states.each_ref().map(State::name);
-        let summary = summary(&all, &tolerance);
+        let summary = summary(&all);
         let text = match self.format {
             Format::Text => {
                 let (changed, same) = parts(&all);
@@ -109,8 +109,8 @@ impl Diff {
             Format::Json => {
                 let document = |it: &Comparison| {
                     json::object! {
-                        root: it.after.as_ref().or(it.before.as_ref()).map(|it| it.root.clone()),
-                        worse: it.is_worse(&tolerance),
+                        root: it.state().map(|it| it.root.clone()),
+                        worse: it.is_worse(),
                         figures: comparison_document(it),
                     }
                 };
@@ -146,9 +146,7 @@ impl Diff {
 
 /// Adds the root of its project to the name of each deployment that is not the only one of its name.
 fn name_projects(all: &mut [Comparison]) {
-    let name = |it: &Comparison| {
-        it.after.as_ref().or(it.before.as_ref()).map_or_else(String::new, |it| it.deployment.clone())
-    };
+    let name = |it: &Comparison| it.state().map_or_else(String::new, |it| it.deployment.clone());
     let names: Vec<String> = all.iter().map(name).collect();
     for it in all.iter_mut().filter(|it| names.iter().filter(|other| **other == name(it)).count() > 1) {
         for state in [&mut it.before, &mut it.after].into_iter().flatten() {
@@ -203,9 +201,9 @@ fn as_before(same: usize) -> Option<String> {
 const MOST_NAMED: usize = 3;
 
 /// Returns the verdict in words: `2 figures worse (nav no longer met; imu later), 1 figure better`.
-fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
+fn summary(all: &[Comparison]) -> String {
     let rows = || all.iter().flat_map(Comparison::rows);
-    let worse = rows().filter(|it| it.is_worse(tolerance)).count();
+    let worse = rows().filter(|it| it.is_worse()).count();
     let is_better = |it: &&Compared| {
         matches!(it.change(), FigureChange::Met | FigureChange::Found | FigureChange::Earlier)
     };
@@ -218,7 +216,7 @@ fn summary(all: &[Comparison], tolerance: &dyn Fn(Time) -> Time) -> String {
     let figures = |count: usize| counted(count, "figure");
     let mut said = Vec::new();
     // The first ones are named: of a comment, often only the first line is read.
-    let mut named: Vec<&Compared> = rows().filter(|it| it.is_worse(tolerance)).collect();
+    let mut named: Vec<&Compared> = rows().filter(|it| it.is_worse()).collect();
     named.sort_by_key(|it| it.change());
     let mut names: Vec<String> =
         named.iter().take(MOST_NAMED).map(|it| format!("{} {}", it.name(), it.change().words())).collect();

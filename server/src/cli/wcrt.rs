@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    EXHAUSTED, errors_of_text, origins, reasons_of, supported, task_set_error_message, times_of,
-    timing_reason, utilisation,
+    EXHAUSTED, errors_of_text, known_utilisation, origins, reasons_of, supported, task_set_error_message,
+    times_of, timing_reason,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Hosts, Location, Project, Workspace};
@@ -534,8 +534,7 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
 fn utilisations(report: &Report<'_>) -> String {
     let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };
-        let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}{what}: {at_least}{}", report.hosts.names(cpu.cpus), utilisation(cpu))
+        format!("{}{what}: {}", report.hosts.names(cpu.cpus), known_utilisation(cpu))
     };
     let all: Vec<String> = report.cpus.iter().enumerate().map(of_cpu).collect();
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }

@@ -2,8 +2,8 @@
 //!
 //! [`mauve_wcrt::better_timing`] finds the changes. The title of each says the response time of an activity before and after,
 //! and how many deadlines are met: `Move detector to CPU 4: ✓ 62 → 40 / 50 ms, 16 of 16 met`. The activity is the one at the
-//! cursor, unless only another one gains; then its name is there. The analysis computes both from the text and from the text
-//! with the change applied.
+//! cursor. If only another one gains, the title names that one. The analysis computes both times: from the text, and from the text with
+//! the change.
 //!
 //! The order is: changes that keep what the model requires, then those that relax it, a later deadline or a longer period,
 //! which say so. Among each, those that meet all deadlines are first, and of these the smallest. The first is preferred if it
@@ -539,7 +539,7 @@ mod tests {
         }
     }
 
-    /// The names of which the figure may be that a title has behind its colon: that in front of the mark, or the only one of the change.
+    /// Returns the activity whose figure follows the colon of a title: its name is before the mark, or is the only one of the change.
     fn subject_of(title: &str) -> Option<&str> {
         let (change, effect) = title.split_once(": ").unwrap();
         let (before, _) = effect.split_once(['✓', '!', '✗'])?;

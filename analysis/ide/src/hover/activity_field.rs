@@ -1,7 +1,7 @@
 //! The affinity and the priority of an activity in words: the CPUs of the mask and their utilisation, and the activities of a
 //! higher or equal priority.
 
-use mauve_diagnostics::utilisation;
+use mauve_diagnostics::known_utilisation;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Hosts, ModelDb, PERIODS, Project, declaration_at, hosts_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -70,10 +70,10 @@ fn affinity<'db>(
     let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
     let known = &response_times(db, project, deployment, Query::shown(db, project, deployment)).cpus;
     // CPUs that activities use alternatively have one utilisation.
-    let used = known.iter().filter(|cpu| cpu.cpus.meets(cpus)).map(|cpu| {
-        let least = if cpu.complete { "" } else { "at least " };
-        format!("{} {least}{}", hosts.names(cpu.cpus), utilisation(cpu))
-    });
+    let used = known
+        .iter()
+        .filter(|cpu| cpu.cpus.meets(cpus))
+        .map(|cpu| format!("{} {}", hosts.names(cpu.cpus), known_utilisation(cpu)));
     let used: Vec<String> = used.collect();
     let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };
     Some(format!("{} (mask {}{sum}). Utilisation: {used}.\n", hosts.names(cpus), written.0))
