@@ -8,22 +8,20 @@
 //! Figures belong to no database, so that the states may come from two. A client may keep them as a text, for the state in which it
 //! began.
 
+use std::cmp::Reverse;
 use std::path::PathBuf;
 
 use mauve_diagnostics::{
     errors_of, first_error, known_utilisation, reasons_of, reasons_of_chain, timing_reason,
 };
-use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, line_of, relative_path};
 use mauve_timing::{CpuLoad, Priority, Status, Time};
-use mauve_wcrt::chains::{ChainReport, chains_of};
+use mauve_wcrt::chains::{ChainEnd, ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure, met};
-
-mod kept;
 
 /// All figures of a deployment in one state.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -47,7 +45,6 @@ pub struct Figures {
     /// The utilisation of each CPU that is used: `CPU 1`, `99.4 %`.
     pub cpus: Vec<(String, String)>,
     /// The execution time of each codel and program, by its key in timing tables.
-    #[serde(with = "kept")]
     pub times: Vec<(String, Option<Time>)>,
 }
 
@@ -55,16 +52,12 @@ pub struct Figures {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Figure {
     /// The instance, or the name of the chain.
-    #[serde(with = "kept")]
-    pub name: Name,
+    pub name: String,
     /// Whether it is met. That of a chain without a limit is [`Status::Background`].
-    #[serde(with = "kept")]
     pub status: Status,
     /// The response time, or the latency.
-    #[serde(with = "kept")]
     pub time: Option<Time>,
     /// The deadline, or the limit of the latency.
-    #[serde(with = "kept")]
     pub limit: Option<Time>,
     /// In the one form of a figure, as for a hint.
     pub shown: String,
@@ -72,29 +65,17 @@ pub struct Figure {
     pub hint: HintStatus,
     /// Why there is no time.
     pub reasons: Vec<String>,
-    /// What tells renamed ones from others.
-    identity: Identity,
+    /// What an activity keeps when it is renamed: the values of [`FIELDS`], or the component alone where it is not declared.
+    fields: Vec<String>,
+    /// What a chain without a declaration keeps, where its instances are not renamed: its ends, then the instances on its way.
+    way: Vec<[String; 2]>,
 }
 
-/// What a renamed activity or chain keeps.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
-enum Identity {
-    Activity {
-        #[serde(with = "kept")]
-        component: Name,
-        #[serde(with = "kept")]
-        priority: Priority,
-        cpus: String,
-        #[serde(with = "kept")]
-        times: [Option<Time>; 2],
-    },
-    Chain {
-        #[serde(with = "kept")]
-        ends: Option<[(Name, String); 2]>,
-        #[serde(with = "kept")]
-        through: Vec<Name>,
-    },
-}
+/// Instead of a value of a field.
+const UNKNOWN: &str = "unknown";
+
+/// The fields of an activity that are compared.
+const FIELDS: [&str; 5] = ["component", "priority", "CPU", "period", "deadline"];
 
 /// Two states of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -158,48 +139,36 @@ pub enum FigureChange {
 }
 
 impl FigureChange {
-    /// Returns `missed`, `found-missed`, `lost`, `unlimited`, `gone`, `new-missed`, `later`, `tolerated`, `relaxed`, `new`,
-    /// `met`, `found`, `earlier`, `tightened`, `fields` or `same`.
-    pub fn name(self) -> &'static str {
+    /// Returns its name in documents, and what is said of it in a table.
+    fn said(self) -> (&'static str, &'static str) {
         match self {
-            FigureChange::Missed => "missed",
-            FigureChange::FoundMissed => "found-missed",
-            FigureChange::Lost => "lost",
-            FigureChange::Unlimited => "unlimited",
-            FigureChange::Gone => "gone",
-            FigureChange::NewMissed => "new-missed",
-            FigureChange::Later => "later",
-            FigureChange::Tolerated => "tolerated",
-            FigureChange::Relaxed => "relaxed",
-            FigureChange::New => "new",
-            FigureChange::Met => "met",
-            FigureChange::Found => "found",
-            FigureChange::Earlier => "earlier",
-            FigureChange::Tightened => "tightened",
-            FigureChange::OtherFields => "fields",
-            FigureChange::Same => "same",
+            FigureChange::Missed => ("missed", "no longer met"),
+            FigureChange::FoundMissed => ("found-missed", "known to be missed"),
+            FigureChange::Lost => ("lost", "not known now"),
+            FigureChange::Unlimited => ("unlimited", "has no limit now"),
+            FigureChange::Gone => ("gone", "gone"),
+            FigureChange::NewMissed => ("new-missed", "new, not met"),
+            FigureChange::Later => ("later", "later"),
+            FigureChange::Tolerated => ("tolerated", "later, within the tolerance"),
+            FigureChange::Relaxed => ("relaxed", "relaxed"),
+            FigureChange::New => ("new", "new"),
+            FigureChange::Met => ("met", "met now"),
+            FigureChange::Found => ("found", "has a figure now"),
+            FigureChange::Earlier => ("earlier", "earlier"),
+            FigureChange::Tightened => ("tightened", "tightened"),
+            FigureChange::OtherFields => ("fields", ""),
+            FigureChange::Same => ("same", ""),
         }
+    }
+
+    /// Returns its name in documents, such as `found-missed`.
+    pub fn name(self) -> &'static str {
+        self.said().0
     }
 
     /// Returns what is said of it in a table.
     pub fn words(self) -> &'static str {
-        match self {
-            FigureChange::Missed => "no longer met",
-            FigureChange::FoundMissed => "known to be missed",
-            FigureChange::Lost => "not known now",
-            FigureChange::Unlimited => "has no limit now",
-            FigureChange::Gone => "gone",
-            FigureChange::NewMissed => "new, not met",
-            FigureChange::Later => "later",
-            FigureChange::New => "new",
-            FigureChange::Met => "met now",
-            FigureChange::Found => "has a figure now",
-            FigureChange::Earlier => "earlier",
-            FigureChange::Relaxed => "relaxed",
-            FigureChange::Tightened => "tightened",
-            FigureChange::Tolerated => "later, within the tolerance",
-            FigureChange::OtherFields | FigureChange::Same => "",
-        }
+        self.said().1
     }
 }
 
@@ -215,34 +184,45 @@ impl Figures {
         let is_assumed = report.with_assumptions();
         let activity = |(it, is_assumed): (&ActivityReport<'db>, bool)| {
             let (shown, hint) = figure(db, it, is_assumed, TIGHT_SLACK);
+            let mut fields = vec![it.component_name.to_string()];
+            if (it.priority, it.period, it.deadline) != (Priority::Unknown, None, None) {
+                let priority = match it.priority {
+                    Priority::RealTime(priority) => priority.to_string(),
+                    Priority::Background => "background".to_owned(),
+                    Priority::Unknown => UNKNOWN.to_owned(),
+                };
+                let cpus = it.cpus.map_or_else(String::new, |cpus| report.hosts.names(cpus));
+                fields.extend([priority, cpus.trim_start_matches("CPU ").to_owned()]);
+                let time = |time: Option<Time>| time.map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string());
+                fields.extend([it.period, it.deadline].map(time));
+            }
             Figure {
-                name: it.instance.clone(),
+                name: it.instance.to_string(),
                 status: it.verdict,
                 time: it.response,
                 limit: it.deadline.filter(|_| it.verdict != Status::Background),
                 shown: shown.into_iter().next().unwrap_or_default(),
                 hint,
                 reasons: if it.response.is_some() { Vec::new() } else { reasons_of(db, it) },
-                identity: Identity::Activity {
-                    component: it.component_name.clone(),
-                    priority: it.priority,
-                    cpus: it.cpus.map_or_else(String::new, |cpus| report.hosts.names(cpus)),
-                    times: [it.period, it.deadline],
-                },
+                fields,
+                way: Vec::new(),
             }
         };
         let chain = |it: &ChainReport<'db>| {
             let reasons = reasons_of_chain(db, it);
             let reason = reasons.first().map_or("", String::as_str);
             let (shown, hint) = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
-            let end = |index: usize| {
-                let end = it.ends.as_ref()?.get(index)?;
-                let shown = end.shown(db);
-                let name = shown.strip_prefix(end.instance.as_str()).unwrap_or(&shown).to_owned();
-                Some((end.instance.clone(), name))
+            let end = |it: &ChainEnd<'db>| {
+                let shown = it.shown(db);
+                [it.instance.as_str(), shown.strip_prefix(it.instance.as_str()).unwrap_or(&shown)]
+                    .map(str::to_owned)
             };
+            let steps = it.steps.iter().map(|step| [step.instance.to_string(), String::new()]);
+            // A declared chain keeps its name.
+            let ends = it.ends.iter().filter(|_| it.declared.is_none());
+            let way = ends.flat_map(|ends| ends.iter().map(end).chain(steps.clone())).collect();
             Figure {
-                name: it.name.clone(),
+                name: it.name.to_string(),
                 status: match (it.latency, it.limit) {
                     (None, Some(_)) => Status::NoBound,
                     (None, None) => Status::NotAnalysed,
@@ -255,11 +235,8 @@ impl Figures {
                 shown: shown.into_iter().next().unwrap_or_default(),
                 hint,
                 reasons,
-                // A declared chain keeps its name.
-                identity: Identity::Chain {
-                    ends: end(0).zip(end(1)).filter(|_| it.declared.is_none()).map(|(from, to)| [from, to]),
-                    through: it.steps.iter().map(|step| step.instance.clone()).collect(),
-                },
+                fields: Vec::new(),
+                way,
             }
         };
         let times = executed_times(db, project, deployment, query.level).iter();
@@ -315,40 +292,54 @@ impl Figures {
 impl Comparison {
     /// Compares two states. One of them may be missing.
     pub fn of(before: Option<Figures>, after: Option<Figures>) -> Comparison {
-        let rows = |of: fn(&Figures) -> &Vec<Figure>| {
-            let all = |state: &Option<Figures>| state.as_ref().map_or_else(Vec::new, |it| of(it).clone());
-            (all(&before), all(&after))
+        let figures = |of: fn(&Figures) -> &Vec<Figure>| {
+            [&before, &after].map(|it| it.as_ref().map_or_else(Vec::new, |it| of(it).clone()))
         };
-        let (old, new) = rows(|it| &it.activities);
-        let component = |it: &Figure| match &it.identity {
-            Identity::Activity { component, .. } => Identity::Activity {
-                component: component.clone(),
-                priority: Priority::Background,
-                cpus: String::new(),
-                times: [None, None],
-            },
-            other => other.clone(),
-        };
-        let activities = paired(old, new, &[&|it| it.identity.clone(), &component]);
-        let renamed: FxHashMap<Name, Name> =
-            activities.iter().filter_map(|it| Some((it.was()?.clone(), it.name()))).collect();
+        let row = |(before, after)| Compared { before, after, is_tolerated: false };
+        let name = |it: &Figure| Some(vec![it.name.clone()]);
+        let component = |it: &Figure| it.fields.first().map(|it| vec![it.clone()]);
+        let by_fields: [Pass<'_, Figure>; 3] =
+            [(false, &name), (true, &|it| Some(it.fields.clone())), (true, &component)];
+        let activities: Vec<Compared> =
+            paired(figures(|it| &it.activities), &by_fields).into_iter().map(row).collect();
         // A chain has the names of its instances: the new ones count.
-        let new_name = |it: &Name| renamed.get(it).unwrap_or(it).clone();
-        let way = |it: &Figure| match &it.identity {
-            Identity::Chain { ends: Some(ends), through } => Identity::Chain {
-                ends: Some(ends.clone().map(|(instance, end)| (new_name(&instance), end))),
-                through: through.iter().map(new_name).collect(),
-            },
-            // A declared chain is known by its name alone.
-            _ => Identity::Chain { ends: None, through: Vec::new() },
+        let renamed: FxHashMap<&str, &str> =
+            activities.iter().filter_map(|it| Some((it.was()?, it.name()))).collect();
+        let way = |it: &Figure, most: usize| {
+            let new_name = |name: &String| {
+                renamed.get(name.as_str()).map_or_else(|| name.clone(), |it| (*it).to_owned())
+            };
+            let parts =
+                it.way.iter().take(most).flat_map(|[instance, end]| [new_name(instance), end.clone()]);
+            Some(parts.collect::<Vec<_>>()).filter(|it| !it.is_empty())
         };
-        let ends = |it: &Figure| match way(it) {
-            Identity::Chain { ends, .. } => Identity::Chain { ends, through: Vec::new() },
-            other => other,
-        };
-        let (old, new) = rows(|it| &it.chains);
-        let chains = paired(old, new, &[&way, &ends]);
+        let by_way: [Pass<'_, Figure>; 3] =
+            [(false, &name), (true, &|it| way(it, usize::MAX)), (true, &|it| way(it, 2))];
+        let chains = paired(figures(|it| &it.chains), &by_way).into_iter().map(row).collect();
         Comparison { before, after, activities, chains }
+    }
+
+    /// Compares the deployments of two states: by project and name; those that are left, by name alone, as in a project that has
+    /// moved; at last the only one that is left on each side, if they have an activity in common. The others are new or gone.
+    pub fn of_all(before: Vec<Figures>, after: Vec<Figures>) -> Vec<Comparison> {
+        let project = |it: &Figures| Some(vec![it.root.display().to_string(), it.deployment.clone()]);
+        let passes: [Pass<'_, Figures>; 3] = [
+            (false, &project),
+            (false, &|it| Some(vec![it.deployment.clone()])),
+            (true, &|_| Some(Vec::new())),
+        ];
+        let has_activity_of = |one: &Figures, other: &Figures| {
+            one.activities.iter().any(|it| other.activities.iter().any(|other| it.name == other.name))
+        };
+        let pair = |pair: Pair<Figures>| match pair {
+            (Some(old), Some(new)) if old.deployment != new.deployment && !has_activity_of(&old, &new) => {
+                vec![Comparison::of(None, Some(new)), Comparison::of(Some(old), None)]
+            }
+            (old, new) => vec![Comparison::of(old, new)],
+        };
+        let mut all: Vec<Comparison> = paired([before, after], &passes).into_iter().flat_map(pair).collect();
+        all.sort_by_key(|it| it.after.is_none());
+        all
     }
 
     /// Returns the name of the deployment before, if it was renamed.
@@ -403,6 +394,25 @@ impl Comparison {
             || is_sound(&self.before) && !is_sound(&self.after)
     }
 
+    /// Says why nothing is proved or analysed now, or was proved before.
+    pub fn unproved(&self) -> Vec<String> {
+        let errors = |state: &Option<Figures>| state.as_ref().map_or(0, |it| it.errors);
+        let counted = |errors| if errors == 1 { "1 error".to_owned() } else { format!("{errors} errors") };
+        let first = self.after.as_ref().and_then(|it| it.error.as_ref());
+        let first = first.map_or_else(String::new, |it| format!(": {it}"));
+        let said = match (errors(&self.before), errors(&self.after)) {
+            (_, after @ 1..) => Some(format!("not proved: the project has {}{first}", counted(after))),
+            (before @ 1.., 0) => {
+                Some(format!("before, nothing was proved: the project had {}", counted(before)))
+            }
+            (0, 0) => None,
+        };
+        let lost = self.after.iter().flat_map(|it| &it.not_analysed);
+        let all = said.into_iter().chain(lost.map(|why| format!("nothing is analysed: {why}")));
+        // A key of mauve.toml may have line breaks.
+        all.map(|it| it.replace(char::is_control, "\u{fffd}")).collect()
+    }
+
     /// Returns the execution times that are different, by their keys, before and after: the greatest differences first.
     pub fn times(&self) -> Vec<(&str, [Option<Time>; 2])> {
         let (Some(before), Some(after)) = (&self.before, &self.after) else { return Vec::new() };
@@ -412,12 +422,11 @@ impl Comparison {
             .times
             .iter()
             .filter_map(|(key, time)| Some((key.as_str(), [*old.get(key.as_str())?, *time])));
-        let mut different: Vec<(&str, [Option<Time>; 2])> =
-            both.filter(|(_, [before, after])| before != after).collect();
-        let difference = |[before, after]: [Option<Time>; 2]| {
-            before.zip(after).map_or(u64::MAX, |(before, after)| before.as_nanos().abs_diff(after.as_nanos()))
-        };
-        different.sort_by_key(|(_, times)| std::cmp::Reverse(difference(*times)));
+        let mut different: Vec<_> = both.filter(|(_, [before, after])| before != after).collect();
+        different.sort_by_key(|(_, [before, after])| {
+            let both = before.zip(*after);
+            Reverse(both.map_or(u64::MAX, |(before, after)| before.as_nanos().abs_diff(after.as_nanos())))
+        });
         different
     }
 
@@ -442,15 +451,14 @@ impl Comparison {
 
 impl Compared {
     /// Returns its name after; before, if it is gone.
-    pub fn name(&self) -> Name {
-        let figure = self.after.as_ref().or(self.before.as_ref());
-        figure.map_or_else(|| Name::from(""), |it| it.name.clone())
+    pub fn name(&self) -> &str {
+        self.after.as_ref().or(self.before.as_ref()).map_or("", |it| &it.name)
     }
 
     /// Returns its name before, if it was renamed.
-    pub fn was(&self) -> Option<&Name> {
-        let (before, after) = self.before.as_ref().zip(self.after.as_ref())?;
-        (before.name != after.name).then_some(&before.name)
+    pub fn was(&self) -> Option<&str> {
+        let before = self.before.as_ref()?;
+        (self.after.is_some() && before.name != self.name()).then_some(&before.name)
     }
 
     /// Returns what happened to it.
@@ -486,9 +494,8 @@ impl Compared {
 
     /// Returns whether its deadline or limit is later now.
     pub fn is_relaxed(&self) -> bool {
-        let limits =
-            self.before.as_ref().and_then(|it| it.limit).zip(self.after.as_ref().and_then(|it| it.limit));
-        limits.is_some_and(|(before, after)| before < after)
+        let [before, after] = [&self.before, &self.after].map(|it| it.as_ref().and_then(|it| it.limit));
+        before.is_some() && after.is_some() && before < after
     }
 
     /// Returns whether it got worse: later by more than is tolerated, no longer met, or without its figure.
@@ -510,44 +517,18 @@ impl Compared {
 
     /// Returns the fields of an activity that are different: `period 100 → 50 ms`, `priority 3 → 5`.
     pub fn fields(&self) -> Vec<String> {
-        let Some((before, after)) = self.before.as_ref().zip(self.after.as_ref()) else { return Vec::new() };
-        let (
-            Identity::Activity { component, priority, cpus, times },
-            Identity::Activity {
-                component: new_component,
-                priority: new_priority,
-                cpus: new_cpus,
-                times: new_times,
-            },
-        ) = (&before.identity, &after.identity)
-        else {
-            return Vec::new();
-        };
+        let [before, after] =
+            [&self.before, &self.after].map(|it| it.as_ref().map_or(&[][..], |it| &it.fields));
         // An activity that is not declared has no fields.
-        if [(priority, times), (new_priority, new_times)].contains(&(&Priority::Unknown, &[None, None])) {
+        if before.len() != after.len() || before.len() != FIELDS.len() {
             return Vec::new();
         }
-        let number = |priority: &Priority| match priority {
-            Priority::RealTime(priority) => priority.to_string(),
-            Priority::Background => "background".to_owned(),
-            Priority::Unknown => "unknown".to_owned(),
-        };
-        let time = |time: Option<Time>| time.map_or_else(|| "unknown".to_owned(), |it| it.to_string());
-        let [[period, deadline], [new_period, new_deadline]] = [times, new_times].map(|it| it.map(time));
-        let named = |cpus: &str| cpus.trim_start_matches("CPU ").to_owned();
-        [
-            ("component", component.to_string(), new_component.to_string()),
-            ("priority", number(priority), number(new_priority)),
-            ("CPU", named(cpus), named(new_cpus)),
-            // The deadline is the period, unless both are given.
-            ("period", period.clone(), new_period.clone()),
-            ("deadline", deadline.clone(), new_deadline.clone()),
-        ]
-        .into_iter()
-        .filter(|(_, before, after)| before != after)
-        .filter(|(field, ..)| *field != "deadline" || (&period, &new_period) != (&deadline, &new_deadline))
-        .map(|(field, before, after)| format!("{field} {before} → {after}"))
-        .collect()
+        let both: Vec<_> = before.iter().zip(after).collect();
+        // The deadline is the period, unless both are given.
+        let is_said = |field: &str| field != "deadline" || both.get(3) != both.get(4);
+        let changed =
+            FIELDS.iter().zip(&both).filter(|(field, (before, after))| before != after && is_said(field));
+        changed.map(|(field, (before, after))| format!("{field} {before} → {after}")).collect()
     }
 
     /// Returns the figure, as it was and is: `✓ 53 → 47 / 100 ms`, or `✗ 53 / 50 → ✓ 47 / 100 ms` where the deadlines are different.
@@ -560,13 +541,13 @@ impl Compared {
         // The mark, the time, and what is behind it.
         let parts = |shown: &str| {
             let (mark, figure) = shown.split_at_checked(shown.find(|it: char| it.is_ascii_digit())?)?;
-            let (time, rest) = figure.split_at_checked(figure.find(' ')?)?;
+            let (time, rest) = figure.split_once(' ')?;
             let is_figure = matches!(mark.trim_end_matches("≤ ").trim_end(), "" | "✓" | "!" | "✗");
-            is_figure.then(|| (mark.to_owned(), time.to_owned(), rest.to_owned()))
+            is_figure.then(|| [mark, time, rest].map(str::to_owned))
         };
         match (parts(before), parts(after)) {
-            (Some((_, one, rest)), Some((mark, other, same))) if rest == same => {
-                format!("{mark}{one} → {other}{rest}")
+            (Some([_, one, rest]), Some([mark, other, same])) if rest == same => {
+                format!("{mark}{one} → {other} {rest}")
             }
             (Some(_), Some(_)) if after.ends_with(" ms") => {
                 format!("{} → {after}", before.strip_suffix(" ms").unwrap_or(before))
@@ -591,45 +572,35 @@ fn error_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Strin
     Some(format!("{}, line {line}: {}", name.display(), error.message))
 }
 
-/// Returns what a figure keeps when it is renamed.
-type Kept<'a> = &'a dyn Fn(&Figure) -> Identity;
+/// Before and after.
+type Pair<T> = (Option<T>, Option<T>);
 
-/// Pairs figures by their names. Those that are left, by what they keep when they are renamed, if only one pair fits: the strictest
-/// first.
-fn paired(old: Vec<Figure>, new: Vec<Figure>, kept: &[Kept<'_>]) -> Vec<Compared> {
-    let mut old: Vec<Option<Figure>> = old.into_iter().map(Some).collect();
-    let mut by_name: FxHashMap<Name, Vec<usize>> = FxHashMap::default();
-    for (index, it) in old.iter().enumerate().rev() {
-        it.iter().for_each(|it| by_name.entry(it.name.clone()).or_default().push(index));
-    }
-    let mut rows: Vec<Compared> = Vec::new();
-    for after in new {
-        // Several of one name are in their order.
-        let index = by_name.get_mut(&after.name).and_then(Vec::pop);
-        let before = index.and_then(|it| old.get_mut(it)?.take());
-        rows.push(Compared { before, after: Some(after), is_tolerated: false });
-    }
-    for kept in kept {
-        let mut left: FxHashMap<Identity, [Vec<usize>; 2]> = FxHashMap::default();
-        let mut leave = |side: usize, index: usize, it: &Figure| {
-            left.entry(kept(it)).or_default().get_mut(side).into_iter().for_each(|it| it.push(index));
-        };
-        let gone = old.iter().enumerate().filter_map(|(index, it)| Some((index, it.as_ref()?)));
-        gone.for_each(|(index, it)| leave(0, index, it));
-        let found = rows.iter().enumerate().filter(|(_, row)| row.before.is_none());
-        found.for_each(|(index, row)| row.after.iter().for_each(|it| leave(1, index, it)));
-        left.remove(&Identity::Chain { ends: None, through: Vec::new() });
-        for pair in left.into_values() {
-            if let [[from], [to]] = pair.each_ref().map(Vec::as_slice)
-                && let (Some(before), Some(row)) = (old.get_mut(*from), rows.get_mut(*to))
-            {
-                row.before = before.take();
+/// Whether only the lone ones of a key are paired, and the key, if there is one.
+type Pass<'a, T> = (bool, &'a dyn Fn(&T) -> Option<Vec<String>>);
+
+/// Pairs those of two states that have one key, in their order: those that are left after each pass by the next one. Returns the new
+/// ones in their order, then those that are gone.
+fn paired<T>([old, new]: [Vec<T>; 2], passes: &[Pass<'_, T>]) -> Vec<Pair<T>> {
+    let mut old: Vec<Option<T>> = old.into_iter().map(Some).collect();
+    let mut pairs: Vec<Pair<T>> = new.into_iter().map(|it| (None, Some(it))).collect();
+    for (is_lone, key) in passes {
+        let mut left: FxHashMap<Vec<String>, [Vec<usize>; 2]> = FxHashMap::default();
+        let gone = old.iter().map(Option::as_ref).enumerate().map(|it| (0, it));
+        let new = pairs.iter().map(|(before, after)| after.as_ref().filter(|_| before.is_none()));
+        for (side, (index, it)) in gone.chain(new.enumerate().map(|it| (1, it))) {
+            if let Some(key) = it.and_then(key) {
+                left.entry(key).or_default().get_mut(side).into_iter().for_each(|it| it.push(index));
+            }
+        }
+        let is_free = |sides: &[Vec<usize>; 2]| !is_lone || sides.iter().all(|it| it.len() == 1);
+        for (from, to) in left.into_values().filter(is_free).flat_map(|[from, to]| from.into_iter().zip(to)) {
+            if let (Some(before), Some((place, _))) = (old.get_mut(from), pairs.get_mut(to)) {
+                *place = before.take();
             }
         }
     }
-    let gone = |before| Compared { before: Some(before), after: None, is_tolerated: false };
-    rows.extend(old.into_iter().flatten().map(gone));
-    rows
+    pairs.extend(old.into_iter().flatten().map(|gone| (Some(gone), None)));
+    pairs
 }
 
 #[cfg(test)]

@@ -79,12 +79,7 @@ pub fn draw_comparison(of: &Comparison, values: &[String], drawing: Drawing) -> 
     if rows.len() > shown.len() {
         below.push(format!("and {} more", rows.len() - shown.len()));
     }
-    match of.after.as_ref().map_or(0, |it| it.errors) {
-        0 => {}
-        1 => below.push("not proved: the project has 1 error".to_owned()),
-        errors => below.push(format!("not proved: the project has {errors} errors")),
-    }
-    below.extend(of.after.iter().flat_map(|it| &it.not_analysed).map(|why| format!("not analysed: {why}")));
+    below.extend(of.unproved());
     below.extend(of.utilisations().into_iter().map(|(cpu, [before, after])| match before == after {
         true => format!("{cpu} utilisation: {after}"),
         false => format!("{cpu} utilisation: {before} → {after}"),
@@ -155,8 +150,8 @@ fn svg_row(out: &mut String, (index, row): (usize, &Compared), mut y: f64) -> f6
     let (top, right) = (y - LINE, WIDTH - MARGIN);
     let said = if words.is_empty() { String::new() } else { format!(", {words}") };
     let fields = row.fields().into_iter().map(|field| format!("; {field}")).collect::<String>();
-    let title = svg_text(&format!("{}: {figure}{said}{fields}", drawn_name(&name)));
-    let (name, figure) = (fitted(&drawn_name(&name), PLOT, 13.0, true), fitted(&figure, PLOT, 12.0, true));
+    let title = svg_text(&format!("{}: {figure}{said}{fields}", drawn_name(name)));
+    let (name, figure) = (fitted(&drawn_name(name), PLOT, 13.0, true), fitted(&figure, PLOT, 12.0, true));
     let mut parts = format!("<text class=\"name\" x=\"{MARGIN}\" y=\"{y:.1}\">{}</text>\n", svg_text(&name));
     // In a line of its own, if it has no room beside the name.
     if text_width(&name, 13.0, true) + text_width(&figure, 12.0, true) + 8.0 > PLOT {
@@ -239,8 +234,7 @@ fn text(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) 
         }
         bar.into_iter().take(most + 2).collect::<String>()
     };
-    let names =
-        rows.iter().map(|(_, row)| cells(&drawn_name(&row.name())) as usize).max().unwrap_or_default();
+    let names = rows.iter().map(|(_, row)| cells(&drawn_name(row.name())) as usize).max().unwrap_or_default();
     let figures = rows.iter().map(|(_, row)| cells(&row.figure()) as usize).max().unwrap_or_default();
     let space = |text: &str, width: usize| " ".repeat(width.saturating_sub(cells(text) as usize));
     let mut out = format!("{title}\n");
@@ -249,7 +243,7 @@ fn text(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) 
     }
     out.push('\n');
     for (_, row) in rows {
-        let (name, figure) = (drawn_name(&row.name()), row.figure());
+        let (name, figure) = (drawn_name(row.name()), row.figure());
         let line = format!(
             "  {name}{} {}  {figure}{}  {}",
             space(&name, names),

@@ -309,8 +309,8 @@ fn promised(it: &Analysed<'_>, fields: &[WhatIfField], text: &str) {
     for (figure, promised) in after.activities.iter().zip(&promised.activities) {
         let status = |status| if status == Status::Background { Status::Met } else { status };
         assert_eq!(
-            (&figure.name, figure.time, status(figure.status)),
-            (&promised.instance, promised.response, status(promised.verdict)),
+            (figure.name.as_str(), figure.time, status(figure.status)),
+            (promised.instance.as_str(), promised.response, status(promised.verdict)),
             "{fields:?}\n{text}"
         );
     }

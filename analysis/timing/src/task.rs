@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{CpuSet, CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
 
@@ -417,7 +417,8 @@ pub enum NoBoundReason {
 }
 
 /// Whether a deadline is met.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Default, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// Every job ends at its deadline or before.
     Met,

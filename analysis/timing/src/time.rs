@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(time.to_string(), "0.25 ms");
 /// # Ok::<(), mauve_timing::TimeError>(())
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Debug, Serialize, Deserialize)]
 pub struct Time(u64);
 
 impl Time {

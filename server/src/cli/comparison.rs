@@ -12,21 +12,15 @@ use crate::json::{non_empty, object};
 
 /// Returns a table of what changed, under the name of the deployment.
 pub(super) fn comparison_table(it: &Comparison) -> String {
-    let mut out = format!("{}{} at {}: {}\n", name(it), was(it), it.level(), it.verdict());
-    for (head, of) in parts(it) {
-        let rows: Vec<Vec<String>> = changed(of).map(|row| cells(row, name_of(row))).collect();
-        if !rows.is_empty() {
-            out += &columns(&[head, "before", "after", ""], &rows);
-        }
+    let mut out = format!("{}{} at {}: {}\n", name(it), was(it.was()), it.level(), it.verdict());
+    for (head, rows) in changed(it) {
+        let row = |row: &&Compared| {
+            let [before, after] = row.shown();
+            vec![format!("{}{}", row.name(), was(row.was())), before, after, why(row)]
+        };
+        out += &columns(&[head, "before", "after", ""], &rows.iter().map(row).collect::<Vec<_>>());
     }
-    out.extend(unchanged(it).map(|it| format!("  {it}\n")));
-    out.extend(
-        utilisations(it)
-            .into_iter()
-            .map(|(cpu, [before, after])| format!("  {cpu} utilisation: {before} → {after}\n")),
-    );
-    out.extend(times(it).map(|it| format!("  {it}\n")));
-    out.extend(new_errors(it).map(|it| format!("  {it}\n")));
+    out.extend(lines(it).into_iter().map(|it| format!("  {it}\n")));
     out
 }
 
@@ -35,39 +29,23 @@ const MOST_ROWS: usize = 100;
 
 /// Returns the same in Markdown, for a pull request.
 pub(super) fn comparison_markdown(it: &Comparison) -> String {
-    let (name, was) = (markdown_code(name(it)), escaped(&was(it)));
+    let (name, was) = (markdown_code(name(it)), escaped(&was(it.was())));
     let mut out = format!("**{name}**{was} at {}: {}\n", it.level(), it.verdict());
-    for (head, of) in parts(it) {
-        let rows: Vec<&Compared> = changed(of).collect();
-        if rows.is_empty() {
-            continue;
-        }
+    for (head, rows) in changed(it) {
         let _ = write!(out, "\n| {head} | before | after | |\n|---|---|---|---|\n");
-        let more = rows.len().saturating_sub(MOST_ROWS);
-        for row in rows.into_iter().take(MOST_ROWS) {
-            let name = match row.was() {
-                Some(was) => format!("{} (was {})", markdown_code(&row.name()), markdown_code(was)),
-                None => markdown_code(&row.name()),
-            };
+        for row in rows.iter().take(MOST_ROWS) {
+            let was = row.was().map_or_else(String::new, |was| format!(" (was {})", markdown_code(was)));
             // Figures and fields may quote names of the model.
-            let shown = row.shown().map(|it| if it == "–" { it } else { markdown_code(&it) });
-            let why = cells(row, String::new()).pop().unwrap_or_default();
-            let cells = [name].into_iter().chain(shown).map(|it| it.replace('|', "\\|"));
-            let cells: Vec<String> = cells.chain([escaped(&why)]).collect();
-            let _ = writeln!(out, "| {} |", cells.join(" | "));
+            let [before, after] = row.shown().map(|it| if it == "–" { it } else { markdown_code(&it) });
+            let cells = [markdown_code(row.name()) + &was, before, after].map(|it| it.replace('|', "\\|"));
+            let _ = writeln!(out, "| {} | {} |", cells.join(" | "), escaped(&why(row)));
         }
+        let more = rows.len().saturating_sub(MOST_ROWS);
         if more > 0 {
             let _ = writeln!(out, "\n{more} more in this table: `--format json` has all");
         }
     }
-    out.extend(unchanged(it).map(|it| format!("\n{it}\n")));
-    out.extend(
-        utilisations(it)
-            .into_iter()
-            .map(|(cpu, [before, after])| format!("\n{} utilisation: {before} → {after}\n", escaped(&cpu))),
-    );
-    out.extend(times(it).map(|it| format!("\n{}\n", escaped(&it))));
-    out.extend(new_errors(it).map(|it| format!("\n{}\n", escaped(&it))));
+    out.extend(lines(it).into_iter().map(|it| format!("\n{}\n", escaped(&it))));
     out
 }
 
@@ -117,7 +95,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
             object! {
                 name: it.name().to_string(),
                 // Its name before, if it was renamed.
-                [was]: it.was().map(|it| it.to_string()),
+                [was]: it.was().map(str::to_owned),
                 // missed, found-missed, lost, unlimited, gone, new-missed, later, tolerated, relaxed, new, met, found, earlier,
                 // tightened, fields or same
                 change: it.change().name(),
@@ -129,7 +107,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         };
         of.iter().map(row).collect::<Vec<_>>()
     };
-    let cpus = utilisations(it).into_iter().map(|(cpu, [before, after])| {
+    let cpus = utilisations(it).map(|(cpu, [before, after])| {
         object! { cpus: cpu, before: before, after: after }
     });
     let times = it.times().into_iter().map(|(key, [before, after])| {
@@ -153,56 +131,64 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
 /// Returns a tolerance: a time, or percent of the time before, such as `5%`.
 pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     let wrong = || "expected a time or percent, such as 2ms or 5%".to_owned();
+    let (mut time, mut percent) = (Time::ZERO, 0);
     match text.strip_suffix('%') {
-        Some(percent) => Ok(Tolerance::Percent(percent.trim().parse().map_err(|_| wrong())?)),
-        None if text == "0" => Ok(Tolerance::Percent(0)),
-        None => super::options::time(text).map(Tolerance::Time).map_err(|_| wrong()),
+        Some(text) => percent = text.trim().parse().map_err(|_| wrong())?,
+        None if text == "0" => {}
+        None => time = super::options::time(text).map_err(|_| wrong())?,
     }
+    Ok(Tolerance { time, percent })
 }
 
 /// By how much a figure may be later.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Tolerance {
-    Percent(u32),
-    Time(Time),
+pub(super) struct Tolerance {
+    time: Time,
+    percent: u32,
 }
 
 impl Tolerance {
     /// Returns by how much a figure may be later that was `before`.
     pub(super) fn of(self, before: Time) -> Time {
-        match self {
-            Tolerance::Time(time) => time,
-            Tolerance::Percent(percent) => {
-                let nanos = u128::from(before.as_nanos()) * u128::from(percent) / 100;
-                Time::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
-            }
-        }
+        let share = u128::from(before.as_nanos()) * u128::from(self.percent) / 100;
+        let nanos = u128::from(self.time.as_nanos()) + share;
+        Time::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
     }
 }
 
-fn parts(it: &Comparison) -> [(&'static str, &[Compared]); 2] {
-    [("activity", &it.activities), ("chain", &it.chains)]
+/// Returns the rows that are different, under the head of their table.
+fn changed(it: &Comparison) -> impl Iterator<Item = (&'static str, Vec<&Compared>)> {
+    let is_changed = |it: &&Compared| !is_same(it) && !is_void(it);
+    let tables = [("activity", &it.activities), ("chain", &it.chains)];
+    let tables = tables.map(|(head, of)| (head, of.iter().filter(is_changed).collect::<Vec<_>>()));
+    tables.into_iter().filter(|(_, rows)| !rows.is_empty())
 }
 
-fn changed(of: &[Compared]) -> impl Iterator<Item = &Compared> {
-    of.iter().filter(|it| it.change() != FigureChange::Same || it.was().is_some()).filter(|it| !is_void(it))
+fn is_same(row: &Compared) -> bool {
+    row.change() == FigureChange::Same && row.was().is_none()
 }
 
 /// Returns whether this is a chain without a declaration and without a latency, before and after: there are many.
 fn is_void(row: &Compared) -> bool {
     let has_nothing =
         |it: &Figure| it.status == Status::NotAnalysed && it.time.is_none() && it.limit.is_none();
-    let [before, after] = [&row.before, &row.after].map(|it| it.as_ref().is_none_or(has_nothing));
     let is_chain = row.fields().is_empty();
-    before && after && is_chain
+    is_chain && [&row.before, &row.after].iter().all(|it| it.as_ref().is_none_or(has_nothing))
 }
 
-fn cells(row: &Compared, name: String) -> Vec<String> {
-    let [before, after] = row.shown();
-    let change = row.change().words();
-    let fields = row.fields();
-    let why = std::iter::once(change).filter(|it| !it.is_empty()).chain(fields.iter().map(String::as_str));
-    vec![name, before, after, why.collect::<Vec<_>>().join("; ")]
+/// Says what happened to a figure, and which fields are different.
+fn why(row: &Compared) -> String {
+    let change = Some(row.change().words().to_owned()).filter(|it| !it.is_empty());
+    change.into_iter().chain(row.fields()).collect::<Vec<_>>().join("; ")
+}
+
+/// Returns the lines below the tables.
+fn lines(it: &Comparison) -> Vec<String> {
+    let mut lines = Vec::from_iter(unchanged(it));
+    lines.extend(utilisations(it).map(|(cpu, [old, new])| format!("{cpu} utilisation: {old} → {new}")));
+    lines.extend(times(it));
+    lines.extend(it.unproved());
+    lines
 }
 
 /// The number of execution times that are named.
@@ -223,17 +209,13 @@ fn times(it: &Comparison) -> Option<String> {
     (!named.is_empty()).then(|| format!("execution times: {}", named.join(", ")))
 }
 
-fn name_of(row: &Compared) -> String {
-    row.was().map_or_else(|| row.name().to_string(), |was| format!("{} (was {was})", row.name()))
-}
-
 /// Says how many rows are left out: `7 activities and 1 chain are as before`.
 fn unchanged(it: &Comparison) -> Option<String> {
     if it.is_same() {
         return Some("nothing changes".to_owned());
     }
-    let is_same = |it: &&Compared| it.change() == FigureChange::Same && it.was().is_none();
-    let [activities, chains] = parts(it).map(|(_, of)| of.iter().filter(is_same).count());
+    let [activities, chains] =
+        [&it.activities, &it.chains].map(|of| of.iter().filter(|it| is_same(it)).count());
     let activities = match activities {
         0 => None,
         1 => Some("1 activity".to_owned()),
@@ -245,33 +227,15 @@ fn unchanged(it: &Comparison) -> Option<String> {
 }
 
 /// Returns the utilisations that are different.
-fn utilisations(it: &Comparison) -> Vec<(String, [String; 2])> {
-    it.utilisations().into_iter().filter(|(_, [before, after])| before != after).collect()
-}
-
-/// Says why nothing is proved now, or was before.
-fn new_errors(it: &Comparison) -> impl Iterator<Item = String> + '_ {
-    let errors = |state: &Option<Figures>| state.as_ref().map_or(0, |it| it.errors);
-    let (before, after) = (errors(&it.before), errors(&it.after));
-    let said = match (before, after) {
-        (_, 1..) => {
-            let first = it.after.as_ref().and_then(|it| it.error.clone()).unwrap_or_default();
-            Some(format!("not proved: the project has {}: {first}", counted(after, "error")))
-        }
-        (1.., 0) => Some(format!("before, nothing was proved: the project had {}", counted(before, "error"))),
-        (0, 0) => None,
-    };
-    let lost = it.after.iter().flat_map(|it| &it.not_analysed);
-    let all = said.into_iter().chain(lost.map(|why| format!("nothing is analysed: {why}")));
-    // A key of mauve.toml may have line breaks.
-    all.map(|it| it.replace(char::is_control, "\u{fffd}"))
+fn utilisations(it: &Comparison) -> impl Iterator<Item = (String, [String; 2])> {
+    it.utilisations().into_iter().filter(|(_, [before, after])| before != after)
 }
 
 fn name(it: &Comparison) -> &str {
     it.state().map_or("", |it| &it.deployment)
 }
 
-/// Says how a renamed deployment was called.
-fn was(it: &Comparison) -> String {
-    it.was().map_or_else(String::new, |was| format!(" (was {was})"))
+/// Says how a renamed thing was called.
+fn was(name: Option<&str>) -> String {
+    name.map_or_else(String::new, |name| format!(" (was {name})"))
 }

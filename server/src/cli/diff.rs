@@ -77,7 +77,7 @@ impl Diff {
         let had_none = before.is_empty();
         let tolerance = |before: Time| self.tolerance.of(before);
         let mut all: Vec<Comparison> =
-            paired(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
+            Comparison::of_all(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
         if self.format != Format::Json {
             name_projects(&mut all);
         }
@@ -85,27 +85,6 @@ impl Diff {
         let [before, after] = states.each_ref().map(State::name);
         let summary = summary(&all);
         let text = match self.format {
-            Format::Text => {
-                let (changed, same) = parts(&all);
-                let mut parts = vec![format!("{before} → {after}: {summary}\n")];
-                parts.extend(changed.into_iter().map(comparison_table));
-                parts.extend(as_before(same).map(|it| it + "\n"));
-                harmless(&parts.join("\n"))
-            }
-            Format::Markdown => {
-                let (changed, same) = parts(&all);
-                let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
-                let mark = match is_worse {
-                    true => "❌",
-                    false if is_proved && !had_none => "✅",
-                    false => "⚠️",
-                };
-                let mut parts = vec![format!("{mark} **Response times:** {summary}\n")];
-                parts.extend(changed.into_iter().map(comparison_markdown));
-                parts.extend(as_before(same).map(|it| it + "\n"));
-                parts.push(format!("<sub>mauve diff: {} → {}</sub>\n", escaped(&before), escaped(&after)));
-                harmless(&parts.join("\n"))
-            }
             Format::Json => {
                 let document = |it: &Comparison| {
                     json::object! {
@@ -120,6 +99,21 @@ impl Diff {
                     worse: is_worse,
                     deployments: all.iter().map(document).collect::<Vec<_>>(),
                 })?
+            }
+            Format::Text => harmless(
+                &sections(&all, format!("{before} → {after}: {summary}\n"), comparison_table).join("\n"),
+            ),
+            Format::Markdown => {
+                let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
+                let mark = match is_worse {
+                    true => "❌",
+                    false if is_proved && !had_none => "✅",
+                    false => "⚠️",
+                };
+                let head = format!("{mark} **Response times:** {summary}\n");
+                let mut sections = sections(&all, head, comparison_markdown);
+                sections.push(format!("<sub>mauve diff: {} → {}</sub>\n", escaped(&before), escaped(&after)));
+                harmless(&sections.join("\n"))
             }
         };
         Ok(Output::verbatim(text, u8::from(is_worse)))
@@ -155,46 +149,14 @@ fn name_projects(all: &mut [Comparison]) {
     }
 }
 
-/// Returns whether two figures are those of one deployment.
-type IsPair<'a> = &'a dyn Fn(&Figures, &Figures) -> bool;
-
-/// Pairs the deployments of two states: by project and name; those that are left, by name alone, as in a project that has moved; at
-/// last the only one that is left on each side, if they have an activity in common. The others are new or gone.
-fn paired(before: Vec<Figures>, after: Vec<Figures>) -> Vec<Comparison> {
-    let mut old: Vec<Option<Figures>> = before.into_iter().map(Some).collect();
-    let mut all: Vec<(Option<Figures>, Figures)> = after.into_iter().map(|after| (None, after)).collect();
-    let is_same_project =
-        |one: &Figures, other: &Figures| (&one.root, &one.deployment) == (&other.root, &other.deployment);
-    let is_same_name = |one: &Figures, other: &Figures| one.deployment == other.deployment;
-    let is_renamed = |one: &Figures, other: &Figures| {
-        one.activities.iter().any(|it| other.activities.iter().any(|other| it.name == other.name))
-    };
-    let passes: [(IsPair<'_>, bool); 3] =
-        [(&is_same_project, false), (&is_same_name, false), (&is_renamed, true)];
-    for (is_pair, is_only) in passes {
-        let left = [old.iter().flatten().count(), all.iter().filter(|(before, _)| before.is_none()).count()];
-        if is_only && left != [1, 1] {
-            continue;
-        }
-        for (before, after) in all.iter_mut().filter(|(before, _)| before.is_none()) {
-            let found = old.iter_mut().find(|it| it.as_ref().is_some_and(|it| is_pair(it, after)));
-            *before = found.and_then(Option::take);
-        }
-    }
-    let both = all.into_iter().map(|(before, after)| Comparison::of(before, Some(after)));
-    both.chain(old.into_iter().flatten().map(|gone| Comparison::of(Some(gone), None))).collect()
-}
-
-/// Returns the comparisons that show something, and the number of the others.
-fn parts(all: &[Comparison]) -> (Vec<&Comparison>, usize) {
+/// Returns the head, the comparisons that show something, and the number of the others.
+fn sections(all: &[Comparison], head: String, written: fn(&Comparison) -> String) -> Vec<String> {
     let is_shown = |it: &&Comparison| !it.is_same() || it.was().is_some() || all.len() == 1;
-    let shown: Vec<&Comparison> = all.iter().filter(is_shown).collect();
-    let same = all.len() - shown.len();
-    (shown, same)
-}
-
-fn as_before(same: usize) -> Option<String> {
-    (same > 0).then(|| format!("{}: nothing changes", counted(same, "other deployment")))
+    let mut sections = vec![head];
+    sections.extend(all.iter().filter(is_shown).map(written));
+    let same = all.len() + 1 - sections.len();
+    sections.extend((same > 0).then(|| format!("{}: nothing changes\n", counted(same, "other deployment"))));
+    sections
 }
 
 /// The number of figures that are named in a summary.
@@ -203,42 +165,36 @@ const MOST_NAMED: usize = 3;
 /// Returns the verdict in words: `2 figures worse (nav no longer met; imu later), 1 figure better`.
 fn summary(all: &[Comparison]) -> String {
     let rows = || all.iter().flat_map(Comparison::rows);
-    let worse = rows().filter(|it| it.is_worse()).count();
-    let is_better = |it: &&Compared| {
+    let figures = |of: &dyn Fn(&Compared) -> bool| rows().filter(|it| of(it)).count();
+    let deployments = |of: &dyn Fn(&Comparison) -> bool| all.iter().filter(|it| of(it)).count();
+    let is = |change: FigureChange| figures(&|it| it.change() == change);
+    // The first ones are named: of a comment, often only the first line is read.
+    let mut worse: Vec<&Compared> = rows().filter(|it| it.is_worse()).collect();
+    worse.sort_by_key(|it| it.change());
+    let mut names: Vec<String> =
+        worse.iter().take(MOST_NAMED).map(|it| format!("{} {}", it.name(), it.change().words())).collect();
+    names.extend((worse.len() > MOST_NAMED).then(|| "…".to_owned()));
+    let is_better = |it: &Compared| {
         matches!(it.change(), FigureChange::Met | FigureChange::Found | FigureChange::Earlier)
     };
-    let better = rows().filter(is_better).count();
-    let within = rows().filter(|it| it.change() == FigureChange::Tolerated).count();
     let has_figure =
         |it: &Compared| it.after.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some());
-    let new = rows().filter(|it| it.change() == FigureChange::New && has_figure(it)).count();
-    let relaxed = rows().filter(|it| it.is_relaxed()).count();
-    let figures = |count: usize| counted(count, "figure");
-    let mut said = Vec::new();
-    // The first ones are named: of a comment, often only the first line is read.
-    let mut named: Vec<&Compared> = rows().filter(|it| it.is_worse()).collect();
-    named.sort_by_key(|it| it.change());
-    let mut names: Vec<String> =
-        named.iter().take(MOST_NAMED).map(|it| format!("{} {}", it.name(), it.change().words())).collect();
-    names.extend((worse > MOST_NAMED).then(|| "…".to_owned()));
-    said.extend((worse > 0).then(|| format!("{} worse ({})", figures(worse), names.join("; "))));
-    said.extend((within > 0).then(|| format!("{} later within the tolerance", figures(within))));
-    said.extend((better > 0).then(|| format!("{} better", figures(better))));
-    said.extend((new > 0).then(|| format!("{} new", figures(new))));
-    said.extend((relaxed > 0).then(|| format!("{} relaxed", counted(relaxed, "deadline"))));
-    let other = |of: FigureChange| rows().filter(|it| it.change() == of).count();
-    let tightened = other(FigureChange::Tightened);
-    said.extend((tightened > 0).then(|| format!("{} tightened", counted(tightened, "deadline"))));
-    let fields = other(FigureChange::OtherFields);
-    said.extend((fields > 0).then(|| format!("{} with other fields", figures(fields))));
-    let deployments = |of: &dyn Fn(&Comparison) -> bool| all.iter().filter(|it| of(it)).count();
-    let gone = deployments(&|it| it.after.is_none());
-    said.extend((gone > 0).then(|| format!("{} gone", counted(gone, "deployment"))));
-    let unproved = deployments(&|it| it.after.as_ref().is_some_and(|it| it.errors > 0));
-    said.extend(
-        (unproved > 0)
-            .then(|| format!("{} not proved, since there are errors", counted(unproved, "deployment"))),
-    );
+    let is_new = |it: &Compared| it.change() == FigureChange::New && has_figure(it);
+    let is_unproved = |it: &Comparison| it.after.as_ref().is_some_and(|it| it.errors > 0);
+    let counts = [
+        (worse.len(), "figure", &*format!("worse ({})", names.join("; "))),
+        (is(FigureChange::Tolerated), "figure", "later within the tolerance"),
+        (figures(&is_better), "figure", "better"),
+        (figures(&is_new), "figure", "new"),
+        (figures(&Compared::is_relaxed), "deadline", "relaxed"),
+        (is(FigureChange::Tightened), "deadline", "tightened"),
+        (is(FigureChange::OtherFields), "figure", "with other fields"),
+        (deployments(&|it| it.after.is_none()), "deployment", "gone"),
+        (deployments(&is_unproved), "deployment", "not proved, since there are errors"),
+    ];
+    let said = counts.iter().filter(|(count, ..)| *count > 0);
+    let mut said: Vec<String> =
+        said.map(|(count, what, how)| format!("{} {how}", counted(*count, what))).collect();
     if said.is_empty() {
         said.push("nothing changes".to_owned());
     }

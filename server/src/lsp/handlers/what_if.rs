@@ -88,8 +88,8 @@ pub(crate) fn what_if(snapshot: &Snapshot, params: &WhatIfParams) -> Result<Valu
     };
     let rows = comparison.drawn_rows().into_iter().map(|row| {
         json!({
-            "name": row.name().to_string(),
-            "was": row.was().map(ToString::to_string),
+            "name": row.name(),
+            "was": row.was(),
             "figure": row.figure(),
             "status": row.status().name(),
             "change": row.change().name(),
