@@ -1,75 +1,184 @@
 //! Certificates: why deadlines are met, so that a checker that does not trust this analysis can follow.
 //!
-//! A certificate has the task set, and a claim for each response time: the rule, the method, and for each job of its busy windows a time at
-//! which it has ended for sure. The claims are those of [`Method::Ibf`], as a checker cannot follow a search over combinations of
-//! paths. A response time that is more by that method may still be within its deadline.
+//! A certificate has the task set, and a claim for each response time: for each job of a busy window that begins at any instant, a time at
+//! which it has ended for sure. The claims are those of [`Method::Ibf`] on one CPU, with waits that count as execution: a checker cannot
+//! follow a search over combinations of paths, and it knows no clocks. A response time that is more by that method may still be
+//! within its deadline.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value, json};
 
 use crate::cycle_mean::Adjacency;
-use crate::lane::{Counts, Lane, least_common_multiple};
+use crate::lane::Counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
 use crate::{
-    Bound, CpuRule, CpuSet, Method, Options, Priority, Protocol, Response, SetAnalysis, StateMachine, Status,
-    Task, TaskKind, Tasks, Time,
+    Bound, CpuRule, Method, Operation, Options, Priority, Protocol, SetAnalysis, StateMachine, TaskKind,
+    Tasks, Time,
 };
 
-/// The most jobs in the windows of a claim.
+/// The most jobs in the window of a claim.
 const MOST_JOBS: usize = 1 << 14;
-/// The steps of each fixed point.
+/// The steps of the fixed points of a claim.
 const BUDGET: u64 = 1 << 23;
 /// The steps until the closed form of a demand must be found.
 const MOST_STEPS: u64 = 1 << 14;
+/// Throttling delays all priorities.
+const THROTTLING: u64 = 1 << 32;
 
-/// Busy windows, and what executes in the one of the greatest response: tasks, jobs and time.
-type Windows = (Vec<Value>, Vec<(usize, u64, u64)>);
-
-/// (m, c, K): from m jobs on, c jobs more demand K more, by state.
-type Growth = (u64, u64, Vec<u64>);
+/// No job ends later than this.
+struct Claim {
+    response: u64,
+    cpu: Option<u32>,
+    ends: Vec<u64>,
+    closes: Option<u64>,
+    /// The tasks whose demand counts.
+    members: Vec<usize>,
+}
 
 impl Tasks {
     /// Returns the certificate of the deadlines of the activities that are met: the objects `tasks`, `locks`, `operations`, `claims` and
     /// `not_certified`. To cancel, `interrupt` unwinds.
     pub fn certificate(&self, is_met: &dyn Fn(usize) -> bool, interrupt: &dyn Fn()) -> Map<String, Value> {
         let options = Options { method: Method::Ibf, horizon: None, is_brief: false };
-        let found = self.response_times(&options, interrupt);
-        let growth = |task: &Task| growth(task.demand.machine()?, interrupt);
-        let growths: Vec<Option<Growth>> = found.tasks.all.iter().map(growth).collect();
-        let lanes = Lanes::new(&found.tasks.all, &options, interrupt);
-        let mut writer = Writer { found: &found, growths: &growths, lanes };
-        let (mut claims, mut left_out) = (Vec::new(), Vec::new());
-        for task in 0..self.all.len() {
-            let claim =
-                if self.kind(task) == TaskKind::Throttling { None } else { writer.claim(task, is_met(task)) };
-            let is_proved = claim.as_ref().is_some_and(|claim| claim["met"] == true);
-            if self.kind(task) == TaskKind::Activity && is_met(task) && !is_proved {
-                let reason = match claim {
-                    Some(_) => "combinations-of-paths",
-                    None => "too-many-jobs",
-                };
-                left_out.push(json!({ "task": task, "reason": reason }));
-            }
-            claims.extend(claim);
+        let mut set = self.clone();
+        set.all.iter_mut().for_each(|task| task.offset = None);
+        let found = set.response_times(&options, interrupt);
+        let mut lanes = Lanes::new(&found.tasks.all, &options, interrupt);
+        let claim = |task: usize| Some((task, claim(&mut lanes, &found, task)?));
+        let mut claims: BTreeMap<usize, Claim> = (0..self.all.len()).filter_map(claim).collect();
+        let growths: Vec<_> =
+            found.tasks.all.iter().map(|it| growth(it.demand.machine()?, interrupt)).collect();
+        let calls = found.keep_proved(&mut claims, &growths);
+        let (mut all, mut left_out) = (Vec::new(), Vec::new());
+        for task in 0..self.activities {
+            let Some(deadline) = self.all[task].deadline.filter(|_| is_met(task)) else { continue };
+            let reason = match claims.get(&task) {
+                Some(claim) if claim.response <= deadline.as_nanos() => continue,
+                Some(_) => {
+                    "its deadline is met only by what has no form here: combinations of paths, synchronised clocks, or waits that leave the CPU to others"
+                }
+                None if matches!(found.responses[task].rule, CpuRule::Global(_)) => {
+                    "its jobs may run on several CPUs"
+                }
+                None => "its busy window has too many jobs, or that of a task that it depends on",
+            };
+            left_out.push((&*self.all[task].name, reason));
         }
-        let executed = |task: &Task| growth_of_executed(task, interrupt);
-        let tasks = (0..self.all.len()).map(|it| {
-            let growths = (&growths[it], executed(&found.tasks.all[it]));
-            task_value(self, it, growths)
+        for (task, claim) in &claims {
+            let met =
+                self.all[*task].deadline.is_some_and(|it| is_met(*task) && claim.response <= it.as_nanos());
+            all.push(json!({
+                "task": task,
+                "response": claim.response,
+                "met": met,
+                "cpu": claim.cpu,
+                "blocking": found.tasks.all[*task].blocking.as_nanos(),
+                "ends": claim.ends,
+                "closes": claim.closes,
+            }));
+        }
+        let tasks = growths.iter().enumerate().map(|(task, growth)| self.task_value(task, growth.as_ref()));
+        let operations = self.operations.iter().zip(&calls).map(|(of, calls)| {
+            json!({
+                "provider": of.provider,
+                "client": of.client,
+                "sends": of.sends,
+                "time": of.time.as_nanos(),
+                "calls": calls,
+            })
         });
-        let mut parts = Map::new();
-        parts.insert("tasks".to_owned(), tasks.collect());
-        parts.insert("locks".to_owned(), self.locks.iter().map(lock_value).collect());
-        parts.insert("operations".to_owned(), operation_values(self, &found));
-        parts.insert("claims".to_owned(), claims.into());
-        parts.insert("not_certified".to_owned(), left_out.into());
-        parts
+        let parts = [
+            ("tasks", tasks.collect::<Value>()),
+            ("locks", self.locks.iter().map(lock_value).collect()),
+            ("operations", operations.collect()),
+            ("claims", all.into()),
+            ("not_certified", json!(left_out)),
+        ];
+        parts.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
+    }
+
+    fn task_value(&self, index: usize, growth: Option<&Growth>) -> Value {
+        let (task, kind) = (&self.all[index], self.kind(index));
+        let machine = task.demand.machine().zip(task.executed()).zip(growth);
+        let machine = machine.map(|((machine, executed), (from, period, gains))| {
+            let edges = machine.edges().iter().zip(executed.edges()).map(|(with, edge)| {
+                let wait = with.cost.as_nanos().saturating_sub(edge.cost.as_nanos());
+                (edge.source, edge.target, edge.cost.as_nanos(), wait)
+            });
+            json!({
+                "states": machine.states(),
+                "edges": edges.collect::<Vec<_>>(),
+                "waits": task.waits.as_ref().and_then(|waits| waits.times),
+                "from": from,
+                "period": period,
+                "gains": gains,
+            })
+        });
+        json!({
+            "name": &*task.name,
+            "is_activity": kind == TaskKind::Activity,
+            "is_real_time": task.priority != Priority::Background,
+            "priority": match task.priority {
+                Priority::RealTime(priority) => Some(u64::from(priority)),
+                _ => Some(THROTTLING).filter(|_| kind == TaskKind::Throttling),
+            },
+            "period": task.period.map(Time::as_nanos),
+            "deadline": task.deadline.map(Time::as_nanos),
+            "jitter": task.jitter.as_nanos(),
+            "burst": task.burst(),
+            "sporadic": task.is_sporadic,
+            "thread": task.thread,
+            "cpus": task.cpus.map(|cpus| cpus.iter().collect::<Vec<u32>>()),
+            "machine": machine,
+        })
     }
 }
 
-fn growth_of_executed(task: &Task, interrupt: &dyn Fn()) -> Option<Growth> {
-    growth(&task.waits.as_ref()?.executed, interrupt)
+impl SetAnalysis {
+    /// Leaves out the claims that rely on what is not claimed, and returns how many calls of each operation a job counts; none if
+    /// that is not proved.
+    fn keep_proved(
+        &self,
+        claims: &mut BTreeMap<usize, Claim>,
+        growths: &[Option<Growth>],
+    ) -> Vec<Option<u64>> {
+        let operations = &self.tasks.operations;
+        loop {
+            let calls = operations.iter().zip(&self.calls);
+            let is_enough = |calls: u64, of| self.calls_of(of, claims).is_some_and(|least| calls >= least);
+            let calls: Vec<_> = calls.map(|(of, calls)| calls.filter(|it| is_enough(*it, of))).collect();
+            let of_unknown = operations.iter().zip(&calls).filter(|it| it.1.is_none());
+            let unknown: BTreeSet<usize> = of_unknown.map(|it| it.0.provider).collect();
+            let number = claims.len();
+            claims.retain(|_, it| {
+                it.members.iter().all(|task| growths[*task].is_some() && !unknown.contains(task))
+            });
+            if claims.len() == number {
+                return calls;
+            }
+        }
+    }
+
+    /// The calls that a job of the provider may execute, by the claims; none without a bound.
+    fn calls_of(&self, of: &Operation, claims: &BTreeMap<usize, Claim>) -> Option<u64> {
+        let (provider, client) = (&self.tasks.all[of.provider], &self.tasks.all[of.client]);
+        let is_mate = |it: &usize| {
+            *it == of.provider || provider.thread.is_some() && self.tasks.all[*it].thread == provider.thread
+        };
+        let response = |task: usize| Some(claims.get(&task)?.response);
+        let of_thread = (0..self.tasks.all.len())
+            .filter(is_mate)
+            .try_fold(0, |most, it| Some(response(it)?.max(most)))?;
+        let window = response(of.client)?.checked_add(of_thread)?.checked_add(provider.period?.as_nanos())?;
+        let jobs = window.div_ceil(client.period?.as_nanos()).checked_mul(client.burst())?;
+        of.sends.checked_mul(jobs).filter(|_| of.during.is_none())
+    }
 }
+
+/// (m, c, K): from m jobs on, c jobs more demand K more, by state.
+type Growth = (u64, u64, Vec<u64>);
 
 /// Returns the closed form of the demand of a machine, by the state in which its jobs end; none if it is not found.
 fn growth(machine: &StateMachine, interrupt: &dyn Fn()) -> Option<Growth> {
@@ -88,228 +197,40 @@ fn growth(machine: &StateMachine, interrupt: &dyn Fn()) -> Option<Growth> {
     None
 }
 
-struct Writer<'a> {
-    found: &'a SetAnalysis,
-    growths: &'a [Option<Growth>],
-    lanes: Lanes<'a>,
-}
-
-impl Writer<'_> {
-    fn claim(&mut self, task: usize, is_met: bool) -> Option<Value> {
-        let response = self.found.responses.get(task)?;
-        let of = self.found.tasks.all.get(task)?;
-        let Bound::Response(time) = response.bound else { return None };
-        let window = response.window.as_ref()?;
-        let late = |(task, _): &(usize, Time)| Some((*task, response_of(self.found, *task)?));
-        let late: Vec<(usize, Time)> = window.late.iter().map(late).collect::<Option<_>>()?;
-        let is_global = matches!(response.rule, CpuRule::Global(_));
-        let late: &[(usize, Time)] = if is_global { &[] } else { &late };
-        let method = if !late.is_empty() { Method::Psm } else { response.method.min(Method::Ibf) };
-        let clock = window.start.map(|_| window.clock);
-        let (windows, interference) = match is_global {
-            true => (vec![json!({ "start": null, "ends": [window.length.as_nanos()] })], Vec::new()),
-            false => self.windows(task, response, (method, late, clock))?,
-        };
-        let rule = match response.rule {
-            CpuRule::Cpu(cpu) => json!({ "cpu": cpu }),
-            CpuRule::Linked(cpus) => json!({ "linked": cpu_values(cpus) }),
-            CpuRule::Global(cpus) => json!({ "global": cpu_values(cpus) }),
-        };
-        Some(json!({
-            "task": task,
-            "response": time.as_nanos(),
-            "met": is_met && response.status(of.deadline) == Status::Met,
-            "rule": rule,
-            "method": if method == Method::Psm { "psm" } else { "ibf" },
-            "blocking": of.blocking.as_nanos(),
-            "late": late.iter().map(|it| it.0).collect::<Vec<_>>(),
-            "clock": clock,
-            "windows": windows,
-            "interference": interference,
-        }))
-    }
-
-    /// Returns the busy windows, and what executes in that of the greatest response.
-    fn windows(
-        &mut self,
-        task: usize,
-        response: &Response,
-        (method, late, clock): (Method, &[(usize, Time)], Option<u32>),
-    ) -> Option<Windows> {
-        let (plan, place) = self.lanes.find(task, response.rule)?;
-        let growths = self.growths;
-        let mut lane = self.lanes.lane(plan);
-        for at in 0..lane.members.len() {
-            let member = lane.members.at(at);
-            member.late = late.iter().find(|it| it.0 == member.index).map(|it| it.1.as_nanos());
-        }
-        let starts = match clock {
-            Some(clock) => lane.known_starts(place, clock)?.into_iter().map(Some).collect(),
-            None => vec![None],
-        };
-        let (mut windows, mut worst, mut jobs) = (Some(Vec::new()), None, 0);
-        for start in &starts {
-            lane.begin_at(start.zip(clock), starts.len());
-            let Some((window, greatest)) = window(&mut lane, place, method, growths) else {
-                windows = None;
-                break;
-            };
-            jobs += window["ends"].as_array().map_or(0, Vec::len);
-            let is_worse = worst.as_ref().is_none_or(|(most, _)| greatest.0 > *most);
-            if is_worse {
-                worst = Some((greatest.0, interference(&mut lane, place, greatest.1, method)));
-            }
-            windows = windows.filter(|_| jobs <= MOST_JOBS);
-            let Some(all) = &mut windows else { break };
-            let mut window = window;
-            window["start"] = json!(start);
-            all.push(window);
-        }
-        lane.begin_at(None, 1);
-        (0..lane.members.len()).for_each(|at| lane.members.at(at).late = None);
-        Some((windows?, worst?.1))
-    }
-}
-
-/// Returns a window, and the greatest response in it with its end.
-fn window(
-    lane: &mut Lane<'_, '_>,
-    place: usize,
-    method: Method,
-    growths: &[Option<Growth>],
-) -> Option<(Value, (u64, u64))> {
+fn claim(lanes: &mut Lanes<'_>, found: &SetAnalysis, task: usize) -> Option<Claim> {
+    let of = found.responses.get(task).filter(|it| matches!(it.bound, Bound::Response(_)))?;
+    let cpu = match of.rule {
+        CpuRule::Cpu(cpu) => Some(cpu),
+        CpuRule::Linked(_) => None,
+        CpuRule::Global(_) => return None,
+    };
+    let (plan, place) = lanes.find(task, of.rule)?;
+    let (mut lane, method) = (lanes.lane(plan), Method::Ibf);
     let others = lane.interfering(place);
     let mut counts = Counts::new(lane.members.len());
     others.iter().for_each(|other| counts.include(*other, &mut lane.members, method));
-    let has_mates = !lane.mates(place, 1).is_empty();
-    let has_late = !lane.late_members(place).is_empty();
-    let lap = if method == Method::Psm && !has_late { lap(lane, place, growths) } else { None };
-    let (mut ends, mut greatest, mut regular) = (Vec::new(), None, None);
-    loop {
-        let job = ends.len() as u64 + 1;
-        if ends.len() >= MOST_JOBS {
-            return None;
-        }
+    let mates = lane.mates(place, 1).into_iter().map(|it| it.0);
+    let places: Vec<usize> = others.into_iter().chain(mates).chain([place]).collect();
+    let members = places.into_iter().map(|it| lane.members.get(it).index).collect();
+    let (mut claim, mut budget) =
+        (Claim { response: 0, cpu, ends: Vec::new(), closes: None, members }, BUDGET);
+    while claim.ends.len() < MOST_JOBS {
+        let job = claim.ends.len() as u64 + 1;
         let own = lane.demand(place, job, false).ok()?;
-        let end = lane.window(place, job, own, &mut counts, method, &mut BUDGET.clone()).ok()?;
-        ends.push(end);
+        let end = lane.window(place, job, own, &mut counts, method, &mut budget).ok()?;
+        claim.ends.push(end);
         let member = lane.members.get(place);
-        let (jitter, period, burst) = (member.jitter, member.period, member.task.burst());
-        let (release, next) = (member.release(job).ok()?, member.release(job + 1).ok()?);
-        let response = end.checked_add(jitter)?.saturating_sub(release);
-        if greatest.is_none_or(|(most, _)| response > most) {
-            greatest = Some((response, end));
-        }
-        let mut closes = None;
-        if has_mates {
-            let whole = lane.demand(place, job, true).ok()?;
-            closes = Some(lane.window(place, job, whole, &mut counts, method, &mut BUDGET.clone()).ok()?);
-        }
-        if closes.unwrap_or(end).checked_add(jitter)? <= next {
-            return Some((json!({ "ends": ends, "closes": closes }), greatest?));
-        }
-        let Some(lap) = lap else { continue };
-        if regular.is_none() && is_regular(lane, place, (job, end), growths) {
-            regular = Some(job);
-        }
-        if let Some(from) = regular.filter(|from| job >= from - 1 + lap / period * burst) {
-            return Some((json!({ "ends": ends, "repeats": [from, lap] }), greatest?));
+        let (jitter, release, next) =
+            (member.jitter, member.release(job).ok()?, member.release(job + 1).ok()?);
+        claim.response = claim.response.max(end.checked_add(jitter)?.saturating_sub(release));
+        let whole = lane.demand(place, job, true).ok()?;
+        let closes = lane.window(place, job, whole, &mut counts, method, &mut budget).ok()?;
+        claim.closes = Some(closes).filter(|it| *it != end);
+        if closes.checked_add(jitter)? <= next {
+            return Some(claim);
         }
     }
-}
-
-/// Returns the time after which all demands repeat together, if they take all of it.
-fn lap(lane: &Lane<'_, '_>, place: usize, growths: &[Option<Growth>]) -> Option<u64> {
-    let growth = |of: usize| {
-        let member = lane.members.get(of);
-        let (_, length, gains) = growths.get(member.index)?.as_ref()?;
-        let time = length.checked_mul(member.period)?;
-        Some((time, u128::from(gains.iter().copied().max()?) * u128::from(member.task.burst())))
-    };
-    let own = lane.priority(place);
-    let all = || (0..lane.members.len()).filter(|it| lane.priority(*it) >= own).map(growth);
-    let lap = all().try_fold(1, |lap, it| least_common_multiple(lap, it?.0))?;
-    let demand =
-        all().try_fold(0u128, |sum, it| sum.checked_add(u128::from(lap / it?.0).checked_mul(it?.1)?))?;
-    (demand == u128::from(lap)).then_some(lap)
-}
-
-/// Whether the closed forms of all demands hold from this job on.
-fn is_regular(lane: &Lane<'_, '_>, place: usize, (job, end): (u64, u64), growths: &[Option<Growth>]) -> bool {
-    let holds = |of: usize, jobs: u64| {
-        growths.get(lane.members.get(of).index).and_then(Option::as_ref).is_some_and(|it| jobs >= it.0)
-    };
-    let thread = lane.mates(place, job).into_iter().map(|it| it.0).chain([place]);
-    let others = lane.interfering(place).into_iter();
-    let mut others = others.map(|it| (it, lane.members.get(it).jobs_released(end, None).unwrap_or(0)));
-    thread.map(|it| (it, job - 1)).all(|(it, jobs)| holds(it, jobs))
-        && others.all(|(it, jobs)| holds(it, jobs))
-}
-
-fn interference(lane: &mut Lane<'_, '_>, place: usize, end: u64, method: Method) -> Vec<(usize, u64, u64)> {
-    let mut found = Vec::new();
-    for other in lane.interfering(place) {
-        let member = lane.members.at(other);
-        if let Ok(part) = member.contribution(end, method, None)
-            && part.jobs > 0
-        {
-            found.push((member.index, part.jobs, part.time));
-        }
-    }
-    found.sort_unstable();
-    found
-}
-
-fn response_of(found: &SetAnalysis, task: usize) -> Option<Time> {
-    if let Bound::Response(time) = found.responses.get(task)?.bound { Some(time) } else { None }
-}
-
-fn cpu_values(cpus: CpuSet) -> Vec<u32> {
-    cpus.iter().collect()
-}
-
-fn task_value(tasks: &Tasks, index: usize, growths: (&Option<Growth>, Option<Growth>)) -> Value {
-    let task = &tasks.all[index];
-    let nanos = |time: Option<Time>| time.map(Time::as_nanos);
-    let growth = |it: &Option<Growth>| {
-        it.as_ref().map(|(from, period, gains)| json!({ "from": from, "period": period, "gains": gains }))
-    };
-    let machine = task.demand.machine().zip(task.executed()).map(|(machine, executed)| {
-        let edges = machine.edges().iter().zip(executed.edges()).map(|(with, edge)| {
-            let wait = with.cost.as_nanos().saturating_sub(edge.cost.as_nanos());
-            (edge.source, edge.target, edge.cost.as_nanos(), wait)
-        });
-        json!({
-            "states": machine.states(),
-            "edges": edges.collect::<Vec<_>>(),
-            "waits": task.waits.as_ref().and_then(|waits| waits.times),
-            "growth": growth(growths.0),
-            "growth_executed": growth(&growths.1),
-        })
-    });
-    json!({
-        "name": tasks.name(index),
-        "kind": match tasks.kind(index) {
-            TaskKind::Activity => "activity",
-            TaskKind::Other => "other",
-            TaskKind::Throttling => "throttling",
-        },
-        "priority": match task.priority {
-            Priority::Background => json!("background"),
-            Priority::RealTime(priority) => json!(priority),
-            Priority::Unknown => json!("highest"),
-        },
-        "period": nanos(task.period),
-        "deadline": nanos(task.deadline),
-        "jitter": task.jitter.as_nanos(),
-        "burst": task.burst(),
-        "sporadic": task.is_sporadic,
-        "thread": task.thread,
-        "offset": nanos(task.offset),
-        "clock": task.clock,
-        "cpus": task.cpus.map(cpu_values),
-        "machine": machine,
-    })
+    None
 }
 
 fn lock_value(lock: &crate::Lock) -> Value {
@@ -318,21 +239,6 @@ fn lock_value(lock: &crate::Lock) -> Value {
         Protocol::Ceiling => "ceiling",
         Protocol::None => "none",
     };
-    let users: Vec<(usize, Option<u64>)> =
-        lock.users.iter().map(|user| (user.task, user.held.map(Time::as_nanos))).collect();
+    let users: Vec<_> = lock.users.iter().map(|user| (user.task, user.held.map(Time::as_nanos))).collect();
     json!({ "name": &*lock.name, "protocol": protocol, "users": users })
-}
-
-fn operation_values(tasks: &Tasks, found: &SetAnalysis) -> Value {
-    let operations = tasks.operations.iter().enumerate().map(|(index, it)| {
-        json!({
-            "provider": it.provider,
-            "client": it.client,
-            "sends": it.sends,
-            "time": it.time.as_nanos(),
-            "during": it.during,
-            "calls": found.calls.get(index).copied().flatten(),
-        })
-    });
-    operations.collect()
 }

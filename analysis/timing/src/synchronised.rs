@@ -115,14 +115,6 @@ impl Lane<'_, '_> {
         self.begin_at(Some(start), starts);
     }
 
-    /// Returns the instants of a clock at which the windows of the task at `place` begin, as [`Lane::synchronise`] analyses them.
-    pub(crate) fn known_starts(&self, place: usize, clock: u32) -> Option<Vec<u64>> {
-        match starts(&self.members, self.priority(place), clock, self.options) {
-            Starts::Known(starts) => Some(starts),
-            Starts::Any | Starts::TooMany => None,
-        }
-    }
-
     /// Replaces what was `found` for windows that begin at any instant by what is found for those that begin at an actual release,
     /// where that is less.
     pub(crate) fn synchronise(&mut self, found: &mut [LaneResponse]) {

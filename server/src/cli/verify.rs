@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_verify::{Refusal, Summary, SystemSummary, verify};
+use mauve_verify::{Refusal, Summary, verify};
 use mauve_wcrt::{certificate_of, certificate_of_file};
 use serde_json::{Map, Value};
 
@@ -31,12 +31,9 @@ impl Verify {
             let shown = path.display();
             let json = read_text(path)?;
             match verify(&json) {
-                Ok(summary) => {
-                    let is_partial = summary
-                        .systems
-                        .iter()
-                        .any(|it| !it.not_certified.is_empty() || !it.not_claimed.is_empty());
-                    let proves_nothing = summary.systems.iter().all(|it| it.met.is_empty());
+                Ok(systems) => {
+                    let is_partial = systems.iter().any(|it| !it.not_certified.is_empty());
+                    let proves_nothing = systems.iter().all(|it| it.met.is_empty());
                     code = u8::from(proves_nothing || is_partial && !self.allow_partial).max(code);
                     let verdict = match (proves_nothing, is_partial) {
                         (true, _) => "nothing is proved",
@@ -44,14 +41,14 @@ impl Verify {
                         (false, false) => "accepted",
                     };
                     text += &format!("{shown}: {verdict}\n");
-                    summary.systems.iter().for_each(|it| text += &said(it));
+                    systems.iter().for_each(|it| text += &said(it));
                 }
                 Err(Refusal::Unreadable(why)) => {
                     return Err(format!("`{shown}` is not a certificate: {why}"));
                 }
-                Err(refusal) => {
+                Err(Refusal::False(why)) => {
                     code = 1;
-                    text += &format!("{shown}: refused: {}\n", refused(&refusal));
+                    text += &format!("{shown}: refused: {why}\n");
                 }
             }
         }
@@ -66,47 +63,17 @@ fn read_text(path: &Path) -> Result<String, String> {
     text.map_err(|error| format!("cannot read `{}`: {error}", path.display()))
 }
 
-/// Lists the proved deadlines of a deployment.
-fn said(of: &SystemSummary) -> String {
-    let all = of.met.len() + of.not_certified.len() + of.not_claimed.len();
-    let mut text = format!(
-        "  {} at {}: {} of {} proved\n",
-        of.deployment,
-        of.significance,
-        of.met.len(),
-        counted(all, "deadline")
-    );
+/// Lists what is proved of a deployment, and what is not.
+fn said(of: &Summary) -> String {
+    let proved = counted(of.met.len(), "deadline");
+    let mut text = format!("  {} at {}: {proved} proved\n", of.deployment, of.significance);
     if !of.chains.is_empty() {
         text += &format!("    {} within their latencies\n", counted(of.chains.len(), "chain"));
     }
-    for (name, why) in of.not_certified.iter().chain(&of.chains_not_certified) {
-        text += &format!("    {name}: not certified: {}\n", in_words(why));
-    }
-    for name in &of.not_claimed {
-        text += &format!("    {name}: the certificate does not claim that its deadline is met\n");
+    for (name, why) in &of.not_certified {
+        text += &format!("    {name}: not certified: {why}\n");
     }
     text
-}
-
-/// Returns why something is not certified.
-fn in_words(reason: &str) -> &str {
-    match reason {
-        "combinations-of-paths" => "its deadline is met only by a search over combinations of paths",
-        "too-many-jobs" => "its busy windows have too many jobs",
-        "not-by-step" => "buffers, data that releases activities, and networks are not checked",
-        "not-within-limit-by-step" => {
-            "it is within its limit only with synchronised clocks, or as writes are before the end of a job"
-        }
-        other => other,
-    }
-}
-
-fn refused(refusal: &Refusal) -> String {
-    match refusal {
-        Refusal::Unreadable(why) => why.clone(),
-        Refusal::False { deployment, of: Some(of), why } => format!("`{of}` of {deployment}: {why}"),
-        Refusal::False { deployment, of: None, why } => format!("{deployment}: {why}"),
-    }
 }
 
 /// Returns the certificate of deployments, a line for each task and claim.
@@ -150,13 +117,13 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
         return Ok(("none, as the project has errors".to_owned(), true));
     }
     Ok(match verify(&certificate(all)?) {
-        Ok(Summary { systems }) => {
+        Ok(systems) => {
             let met = systems.iter().map(|it| it.met.len()).sum();
             let partial = systems.iter().flat_map(|it| &it.not_certified);
             let partial: Vec<String> =
-                partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
+                partial.map(|(name, why)| format!("; not certified: {name}, {why}")).collect();
             (format!("accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
         }
-        Err(refusal) => (format!("refused: {}", refused(&refusal)), false),
+        Err(Refusal::False(why) | Refusal::Unreadable(why)) => (format!("refused: {why}"), false),
     })
 }
