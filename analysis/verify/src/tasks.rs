@@ -55,8 +55,8 @@ impl<'c> Tasks<'c> {
     pub(crate) fn new(system: &'c System, work: &'c Work) -> Check<Tasks<'c>> {
         let number = system.tasks.len();
         let mut names = BTreeSet::new();
-        let mut is_new = |it: &Task| !it.is_activity || names.insert(it.name.clone());
-        if number > MOST_TASKS || !system.tasks.iter().all(|it| is_new(it)) {
+        let is_new = |it: &Task| !it.is_activity || names.insert(it.name.clone());
+        if number > MOST_TASKS || !system.tasks.iter().all(is_new) {
             return Err(format!("more than {MOST_TASKS} tasks, or two activities of one name"));
         }
         let mut claims = BTreeMap::new();
