@@ -13,11 +13,13 @@ use std::sync::Arc;
 use mauve_syntax::SyntaxKind;
 pub use mauve_syntax::keywords::{ActivityField, CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::{FxHashMap, FxHashSet};
+use serde::{Deserialize, Serialize};
 
 use crate::completeness::Completeness;
 
 /// A name, or another short text, as written in the file. Cheap to clone.
-#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, Deserialize, Serialize, salsa::SalsaValue)]
+#[serde(from = "String", into = "String")]
 pub struct Name(Arc<str>);
 
 impl Name {
@@ -50,6 +52,12 @@ impl From<&str> for Name {
 impl From<String> for Name {
     fn from(text: String) -> Name {
         Name(text.into())
+    }
+}
+
+impl From<Name> for String {
+    fn from(name: Name) -> String {
+        name.to_string()
     }
 }
 
@@ -173,7 +181,9 @@ impl Expansion {
 }
 
 /// The kinds of declaration; each is a namespace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize, Serialize, salsa::SalsaValue,
+)]
 pub enum Kind {
     Use,
     Codel,

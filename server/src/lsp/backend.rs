@@ -30,6 +30,7 @@ use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 use super::trace::Trace;
+use crate::json::object;
 
 /// The number of attempts of a request that changes cancel.
 const MOST_ATTEMPTS: usize = 100;
@@ -282,15 +283,15 @@ impl Backend {
 
     own_methods! {
         analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
-        chains(chains::ChainsParams) -> Value => chains::chains;
-        execution_times(execution_times::ExecutionTimesParams) -> Value => execution_times::execution_times;
+        chains(DrawingParams) -> Value => chains::chains;
+        execution_times(DrawingParams) -> Value => execution_times::execution_times;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
-        graph(graph::GraphParams) -> Vec<Value> => graph::graph;
-        probability(schedule::ScheduleParams) -> Value => probability::probability;
-        schedule(schedule::ScheduleParams) -> Value => schedule::schedule;
-        state_machine(state_machine::StateMachineParams) -> Value => state_machine::state_machine;
+        graph(DrawingParams) -> Vec<Value> => graph::graph;
+        probability(DrawingParams) -> Value => probability::probability;
+        schedule(DrawingParams) -> Value => schedule::schedule;
+        state_machine(DrawingParams) -> Value => state_machine::state_machine;
         syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
-        what_if(what_if::WhatIfParams) -> Value => what_if::what_if;
+        what_if(DrawingParams) -> Value => what_if::what_if;
     }
 
     async fn status(&self) -> Result<Value> {
@@ -539,9 +540,15 @@ language_server! {
         incoming_calls: CallHierarchyIncomingCalls => hierarchies::incoming;
         on_type_formatting: OnTypeFormatting => formatting::on_type_formatting;
         outgoing_calls: CallHierarchyOutgoingCalls => hierarchies::outgoing;
-        prepare_call_hierarchy: CallHierarchyPrepare => hierarchies::prepare_calls;
+        prepare_call_hierarchy: CallHierarchyPrepare => |it, params| {
+            let at = &params.text_document_position_params;
+            hierarchies::prepare(it, at, mauve_ide::call_items, hierarchies::call_item)
+        };
         prepare_rename: PrepareRenameRequest => rename::prepare;
-        prepare_type_hierarchy: TypeHierarchyPrepare => hierarchies::prepare_types;
+        prepare_type_hierarchy: TypeHierarchyPrepare => |it, params| {
+            let at = &params.text_document_position_params;
+            hierarchies::prepare(it, at, mauve_ide::type_items, hierarchies::type_item)
+        };
         range_formatting: RangeFormatting => formatting::range_formatting;
         references: References => references::references;
         rename: Rename => rename::rename;
@@ -582,11 +589,9 @@ impl Backend {
         let _ = self.session.set((capabilities, settings));
         self.send(Event::Initialize { capabilities, folders });
         self.send(Event::Configured(settings, problems));
-        let version = Some(env!("CARGO_PKG_VERSION").to_owned());
-        Ok(InitializeResult {
-            capabilities: capabilities.of_server(),
-            server_info: Some(ServerInfo { name: "mauve".to_owned(), version }),
-        })
+        let server = object! { name: "mauve", version: env!("CARGO_PKG_VERSION") };
+        let _ = written(object! { capabilities: capabilities.of_server(), serverInfo: server });
+        Ok(InitializeResult::default())
     }
 
     fn initialized(&self) {
@@ -685,9 +690,8 @@ impl Backend {
     }
 }
 
-/// Writes a long result as the JSON of the answer. Returns it if that is impossible.
-///
-/// `tower-lsp` makes a tree of values of each result, which takes several times as long.
+/// Writes a result as the JSON of the answer: a long one, since `tower-lsp` makes a tree of values of each result, which takes
+/// several times as long, or one that `lsp-types` does not have. Returns it if that is impossible.
 fn written<T: Serialize>(result: T) -> Option<T> {
     let json = serde_json::to_string(&result).ok();
     match REQUEST.try_with(|request| json.is_some_and(|json| request.result.set(json).is_ok())) {

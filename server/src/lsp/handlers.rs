@@ -32,9 +32,32 @@ pub(crate) mod syntax_tree;
 pub(crate) mod what_if;
 pub(crate) mod workspace_symbols;
 
-use serde::Serialize;
+use mauve_ide::Drawing;
+use mauve_timing::Level;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
+use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
+
+/// The parameters of the methods that draw: each says which of them it takes.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct DrawingParams {
+    text_document: TextDocumentIdentifier,
+    position: Option<Position>,
+    name: Option<String>,
+    component: Option<String>,
+    codel: Option<String>,
+    deployment: Option<String>,
+    instance: Option<String>,
+    chain: Option<String>,
+    significance: Option<Level>,
+    #[serde(default)]
+    values: Vec<String>,
+    before: Option<String>,
+    #[serde(default)]
+    drawing: Drawing,
+}
 
 /// Returns a document as JSON; an error for a path that is not UTF-8.
 fn to_value(document: &impl Serialize) -> Result<Value> {

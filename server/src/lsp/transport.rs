@@ -225,7 +225,6 @@ fn answer(
     let answer = REQUEST.scope(Arc::clone(&answering), answer);
     async move {
         let response = match answer.await {
-            Ok(Ok(Some(answer))) if method == "initialize" => Some(with_new_capabilities(answer)),
             Ok(answer) => answer.ok().flatten(),
             Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
         };
@@ -244,17 +243,6 @@ fn answer(
         });
         Answered { method, time, answer }
     }
-}
-
-/// Adds the capability that lsp-types has no name for.
-fn with_new_capabilities(response: Response) -> Response {
-    let (id, mut result) = response.into_parts();
-    if let Ok(result) = &mut result
-        && let Some(capabilities) = result.get_mut("capabilities").and_then(Value::as_object_mut)
-    {
-        capabilities.insert("typeHierarchyProvider".to_owned(), Value::Bool(true));
-    }
-    Response::from_parts(id, result)
 }
 
 fn send(streams: &Streams, response: &Response) {

@@ -8,12 +8,13 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, source_map};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::SyntaxNode;
+use serde::{Deserialize, Serialize};
 
 use crate::hover::{declaration_in, fields, head_and_comment, shown};
 use crate::program::Callable;
 
 /// The subject of an item's documentation.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Subject {
     /// A declaration, or a member of one.
     Declaration {

@@ -11,37 +11,22 @@
 //! chains with a latency, in order: `chain` is the index of the chain, and `location` the connection to the component. In the SVG, `data-chain`
 //! and `data-hop` hold indices in these lists. `leftOut` chains are too many.
 
-use mauve_ide::{Drawing, DrawnStep, draw_chains, drawn_chains};
-use mauve_timing::Level;
+use mauve_ide::{DrawnStep, draw_chains, drawn_chains};
 use mauve_wcrt::Query;
-use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use super::schedule::deployment;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The parameters of `mauve/chains`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct ChainsParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    deployment: Option<String>,
-    significance: Option<Level>,
-    #[serde(default)]
-    drawing: Drawing,
-}
-
 /// Returns the chains of a deployment.
-pub(crate) fn chains(snapshot: &Snapshot, params: &ChainsParams) -> Result<Value> {
+pub(crate) fn chains(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) =
-        deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
+    let (project, of) = deployment(snapshot, params)?;
     let query = Query::at_level(db, project, of, params.significance);
     let drawn = drawn_chains(db, (project, of, query), None, snapshot.settings.hints.tight_slack);
     let place = |step: &DrawnStep<'_>| step.at.as_ref().and_then(|at| to_proto::location(snapshot, at));

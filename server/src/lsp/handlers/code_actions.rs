@@ -17,31 +17,19 @@ use crate::lsp::to_proto;
 /// All fixes that change no meaning and no figure. A client that asks for `source.fixAll` gets them, too.
 const FIX_ALL: CodeActionKind = CodeActionKind::new("source.fixAll.mauve");
 
-/// The kinds of code actions that the server offers.
-pub(crate) const KINDS: &[CodeActionKind] = &[
-    CodeActionKind::QUICKFIX,
-    CodeActionKind::REFACTOR_EXTRACT,
-    CodeActionKind::REFACTOR_INLINE,
-    CodeActionKind::REFACTOR_REWRITE,
-    CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
-    FIX_ALL,
-    generate::KIND,
+/// The kinds of code actions, and their names in the protocol.
+const KINDS: [(ActionKind, CodeActionKind); 6] = [
+    (ActionKind::QuickFix, CodeActionKind::QUICKFIX),
+    (ActionKind::Extract, CodeActionKind::REFACTOR_EXTRACT),
+    (ActionKind::Inline, CodeActionKind::REFACTOR_INLINE),
+    (ActionKind::Rewrite, CodeActionKind::REFACTOR_REWRITE),
+    (ActionKind::OrganizeUses, CodeActionKind::SOURCE_ORGANIZE_IMPORTS),
+    (ActionKind::FixAll, FIX_ALL),
 ];
 
-const ALL_KINDS: [ActionKind; 6] = {
-    use ActionKind::*;
-    [QuickFix, Extract, Inline, Rewrite, OrganizeUses, FixAll]
-};
-
-fn kind(kind: ActionKind) -> CodeActionKind {
-    match kind {
-        ActionKind::QuickFix => CodeActionKind::QUICKFIX,
-        ActionKind::Extract => CodeActionKind::REFACTOR_EXTRACT,
-        ActionKind::Inline => CodeActionKind::REFACTOR_INLINE,
-        ActionKind::Rewrite => CodeActionKind::REFACTOR_REWRITE,
-        ActionKind::OrganizeUses => CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
-        ActionKind::FixAll => FIX_ALL,
-    }
+/// Returns the kinds that the server offers.
+pub(crate) fn kinds() -> Vec<CodeActionKind> {
+    KINDS.into_iter().map(|(_, name)| name).chain([generate::KIND]).collect()
 }
 
 /// The data of an offered action with which it is resolved.
@@ -66,12 +54,12 @@ pub(crate) fn code_actions(
         return Ok(Some(Vec::new()));
     }
     let context = &params.context;
-    let is_wanted = |it: &ActionKind| match &context.only {
-        Some(only) => is_among(only, &kind(*it)),
+    let is_wanted = |(kind, name): &(ActionKind, CodeActionKind)| match &context.only {
+        Some(only) => is_among(only, name),
         // Actions for the whole file are not computed at every cursor movement.
-        None => !matches!(it, ActionKind::OrganizeUses | ActionKind::FixAll),
+        None => !matches!(kind, ActionKind::OrganizeUses | ActionKind::FixAll),
     };
-    let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_wanted).collect();
+    let kinds: Vec<ActionKind> = KINDS.into_iter().filter(is_wanted).map(|(kind, _)| kind).collect();
     let known = context.diagnostics.iter().filter_map(|it| match &it.code {
         Some(NumberOrString::String(code)) => Some((lines.text_range(it.range), code.clone())),
         _ => None,
@@ -128,8 +116,8 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     let (file, lines) = snapshot.file(&chosen.document)?;
     let diagnostics: Vec<(TextRange, String)> =
         chosen.fixed.iter().map(|(range, code)| (lines.text_range(*range), code.clone())).collect();
-    let is_it = |it: &ActionKind| action.kind.as_ref() == Some(&kind(*it));
-    let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_it).collect();
+    let of_name = |(kind, name)| (action.kind.as_ref() == Some(&name)).then_some(kind);
+    let kinds: Vec<ActionKind> = KINDS.into_iter().filter_map(of_name).collect();
     let range = lines.text_range(chosen.range);
     let changes = Changes::Of(&action.title);
     let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
@@ -165,7 +153,7 @@ fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Op
     let fixed: Vec<_> = action.fixed.iter().map(|it| snapshot.diagnostic(it)).collect();
     Some(lsp_types::CodeAction {
         title: action.title,
-        kind: Some(kind(action.kind)),
+        kind: KINDS.into_iter().find(|(kind, _)| *kind == action.kind).map(|(_, name)| name),
         diagnostics: (!fixed.is_empty()).then_some(fixed),
         edit: edit.flatten(),
         is_preferred: (capabilities.preferred_actions && action.preferred).then_some(true),

@@ -1,9 +1,8 @@
 //! `textDocument/completion` and `completionItem/resolve`.
 
 use mauve_hir::Project;
-use mauve_hir::item_tree::{Kind, Name};
 use mauve_ide::{Completion, CompletionKind, Subject};
-use serde_json::{Value, json};
+use serde::Deserialize as _;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionList, CompletionParams,
@@ -91,7 +90,8 @@ fn item(
         text_edit: Some(edit),
         additional_text_edits: (!found.more.is_empty()).then(|| text_edits(snapshot, file, &found.more)),
         commit_characters: commits.then(|| vec![".".to_owned()]),
-        data: found.subject.as_ref().and_then(data),
+        // What the item refers to: the client keeps it.
+        data: found.subject.and_then(|subject| serde_json::to_value(subject).ok()),
         ..CompletionItem::default()
     }
 }
@@ -100,7 +100,7 @@ fn item(
 /// types.
 pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
     let mut item = item.clone();
-    let subject = item.data.as_ref().and_then(subject);
+    let subject = item.data.as_ref().and_then(|data| Subject::deserialize(data).ok());
     let mut workspaces = snapshot.workspaces.iter();
     let found = subject.and_then(|subject| {
         workspaces.find_map(|&workspace| mauve_ide::documentation(&snapshot.db, workspace, &subject))
@@ -117,38 +117,6 @@ pub(super) fn documentation(markdown: bool, text: String) -> Documentation {
         true => Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value: text }),
         false => Documentation::String(plain_text(&text)),
     }
-}
-
-/// Returns what an item refers to as data that the client keeps.
-fn data(subject: &Subject) -> Option<Value> {
-    Some(match subject {
-        Subject::Message { package, name } => {
-            json!({ "package": package.as_str(), "message": name.as_str() })
-        }
-        Subject::Declaration { path, kind, library, name, member } => json!({
-            "path": path.to_str()?,
-            "kind": kind.to_string(),
-            "library": library.as_ref().map(Name::as_str),
-            "name": name.as_str(),
-            "member": member.as_ref().map(Name::as_str),
-        }),
-    })
-}
-
-fn subject(data: &Value) -> Option<Subject> {
-    use Kind::*;
-    const KINDS: [Kind; 7] = [Use, Codel, Shell, Core, Component, Architecture, Deployment];
-    let name = |key: &str| data[key].as_str().map(Name::from);
-    if let (Some(package), Some(name)) = (name("package"), name("message")) {
-        return Some(Subject::Message { package, name });
-    }
-    Some(Subject::Declaration {
-        path: data["path"].as_str()?.into(),
-        kind: KINDS.into_iter().find(|known| data["kind"] == known.to_string())?,
-        library: name("library"),
-        name: name("name")?,
-        member: name("member"),
-    })
 }
 
 /// Returns the kind in the protocol; a kind of the first version if the client does not support `all`.

@@ -13,29 +13,17 @@
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Location, names_of};
-use mauve_ide::{CodelOf, Drawing, draw_exceedance, exceedance, selected_codel};
-use serde::Deserialize;
+use mauve_ide::{CodelOf, draw_exceedance, exceedance, selected_codel};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The parameters of `mauve/executionTimes`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct ExecutionTimesParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    codel: Option<String>,
-    #[serde(default)]
-    drawing: Drawing,
-}
-
 /// Returns the execution times of a codel.
-pub(crate) fn execution_times(snapshot: &Snapshot, params: &ExecutionTimesParams) -> Result<Value> {
+pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;

@@ -20,33 +20,18 @@
 //! text has syntax errors, such as one that is being typed.
 
 use mauve_hir::{Decl, File, Location, Project};
-use mauve_ide::{Drawing, GraphsOf, draw_graph, graph as graph_of, instance_tree, selected_graphs};
-use mauve_timing::Level;
+use mauve_ide::{GraphsOf, draw_graph, graph as graph_of, instance_tree, selected_graphs};
 use mauve_wcrt::Query;
-use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use crate::graph_document::graph_document;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The parameters of `mauve/graph`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct GraphParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    name: Option<String>,
-    chain: Option<String>,
-    significance: Option<Level>,
-    #[serde(default)]
-    drawing: Drawing,
-}
-
 /// Returns the graphs of the architectures or deployments that the parameters select.
-pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Value>> {
+pub(crate) fn graph(snapshot: &Snapshot, params: &DrawingParams) -> Result<Vec<Value>> {
     snapshot.complete()?;
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
@@ -92,7 +77,7 @@ fn document(
     snapshot: &Snapshot,
     project: Project<'_>,
     of: Decl<'_>,
-    params: &GraphParams,
+    params: &DrawingParams,
 ) -> Result<Option<Value>> {
     let db = &snapshot.db;
     let query = Query::at_level(db, project, of, params.significance);

@@ -2,43 +2,27 @@
 
 use mauve_hir::{File, ModelDb, Project};
 use mauve_ide::{Calls, HierarchyItem};
+use mauve_syntax::TextSize;
 use serde::Deserialize as _;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::*;
 
 use super::document_symbols::kind;
+use crate::json::non_empty;
 use crate::lsp::snapshot::Snapshot;
 
-/// Makes an item of a hierarchy of calls or of types: both have the same fields. The project that answered for it answers for what
-/// is above and below, too.
-macro_rules! item {
-    ($type:ident, $snapshot:expr, $project:expr, $item:expr) => {{
-        let (snapshot, project, item): (&Snapshot, Project<'_>, HierarchyItem) = ($snapshot, $project, $item);
-        let root = project.root(&snapshot.db).path(&snapshot.db).to_string_lossy();
-        let lines = snapshot.lines(item.file);
-        Some($type {
-            uri: snapshot.url(item.file)?,
-            range: lines.range(item.range),
-            selection_range: lines.range(item.name_range),
-            kind: kind(item.kind, snapshot.capabilities.symbol_kinds),
-            tags: None,
-            detail: (!item.detail.is_empty()).then_some(item.detail),
-            name: item.name,
-            data: Some(json!([root, item.id])),
-        })
-    }};
-}
-
-/// The codels, operations and programs that are named at a position.
-pub(crate) fn prepare_calls(
+/// The items that `find` returns for a position: codels, operations and programs, or shells.
+pub(crate) fn prepare<T>(
     snapshot: &Snapshot,
-    params: &CallHierarchyPrepareParams,
-) -> Result<Option<Vec<CallHierarchyItem>>> {
-    let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
+    at: &TextDocumentPositionParams,
+    find: for<'db> fn(&'db dyn ModelDb, Project<'db>, File, TextSize) -> Vec<HierarchyItem>,
+    item: fn(&Snapshot, Project<'_>, HierarchyItem) -> Option<T>,
+) -> Result<Option<Vec<T>>> {
+    let (file, _, offset) = snapshot.at(at)?;
     let Some(project) = snapshot.project_at(file, offset) else { return Ok(None) };
-    let found = mauve_ide::call_items(&snapshot.db, project, file, offset);
-    Ok(some(found.into_iter().filter_map(|item| call_item(snapshot, project, item))))
+    let found = find(&snapshot.db, project, file, offset);
+    Ok(non_empty(found.into_iter().filter_map(|it| item(snapshot, project, it))))
 }
 
 pub(crate) fn incoming(
@@ -73,17 +57,6 @@ pub(crate) fn outgoing(
     Ok(Some(found.collect()))
 }
 
-/// The shells that are named at a position.
-pub(crate) fn prepare_types(
-    snapshot: &Snapshot,
-    params: &TypeHierarchyPrepareParams,
-) -> Result<Option<Vec<TypeHierarchyItem>>> {
-    let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
-    let Some(project) = snapshot.project_at(file, offset) else { return Ok(None) };
-    let found = mauve_ide::type_items(&snapshot.db, project, file, offset);
-    Ok(some(found.into_iter().filter_map(|item| type_item(snapshot, project, item))))
-}
-
 /// The shells that `find` returns for an item: those that it extends, or those that extend it.
 pub(crate) fn related_types(
     snapshot: &Snapshot,
@@ -109,15 +82,33 @@ fn asked<'a>(
     Ok(same.or(projects.first()).map(|project| (*project, file, id)))
 }
 
-fn some<T>(found: impl Iterator<Item = T>) -> Option<Vec<T>> {
-    let found: Vec<T> = found.collect();
-    (!found.is_empty()).then_some(found)
+/// Translates an item. The project that answered for it answers for what is above and below, too.
+pub(crate) fn call_item(
+    snapshot: &Snapshot,
+    project: Project<'_>,
+    item: HierarchyItem,
+) -> Option<CallHierarchyItem> {
+    let root = project.root(&snapshot.db).path(&snapshot.db).to_string_lossy();
+    let lines = snapshot.lines(item.file);
+    Some(CallHierarchyItem {
+        uri: snapshot.url(item.file)?,
+        range: lines.range(item.range),
+        selection_range: lines.range(item.name_range),
+        kind: kind(item.kind, snapshot.capabilities.symbol_kinds),
+        tags: None,
+        detail: (!item.detail.is_empty()).then_some(item.detail),
+        name: item.name,
+        data: Some(json!([root, item.id])),
+    })
 }
 
-fn call_item(snapshot: &Snapshot, project: Project<'_>, item: HierarchyItem) -> Option<CallHierarchyItem> {
-    item!(CallHierarchyItem, snapshot, project, item)
-}
-
-fn type_item(snapshot: &Snapshot, project: Project<'_>, item: HierarchyItem) -> Option<TypeHierarchyItem> {
-    item!(TypeHierarchyItem, snapshot, project, item)
+/// Translates an item: one of a hierarchy of types has the fields of one of calls.
+pub(crate) fn type_item(
+    snapshot: &Snapshot,
+    project: Project<'_>,
+    item: HierarchyItem,
+) -> Option<TypeHierarchyItem> {
+    let CallHierarchyItem { name, kind, detail, uri, range, selection_range, data, .. } =
+        call_item(snapshot, project, item)?;
+    Some(TypeHierarchyItem { name, kind, tags: None, detail, uri, range, selection_range, data })
 }

@@ -12,16 +12,15 @@ use mauve_wcrt::{Query, probabilities_of, response_times};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
-use super::schedule::{ScheduleParams, asked, deployment};
+use super::DrawingParams;
+use super::schedule::{activities, asked, deployment};
 use crate::lsp::snapshot::Snapshot;
-use crate::lsp::to_proto;
 
 /// Returns how probable it is that the activities of a deployment are late.
-pub(crate) fn probability(snapshot: &Snapshot, params: &ScheduleParams) -> Result<Value> {
+pub(crate) fn probability(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) =
-        deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
+    let (project, of) = deployment(snapshot, params)?;
     let report = response_times(db, project, of, Query::shown(db, project, of));
     let probabilities = probabilities_of(db, project, of);
     let known =
@@ -39,10 +38,6 @@ pub(crate) fn probability(snapshot: &Snapshot, params: &ScheduleParams) -> Resul
             "status": it.verdict.name(),
         })
     });
-    let activities = report.activities.iter().enumerate().map(|(index, it)| {
-        let location = it.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
-        json!({ "index": index, "instance": it.instance.to_string(), "location": location })
-    });
     let is_known = |index: &usize| probabilities.get(*index).is_some_and(Option::is_some);
     let greatest = || {
         let greatest =
@@ -58,7 +53,7 @@ pub(crate) fn probability(snapshot: &Snapshot, params: &ScheduleParams) -> Resul
         "deployment": of.name(db).to_string(),
         "instance": index.and_then(|it| report.activities.get(it)).map(|it| it.instance.to_string()),
         "instances": instances.collect::<Vec<_>>(),
-        "activities": activities.collect::<Vec<_>>(),
+        "activities": activities(snapshot, report),
         "reasons": Vec::from_iter(reason),
         "incomplete": snapshot.has_syntax_errors(project),
         "drawing": drawing,

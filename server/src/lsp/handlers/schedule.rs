@@ -16,15 +16,14 @@
 use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
-use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
-use mauve_timing::{Level, Status, Unit};
-use mauve_wcrt::{ActivityReport, DeployedTasks, Query, response_times};
+use mauve_ide::{GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
+use mauve_timing::{Status, Unit};
+use mauve_wcrt::{ActivityReport, DeployedTasks, Query, Report, response_times};
 use salsa::Database as _;
-use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use super::graph::selected;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
@@ -33,25 +32,11 @@ use crate::lsp::to_proto;
 /// The most events of a schedule: more are too many for a drawing.
 const MOST_EVENTS: u64 = 50_000;
 
-/// The parameters of `mauve/schedule`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct ScheduleParams {
-    pub(super) text_document: TextDocumentIdentifier,
-    pub(super) position: Option<Position>,
-    pub(super) deployment: Option<String>,
-    instance: Option<String>,
-    significance: Option<Level>,
-    #[serde(default)]
-    pub(super) drawing: Drawing,
-}
-
 /// Returns the schedule behind a response time.
-pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<Value> {
+pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) =
-        deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
+    let (project, of) = deployment(snapshot, params)?;
     let query = Query::at_level(db, project, of, params.significance);
     let report = response_times(db, project, of, query);
     let activity =
@@ -69,10 +54,6 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
             "status": it.verdict.name(),
         })
     });
-    let location = |it: &ActivityReport<'_>| it.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
-    let activities = report.activities.iter().enumerate().map(|(index, it)| {
-        json!({ "index": index, "instance": it.instance.to_string(), "location": location(it) })
-    });
     let name = of.name(db).to_string();
     let mut document = json!({
         "deployment": name,
@@ -83,7 +64,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
         "response": null,
         "bound": null,
         "note": null,
-        "activities": activities.collect::<Vec<_>>(),
+        "activities": activities(snapshot, report),
         "reasons": [],
         "incomplete": snapshot.has_syntax_errors(project),
         "drawing": null,
@@ -115,17 +96,23 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     Ok(document)
 }
 
+/// Returns the activities with their numbers, as drawings have them.
+pub(super) fn activities(snapshot: &Snapshot, report: &Report<'_>) -> Vec<Value> {
+    let location = |it: &ActivityReport<'_>| it.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
+    let activities = report.activities.iter().enumerate();
+    let document = |(index, it): (usize, &ActivityReport<'_>)| json!({ "index": index, "instance": it.instance.to_string(), "location": location(it) });
+    activities.map(document).collect()
+}
+
 /// Returns the deployment with this name, or at this position, of a document.
 pub(super) fn deployment<'db>(
     snapshot: &'db Snapshot,
-    document: &TextDocumentIdentifier,
-    name: Option<&str>,
-    position: Option<Position>,
+    params: &DrawingParams,
 ) -> Result<(Project<'db>, Decl<'db>)> {
     let db = &snapshot.db;
-    let (file, lines) = snapshot.file(document)?;
+    let (file, lines) = snapshot.file(&params.text_document)?;
     let mut selections: Vec<GraphsOf<'_>> = Vec::new();
-    match (name, position) {
+    match (&params.deployment, params.position) {
         (Some(name), _) => selections.push(GraphsOf::Name(name)),
         // Elsewhere in the file, a position selects no deployment.
         (None, Some(position)) => selections.extend([GraphsOf::At(lines.offset(position)), GraphsOf::File]),
@@ -149,7 +136,7 @@ pub(super) fn deployment<'db>(
 /// Returns the index of the activity that is asked for: by its name, otherwise at the position.
 pub(super) fn asked(
     snapshot: &Snapshot,
-    params: &ScheduleParams,
+    params: &DrawingParams,
     of: Decl<'_>,
     activities: &[ActivityReport<'_>],
 ) -> Result<Option<usize>> {
@@ -162,7 +149,7 @@ pub(super) fn asked(
 /// Returns the index of the activity at the position: the last one that begins before it.
 fn at_position(
     snapshot: &Snapshot,
-    params: &ScheduleParams,
+    params: &DrawingParams,
     of: Decl<'_>,
     activities: &[ActivityReport<'_>],
 ) -> Result<Option<usize>> {

@@ -17,33 +17,19 @@
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of};
-use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
-use mauve_timing::{Level, Time};
+use mauve_ide::{MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
+use mauve_timing::Time;
 use mauve_wcrt::{TableSet, first_tables, level_shown, table_sets, tables_in, tables_of};
-use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The parameters of `mauve/stateMachine`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct StateMachineParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    component: Option<String>,
-    deployment: Option<String>,
-    significance: Option<Level>,
-    #[serde(default)]
-    drawing: Drawing,
-}
-
 /// Returns the state machine of a component.
-pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) -> Result<Value> {
+pub(crate) fn state_machine(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
     let (tables, component) = component_of(snapshot, params)?;
@@ -96,10 +82,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     }))
 }
 
-fn component_of<'db>(
-    snapshot: &'db Snapshot,
-    params: &StateMachineParams,
-) -> Result<(TableSet<'db>, Decl<'db>)> {
+fn component_of<'db>(snapshot: &'db Snapshot, params: &DrawingParams) -> Result<(TableSet<'db>, Decl<'db>)> {
     let (tables, component) = place_of(snapshot, params)?;
     let Some(name) = &params.deployment else { return Ok((tables, component)) };
     let (db, project) = (&snapshot.db, tables.project(&snapshot.db));
@@ -116,7 +99,7 @@ fn component_of<'db>(
     }
 }
 
-fn place_of<'db>(snapshot: &'db Snapshot, params: &StateMachineParams) -> Result<(TableSet<'db>, Decl<'db>)> {
+fn place_of<'db>(snapshot: &'db Snapshot, params: &DrawingParams) -> Result<(TableSet<'db>, Decl<'db>)> {
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let project = snapshot.project(file);

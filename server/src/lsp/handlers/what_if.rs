@@ -19,41 +19,23 @@
 //! one. `edit` writes the values into the texts; null without values.
 
 use mauve_ide::{
-    Compared, Comparison, Drawing, Figure, Figures, compared, draw_comparison, drawn_chains, what_if_change,
+    Compared, Comparison, Figure, Figures, compared, draw_comparison, drawn_chains, what_if_change,
 };
-use mauve_timing::Level;
 use mauve_wcrt::{Query, response_times};
-use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
+use super::DrawingParams;
 use super::schedule::deployment;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The parameters of `mauve/whatIf`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct WhatIfParams {
-    text_document: TextDocumentIdentifier,
-    position: Option<Position>,
-    deployment: Option<String>,
-    significance: Option<Level>,
-    #[serde(default)]
-    values: Vec<String>,
-    before: Option<String>,
-    #[serde(default)]
-    drawing: Drawing,
-}
-
 /// Returns the figures of a deployment in two states.
-pub(crate) fn what_if(snapshot: &Snapshot, params: &WhatIfParams) -> Result<Value> {
+pub(crate) fn what_if(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) =
-        deployment(snapshot, &params.text_document, params.deployment.as_deref(), params.position)?;
+    let (project, of) = deployment(snapshot, params)?;
     let query = Query::at_level(db, project, of, params.significance);
     let change = what_if_change(db, project, of, query, &params.values).map_err(Error::invalid_params)?;
     let found = compared(db, project, of, query, &change).map_err(Error::invalid_params)?;
