@@ -29,69 +29,58 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
       return { uri, root, name };
     },
   },
-  stateMachine: {
-    title: "State machine",
-    load: async (request, subject) => {
-      const answer = await named(request, "mauve/stateMachine", "component", subject, (it: Machine) => it.component);
-      return { answer, subject: { ...subject, name: answer.component }, choices: [], chosen: "" };
-    },
-    choose: (subject) => subject,
-  },
-  schedule: {
-    title: "Schedule",
-    load: async (request, subject) => {
-      const ask = (of: Subject) => named(request, "mauve/schedule", "deployment", of, (it: Schedule) => it.deployment);
-      // An instance that is gone was renamed or removed.
-      const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
-      const choices = answer.instances.map(({ instance, figure }) => ({
-        label: `${instance}: ${figure}`,
-        value: instance,
-      }));
-      const instance = answer.instance ?? subject.instance;
-      return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
-    },
-    choose: (subject, instance) => ({ ...subject, instance }),
-  },
-  chains: {
-    title: "Chains",
-    load: async (request, subject) => {
-      const answer = await named(request, "mauve/chains", "deployment", subject, (it: Chains) => it.deployment);
-      return { answer, subject: { ...subject, name: answer.deployment }, choices: [], chosen: "" };
-    },
-    choose: (subject) => subject,
-  },
+  stateMachine: declaration<Machine>("State machine", "mauve/stateMachine", "component"),
+  schedule: ofInstance<Schedule>("Schedule", "mauve/schedule", ({ figure }) => figure, (asked, shown) => shown ?? asked),
+  chains: declaration<Chains>("Chains", "mauve/chains", "deployment"),
   executionTimes: {
-    title: "Execution times",
-    load: async (request, subject) => {
-      const answer = await named(request, "mauve/executionTimes", "codel", subject, (it: ExecutionTimes) => it.codel);
-      const choices = answer.codels.map((codel) => ({ label: codel, value: codel }));
-      return { answer, subject: { ...subject, name: answer.codel }, choices, chosen: answer.codel };
-    },
+    ...declaration<ExecutionTimes>("Execution times", "mauve/executionTimes", "codel", ({ codel, codels }) => ({
+      choices: codels.map((codel) => ({ label: codel, value: codel })),
+      chosen: codel,
+    })),
     choose: ({ uri }, name) => ({ uri, name }),
   },
-  probability: {
-    title: "Probability of a late job",
+  probability: ofInstance<Probability>("Probability of a late job", "mauve/probability", ({ words }) => words, (asked, shown) => asked ?? shown),
+  whatIf: declaration<WhatIf>("What if", "mauve/whatIf", "deployment", ({ before }, subject) => ({ subject: { ...subject, before } })),
+};
+
+/** A kind of panel about a declaration, whose name is a parameter and in the answer; `more` is what else an answer loads. */
+function declaration<Answer>(
+  title: string,
+  method: string,
+  parameter: keyof Answer & string,
+  more: (answer: Answer, subject: Subject) => Partial<Loaded<Answer>> = () => ({}),
+): Kind<Answer> {
+  return {
+    title,
+    load: async (request, asked) => {
+      const answer = await named<Answer>(request, method, parameter, asked);
+      const subject = { ...asked, name: answer[parameter] as string };
+      return { answer, subject, choices: [], chosen: "", ...more(answer, subject) };
+    },
+    choose: (subject) => subject,
+  };
+}
+
+/** A kind of panel about an instance of a deployment, which has these words in the choice; `subjectOf` is the one that stays chosen. */
+function ofInstance<Answer extends Schedule | Probability>(
+  title: string,
+  method: string,
+  words: (it: Answer["instances"][number]) => string,
+  subjectOf: (asked: string | undefined, shown: string | undefined) => string | undefined,
+): Kind<Answer> {
+  return {
+    title,
     load: async (request, subject) => {
-      const ask = (of: Subject) => named(request, "mauve/probability", "deployment", of, (it: Probability) => it.deployment);
+      const ask = (of: Subject) => named<Answer>(request, method, "deployment", of);
+      // An instance that is gone was renamed or removed.
       const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
-      const choices = answer.instances.map(({ instance, words }) => ({ label: `${instance}: ${words}`, value: instance }));
-      // While it is typed, an activity may have no probability: then another one is shown, and not kept.
-      const instance = subject.instance ?? answer.instance ?? undefined;
+      const choices = answer.instances.map((it) => ({ label: `${it.instance}: ${words(it)}`, value: it.instance }));
+      const instance = subjectOf(subject.instance, answer.instance ?? undefined);
       return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
     },
     choose: (subject, instance) => ({ ...subject, instance }),
-  },
-  whatIf: {
-    title: "What if",
-    load: async (request, subject) => {
-      const { values = [], before } = subject;
-      const withValues: Request = (method, parameters) => request(method, { ...parameters, values, before });
-      const answer = await named(withValues, "mauve/whatIf", "deployment", subject, (it: WhatIf) => it.deployment);
-      return { answer, subject: { ...subject, name: answer.deployment, before: answer.before }, choices: [], chosen: "" };
-    },
-    choose: (subject) => subject,
-  },
-};
+  };
+}
 
 /** The name of what a panel shows. */
 export function nameOf({ name, instance }: Subject): string {
@@ -134,11 +123,10 @@ async function loadGraph(request: Request, subject: Subject): Promise<Loaded<Gra
 async function named<T>(
   request: Request,
   method: string,
-  parameter: string,
-  { uri, position, name, instance }: Subject,
-  nameOf: (answer: T) => string,
+  parameter: keyof T & string,
+  { uri, position, name, instance, values, before }: Subject,
 ): Promise<T> {
-  const ask = (parameters: object) => request<T>(method, { textDocument: { uri }, instance, ...parameters });
+  const ask = (parameters: object) => request<T>(method, { textDocument: { uri }, instance, values, before, ...parameters });
   const byName = () => ask({ [parameter]: name });
   if (position === undefined) {
     return byName();
@@ -148,5 +136,5 @@ async function named<T>(
     return atPosition;
   }
   const answer = await atPosition.catch(byName);
-  return nameOf(answer) === name ? answer : byName().catch(() => answer);
+  return answer[parameter] === name ? answer : byName().catch(() => answer);
 }

@@ -18,75 +18,67 @@ export function details<Kind extends PanelKind>(
   actions: Actions,
   selected?: Item,
 ): HTMLElement[] {
-  switch (kind) {
-    case "architecture":
-      return ofGraph(answer as Graph, actions);
-    case "stateMachine":
-      return ofMachine(answer as Machine, actions, selected);
-    case "schedule":
-      return ofSchedule(answer as Answers["schedule"], actions);
-    case "chains":
-      return ofChains(answer as Chains, actions, selected);
-    case "probability":
-      return ofProbability(answer as Answers["probability"], actions);
-    case "whatIf":
-      return ofWhatIf(answer as Answers["whatIf"]);
-    default:
-      return ofTimes(answer as Answers["executionTimes"]);
-  }
+  return sections[kind](answer, actions, selected);
 }
 
+const sections: { [Kind in PanelKind]: (answer: Answers[Kind], actions: Actions, selected?: Item) => HTMLElement[] } = {
+  architecture: ofGraph,
+  stateMachine: ofMachine,
+  schedule: ofSchedule,
+  chains: ofChains,
+  executionTimes: ofTimes,
+  probability: ofProbability,
+  whatIf: ofWhatIf,
+};
+
+type Headline = { status: Row["status"]; text: string };
+
 /** What is most important, in a line with its status. */
-export function headline(kind: PanelKind, answer: Answers[PanelKind]): { status: Row["status"]; text: string } {
-  switch (kind) {
-    case "architecture": {
-      const { nodes, significance } = answer as Graph;
-      const instances = nodes.length === 1 ? "1 instance" : `${nodes.length} instances`;
-      return significance === null ? { status: "none", text: `${instances}; no deployment, so no times` } : summary(rows(nodes));
-    }
-    case "stateMachine": {
-      const { worstTrace, edges, reasons } = answer as Machine;
-      if (reasons.length > 0) {
-        return { status: "unknown", text: "Execution times unknown" };
-      }
-      const greatest = Math.max(0, ...edges.map(({ time }) => time ?? 0));
-      const total = steps(worstTrace, edges.map(({ time }) => time)).at(-1)?.total ?? 0;
-      const trace = worstTrace.length > 1 ? `; ${number(total)} ms in the worst ${worstTrace.length} periods` : "";
-      return { status: "none", text: `At most ${number(greatest)} ms per period${trace}` };
-    }
-    case "schedule": {
-      const { instance, instances, bound, note } = answer as Answers["schedule"];
-      const status = statusOf(instances.find((it) => it.instance === instance)?.status ?? null);
-      return { status: note === null ? "unknown" : status, text: note ?? `No schedule; bound ${number(bound)} ms` };
-    }
-    case "chains": {
-      const { chains } = answer as Chains;
-      const late = chains.filter(({ status }) => status === "missed");
-      const lost = chains.filter(({ latency }) => latency === null);
-      const count = (of: Chains["chains"], what: string) => (of.length === 0 ? [] : [`${of.length} of ${chains.length} ${what}`]);
-      const parts = [...count(late, "above the limit"), ...count(lost, "without a bound")];
-      const status = late.length > 0 ? "missed" : lost.length > 0 ? "unknown" : chains.some(({ limit }) => limit !== null) ? "met" : "none";
-      const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
-      return { status, text: parts.length === 0 ? chain : parts.join("; ") };
-    }
-    case "probability": {
-      const { instance, instances } = answer as Answers["probability"];
-      const shown = instances.find((it) => it.instance === instance);
-      return { status: statusOf(shown?.status ?? null), text: shown === undefined ? "No probability" : `${shown.instance}: ${shown.words}` };
-    }
-    case "whatIf": {
-      const { verdict, schedulable, rows } = answer as Answers["whatIf"];
-      const isMissed = rows.some(({ status }) => status === "missed");
-      return { status: schedulable ? "met" : isMissed ? "missed" : "unknown", text: verdict };
-    }
-    default: {
-      const { levels, shown, assumed } = answer as Answers["executionTimes"];
-      const at = levels.find(({ significance }) => significance === shown);
-      const text = at === undefined ? "No execution time" : `${number(at.time)} ms at level ${level(shown)}`;
-      return { status: at === undefined ? "unknown" : "none", text: assumed ? `${text}, assumed` : text };
-    }
-  }
+export function headline<Kind extends PanelKind>(kind: Kind, answer: Answers[Kind]): Headline {
+  return headlines[kind](answer);
 }
+
+const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Headline } = {
+  architecture: ({ nodes, significance }) => {
+    const instances = nodes.length === 1 ? "1 instance" : `${nodes.length} instances`;
+    return significance === null ? { status: "none", text: `${instances}; no deployment, so no times` } : summary(rows(nodes));
+  },
+  stateMachine: ({ worstTrace, edges, reasons }) => {
+    if (reasons.length > 0) {
+      return { status: "unknown", text: "Execution times unknown" };
+    }
+    const greatest = Math.max(0, ...edges.map(({ time }) => time ?? 0));
+    const total = steps(worstTrace, edges.map(({ time }) => time)).at(-1)?.total ?? 0;
+    const trace = worstTrace.length > 1 ? `; ${number(total)} ms in the worst ${worstTrace.length} periods` : "";
+    return { status: "none", text: `At most ${number(greatest)} ms per period${trace}` };
+  },
+  schedule: ({ instance, instances, bound, note }) => {
+    const status = statusOf(instances.find((it) => it.instance === instance)?.status ?? null);
+    return { status: note === null ? "unknown" : status, text: note ?? `No schedule; bound ${number(bound)} ms` };
+  },
+  chains: ({ chains }) => {
+    const late = chains.filter(({ status }) => status === "missed");
+    const lost = chains.filter(({ latency }) => latency === null);
+    const count = (of: Chains["chains"], what: string) => (of.length === 0 ? [] : [`${of.length} of ${chains.length} ${what}`]);
+    const parts = [...count(late, "above the limit"), ...count(lost, "without a bound")];
+    const status = late.length > 0 ? "missed" : lost.length > 0 ? "unknown" : chains.some(({ limit }) => limit !== null) ? "met" : "none";
+    const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
+    return { status, text: parts.length === 0 ? chain : parts.join("; ") };
+  },
+  executionTimes: ({ levels, shown, assumed }) => {
+    const at = levels.find(({ significance }) => significance === shown);
+    const text = at === undefined ? "No execution time" : `${number(at.time)} ms at level ${level(shown)}`;
+    return { status: at === undefined ? "unknown" : "none", text: assumed ? `${text}, assumed` : text };
+  },
+  probability: ({ instance, instances }) => {
+    const shown = instances.find((it) => it.instance === instance);
+    return { status: statusOf(shown?.status ?? null), text: shown === undefined ? "No probability" : `${shown.instance}: ${shown.words}` };
+  },
+  whatIf: ({ verdict, schedulable, rows }) => {
+    const isMissed = rows.some(({ status }) => status === "missed");
+    return { status: schedulable ? "met" : isMissed ? "missed" : "unknown", text: verdict };
+  },
+};
 
 /** `1e-4`, as the server writes levels. */
 export function level(significance: number): string {
@@ -121,6 +113,14 @@ function rowOf(item: Item, actions: Actions, status: string | undefined, ...cell
   row.addEventListener("pointerenter", () => actions.hover(item));
   row.addEventListener("pointerleave", () => actions.hover());
   return row;
+}
+
+/** A row of an instance that can be chosen. */
+function choosable(of: { instance: string; status: string }, chosen: string | null, actions: Actions, ...cells: HTMLElement[]): HTMLElement {
+  const isChosen = of.instance === chosen;
+  const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": of.instance }, of.instance);
+  button.addEventListener("click", () => actions.choose(of.instance));
+  return h("tr", { class: `${statusOf(of.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
 }
 
 function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Actions): HTMLElement[] {
@@ -207,13 +207,7 @@ function programs({ states, edges }: Machine, selected?: Item): HTMLElement {
 
 function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], actions: Actions): HTMLElement[] {
   const part = ({ response, deadline }: Scheduled) => (deadline === null ? 0 : response / Math.max(deadline, Number.MIN_VALUE));
-  const row = (it: Scheduled) => {
-    const status = statusOf(it.status);
-    const isChosen = it.instance === instance;
-    const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
-    button.addEventListener("click", () => actions.choose(it.instance));
-    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), response(it.figure, status, part(it)));
-  };
+  const row = (it: Scheduled) => choosable(it, instance, actions, response(it.figure, statusOf(it.status), part(it)));
   const sorted = [...instances].sort((one, other) => part(other) - part(one));
   const caption = "Response times, the worst first: show the schedule of";
   const columns = { Instance: "", "Response / deadline": "figure" } as const;
@@ -240,13 +234,7 @@ function ofChains({ chains, hops, leftOut }: Chains, actions: Actions, selected?
 }
 
 function ofProbability({ instance, instances, reasons: why }: Answers["probability"], actions: Actions): HTMLElement[] {
-  const row = (it: (typeof instances)[number]) => {
-    const isChosen = it.instance === instance;
-    const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
-    button.addEventListener("click", () => actions.choose(it.instance));
-    const cells = it.figures.map((of) => figure(of ?? ""));
-    return h("tr", { class: `${statusOf(it.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
-  };
+  const row = (it: (typeof instances)[number]) => choosable(it, instance, actions, ...it.figures.map((of) => figure(of ?? "")));
   const sorted = [...instances].sort((one, other) => other.missPerHour - one.missPerHour);
   const columns = { Instance: "", "In an hour": "figure", "Of a job": "figure" } as const;
   const shown = instances.find((it) => it.instance === instance);
