@@ -105,9 +105,7 @@ export class Figures implements vscode.Disposable {
 
   private markLate(key: string): void {
     this.late.add(key);
-    vscode.window.visibleTextEditors
-      .filter(({ document }) => document.uri.toString() === key)
-      .forEach((editor) => this.draw(editor));
+    this.drawAll(key);
   }
 
   /** From a change on, the figures on the screen may be those of an earlier text. */
@@ -171,7 +169,7 @@ export class Figures implements vscode.Disposable {
     }
     if (!isDrawn(document)) {
       this.forget(key);
-      this.drawAll(document);
+      this.drawAll(key);
       return;
     }
     void this.measure();
@@ -197,14 +195,14 @@ export class Figures implements vscode.Disposable {
         if (!asked.again) {
           this.confirm(key);
         }
-        this.drawAll(document);
+        this.drawAll(key);
       }
     } while (asked.again);
     this.asking.delete(key);
   }
 
-  private drawAll(document: vscode.TextDocument): void {
-    vscode.window.visibleTextEditors.filter((editor) => editor.document === document).forEach((it) => this.draw(it));
+  private drawAll(key: string): void {
+    vscode.window.visibleTextEditors.filter(({ document }) => document.uri.toString() === key).forEach((it) => this.draw(it));
   }
 
   private draw(editor: vscode.TextEditor): void {

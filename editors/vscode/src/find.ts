@@ -72,11 +72,13 @@ function isInside(file: string, folder: string): boolean {
   return isBelow(file, folder) || isBelow(behindLinks(file), behindLinks(folder));
 }
 
-function behindLinks(file: string): string {
+/** Where a file is behind all links, be it there or not. */
+export function behindLinks(file: string): string {
   try {
     return realpathSync(file);
   } catch {
-    return file;
+    const folder = path.dirname(file);
+    return folder === file ? file : path.join(behindLinks(folder), path.basename(file));
   }
 }
 

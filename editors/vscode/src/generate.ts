@@ -1,7 +1,7 @@
-import { realpath } from "node:fs/promises";
 import * as path from "node:path";
 import * as vscode from "vscode";
 import type { WorkspaceEdit } from "vscode-languageclient/node";
+import { behindLinks } from "./find";
 import { messageOf, Server } from "./server";
 
 /** What the server answers to `mauve/generate`. */
@@ -44,13 +44,10 @@ export async function generate(server: Server, uri: string, deployment?: string 
     void vscode.window.showInformationMessage(generated.nothing);
     return true;
   }
-  const files = new Set(await Promise.all(generated.files.map((file) => behindLinks(path.join(generated.folder, file.path)))));
-  const touched = async () => {
-    const changed = vscode.workspace.textDocuments.filter((it) => it.isDirty && it.uri.scheme === "file");
-    const places = await Promise.all(changed.map((it) => behindLinks(it.uri.fsPath)));
-    return changed.filter((_, index) => files.has(places[index]));
-  };
-  const [unsaved] = await touched();
+  const files = new Set(generated.files.map((file) => behindLinks(path.join(generated.folder, file.path))));
+  const isTouched = (it: vscode.TextDocument) => it.isDirty && it.uri.scheme === "file" && files.has(behindLinks(it.uri.fsPath));
+  const touched = () => vscode.workspace.textDocuments.filter(isTouched);
+  const [unsaved] = touched();
   if (unsaved !== undefined) {
     void vscode.window.showErrorMessage(`${unsaved.fileName} has changes that are not saved: save or revert it first.`);
     return false;
@@ -60,16 +57,6 @@ export async function generate(server: Server, uri: string, deployment?: string 
   if (!(await vscode.workspace.applyEdit(edit, { isRefactoring: true }))) {
     return false;
   }
-  const saved = await Promise.all((await touched()).map((document) => document.save()));
+  const saved = await Promise.all(touched().map((document) => document.save()));
   return saved.every((it) => it);
-}
-
-/** Where a file is behind all links, be it there or not: a folder may be open by another name. */
-async function behindLinks(file: string): Promise<string> {
-  try {
-    return await realpath(file);
-  } catch {
-    const folder = path.dirname(file);
-    return folder === file ? file : path.join(await behindLinks(folder), path.basename(file));
-  }
 }

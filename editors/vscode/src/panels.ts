@@ -39,7 +39,7 @@ export class Panels implements vscode.Disposable {
     this.registrations = vscode.Disposable.from(
       ...names.map((kind) => vscode.commands.registerCommand(commands[kind], (uri, place) => this.show(kind, uri, place))),
       ...names.map((kind) =>
-        vscode.window.registerWebviewPanelSerializer(viewType(kind), {
+        vscode.window.registerWebviewPanelSerializer(`mauve.${kind}`, {
           deserializeWebviewPanel: async (panel, state?: { subject?: Subject }) => {
             // A page that was never shown has no state.
             const subject = state?.subject ?? subjectOf(undefined);
@@ -82,7 +82,7 @@ export class Panels implements vscode.Disposable {
       return;
     }
     const column = { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true };
-    this.add(kind, vscode.window.createWebviewPanel(viewType(kind), "MAUVE", column), subject);
+    this.add(kind, vscode.window.createWebviewPanel(`mauve.${kind}`, "MAUVE", column), subject);
   }
 
   private add(kind: PanelKind, view: vscode.WebviewPanel, subject: Subject): void {
@@ -360,10 +360,6 @@ export async function showLocation({ uri, range }: Location): Promise<void> {
     selection: new vscode.Range(start.line, start.character, end.line, end.character),
     viewColumn: editor?.viewColumn ?? vscode.ViewColumn.One,
   });
-}
-
-function viewType(kind: PanelKind): string {
-  return `mauve.${kind}`;
 }
 
 /** The document and the position that an argument of a command names, otherwise those of the cursor. */
