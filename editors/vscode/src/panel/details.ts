@@ -109,17 +109,14 @@ function response(figure: string | null, status: Row["status"], part: number): H
 
 /** A row whose element in the drawing is lit while the pointer is on it. */
 function rowOf(item: Item, actions: Actions, status: string | undefined, ...cells: HTMLElement[]): HTMLElement {
-  const row = h("tr", { class: status, "data-item": item }, ...cells);
-  row.addEventListener("pointerenter", () => actions.hover(item));
-  row.addEventListener("pointerleave", () => actions.hover());
-  return row;
+  const light = { pointerenter: () => actions.hover(item), pointerleave: () => actions.hover() };
+  return h("tr", { class: status, "data-item": item, ...light }, ...cells);
 }
 
 /** A row of an instance that can be chosen. */
 function choosable(of: { instance: string; status: string }, chosen: string | null, actions: Actions, ...cells: HTMLElement[]): HTMLElement {
   const isChosen = of.instance === chosen;
-  const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": of.instance }, of.instance);
-  button.addEventListener("click", () => actions.choose(of.instance));
+  const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": of.instance, click: () => actions.choose(of.instance) }, of.instance);
   return h("tr", { class: `${statusOf(of.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
 }
 
@@ -228,8 +225,7 @@ function ofChains({ chains, hops, leftOut }: Chains, actions: Actions, selected?
   const chain = chains[chosen ?? 0];
   const why = chains.filter(({ reasons }) => reasons.length > 0).map((it) => `${it.name}: ${it.reasons.join("; ")}`);
   const more = leftOut === 0 ? [] : [`${leftOut} more chains are not shown: they are longer ways between the same ends`];
-  const light = h("button", { "data-key": "light" }, "Show in the architecture");
-  light.addEventListener("click", () => actions.lightChain(chain?.name ?? ""));
+  const light = h("button", { "data-key": "light", click: () => actions.lightChain(chain?.name ?? "") }, "Show in the architecture");
   return [h("section", {}, ...(chain === undefined ? [] : [light])), table("hops", `${chain?.name ?? ""}: ${chain?.figure ?? ""}`, columns, rows), reasons("Without a bound", why), reasons("Left out", more)];
 }
 
@@ -259,10 +255,8 @@ function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTime
 
 /** A button that goes to the source. */
 function link(text: string, item: Item, actions: Actions, below?: string): HTMLElement {
-  const button = h("button", { class: "link", "data-key": item, title: "Go to the source" }, text);
-  button.addEventListener("click", () => actions.go(item));
-  button.addEventListener("focus", () => actions.hover(item));
-  button.addEventListener("blur", () => actions.hover());
+  const events = { click: () => actions.go(item), focus: () => actions.hover(item), blur: () => actions.hover() };
+  const button = h("button", { class: "link", "data-key": item, title: "Go to the source", ...events }, text);
   return below === undefined ? button : h("span", {}, button, h("small", {}, below));
 }
 

@@ -2,10 +2,12 @@
 
 type Child = Node | string | undefined;
 
-/** Creates an element of HTML with these attributes and children; `on` has its listeners. */
+type Attributes = Record<string, string | number | boolean | undefined | (() => void)>;
+
+/** Creates an element of HTML with these attributes and children; functions listen to the events of their names. */
 export function h<Name extends keyof HTMLElementTagNameMap>(
   name: Name,
-  attributes: Record<string, string | number | boolean | undefined> = {},
+  attributes: Attributes = {},
   ...children: Child[]
 ): HTMLElementTagNameMap[Name] {
   const element = document.createElement(name);
@@ -22,9 +24,11 @@ export function s(name: string, attributes: Record<string, string | number> = {}
   return element;
 }
 
-function set(element: Element, attributes: Record<string, string | number | boolean | undefined>): void {
+function set(element: Element, attributes: Attributes): void {
   for (const [name, value] of Object.entries(attributes)) {
-    if (value !== undefined && value !== false) {
+    if (typeof value === "function") {
+      element.addEventListener(name, value);
+    } else if (value !== undefined && value !== false) {
       element.setAttribute(name, value === true ? "" : String(value));
     }
   }

@@ -37,17 +37,8 @@ export function cpus(mask: number | null, host?: string | null): string {
 
 /** The status of a deadline as a class; a response time without a bound misses its deadline. */
 export function statusOf(status: string | null): Row["status"] {
-  switch (status) {
-    case "met":
-      return "met";
-    case "not-analysed":
-      return "unknown";
-    case "background":
-    case null:
-      return "none";
-    default:
-      return "missed";
-  }
+  const others = { met: "met", "not-analysed": "unknown", background: "none" } as const;
+  return status === null ? "none" : (others[status as keyof typeof others] ?? "missed");
 }
 
 export const signs: Record<Row["status"], string> = { met: "✓", missed: "✗", unknown: "?", none: "–" };

@@ -155,9 +155,7 @@ post({ type: "ready" });
 function button(name: string, text: string, title: string, action: () => void): HTMLButtonElement {
   // Signs have a name; words are their own.
   const label = /\w/.test(text) || name !== "" ? undefined : title.replace(/ \(.*/, "");
-  const element = h("button", { class: name, title, "aria-label": label }, text);
-  element.addEventListener("click", action);
-  return element;
+  return h("button", { class: name, title, "aria-label": label, click: action }, text);
 }
 
 function receive(message: ToPanel): void {
