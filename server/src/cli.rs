@@ -118,6 +118,7 @@ enum Command {
     /// have errors; 2 the program cannot be built or started.
     Run(run::Run),
     /// Import recorded executions, compare them with the model, or show them in a viewer.
+    #[command(subcommand)]
     Trace(trace::Trace),
     /// Execute codels alone, many times, and add their execution times to a sample file.
     ///
@@ -138,6 +139,7 @@ enum Command {
     /// or written.
     Pwcet(pwcet::Pwcet),
     /// Check what response times assume of this computer, or read what was measured of it.
+    #[command(subcommand)]
     Platform(platform::Platform),
     /// Explain a diagnostic code.
     Explain(explain::Explain),
@@ -152,6 +154,7 @@ enum Command {
     /// Create a small project to start from.
     New(new::New),
     /// Install or remove the support for an editor.
+    #[command(subcommand)]
     Editor(editor::Editor),
     /// Write a manual page for each command into a folder.
     #[command(hide = true)]

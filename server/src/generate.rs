@@ -173,12 +173,9 @@ type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
 /// Merges the packages of several projects that go to one folder, each once.
 fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
     let mut all: Vec<(Project<'db>, Package)> = Vec::new();
-    let mut numbers: HashMap<String, usize> = HashMap::new();
     for (project, packages) in made {
         for package in packages {
-            let number = numbers.get(&package.name);
-            let Some((other, known)) = number.and_then(|&number| all.get(number)) else {
-                numbers.insert(package.name.clone(), all.len());
+            let Some((other, known)) = all.iter().find(|(_, known)| known.name == package.name) else {
                 all.push((project, package));
                 continue;
             };

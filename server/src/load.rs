@@ -240,7 +240,7 @@ impl Loader {
     /// Returns `None` while a search is required.
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Option<Loaded> {
         let before = std::mem::take(&mut self.watch_set);
-        self.walks.begin_load();
+        self.walks.asked.clear();
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
         self.before = std::mem::take(&mut self.read);
@@ -545,7 +545,7 @@ impl Loader {
         // All are its own where no other configuration is below.
         let own = folder.join(CONFIG_FILE);
         let is_all =
-            self.walks.known(&walk(false)).is_some_and(|all| all.configs.iter().all(|it| *it == own));
+            self.walks.known.get(&walk(false)).is_some_and(|all| all.configs.iter().all(|it| *it == own));
         let mut found = self.walked(walk(is_own && !is_all))?;
         // Those that an editor has and has not saved yet.
         let new = self.edited.iter().filter(|path| depth.is_none() && path.starts_with(folder));

@@ -76,6 +76,17 @@ pub enum Action {
     Remove,
 }
 
+impl Action {
+    /// Returns the word for the action.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Action::Create(_) => "create",
+            Action::Change(_) => "change",
+            Action::Remove => "remove",
+        }
+    }
+}
+
 /// A codel whose prototype differs from the one that the user's file was written for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChangedCodel {

@@ -140,7 +140,7 @@ impl Check {
         let text = match self.format {
             CheckFormat::Sarif => json::text(&sarif::log(db, &here, (&findings, &suppressed), &deployed))?,
             CheckFormat::Json => {
-                let lines = Lines::new(|text| text.chars().count());
+                let lines = Lines { width: |text| text.chars().count() };
                 json::text(&object! {
                     diagnostics: findings.iter().map(|it| document(db, &lines, it)).collect::<Vec<_>>(),
                     [suppressed]: non_empty(suppressed.iter().map(|it| suppressed_document(db, &lines, it))),

@@ -23,14 +23,8 @@ use home::Home;
 use installation::Installation;
 use options::{Name, Options};
 
-#[derive(Debug, clap::Args)]
-pub(crate) struct Editor {
-    #[command(subcommand)]
-    command: Command,
-}
-
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(crate) enum Editor {
     /// Install the support for an editor: highlighting, the language server, response times.
     ///
     /// A second run changes nothing, and a later version of mauve updates the files. Exit codes: 0 installed, or up to date;
@@ -46,8 +40,8 @@ enum Command {
 
 impl Editor {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let (Command::Install(options) | Command::Uninstall(options)) = &self.command;
-        let is_install = matches!(self.command, Command::Install(_));
+        let (Editor::Install(options) | Editor::Uninstall(options)) = &self;
+        let is_install = matches!(self, Editor::Install(_));
         if options.editor == Name::Vscode {
             return if is_install { vscode::install(options) } else { vscode::uninstall(options) };
         }

@@ -188,7 +188,7 @@ impl Generate {
         let text = match self.format {
             GenerateFormat::Human => refusal_text(db, workspaces, problems),
             GenerateFormat::Json => {
-                let lines = Lines::new(|text| text.chars().count());
+                let lines = Lines { width: |text| text.chars().count() };
                 let problems =
                     problems.iter().map(|it| located(db, &lines, &it.at, &problem_message(&it.kind)));
                 let problems: Vec<_> = problems.collect();

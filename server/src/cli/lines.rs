@@ -23,14 +23,10 @@ pub(super) struct PositionDocument {
 
 /// How wide a text is in columns.
 pub(super) struct Lines {
-    width: fn(&str) -> usize,
+    pub(super) width: fn(&str) -> usize,
 }
 
 impl Lines {
-    pub(super) fn new(width: fn(&str) -> usize) -> Lines {
-        Lines { width }
-    }
-
     /// ` (path:line)`; nothing for a whole file, which a message names.
     pub(super) fn shown(&self, db: &Database, here: &Path, at: &Location<'_>) -> String {
         if matches!(at, Location::Range(_, 0, 0)) {

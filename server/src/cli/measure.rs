@@ -85,7 +85,7 @@ impl Measure {
         let root = project.root(&db).path(&db);
         let build = Build::open(root, Some(&out.real))?;
         let program = build.build(&[package], MEASURE, &self.names.join(", "))?;
-        let recording = build.folder().join(format!("measured-{}", std::process::id()));
+        let recording = build.folder.join(format!("measured-{}", std::process::id()));
         let imported =
             self.execute(&program, &recording).and_then(|()| import_recording(&recording, &self.output));
         let _ = fs::remove_dir_all(&recording);

@@ -8,14 +8,8 @@ use clap::Subcommand;
 
 use crate::output::Output;
 
-#[derive(Debug, clap::Args)]
-pub(crate) struct Platform {
-    #[command(subcommand)]
-    command: Command,
-}
-
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(crate) enum Platform {
     /// Check this computer: kernel, throttling, frequency, sleep, rights and clock.
     ///
     /// Response times hold on a computer that runs real-time threads at once and at one speed. One line for each property says
@@ -34,9 +28,9 @@ enum Command {
 
 impl Platform {
     pub(crate) fn run(self) -> Result<Output, String> {
-        match self.command {
-            Command::Check(it) => it.run(),
-            Command::Import(it) => it.run(),
+        match self {
+            Platform::Check(it) => it.run(),
+            Platform::Import(it) => it.run(),
         }
     }
 }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
-use mauve_hir::{Database, Decl, Hosts, Project};
+use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
 use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
@@ -22,7 +22,7 @@ use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
 use crate::analysis_document::deployments;
 use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::options::{Outside, Paths, level, time};
-use crate::cli::text::{columns, counted, number};
+use crate::cli::text::{self, columns, counted, number};
 use crate::json;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -276,12 +276,25 @@ fn table(it: &Simulation<'_>) -> String {
         options.seed,
         times_of(it.report.times.as_deref())
     );
-    let header = [
-        "instance", "CPU", "priority", "period", "deadline", "jobs", "average", "greatest", "bound",
-        "of bound", "",
-    ];
-    let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&it.report.hosts, &row)).collect();
-    out += &columns(&header, &rows);
+    let none = || "—".to_owned();
+    let rounded =
+        |time: Option<Time>| time.map_or_else(none, |it| format!("{:.3}", it.as_f64(Unit::Milliseconds)));
+    out += &text::table(
+        &it.rows().collect::<Vec<_>>(),
+        &[
+            ("instance", &|row| row.activity.instance.to_string()),
+            ("CPU", &|row| cpu_numbers(&it.report.hosts, row.activity.cpus)),
+            ("priority", &|row| priority(row.activity.priority)),
+            ("period", &|row| number(row.activity.period)),
+            ("deadline", &|row| number(row.activity.deadline)),
+            ("jobs", &|row| row.statistics.map_or_else(none, |it| it.jobs.to_string())),
+            ("average", &|row| rounded(row.statistics.and_then(|it| it.average))),
+            ("greatest", &|row| rounded(row.statistics.and_then(|it| it.greatest))),
+            ("bound", &|row| number(row.activity.response)),
+            ("of bound", &|row| row.ratio().map_or_else(none, |ratio| format!("{:.1} %", ratio * 100.0))),
+            ("", &verdict),
+        ],
+    );
     match it.worst_case() {
         Some(worst) => out += &format!("  {worst}\n{}", way_table(it)),
         None => out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n",
@@ -313,30 +326,12 @@ fn way_table(it: &Simulation<'_>) -> String {
     if rows.is_empty() { String::new() } else { columns(&header, &rows) }
 }
 
-fn cells(hosts: &Hosts, row: &Row<'_, '_>) -> Vec<String> {
-    let Row { activity, statistics, .. } = row;
-    let rounded = |time: Option<Time>| match time {
-        Some(time) => format!("{:.3}", time.as_f64(Unit::Milliseconds)),
-        None => "—".to_owned(),
-    };
-    let verdict = match (statistics, row.left_out) {
+fn verdict(row: &Row<'_, '_>) -> String {
+    match (row.statistics, row.left_out) {
         (Some(Statistics { jobs: 0, .. }), _) => "no job ended".to_owned(),
         (Some(Statistics { misses: 0, .. }), _) => "✓ met".to_owned(),
         (Some(statistics), _) => format!("✗ {} missed", statistics.misses),
         (None, Some(LeftOut::Background)) => "background".to_owned(),
         (None, _) => "not simulated".to_owned(),
-    };
-    vec![
-        activity.instance.to_string(),
-        activity.cpus.map_or_else(|| "?".to_owned(), |cpus| cpu_numbers(hosts, cpus)),
-        priority(activity.priority),
-        number(activity.period),
-        number(activity.deadline),
-        statistics.map_or_else(|| "—".to_owned(), |it| it.jobs.to_string()),
-        rounded(statistics.and_then(|it| it.average)),
-        rounded(statistics.and_then(|it| it.greatest)),
-        number(activity.response),
-        row.ratio().map_or_else(|| "—".to_owned(), |ratio| format!("{:.1} %", ratio * 100.0)),
-        verdict,
-    ]
+    }
 }

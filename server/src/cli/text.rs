@@ -78,7 +78,7 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// The head of a column, and its cell of an item.
-type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+pub(super) type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
 /// Formats a table with a row for each item.
 pub(super) fn table<T>(items: &[T], of_columns: &[Column<'_, T>]) -> String {

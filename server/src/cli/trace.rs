@@ -10,14 +10,8 @@ pub(super) use import::{import_recording, shown_key, warnings as recording_warni
 
 use crate::output::Output;
 
-#[derive(Debug, clap::Args)]
-pub(crate) struct Trace {
-    #[command(subcommand)]
-    command: Command,
-}
-
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(crate) enum Trace {
     /// Add the execution times in recorded traces to a sample file.
     ///
     /// A TRACE is a folder that LTTng has recorded, which needs the program babeltrace2; a folder of `mauve run --trace`; or a
@@ -57,10 +51,10 @@ enum Command {
 
 impl Trace {
     pub(crate) fn run(self) -> Result<Output, String> {
-        match self.command {
-            Command::Import(it) => it.run(),
-            Command::Check(it) => it.run(),
-            Command::Export(it) => it.run(),
+        match self {
+            Trace::Import(it) => it.run(),
+            Trace::Check(it) => it.run(),
+            Trace::Export(it) => it.run(),
         }
     }
 }

@@ -27,7 +27,7 @@ use crate::cli::comparison::{comparison_document, comparison_table};
 use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
-use crate::cli::text::{columns, counted, csv, number, shown};
+use crate::cli::text::{self, Column, columns, counted, csv, number, shown};
 use crate::cli::verify::certificate;
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
@@ -379,7 +379,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
 fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     let mut notes: Vec<(String, Vec<String>)> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
-    let lines = Lines::new(|text| text.chars().count());
+    let lines = Lines { width: |text| text.chars().count() };
     let here = std::env::current_dir().unwrap_or_default();
     for (query, report) in &it.reports {
         // Activities are named already.
@@ -461,38 +461,24 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
     };
     let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
     let has_components = report.activities.iter().any(|it| !it.component_name.is_empty());
-    let mut header = vec!["instance"];
-    header.extend(has_components.then_some("component"));
-    header.extend(["CPU", "priority", "period", "deadline", "WCET"]);
-    header.extend((!is_first_greatest).then_some("first job"));
-    header.extend(["response", "slack"]);
-    header.extend(has_methods.then_some("method"));
-    header.push("");
-    let rows: Vec<Vec<String>> = report
-        .activities
-        .iter()
-        .map(|activity| {
-            let slack = activity
-                .deadline
-                .zip(activity.response)
-                .and_then(|(deadline, response)| deadline.checked_sub(response));
-            let mut cells = vec![activity.instance.to_string()];
-            cells.extend(has_components.then(|| activity.component_name.to_string()));
-            cells.extend([
-                activity.cpus.map_or_else(|| "?".to_owned(), |cpus| cpu_numbers(&report.hosts, cpus)),
-                priority(activity.priority),
-                number(activity.period),
-                number(activity.deadline),
-                number(activity.own),
-            ]);
-            cells.extend((!is_first_greatest).then(|| number(activity.first_job)));
-            cells.extend([number(activity.response), number(slack)]);
-            cells.extend(has_methods.then(|| method(activity)));
-            cells.push(verdict(of, activity));
-            cells
-        })
-        .collect();
-    let mut out = columns(&header, &rows);
+    let slack =
+        |it: &ActivityReport<'_>| it.deadline.zip(it.response).and_then(|(of, time)| of.checked_sub(time));
+    let all: [(bool, Column<'_, ActivityReport<'_>>); 12] = [
+        (true, ("instance", &|it| it.instance.to_string())),
+        (has_components, ("component", &|it| it.component_name.to_string())),
+        (true, ("CPU", &|it| cpu_numbers(&report.hosts, it.cpus))),
+        (true, ("priority", &|it| priority(it.priority))),
+        (true, ("period", &|it| number(it.period))),
+        (true, ("deadline", &|it| number(it.deadline))),
+        (true, ("WCET", &|it| number(it.own))),
+        (!is_first_greatest, ("first job", &|it| number(it.first_job))),
+        (true, ("response", &|it| number(it.response))),
+        (true, ("slack", &|it| number(slack(it)))),
+        (has_methods, ("method", &method)),
+        (true, ("", &|it| verdict(of, it))),
+    ];
+    let shown: Vec<_> = all.into_iter().filter(|(is_shown, _)| *is_shown).map(|(_, column)| column).collect();
+    let mut out = text::table(&report.activities, &shown);
     if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
         let _ = writeln!(out, "  *: {EXHAUSTED}");
     }
@@ -541,7 +527,8 @@ fn utilisations(report: &Report<'_>) -> String {
 }
 
 /// `1`, `2, 3`; of several hosts, `eyes: 1`.
-pub(super) fn cpu_numbers(hosts: &Hosts, cpus: CpuSet) -> String {
+pub(super) fn cpu_numbers(hosts: &Hosts, cpus: Option<CpuSet>) -> String {
+    let Some(cpus) = cpus else { return "?".to_owned() };
     let (host, cpus) = hosts.local(cpus);
     let numbers = cpus.to_string();
     let numbers = numbers.trim_start_matches("CPUs ").trim_start_matches("CPU ");

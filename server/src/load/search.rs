@@ -12,7 +12,7 @@ impl Loader {
     /// Has the next search look through this folder, for a later load.
     pub(crate) fn foresee(&mut self, folder: &Path) {
         let folder = canonical_path(folder);
-        self.walks.foresee(Walk::Models { folder, depth: None, is_own: false });
+        self.walks.asked.insert(Walk::Models { folder, depth: None, is_own: false });
     }
 
     /// Begins a search of what has changed.

@@ -128,16 +128,16 @@ impl Search {
 /// The results of walks.
 #[derive(Debug, Default)]
 pub(super) struct Walks {
-    known: BTreeMap<Walk, Walked>,
+    pub(super) known: BTreeMap<Walk, Walked>,
     /// The walks that the last load requested.
-    asked: BTreeSet<Walk>,
+    pub(super) asked: BTreeSet<Walk>,
 }
 
 impl Walks {
     /// Requests a walk, and returns its result if it is known.
     pub(super) fn walked(&mut self, walk: &Walk) -> Option<&Walked> {
         self.asked.insert(walk.clone());
-        self.known(walk)
+        self.known.get(walk)
     }
 
     /// Returns whether a requested walk has no result.
@@ -151,16 +151,6 @@ impl Walks {
             self.known.insert(walk, walked);
             true
         }
-    }
-
-    /// Has the next search take this walk, for a later load.
-    pub(super) fn foresee(&mut self, walk: Walk) {
-        self.asked.insert(walk);
-    }
-
-    /// Forgets which walks were requested.
-    pub(super) fn begin_load(&mut self) {
-        self.asked.clear();
     }
 
     /// Returns the requested walks whose results may have changed, those for tables only if these `may_have`; the nearest projects
@@ -179,11 +169,6 @@ impl Walks {
             all.retain(|walk| !is_first(walk));
         }
         all
-    }
-
-    /// Returns the result of a walk, if it is known.
-    pub(super) fn known(&self, walk: &Walk) -> Option<&Walked> {
-        self.known.get(walk)
     }
 }
 

@@ -30,7 +30,7 @@ use super::documents::{Documents, Open};
 use super::event::{Event, Job};
 use super::outbox::Refresh;
 use super::progress::{self, Work};
-use super::publisher::Publisher;
+use super::publisher::{Publisher, replace};
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
 use super::staleness::Staleness;
@@ -680,7 +680,7 @@ impl MainLoop {
             is_searching: self.staleness.are_files_missing() && !are_folders_late,
             are_folders_late,
             searched: self.loader.searched(),
-            outbox: self.publisher.outbox(),
+            outbox: Arc::clone(&self.publisher.outbox),
         }
     }
 
@@ -761,10 +761,10 @@ impl MainLoop {
             self.check_after(due);
         }
         self.earlier = Arc::new(figures);
-        if self.publisher.are_hints_changed(hints) && self.capabilities.hint_refresh {
+        if replace(&mut self.publisher.hints, hints) && self.capabilities.hint_refresh {
             self.publisher.refresh(Refresh::Hints);
         }
-        if self.publisher.are_lenses_changed(lenses) && self.capabilities.lens_refresh {
+        if replace(&mut self.publisher.lenses, lenses) && self.capabilities.lens_refresh {
             self.publisher.refresh(Refresh::Lenses);
         }
         if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {

@@ -16,25 +16,20 @@ use crate::harmless::harmless;
 #[derive(Default)]
 pub(crate) struct Publisher {
     published: DiagnosticsByFile,
-    hints: BTreeMap<Url, u64>,
-    lenses: BTreeMap<Url, u64>,
+    pub(crate) hints: BTreeMap<Url, u64>,
+    pub(crate) lenses: BTreeMap<Url, u64>,
     warnings: BTreeSet<String>,
     /// The answers to a client that pulls diagnostics of open files.
     pulls: Option<Pulls>,
     /// Whether the client pulls the diagnostics of all files.
     pulls_all: bool,
-    outbox: Arc<Outbox>,
+    pub(crate) outbox: Arc<Outbox>,
 }
 
 impl Publisher {
     /// Creates a publisher of messages that [`Outbox::send_to`] sends.
     pub(crate) fn new(outbox: Arc<Outbox>) -> Publisher {
         Publisher { outbox, ..Publisher::default() }
-    }
-
-    /// Returns the waiting messages.
-    pub(crate) fn outbox(&self) -> Arc<Outbox> {
-        Arc::clone(&self.outbox)
     }
 
     /// Switches to pulled diagnostics for open files.
@@ -96,16 +91,6 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
     }
 
-    /// Records the hashes of the inlay hints. Returns whether those of an open file have changed.
-    pub(crate) fn are_hints_changed(&mut self, hints: BTreeMap<Url, u64>) -> bool {
-        replace(&mut self.hints, hints)
-    }
-
-    /// Records the hashes of the code lenses. Returns whether those of an open file have changed.
-    pub(crate) fn are_lenses_changed(&mut self, lenses: BTreeMap<Url, u64>) -> bool {
-        replace(&mut self.lenses, lenses)
-    }
-
     /// Records that the client has closed a file: its displayed diagnostics are unknown from now on.
     pub(crate) fn forget(&mut self, url: &Url) {
         if let Some((version, _)) = self.published.get_mut(url) {
@@ -158,7 +143,7 @@ impl Publisher {
 }
 
 /// Replaces hashes. Returns whether one is new: what the client has before the first check is unknown.
-fn replace(known: &mut BTreeMap<Url, u64>, hashes: BTreeMap<Url, u64>) -> bool {
+pub(crate) fn replace(known: &mut BTreeMap<Url, u64>, hashes: BTreeMap<Url, u64>) -> bool {
     let is_changed = hashes.iter().any(|(url, hash)| known.get(url) != Some(hash));
     *known = hashes;
     is_changed

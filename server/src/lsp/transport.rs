@@ -64,7 +64,7 @@ pub(crate) async fn serve(
     let code = |is_shut_down: bool| u8::from(!is_shut_down);
     loop {
         tokio::select! {
-            frame = streams.incoming.recv(), if waiting(&streams) + tasks.len() < MOST_WAITING => {
+            frame = streams.incoming.recv(), if streams.backlog.waiting() + tasks.len() < MOST_WAITING => {
                 let Some(frame) = frame else { return code(is_shut_down) };
                 let received = received(service.inner(), &streams, &mut from_client, frame).await;
                 let Some(request) = received else { continue };
@@ -82,9 +82,9 @@ pub(crate) async fn serve(
                         // A request before `initialize` is refused, and the session continues.
                         let is_accepted = !answered.is_refused();
                         is_shut_down |= is_shutdown && is_accepted;
-                        answered.send(&streams, service.inner().trace());
+                        answered.send(&streams, &service.inner().trace);
                         let trace = if is_shut_down { Some("off".into()) } else { trace };
-                        trace.filter(|_| is_accepted).iter().for_each(|it| service.inner().trace().set(it));
+                        trace.filter(|_| is_accepted).iter().for_each(|it| service.inner().trace.set(it));
                     }
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);
@@ -92,7 +92,7 @@ pub(crate) async fn serve(
                 }
             }
             Some(answered) = tasks.join_next() => {
-                answered.into_iter().for_each(|it| it.send(&streams, service.inner().trace()));
+                answered.into_iter().for_each(|it| it.send(&streams, &service.inner().trace));
             }
             Some(request) = to_client.next(), if writing.is_none() => {
                 // After `shutdown`, requests that a refresh causes would be refused.
@@ -108,7 +108,7 @@ pub(crate) async fn serve(
                 writing = None;
             }
             // Checks the condition above again.
-            () = streams.backlog.less.notified(), if waiting(&streams) > 0 => {}
+            () = streams.backlog.less.notified(), if streams.backlog.waiting() > 0 => {}
             () = streams.outgoing.closed() => {
                 tracing::warn!("the client no longer reads");
                 return code(false);
@@ -263,10 +263,6 @@ fn json(response: &Response) -> Option<String> {
 
 fn put(streams: &Streams, message: Outgoing) {
     streams.backlog.put(&streams.outgoing, message);
-}
-
-fn waiting(streams: &Streams) -> usize {
-    streams.backlog.waiting()
 }
 
 const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];

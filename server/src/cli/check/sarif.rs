@@ -46,7 +46,7 @@ pub(super) fn log(
     }
     let root = address_of(here).map(|url| format!("{}/", url.as_str().trim_end_matches('/')));
     let artifacts =
-        Artifacts { db, root: root.as_deref(), lines: Lines::new(|text| text.encode_utf16().count()) };
+        Artifacts { db, root: root.as_deref(), lines: Lines { width: |text| text.encode_utf16().count() } };
     let none = (!suppressed.is_empty()).then(Vec::new);
     let whys = findings.iter().map(|_| none.clone());
     let whys = whys.chain(suppressed.iter().map(|(_, why)| Some(vec![why])));

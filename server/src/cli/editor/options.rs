@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Options {
+pub(crate) struct Options {
     /// The editor.
     pub(super) editor: Name,
     /// Change nothing: print the changes.
@@ -23,7 +23,7 @@ pub(super) struct Options {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Name {
+pub(crate) enum Name {
     /// VS Code 1.91 or later, VSCodium and code-server.
     Vscode,
     /// Neovim 0.10 or later.

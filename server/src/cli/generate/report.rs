@@ -5,6 +5,7 @@ use std::path::Path;
 use mauve_hir::normalised;
 use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Step};
 use serde::Serialize;
+use similar::TextDiff;
 
 use crate::cli::text::{counted, shown};
 use crate::generate::{Generated, Out};
@@ -61,26 +62,24 @@ fn files(plan: &Plan, doing: Doing, path: &dyn Fn(&str) -> String) -> String {
             && steps.iter().all(is_created)
         {
             let files = counted(steps.len(), "file");
-            text += &line(done(&first.action, doing), &format!("{} ({files})", path(package(first))));
+            text += &line(&done(&first.action, doing), &format!("{} ({files})", path(package(first))));
             continue;
         }
         // What was edited is said below.
         for step in steps.iter().filter(|step| doing == Doing::Done || !plan.edited.contains(&step.path)) {
-            text += &line(done(&step.action, doing), &path(&step.path));
+            text += &line(&done(&step.action, doing), &path(&step.path));
         }
     }
     text
 }
 
-fn done(action: &Action, doing: Doing) -> &'static str {
-    match (action, doing) {
-        (Action::Create(_), Doing::Done) => "created",
-        (Action::Change(_), Doing::Done) => "changed",
-        (Action::Remove, Doing::Done) => "removed",
-        (Action::Create(_), _) => "to be created",
-        (Action::Change(_), _) => "to be changed",
-        (Action::Remove, _) => "to be removed",
-    }
+/// `created`, `to be created`
+fn done(action: &Action, doing: Doing) -> String {
+    format!("{}{}d", to_be(doing), action.name())
+}
+
+fn to_be(doing: Doing) -> &'static str {
+    if doing == Doing::Done { "" } else { "to be " }
 }
 
 /// `2 files created, 1 changed; the prototype of 1 codel has changed`
@@ -102,16 +101,12 @@ fn summary(plan: &Plan, doing: Doing) -> String {
              `--force`"
         );
     }
-    let count = |is_such: fn(&Action) -> bool| plan.steps.iter().filter(|step| is_such(&step.action)).count();
-    let counts = [
-        (count(|action| matches!(action, Action::Create(_))), "created"),
-        (count(|action| matches!(action, Action::Change(_))), "changed"),
-        (count(|action| *action == Action::Remove), "removed"),
-    ];
-    let to_be = if doing == Doing::Done { "" } else { "to be " };
-    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
-    let counts: Vec<String> =
-        counts.map(|(it, done)| format!("{} {to_be}{done}", counted(it, "file"))).collect();
+    let to_be = to_be(doing);
+    let counted = |action: &str| match paths(plan, action).len() {
+        0 => None,
+        count => Some(format!("{} {to_be}{action}d", counted(count, "file"))),
+    };
+    let counts: Vec<String> = ["create", "change", "remove"].into_iter().filter_map(counted).collect();
     let files = if counts.is_empty() { format!("nothing {to_be}changed") } else { counts.join(", ") };
     match plan.changed_codels.len() {
         0 => files,
@@ -120,30 +115,20 @@ fn summary(plan: &Plan, doing: Doing) -> String {
     }
 }
 
+/// Returns the paths of the steps with this action.
+fn paths(plan: &Plan, action: &str) -> Vec<String> {
+    plan.steps.iter().filter(|step| step.action.name() == action).map(|step| step.path.clone()).collect()
+}
+
 /// The prototypes of a codel as a unified diff.
 fn prototypes(codel: &ChangedCodel, path: &str) -> String {
-    let lines =
-        |sign: char, text: &str| -> String { text.lines().map(|line| format!("{sign}{line}\n")).collect() };
-    let range = |text: &str| match text.lines().count() {
-        0 => "0,0".to_owned(),
-        1 => "1".to_owned(),
-        several => format!("1,{several}"),
-    };
-    format!(
-        "--- {path}\n+++ {path}.new\n@@ -{} +{} @@\n{}{}",
-        range(&codel.before),
-        range(&codel.now),
-        lines('-', &codel.before),
-        lines('+', &codel.now),
-    )
+    let diff = TextDiff::from_lines(&codel.before, &codel.now);
+    diff.unified_diff().missing_newline_hint(false).header(path, &format!("{path}.new")).to_string()
 }
 
 /// Returns the steps of a plan; paths are relative to `out`.
 pub(super) fn document(it: &Generated) -> impl Serialize + use<> {
     let Generated { out: Out { shown: out, .. }, packages, plan, left_packages, .. } = it;
-    let steps = |is_such: fn(&Action) -> bool| -> Vec<String> {
-        plan.steps.iter().filter(|step| is_such(&step.action)).map(|step| step.path.clone()).collect()
-    };
     let changed_codels = plan.changed_codels.iter().map(|it| {
         object! {
             file: it.path.clone(),
@@ -155,9 +140,9 @@ pub(super) fn document(it: &Generated) -> impl Serialize + use<> {
     object! {
         out: out.canonicalize().unwrap_or_else(|_| out.clone()),
         packages: packages.iter().map(|package| package.name.clone()).collect::<Vec<_>>(),
-        created: steps(|action| matches!(action, Action::Create(_))),
-        changed: steps(|action| matches!(action, Action::Change(_))),
-        removed: steps(|action| *action == Action::Remove),
+        created: paths(plan, "create"),
+        changed: paths(plan, "change"),
+        removed: paths(plan, "remove"),
         edited: plan.edited.clone(),
         changed_codels: changed_codels.collect::<Vec<_>>(),
         left_codels: plan.left_codels.clone(),

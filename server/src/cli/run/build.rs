@@ -97,7 +97,7 @@ fn toolchain() -> Vec<u8> {
 
 /// The folder of a program in the cache.
 pub(in crate::cli) struct Build {
-    folder: PathBuf,
+    pub(in crate::cli) folder: PathBuf,
     /// The folder of the packages with the user's codels.
     codels: Option<PathBuf>,
 }
@@ -121,11 +121,6 @@ impl Build {
                 .map_err(|error| format!("cannot build in `{}`: {error}", folder.display()))?;
         }
         Ok(Build { folder, codels: codels.map(Path::to_owned) })
-    }
-
-    /// Returns the folder, which only the user can read and write.
-    pub(in crate::cli) fn folder(&self) -> &Path {
-        &self.folder
     }
 
     /// Writes the packages, builds the program, and returns its path.

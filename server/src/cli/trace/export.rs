@@ -18,7 +18,7 @@ use crate::analysis_document::deployments;
 use crate::cli::errors::several_of;
 use crate::cli::options::{Outside, level, time};
 use crate::cli::own_output::check_own;
-use crate::cli::trace_events::{line, process, thread};
+use crate::cli::trace_events::{arrow, line, process, thread};
 use crate::load::load;
 use crate::output::{Output, say};
 use crate::replace::put_with;
@@ -201,8 +201,8 @@ const MOST_WRITES: usize = 1 << 10;
 /// Where a value was written.
 struct Place {
     number: Option<u64>,
-    at: i64,
-    thread: (u32, usize),
+    /// The process, the thread, and the time.
+    at: (u32, usize, i64),
 }
 
 /// Writes spans as events. A CPU is a process, and each instance that was active on it a thread, with a thread for its bounds.
@@ -320,7 +320,7 @@ impl<W: Write> TraceWriter<W> {
             json!({ "ph": "X", "name": title, "cat": category, "pid": pid, "tid": tid, "args": args });
         self.write(&line(&[("ts", ts), ("dur", dur)], &event))?;
         if name.kind == SpanKind::Access {
-            self.arrow(name, span, Place { number: span.number, at: ts, thread: (pid, tid) })?;
+            self.arrow(name, span, Place { number: span.number, at: (pid, tid, ts) })?;
         }
         for (what, at) in instants.into_iter().filter(|(_, at)| (from..=to).contains(at)) {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
@@ -348,13 +348,9 @@ impl<W: Write> TraceWriter<W> {
         let written = self.written.get(&connection.ends[0]);
         let mut latest = written.into_iter().flatten().rev();
         let Some(from) = latest.find(|it| it.number == place.number) else { return Ok(()) };
-        let id = self.arrows;
-        let event = |phase: &str, (pid, tid): (u32, usize)| json!({ "ph": phase, "bp": "e", "id": id, "name": connection.name, "cat": "data", "pid": pid, "tid": tid });
-        let (begin, end) = (event("s", from.thread), event("f", place.thread));
-        let (begin, end) = (line(&[("ts", from.at)], &begin), line(&[("ts", place.at)], &end));
+        let events = arrow(self.arrows, &connection.name, [from.at, place.at]);
         self.arrows += 1;
-        self.write(&begin)?;
-        self.write(&end)
+        events.iter().try_for_each(|event| self.write(event))
     }
 
     /// Writes the bound of a period beside it.

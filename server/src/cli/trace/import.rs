@@ -118,12 +118,20 @@ enum Outcome {
     Known(usize),
 }
 
+/// A trace that is read. Each of its chunks is a run of the sample file.
+#[derive(Default)]
+struct Trace {
+    reader: TraceReader,
+    observation: Observation,
+    outcomes: Vec<Outcome>,
+    summary: Summary,
+}
+
 impl Session {
     /// Imports a complete trace.
     fn import(&mut self, trace: &Path) -> Result<(), String> {
         let said = |error: &TraceError| trace_error(trace, error);
         let source = Source::of(trace).map_err(|error| said(&error))?;
-        let mut reader = TraceReader::default();
         let whole = [trace.to_owned()];
         let (chunks, is_recording) = match &source {
             Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
@@ -135,32 +143,22 @@ impl Session {
                 false => say(&messages::still_recording(trace)),
             }
         }
-        let mut outcomes = Vec::new();
-        let mut observation = Observation::default();
-        let mut all = Summary::default();
+        let mut of = Trace::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
             let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| match &source {
                 Source::Ctf { .. } => reader.read_chunk(chunk, to),
                 _ => reader.read(&source, to),
             };
-            let name = chunk.display().to_string();
-            let (outcome, summary) = self.run(&name, &mut reader, &mut observation, is_last, read)?;
-            outcomes.push(outcome);
-            all.add(&summary);
+            self.run(&mut of, &chunk.display().to_string(), is_last, read)?;
         }
-        self.memory.add(trace, observation, &reader, self.digests(&outcomes));
-        warn(trace, &all);
-        let known: Vec<usize> = outcomes
-            .iter()
-            .filter_map(|it| match it {
-                Outcome::Known(run) => Some(*run),
-                _ => None,
-            })
-            .collect();
+        let foreign = of.summary.foreign;
+        let outcomes = self.end(trace, of);
+        let run = |it: &Outcome| if let Outcome::Known(run) = it { Some(*run) } else { None };
+        let known: Vec<usize> = outcomes.iter().filter_map(run).collect();
         match known.as_slice() {
             _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
-                Err(said(&TraceError::NoEvents { foreign: all.foreign }))
+                Err(said(&TraceError::NoEvents { foreign }))
             }
             [] => Ok(()),
             [first, ..] if !outcomes.contains(&Outcome::Added) => Err(self.known(trace, *first)),
@@ -195,47 +193,51 @@ impl Session {
         outcomes.iter().filter_map(digest).collect()
     }
 
-    /// Adds what `read` reads as one run, and returns its summary if it is not known. The last run of a trace ends the spans
-    /// that are open.
+    /// Adds what `read` reads of a trace as one run. The last one ends the spans that are open.
     fn run(
         &mut self,
+        of: &mut Trace,
         name: &str,
-        reader: &mut TraceReader,
-        observation: &mut Observation,
         is_last: bool,
         read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
-    ) -> Result<(Outcome, Summary), String> {
+    ) -> Result<Outcome, String> {
         let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
         self.writer.begin(name, date).map_err(said)?;
-        let mut recorder = Recorder::new(&mut self.writer, observation, name, self.watches);
-        let result = read(reader, &mut recorder);
+        let mut recorder = Recorder::new(&mut self.writer, &mut of.observation, name, self.watches);
+        let result = read(&mut of.reader, &mut recorder);
         let (series, error) = recorder.finish();
         if let Some(error) = error {
             return Err(said(error));
         }
-        let summary = if is_last { reader.finish() } else { reader.take_summary() };
+        let summary = if is_last { of.reader.finish() } else { of.reader.take_summary() };
         if summary.is_from_tables {
             return Err(messages::from_tables(Path::new(name)));
         }
         result.map_err(|error| trace_error(Path::new(name), &error))?;
-        if series.is_empty() {
-            return Ok((Outcome::Empty, summary));
+        let outcome = match series.is_empty() {
+            true => Outcome::Empty,
+            false => match self.writer.commit(&summary) {
+                Ok(()) => Outcome::Added,
+                Err(SamplesError::Duplicate { run }) => Outcome::Known(run),
+                Err(error) => return Err(said(error)),
+            },
+        };
+        if outcome == Outcome::Added {
+            self.imported.add(&series, &summary);
         }
-        match self.writer.commit(&summary) {
-            Ok(()) => {}
-            Err(SamplesError::Duplicate { run }) => return Ok((Outcome::Known(run), Summary::default())),
-            Err(error) => return Err(said(error)),
+        if !matches!(outcome, Outcome::Known(_)) {
+            of.summary.add(&summary);
         }
-        self.imported.add(&series, &summary);
-        Ok((Outcome::Added, summary))
+        of.outcomes.push(outcome);
+        Ok(outcome)
     }
-}
 
-/// Says on standard error what of a trace was not imported, and why.
-fn warn(trace: &Path, summary: &Summary) {
-    for warning in warnings(&trace.display().to_string(), summary) {
-        say(&warning);
+    /// Keeps what a trace showed, and says what of it was not imported, and why. Returns what became of its runs.
+    fn end(&mut self, trace: &Path, of: Trace) -> Vec<Outcome> {
+        self.memory.add(trace, of.observation, &of.reader, self.digests(&of.outcomes));
+        warnings(&trace.display().to_string(), &of.summary).iter().for_each(|warning| say(warning));
+        of.outcomes
     }
 }

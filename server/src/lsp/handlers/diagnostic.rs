@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{
-    DocumentDiagnosticParams, DocumentDiagnosticReport, DocumentDiagnosticReportResult,
-    FullDocumentDiagnosticReport, RelatedFullDocumentDiagnosticReport,
-    RelatedUnchangedDocumentDiagnosticReport, UnchangedDocumentDiagnosticReport, Url,
-    WorkspaceDiagnosticParams, WorkspaceDiagnosticReport, WorkspaceDiagnosticReportResult,
-    WorkspaceDocumentDiagnosticReport, WorkspaceFullDocumentDiagnosticReport,
+    DocumentDiagnosticParams, DocumentDiagnosticReportResult, FullDocumentDiagnosticReport,
+    RelatedFullDocumentDiagnosticReport, RelatedUnchangedDocumentDiagnosticReport,
+    UnchangedDocumentDiagnosticReport, Url, WorkspaceDiagnosticParams, WorkspaceDiagnosticReport,
+    WorkspaceDiagnosticReportResult, WorkspaceFullDocumentDiagnosticReport,
     WorkspaceUnchangedDocumentDiagnosticReport,
 };
 
@@ -32,19 +31,16 @@ pub(crate) fn document_diagnostic(
         .remove(url)
         .unwrap_or_default();
     let id = items.id();
+    let related_documents = None;
     let report = match full_or_unchanged(&items, params.previous_result_id.as_deref()) {
         Ok(full_document_diagnostic_report) => {
-            DocumentDiagnosticReport::Full(RelatedFullDocumentDiagnosticReport {
-                related_documents: None,
-                full_document_diagnostic_report,
-            })
+            RelatedFullDocumentDiagnosticReport { related_documents, full_document_diagnostic_report }.into()
         }
-        Err(unchanged_document_diagnostic_report) => {
-            DocumentDiagnosticReport::Unchanged(RelatedUnchangedDocumentDiagnosticReport {
-                related_documents: None,
-                unchanged_document_diagnostic_report,
-            })
+        Err(unchanged_document_diagnostic_report) => RelatedUnchangedDocumentDiagnosticReport {
+            related_documents,
+            unchanged_document_diagnostic_report,
         }
+        .into(),
     };
     let given = BTreeMap::from([(url.clone(), (version, Some(id)))]);
     Ok((DocumentDiagnosticReportResult::Report(report), given))
@@ -69,18 +65,14 @@ pub(crate) fn workspace_diagnostic(
         let version = version.map(i64::from);
         match full_or_unchanged(&items, given_before.get(&uri).copied()) {
             Ok(full_document_diagnostic_report) => {
-                let report =
-                    WorkspaceFullDocumentDiagnosticReport { uri, version, full_document_diagnostic_report };
-                WorkspaceDocumentDiagnosticReport::Full(report)
+                WorkspaceFullDocumentDiagnosticReport { uri, version, full_document_diagnostic_report }.into()
             }
-            Err(unchanged_document_diagnostic_report) => {
-                let report = WorkspaceUnchangedDocumentDiagnosticReport {
-                    uri,
-                    version,
-                    unchanged_document_diagnostic_report,
-                };
-                WorkspaceDocumentDiagnosticReport::Unchanged(report)
+            Err(unchanged_document_diagnostic_report) => WorkspaceUnchangedDocumentDiagnosticReport {
+                uri,
+                version,
+                unchanged_document_diagnostic_report,
             }
+            .into(),
         }
     };
     let items = found.into_iter().map(report).collect();

@@ -104,14 +104,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     if let Some(site) = site.filter(|_| params.write == sent) {
         site.write(&plan.steps).map_err(refused)?;
     }
-    let files = plan.steps.iter().map(|step| {
-        let action = match step.action {
-            Action::Create(_) => "create",
-            Action::Change(_) => "change",
-            Action::Remove => "remove",
-        };
-        json!({ "path": step.path, "action": action })
-    });
+    let files = plan.steps.iter().map(|step| json!({ "path": step.path, "action": step.action.name() }));
     Ok(GenerateDocument { files: files.collect(), edit, messages, folder: out.real })
 }
 

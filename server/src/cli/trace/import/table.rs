@@ -6,7 +6,7 @@ use std::path::Path;
 use mauve_pwcet::samples::Run;
 use mauve_pwcet::trace::{SpanKind, Summary, lock_of, port_of};
 
-use crate::cli::text::{columns, counted, duration};
+use crate::cli::text::{Column, counted, duration, table};
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,25 +72,19 @@ impl Imported {
         let (programs, codels): (Vec<&Series>, Vec<&Series>) =
             self.series.values().partition(|it| SpanKind::of(&it.key) == SpanKind::Program);
         let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
-        let rows: Vec<Vec<String>> = listed
-            .map(|it| {
-                let instance = if it.instance.is_empty() { "—" } else { &it.instance };
-                let times = [it.least, it.mean(), it.greatest].map(duration);
-                let [least, mean, greatest] = times;
-                vec![shown_key(&it.key), instance.to_owned(), it.count.to_string(), least, mean, greatest]
-            })
-            .collect();
-        let header = [
-            if with_programs { "codel, port or program" } else { "codel or port" },
-            "instance",
-            "executions",
-            "least",
-            "mean",
-            "greatest",
+        let listed: Vec<&&Series> = listed.collect();
+        let kinds = if with_programs { "codel, port or program" } else { "codel or port" };
+        let of_columns: [Column<'_, &&Series>; 6] = [
+            (kinds, &|it| shown_key(&it.key)),
+            ("instance", &|it| if it.instance.is_empty() { "—".to_owned() } else { it.instance.clone() }),
+            ("executions", &|it| it.count.to_string()),
+            ("least", &|it| duration(it.least)),
+            ("mean", &|it| duration(it.mean())),
+            ("greatest", &|it| duration(it.greatest)),
         ];
         let count: u64 = self.series.values().map(|it| it.count).sum();
         let all: u64 = runs.iter().map(|run| run.executions).sum();
-        let mut out = if rows.is_empty() { String::new() } else { columns(&header, &rows) };
+        let mut out = if listed.is_empty() { String::new() } else { table(&listed, &of_columns) };
         if !with_programs && !programs.is_empty() {
             let of_programs = programs.iter().map(|it| it.count).sum();
             let series = counted(programs.len(), "program");

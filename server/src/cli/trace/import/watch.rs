@@ -10,12 +10,12 @@ use std::sync::atomic::Ordering;
 use std::thread::sleep;
 use std::time::Duration;
 
-use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
+use mauve_pwcet::trace::{Source, TraceError, TraceReader};
 
 use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
-use super::{Outcome, Session, warn};
+use super::{Outcome, Session, Trace};
 use crate::output::say;
 use crate::signals::stop_on_signal;
 
@@ -42,19 +42,17 @@ impl Session {
         let file = Follow::open(path, complete, self.stop.clone());
         let file = file.map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let name = trace.display().to_string();
-        let mut reader = TraceReader::default();
         let mut is_removed = false;
-        let mut observation = Observation::default();
-        let outcome = self.run(&name, &mut reader, &mut observation, true, |reader, to| {
+        let mut of = Trace::default();
+        let outcome = self.run(&mut of, &name, true, |reader, to| {
             let result = reader.read_csv(file, None, to);
             is_removed = matches!(&result, Err(TraceError::Reading(error)) if error.kind() == std::io::ErrorKind::NotFound);
             result
         });
-        match outcome.map(|(outcome, summary)| {
-            warn(trace, &summary);
-            self.memory.add(trace, observation, &reader, self.digests(&[outcome]));
-            outcome
-        }) {
+        if outcome.is_ok() {
+            self.end(trace, of);
+        }
+        match outcome {
             Ok(Outcome::Added) => Ok(()),
             Ok(Outcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
             Ok(Outcome::Known(run)) => Err(self.known(trace, run)),
@@ -64,11 +62,8 @@ impl Session {
     }
 
     fn watch_chunks(&mut self, trace: &Path) -> Result<(), String> {
-        let mut reader = TraceReader::default();
+        let mut of = Trace::default();
         let mut read: BTreeSet<PathBuf> = BTreeSet::new();
-        let mut outcomes = Vec::new();
-        let mut observation = Observation::default();
-        let mut all = Summary::default();
         let mut is_said = false;
         // Between two chunks, a session may seem to have ended.
         let mut idle = 0;
@@ -88,9 +83,7 @@ impl Session {
                 idle = 0;
                 let name = chunk.display().to_string();
                 let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
-                let (outcome, summary) = self.run(&name, &mut reader, &mut observation, false, read)?;
-                all.add(&summary);
-                outcomes.push(outcome);
+                self.run(&mut of, &name, false, read)?;
             }
             idle += usize::from(!is_recording);
             if stops || idle > 2 {
@@ -99,9 +92,8 @@ impl Session {
             sleep(PAUSE);
         }
         // The last chunk is committed: executions that are still open only count.
-        self.imported.cut(&reader.finish());
-        warn(trace, &all);
-        self.memory.add(trace, observation, &reader, self.digests(&outcomes));
+        self.imported.cut(&of.reader.finish());
+        let outcomes = self.end(trace, of);
         let known = outcomes.iter().filter(|it| matches!(it, Outcome::Known(_))).count();
         if known > 0 {
             say(&known_chunks(trace, known));
