@@ -207,17 +207,14 @@ impl Session {
                 found.push(difference(&method_of(lines, id), answer, again));
             }
         }
-        let last = |messages: &mut dyn Iterator<Item = &Value>| -> BTreeMap<String, Value> {
-            messages
-                .filter_map(|message| {
-                    Some((uri_of(message)?.to_owned(), message["params"]["diagnostics"].clone()))
-                })
-                .collect()
-        };
-        let now = last(&mut self.heard.iter());
-        for (uri, diagnostics) in last(&mut recorded.iter().copied()) {
-            if now.get(&uri) != Some(&diagnostics) {
-                found.push(difference(&format!("diagnostics of {uri}"), &diagnostics, now.get(&uri)));
+        // The last ones of each document.
+        let diagnostics =
+            |message: &Value| Some((uri_of(message)?.to_owned(), message["params"]["diagnostics"].clone()));
+        let now: BTreeMap<String, Value> = self.heard.iter().filter_map(diagnostics).collect();
+        let then: BTreeMap<String, Value> = recorded.into_iter().filter_map(diagnostics).collect();
+        for (uri, diagnostics) in &then {
+            if now.get(uri) != Some(diagnostics) {
+                found.push(difference(&format!("diagnostics of {uri}"), diagnostics, now.get(uri)));
             }
         }
         found

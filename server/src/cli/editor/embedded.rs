@@ -28,19 +28,9 @@ embedded!(NVIM, "nvim":
 );
 
 // The generated parser, for editors that compile it, and the queries of each editor.
-embedded!(GRAMMAR, "tree-sitter":
-    "src/parser.c",
-    "src/tree_sitter/parser.h",
-);
-embedded!(NVIM_QUERIES, "tree-sitter/queries":
-    "folds.scm",
-    "highlights.scm",
-    "indents.scm",
-);
-embedded!(HELIX_QUERIES, "tree-sitter/queries/helix":
-    "highlights.scm",
-    "indents.scm",
-);
+embedded!(GRAMMAR, "tree-sitter": "src/parser.c", "src/tree_sitter/parser.h");
+embedded!(NVIM_QUERIES, "tree-sitter/queries": "folds.scm", "highlights.scm", "indents.scm");
+embedded!(HELIX_QUERIES, "tree-sitter/queries/helix": "highlights.scm", "indents.scm");
 
 // Files in `runtime/` go to that folder of Helix.
 embedded!(HELIX, "helix":
@@ -50,11 +40,7 @@ embedded!(HELIX, "helix":
     "runtime/queries/mauve-toml/highlights.scm",
 );
 
-embedded!(EMACS, "emacs":
-    "mauve-autoloads.el",
-    "mauve-pkg.el",
-    "mauve.el",
-);
+embedded!(EMACS, "emacs": "mauve-autoloads.el", "mauve-pkg.el", "mauve.el");
 
 embedded!(ZED, "zed":
     "Cargo.toml",

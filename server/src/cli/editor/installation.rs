@@ -214,7 +214,7 @@ impl Installation<'_> {
             };
             if is_removed {
                 removed.insert(folder);
-                report.done("removed", folder);
+                report.done(REMOVED, folder);
             }
         }
         Ok(report.finish("", code))
@@ -233,9 +233,9 @@ impl Installation<'_> {
     fn apply(&self, steps: &[Step], report: &mut Report) -> Result<(), String> {
         for step in steps {
             let (path, done) = match step {
-                Step::Write { path, replaces: true, .. } => (path, "changed"),
-                Step::Write { path, .. } => (path, "wrote"),
-                Step::Remove(path) => (path, "removed"),
+                Step::Write { path, replaces: true, .. } => (path, ["changed", "would change"]),
+                Step::Write { path, .. } => (path, ["wrote", "would write"]),
+                Step::Remove(path) => (path, REMOVED),
             };
             if !self.dry_run {
                 match step {
@@ -252,6 +252,7 @@ impl Installation<'_> {
     }
 }
 
+const REMOVED: [&str; 2] = ["removed", "would remove"];
 const EDITED: &str = "edited since its installation; remove it by hand, or use --force";
 
 fn in_the_way(path: &Path, is_known: bool) -> String {
@@ -272,13 +273,8 @@ struct Report {
 }
 
 impl Report {
-    fn done(&mut self, done: &str, path: &Path) {
-        let done = match (self.dry_run, done) {
-            (false, done) => done.to_owned(),
-            (true, "wrote") => "would write".to_owned(),
-            (true, "changed") => "would change".to_owned(),
-            (true, _) => "would remove".to_owned(),
-        };
+    fn done(&mut self, [done, would_be]: [&str; 2], path: &Path) {
+        let done = if self.dry_run { would_be } else { done };
         self.text += &format!("{done} {}\n", path.display());
     }
 

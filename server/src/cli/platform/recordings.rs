@@ -30,6 +30,7 @@
 //! # Histogram Overflows: 00000 00000
 //! ```
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
 
 /// What a file has.
@@ -99,19 +100,14 @@ fn noise(text: &str) -> Result<Recording, &'static str> {
         let runtime = time(words.next()?, unit)?;
         // Noise, and the share of the CPU.
         let greatest = time(words.nth(2)?, unit)?;
-        Some(Noise { cpu, sample: runtime / count, greatest, count })
+        Some((cpu, Noise { cpu, sample: runtime / count, greatest, count }))
     };
     // Without -q, the table is printed again and again, and its values grow.
-    let mut found: Vec<Noise> = Vec::new();
-    for it in text.lines().filter_map(row) {
-        found.retain(|known| known.cpu != it.cpu);
-        found.push(it);
-    }
-    found.sort_by_key(|it| it.cpu);
-    match found.iter().all(|it| it.sample > 0) {
+    let found: BTreeMap<u32, Noise> = text.lines().filter_map(row).collect();
+    match found.values().all(|it| it.sample > 0) {
         _ if found.is_empty() => Err("it has no line of a CPU: let `rtla osnoise top` end, with -q and -d"),
         false => Err("a sample has no length: it is not an output of `rtla osnoise top`"),
-        true => Ok(Recording::Noise(found)),
+        true => Ok(Recording::Noise(found.into_values().collect())),
     }
 }
 
@@ -130,15 +126,10 @@ fn timerlat_top(text: &str) -> Result<Recording, &'static str> {
         let count = number::<u64>(words.next()?.strip_prefix('#')?)?;
         // Of the interrupt, the thread, and with -u the return to the user's program: current, least, mean and greatest.
         let greatest = parts.filter_map(|part| time(part.split_whitespace().nth(3)?, unit)).max()?;
-        Some((cpu, count, greatest))
+        Some((cpu, (count, greatest)))
     };
-    let mut found: Vec<(u32, u64, u64)> = Vec::new();
-    for (cpu, count, greatest) in text.lines().filter_map(row) {
-        found.retain(|(known, ..)| *known != cpu);
-        found.push((cpu, count, greatest));
-    }
-    let rows = found.into_iter().map(|(_, count, greatest)| (count, greatest));
-    latency(rows, "it has no line of a CPU: let `rtla timerlat top` end, with -q and -d")
+    let found: BTreeMap<u32, (u64, u64)> = text.lines().filter_map(row).collect();
+    latency(found.into_values(), "it has no line of a CPU: let `rtla timerlat top` end, with -q and -d")
 }
 
 fn timerlat_histogram(text: &str) -> Result<Recording, &'static str> {
@@ -156,13 +147,9 @@ fn timerlat_histogram(text: &str) -> Result<Recording, &'static str> {
     let row = |(count, greatest): (&&str, &&str)| Some((number::<u64>(count)?, time(greatest, unit)?));
     let rows: Vec<(u64, u64)> = counts.iter().zip(&greatest).filter_map(row).collect();
     // Each wake-up is in several columns.
-    let count = rows.iter().map(|(count, _)| *count).max();
-    latency(rows.into_iter().map(|(_, greatest)| (0, greatest)), MISSING).map(|it| match it {
-        Recording::Latency { greatest, .. } => {
-            Recording::Latency { greatest, count: count.unwrap_or_default() }
-        }
-        it => it,
-    })
+    let of_all = rows.into_iter().reduce(|one, other| (one.0.max(other.0), one.1.max(other.1)));
+    let (count, greatest) = of_all.ok_or(MISSING)?;
+    Ok(Recording::Latency { greatest, count })
 }
 
 fn cyclictest(text: &str) -> Result<Recording, &'static str> {
