@@ -40,6 +40,6 @@ pub(crate) fn check_chain(tasks: &Tasks<'_>, chain: &Chain) -> Check<()> {
 fn runs_before(tasks: &Tasks<'_>, writer: &Member<'_>, reader: &Member<'_>) -> bool {
     // While a job of its thread waits, or a lock delays one, the reader may run before the writer.
     let is_delayed = |it: &usize| tasks.all[*it].waits > 0 || tasks.all[*it].has_locks;
-    let is_higher = writer.rank > reader.rank && writer.rank < u64::MAX && reader.rank > 0;
+    let is_higher = writer.rank > reader.rank && writer.rank < u64::MAX;
     is_higher && writer.is_pinned() && writer.cpus == reader.cpus && !writer.thread.iter().any(is_delayed)
 }

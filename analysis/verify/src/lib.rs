@@ -494,6 +494,11 @@ mod tests {
         assert!(changed(&robot, &[]).contains("lock l is held by a job that others preempt"));
         let elsewhere = [("tasks/1/cpus", json!([1])), ("claims/1/cpu", json!(1))];
         assert_eq!(changed(&robot, &elsewhere), "accepted");
+        // One of the priority of the holder may run before it.
+        for priority in [1, 2] {
+            let found = changed(&robot, &[("tasks/1/priority", json!(priority))]);
+            assert!(found.contains("lock l is held by a job that others preempt"), "{priority}: {found}");
+        }
         let background =
             [&elsewhere[..], &[("tasks/2/is_real_time", json!(false)), ("claims", json!([]))]].concat();
         let background = [&background[..], &[("claims", json!([{ "task": 0, "response": 30, "met": true, "cpu": 0, "blocking": 4, "ends": [30], "closes": null }]))]].concat();
@@ -560,6 +565,25 @@ mod tests {
         // An edge that waits does so at least once.
         robot["systems"][0]["claims"][0]["ends"] = json!([12]);
         assert_ne!(changed(&robot, &[("tasks/0/machine/waits", json!(0))]), "accepted");
+    }
+
+    /// `wide` may run on another CPU while `low` waits for the lock: then each job of `low` is blocked.
+    #[test]
+    fn each_job_is_blocked_beside_a_task_of_several_cpus() {
+        let mut tasks = [simple("wide", 3, 30, 6), simple("low", 2, 11, 7), simple("lowest", 1, 900, 9)];
+        let locks = json!([{ "name": "l", "protocol": "ceiling", "users": [[1, 1], [2, 2]] }]);
+        for (cpus, ends) in [(json!([0]), [15, 22]), (json!([0, 1]), [15, 24])] {
+            tasks[0]["cpus"] = cpus.clone();
+            let mut claim = claim(1, &ends);
+            (claim["response"], claim["met"], claim["blocking"]) = (json!(15), json!(false), json!(2));
+            let mut robot = robot_of(&tasks, &[claim]);
+            robot["systems"][0]["locks"] = locks.clone();
+            let found = changed(&robot, &[]);
+            let is_closed = ends[1] <= 22;
+            assert_eq!(found == "accepted", is_closed, "{cpus}: {found}");
+            let less = changed(&robot, &[("claims/0/ends/1", json!(ends[1] - 1))]);
+            assert!(less.contains("job 2 has not ended"), "{cpus}: {less}");
+        }
     }
 
     #[test]
