@@ -15,6 +15,7 @@
 //! | a longer period, the shortest found that helps | an activity | a deadline is not proved now |
 //! | a later deadline, the earliest that is met | an activity | its deadline is missed, and earlier than the period |
 
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -26,9 +27,9 @@ use crate::priorities::inverted;
 use crate::report::{ActivityReport, Deadlines, Query, Report};
 use crate::response::{response_times, response_times_if};
 use crate::system::{ResolvedActivity, System, system_of, written_field};
-use crate::tune::{TuneAim, TuneRequest, tune};
-use crate::what_if::{WhatIfField, follows_period};
-use mauve_hir::item_tree::{Field, Name};
+use crate::tune::{TuneRequest, tune};
+use crate::what_if::{WhatIfField, other_period};
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 
@@ -42,8 +43,6 @@ const MOST_MOVES: usize = 4;
 
 /// The priorities of real-time threads.
 const PRIORITIES: RangeInclusive<u32> = 1..=99;
-
-const MOST_LONGER: u64 = 64;
 
 /// The greatest value of a field, in nanoseconds.
 const LONGEST: u64 = i32::MAX as u64 * 1_000_000;
@@ -95,8 +94,8 @@ pub fn better_priorities<'db>(
     query: Query,
 ) -> Vec<BetterTiming> {
     let search = || TimingSearch::new(db, project, of, query);
-    let one = search().and_then(|mut search| search.one_priority());
-    one.into_iter().chain(search().map_or_else(Vec::new, |mut search| search.priorities())).collect()
+    let one = search().and_then(|search| search.one_priority());
+    one.into_iter().chain(search().map_or_else(Vec::new, |search| search.priorities())).collect()
 }
 
 /// Searches for better values of the activity of this index.
@@ -112,7 +111,7 @@ pub fn better_activity<'db>(
     let activity = system_of(db, project, of).activities.get(index);
     let search = || TimingSearch::new(db, project, of, query);
     if let Some(activity) = activity.filter(|it| matches!(it.priority, Priority::RealTime(_)))
-        && let Some((mut of_priority, mut search)) = search().zip(search())
+        && let Some((of_priority, search)) = search().zip(search())
     {
         // With steps of its own, since it has as many as there are priorities.
         found.extend(of_priority.priority(activity));
@@ -131,7 +130,8 @@ struct TimingSearch<'db> {
     query: Query,
     now: &'db Report<'db>,
     system: &'db System<'db>,
-    steps: usize,
+    /// The steps that are left.
+    left: Cell<usize>,
 }
 
 impl TimingChange {
@@ -155,11 +155,11 @@ impl<'db> TimingSearch<'db> {
         if !now.not_analysed.is_empty() {
             return None;
         }
-        Some(TimingSearch { db, project, of, query, now, system, steps: MOST_STEPS })
+        Some(TimingSearch { db, project, of, query, now, system, left: Cell::new(MOST_STEPS) })
     }
 
-    fn ask(&mut self, fields: &[WhatIfField]) -> Option<Report<'db>> {
-        self.steps = self.steps.checked_sub(self.system.activities.len().max(1))?;
+    fn ask(&self, fields: &[WhatIfField]) -> Option<Report<'db>> {
+        self.left.set(self.left.get().checked_sub(self.system.activities.len().max(1))?);
         self.db.unwind_if_revision_cancelled();
         Some(response_times_if(self.db, self.project, self.of, self.query, fields))
     }
@@ -184,31 +184,39 @@ impl<'db> TimingSearch<'db> {
         }
     }
 
+    /// Returns the deployment with another priority of an activity; the inner none where it loses a deadline, a bound or slack.
+    fn with_priority(
+        &self,
+        activity: &ResolvedActivity<'db>,
+        number: u32,
+    ) -> Option<Option<(Report<'db>, BetterTiming)>> {
+        let fields = vec![priority_of(activity, number)];
+        let report = self.ask(&fields)?;
+        let is_kept = is_no_worse(self.now, &report) && keeps_slack(self.now, &report);
+        Some(is_kept.then_some((report, BetterTiming::Change(TimingChange::Priority(number), fields))))
+    }
+
     /// Returns the nearest priority with which every deadline is met; if there is none, with which that of the activity is.
-    fn priority(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
+    fn priority(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         if meets_all(self.now) {
             return None;
         }
         let mut second = None;
         for number in self.free_priorities(activity) {
-            let fields = vec![priority_of(activity, number)];
-            let Some(report) = self.ask(&fields) else { break };
-            if !is_no_worse(self.now, &report) || !keeps_slack(self.now, &report) {
-                continue;
-            }
-            let change = || BetterTiming::Change(TimingChange::Priority(number), fields.clone());
+            let Some(found) = self.with_priority(activity, number) else { break };
+            let Some((report, change)) = found else { continue };
             if meets_all(&report) {
-                return Some(change());
+                return Some(change);
             }
             if second.is_none() && !is_met(self.now, activity) && is_met(&report, activity) {
-                second = Some(change());
+                second = Some(change);
             }
         }
         second
     }
 
     /// Returns one priority with which every deadline is met: of the activities that miss theirs first.
-    fn one_priority(&mut self) -> Option<BetterTiming> {
+    fn one_priority(&self) -> Option<BetterTiming> {
         if meets_all(self.now) {
             return None;
         }
@@ -221,10 +229,9 @@ impl<'db> TimingSearch<'db> {
         activities.sort_by_cached_key(|it| (is_met(self.now, it), Reverse(priority(it))));
         for activity in activities {
             for number in self.free_priorities(activity) {
-                let fields = vec![priority_of(activity, number)];
-                let report = self.ask(&fields)?;
-                if meets_all(&report) && is_no_worse(self.now, &report) && keeps_slack(self.now, &report) {
-                    return Some(BetterTiming::Change(TimingChange::Priority(number), fields));
+                let found = self.with_priority(activity, number)?;
+                if let Some((_, change)) = found.filter(|(report, _)| meets_all(report)) {
+                    return Some(change);
                 }
             }
         }
@@ -244,7 +251,7 @@ impl<'db> TimingSearch<'db> {
         if deadline <= response || deadline <= now {
             return None;
         }
-        let fields = vec![field(activity, ActivityField::Deadline, deadline.number())];
+        let fields = vec![WhatIfField::new(activity, ActivityField::Deadline, deadline.number())];
         Some(BetterTiming::Change(TimingChange::Deadline(deadline), fields))
     }
 
@@ -257,11 +264,7 @@ impl<'db> TimingSearch<'db> {
         Some(BetterTiming::Change(swap, fields))
     }
 
-    fn written_deadline(&self, activity: &ResolvedActivity<'db>) -> Option<&'db Field> {
-        written_field(self.db, self.of, &activity.instance, ActivityField::Deadline)
-    }
-
-    fn priorities(&mut self) -> Vec<BetterTiming> {
+    fn priorities(&self) -> Vec<BetterTiming> {
         let Some(groups) = groups(self.system) else { return Vec::new() };
         let mut found = Vec::new();
         let ordered: Vec<WhatIfField> = groups.iter().flat_map(Group::deadline_monotonic).collect();
@@ -280,14 +283,7 @@ impl<'db> TimingSearch<'db> {
 
     /// Returns the priorities with which every deadline is proved, or why none exist.
     fn optimal(&self) -> Option<BetterTiming> {
-        let request = TuneRequest {
-            priorities: true,
-            cpus: false,
-            periods: false,
-            aim: TuneAim::Deadlines,
-            pins: Vec::new(),
-            most_steps: self.steps,
-        };
+        let request = TuneRequest { priorities: true, most_steps: self.left.get(), ..TuneRequest::default() };
         let found = tune(self.db, self.project, self.of, self.query, &request).ok()?;
         match found.conflict {
             _ if found.is_met => Some(BetterTiming::Change(TimingChange::OptimalPriorities, found.fields)),
@@ -295,7 +291,7 @@ impl<'db> TimingSearch<'db> {
         }
     }
 
-    fn moves(&mut self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
+    fn moves(&self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
         let mut found = Vec::new();
         let hosts = hosts_of(self.db, self.project.workspace(self.db));
         for cpu in self.system.cpus.each() {
@@ -303,7 +299,7 @@ impl<'db> TimingSearch<'db> {
                 continue;
             }
             let (_, cpu) = hosts.local(cpu);
-            let fields = vec![field(activity, ActivityField::Affinity, cpu.0.to_string())];
+            let fields = vec![WhatIfField::new(activity, ActivityField::Affinity, cpu.0)];
             let Some(report) = self.ask(&fields) else { break };
             let is_it = |it: &&ActivityReport<'_>| it.instance == activity.instance;
             if report.activities.iter().filter(is_it).any(is_analysed) && is_no_worse(self.now, &report) {
@@ -319,73 +315,45 @@ impl<'db> TimingSearch<'db> {
         found.into_iter().map(|(change, _)| change).take(MOST_MOVES).collect()
     }
 
-    fn period(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
-        let step = step_of(activity.period?);
-        let period = activity.period?.as_nanos();
-        let fields =
-            |search: &Self, number: u64| search.with_period(activity, Time::from_nanos(number * step));
-        let change = |is_longer, number: u64, fields: Vec<WhatIfField>| {
-            let period = Time::from_nanos(number * step);
+    /// Returns the shortest period with which every deadline is met. Where one is missed now, the shortest longer one; if there is none,
+    /// that with which the deadline of the activity is met.
+    fn period(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
+        let (period, step) = (activity.period?.as_nanos(), step_of(activity.period?));
+        let has_deadline =
+            written_field(self.db, self.of, &activity.instance, ActivityField::Deadline).is_some();
+        let fields = |nanos: u64| other_period(activity, has_deadline, Time::from_nanos(nanos));
+        let holds = |goal: &dyn Fn(&Report<'db>) -> bool, number: Time| {
+            let Some(nanos) = number.as_nanos().checked_mul(step).filter(|it| *it <= LONGEST) else {
+                return Some(false);
+            };
+            let report = self.ask(&fields(nanos))?;
+            Some(goal(&report) && keeps_slack(self.now, &report))
+        };
+        // With one step less, the goal is not reached. Where it is monotone, the period is the least.
+        let change = |is_longer, between: Boundary, goal: &dyn Fn(&Report<'db>) -> bool| {
+            let found = Boundary::between(between.good, between.bad, |number| holds(goal, number));
+            let fields = found.is_complete().then(|| fields(found.good * step))?;
+            let period = Time::from_nanos(found.good * step);
             let change = TimingChange::Period { is_longer, with_deadline: fields.len() > 1, period };
             Some(BetterTiming::Change(change, fields))
         };
         let now = period / step;
         if self.now.schedulable() {
             let greatest = if now * step == period { now.checked_sub(1)? } else { now };
-            let all = self.now;
-            let goal = |report: &Report<'_>| report.schedulable() && keeps_slack(all, report);
-            self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && goal(it))?;
-            let number = self.least(0, greatest, &fields, &goal)?;
-            return change(false, number, fields(self, number));
+            let goal = |report: &Report<'_>| report.schedulable();
+            let is_shorter = holds(&goal, Time::from_nanos(greatest))? && greatest > 0;
+            return if is_shorter { change(false, Boundary { good: greatest, bad: 0 }, &goal) } else { None };
         }
         if meets_all(self.now) {
             return None;
         }
-        let before = self.now;
-        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] =
-            [&|report| meets_all(report) && keeps_slack(before, report), &|report| {
-                is_met(report, activity) && keeps_slack(before, report)
-            }];
+        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] = [&meets_all, &|report| is_met(report, activity)];
         for goal in goals.into_iter().take(if is_met(self.now, activity) { 1 } else { 2 }) {
-            let mut bad = now;
-            let mut factor = 2;
-            while factor <= MOST_LONGER {
-                let number = now.checked_mul(factor).filter(|number| number.saturating_mul(step) <= LONGEST);
-                let Some(number) = number else { break };
-                if goal(&self.ask(&fields(self, number))?) {
-                    let number = self.least(bad, number, &fields, goal)?;
-                    return change(true, number, fields(self, number));
-                }
-                bad = number;
-                factor *= 2;
+            if let Some(longer) = Boundary::above(now, |number| holds(goal, number))? {
+                return change(true, longer, goal);
             }
         }
         None
-    }
-
-    /// Bisects between `bad` and `good`: returns a number with which the goal is reached, and with one less it is not. Where
-    /// the goal is monotone, the number is the least.
-    fn least(
-        &mut self,
-        bad: u64,
-        good: u64,
-        fields: &dyn Fn(&Self, u64) -> Vec<WhatIfField>,
-        goal: &dyn Fn(&Report<'db>) -> bool,
-    ) -> Option<u64> {
-        let found =
-            Boundary::between(good, bad, |number| Some(goal(&self.ask(&fields(self, number.as_nanos()))?)));
-        found.is_complete().then_some(found.good)
-    }
-
-    /// Returns a period, and the deadline with it where one is written and is the period now, or only then would be later.
-    fn with_period(&self, activity: &ResolvedActivity<'db>, period: Time) -> Vec<WhatIfField> {
-        let mut fields = vec![field(activity, ActivityField::Period, period.number())];
-        if self.written_deadline(activity).is_some()
-            && follows_period(activity.deadline, activity.period, period)
-        {
-            fields.push(field(activity, ActivityField::Deadline, period.number()));
-        }
-        fields
     }
 }
 
@@ -448,11 +416,7 @@ fn priority(activity: &ResolvedActivity<'_>) -> u32 {
 }
 
 fn priority_of(activity: &ResolvedActivity<'_>, number: u32) -> WhatIfField {
-    field(activity, ActivityField::Priority, number.to_string())
-}
-
-fn field(activity: &ResolvedActivity<'_>, field: ActivityField, value: String) -> WhatIfField {
-    WhatIfField { instance: activity.instance.clone(), field, value: value.into() }
+    WhatIfField::new(activity, ActivityField::Priority, number)
 }
 
 fn is_analysed(activity: &ActivityReport<'_>) -> bool {
@@ -552,7 +516,7 @@ mod tests {
         let responses: Vec<_> = report.activities.iter().filter_map(|it| it.response).collect();
         assert_eq!(responses, [3, 9, 38].map(|ms| Time::from_nanos(ms * 1_000_000)));
         // Too many steps: nothing rather than half an answer.
-        search.steps = 3;
+        search.left.set(3);
         assert!(search.optimal().is_none());
     }
 

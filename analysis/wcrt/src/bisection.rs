@@ -16,6 +16,9 @@ use crate::table_set::TableSet;
 use crate::task_set::{Executables, tasks_of};
 use mauve_hir::{Decl, ModelDb, Project};
 
+/// A longer period is searched up to this many times the present one.
+const MOST_LONGER: u64 = 64;
+
 /// The variants of a deployment, whose analyses share a budget.
 pub(crate) struct Variants<'db> {
     pub(crate) db: &'db dyn ModelDb,
@@ -122,6 +125,19 @@ impl Boundary {
             }
         }
         Boundary { good, bad }
+    }
+
+    /// Returns the first of 2, 4, 8 … [`MOST_LONGER`] times `now` with which `holds` is true, as the good value, and the one before it;
+    /// the inner none where there is none. The outer none: `holds` is unknown.
+    pub(crate) fn above(now: u64, mut holds: impl FnMut(Time) -> Option<bool>) -> Option<Option<Boundary>> {
+        let (mut bad, mut factor) = (now, 2);
+        while let Some(good) = now.checked_mul(factor).filter(|_| factor <= MOST_LONGER) {
+            if holds(Time::from_nanos(good))? {
+                return Some(Some(Boundary { good, bad }));
+            }
+            (bad, factor) = (good, factor * 2);
+        }
+        Some(None)
     }
 
     /// Returns whether the search was not ended before the two values were neighbours.

@@ -25,9 +25,6 @@ use mauve_hir::{Cost, Decl, ModelDb, ProgramId, Project, TimedProgram, behaviour
 /// deployment with 200 activities still gets exact limits.
 const MOST_ANALYSED: usize = 1 << 13;
 
-/// A longer period is searched up to this many times the present one.
-const MOST_LONGER: u64 = 64;
-
 /// The sensitivity of a deployment at one level.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sensitivity<'db> {
@@ -377,17 +374,12 @@ impl<'db> LimitSearch<'_, 'db> {
             let least = activity.written_offset.unwrap_or_default().as_nanos();
             return Ok((None, limit(now, least, Some(least), &affected)));
         }
-        let (mut bad, mut factor) = (now, 2);
-        while factor <= MOST_LONGER {
-            let Some(longer) = now.checked_mul(factor) else { break };
-            match holds(Time::from_nanos(longer)) {
-                Some(true) => return Ok((unproved, limit(longer, bad, None, &affected))),
-                Some(false) => bad = longer,
-                None => return Ok((unproved, Limit::Exhausted)),
-            }
-            factor *= 2;
-        }
-        Ok((unproved, Limit::NotFound))
+        let limit = match Boundary::above(now, holds) {
+            Some(Some(longer)) => limit(longer.good, longer.bad, None, &affected),
+            Some(None) => Limit::NotFound,
+            None => Limit::Exhausted,
+        };
+        Ok((unproved, limit))
     }
 
     /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit

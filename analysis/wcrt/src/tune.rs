@@ -28,7 +28,7 @@ use crate::reason::Refusal;
 use crate::what_if::WhatIfField;
 
 /// What [`tune`] may change, and what for.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct TuneRequest {
     /// Whether priorities may change.
     pub priorities: bool,
@@ -53,9 +53,10 @@ impl TuneRequest {
 }
 
 /// What is best among the values that meet every deadline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TuneAim {
     /// Nothing more: the first values that are found.
+    #[default]
     Deadlines,
     /// The least slack, as a part of the deadline, is as great as possible.
     Slack,

@@ -3,11 +3,13 @@
 //! The values are literals, where the parser would have put them. So a written deployment and a changed one are analysed
 //! alike.
 
+use std::fmt::Display;
 use std::sync::Arc;
 
 use mauve_timing::Time;
 
 use crate::reason::ActivityField;
+use crate::system::ResolvedActivity;
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 use mauve_hir::same_fields;
 
@@ -22,9 +24,19 @@ pub struct WhatIfField {
     pub value: Name,
 }
 
-/// Returns whether a written deadline becomes a new period too: it is the period now, or only then would be later.
-pub(crate) fn follows_period(deadline: Option<Time>, period: Option<Time>, new: Time) -> bool {
-    deadline == period || deadline < period && deadline > Some(new)
+impl WhatIfField {
+    pub(crate) fn new(of: &ResolvedActivity<'_>, field: ActivityField, value: impl Display) -> WhatIfField {
+        WhatIfField { instance: of.instance.clone(), field, value: value.to_string().into() }
+    }
+}
+
+/// Returns another period, and the deadline with it where one is written and is the period now, or only then would be later.
+pub(crate) fn other_period(of: &ResolvedActivity<'_>, has_deadline: bool, period: Time) -> Vec<WhatIfField> {
+    let mut fields = vec![WhatIfField::new(of, ActivityField::Period, period.number())];
+    if has_deadline && (of.deadline == of.period || of.deadline < of.period && of.deadline > Some(period)) {
+        fields.push(WhatIfField::new(of, ActivityField::Deadline, period.number()));
+    }
+    fields
 }
 
 pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {

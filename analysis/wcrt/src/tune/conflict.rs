@@ -14,12 +14,9 @@ use crate::bisection::{Boundary, step_of};
 /// Of so many activities, all sets are tried.
 const MOST_OF_SETS: usize = 12;
 
-/// A longer period is searched up to this many times the present one.
-const MOST_LONGER: u64 = 64;
-
 /// Returns the conflict of the `suspects`, which cannot be scheduled together.
 pub(super) fn conflict_of(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Conflict {
-    let name = |unit: &usize| trials.units[*unit].instance.clone();
+    let name = |unit: &usize| trials.units[*unit].of.instance.clone();
     let Some((units, kind)) = fewest(trials, start, suspects) else {
         let activities = suspects.iter().map(name).collect();
         return Conflict { activities, kind: ConflictKind::Some, remedies: Vec::new() };
@@ -38,41 +35,17 @@ fn fewest(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Option<(Vec<
         }
     }
     let is_smallest = suspects.len() <= MOST_OF_SETS;
-    let smaller = (1..units.len()).filter(|_| is_smallest);
-    for size in smaller {
-        let mut found = None;
-        each_set(suspects, size, &mut Vec::new(), &mut |set| {
-            let is_conflict = !can_be_scheduled(trials, start, set)?;
-            found = is_conflict.then(|| set.to_vec());
-            Some(is_conflict)
-        })?;
-        if let Some(found) = found {
-            units = found;
-            break;
+    for size in (1..units.len() as u32).filter(|_| is_smallest) {
+        // The bits of a number are a set, that of the first suspect first.
+        for set in (1..1_u32 << suspects.len()).rev().filter(|set| set.count_ones() == size) {
+            let is_in = |index: &usize| set >> (suspects.len() - 1 - index) & 1 == 1;
+            let set: Vec<usize> = (0..suspects.len()).filter(is_in).map(|index| suspects[index]).collect();
+            if !can_be_scheduled(trials, start, &set)? {
+                return Some((set, ConflictKind::Smallest));
+            }
         }
     }
     Some((units, if is_smallest { ConflictKind::Smallest } else { ConflictKind::Minimal }))
-}
-
-/// Calls `visit` with each set of this size, until it returns true.
-fn each_set(
-    of: &[usize],
-    size: usize,
-    set: &mut Vec<usize>,
-    visit: &mut dyn FnMut(&[usize]) -> Option<bool>,
-) -> Option<bool> {
-    if size == 0 {
-        return visit(set);
-    }
-    for (index, unit) in of.iter().enumerate() {
-        set.push(*unit);
-        let is_done = each_set(&of[index + 1..], size - 1, set, visit)?;
-        set.pop();
-        if is_done {
-            return Some(true);
-        }
-    }
-    Some(false)
 }
 
 /// Returns whether these units can be scheduled without the others.
@@ -109,39 +82,30 @@ fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
 fn time(trials: &Trials<'_>, start: &Plan, activity: usize) -> Option<[Time; 2]> {
     let now = trials.time_of(activity)?;
     let step = rounded(now);
-    let holds = |number: u64| {
-        let cap = Some((activity, Time::from_nanos(number * step)));
+    let holds = |number: Time| {
+        let cap = Some((activity, Time::from_nanos(number.as_nanos() * step)));
         is_solvable(trials, &Plan { cap, ..start.clone() })
     };
-    if !holds(0)? {
+    if !holds(Time::ZERO)? {
         return None;
     }
-    let found = Boundary::between(0, now.as_nanos().div_ceil(step), |number| holds(number.as_nanos()));
+    let found = Boundary::between(0, now.as_nanos().div_ceil(step), holds);
     (found.is_complete() && found.good > 0).then(|| [now, Time::from_nanos(found.good * step)])
 }
 
 /// Returns the period of a unit now, and the least with which every deadline is met.
 fn period(trials: &Trials<'_>, start: &Plan, unit: usize) -> Option<[Time; 2]> {
     let of = &trials.units[unit];
-    let now = of.period.filter(|_| of.is_periodic)?;
+    let now = of.of.period.filter(|_| of.is_periodic)?;
     let step = step_of(now);
-    let holds = |number: u64| {
+    let holds = |number: Time| {
         let mut plan = start.clone();
-        plan.periods[unit] = Some(Time::from_nanos(number.checked_mul(step)?));
+        plan.periods[unit] = Some(Time::from_nanos(number.as_nanos().checked_mul(step)?));
         is_solvable(trials, &plan)
     };
-    let (mut bad, mut factor) = (now.as_nanos() / step, 2);
-    loop {
-        let good = (now.as_nanos() / step).checked_mul(factor)?;
-        if holds(good)? {
-            let found = Boundary::between(good, bad, |number| holds(number.as_nanos()));
-            return found.is_complete().then(|| [now, Time::from_nanos(found.good * step)]);
-        }
-        (bad, factor) = (good, factor * 2);
-        if factor > MOST_LONGER {
-            return None;
-        }
-    }
+    let longer = Boundary::above(now.as_nanos() / step, holds)??;
+    let found = Boundary::between(longer.good, longer.bad, holds);
+    found.is_complete().then(|| [now, Time::from_nanos(found.good * step)])
 }
 
 /// Returns the step of a readable time: the greatest power of ten that is at most a hundredth of it.

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use mauve_timing::{CpuSet, sharing_cpus};
 
-use super::trials::{Plan, Score, Trials};
+use super::trials::{Best, Plan, Score, Trials};
 use super::{SearchKind, TuneAim};
 
 /// So many orders are analysed one by one: those of seven activities, also around one priority that stays.
@@ -33,44 +33,29 @@ struct Group {
 /// An order of a group, from the lowest priority up. None is a priority that stays.
 type Sequence = Vec<Option<usize>>;
 
-/// The result of a search for priorities.
-pub(super) struct Ordered {
-    pub(super) plan: Plan,
-    pub(super) score: Score,
-    pub(super) search: SearchKind,
-    /// The units that are left where the algorithm finds none for the next priority.
-    pub(super) stuck: Vec<usize>,
-}
-
 /// Searches for priorities. None where the budget does not even suffice for the present ones.
-pub(super) fn ordered(trials: &Trials<'_>, start: &Plan) -> Option<Ordered> {
-    let score = trials.score(start)?;
-    let mut found = Ordered { plan: start.clone(), score, search: SearchKind::Exact, stuck: Vec::new() };
-    let is_enough = |score: Score| score.is_met() && trials.request.aim == TuneAim::Deadlines;
-    if is_enough(score) {
-        return Some(found);
-    }
-    if search(trials, &mut found, &is_enough).is_none() {
+pub(super) fn ordered(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
+    let mut found = Best::of(trials, start)?;
+    if !trials.is_enough(found.score) && search(trials, &mut found).is_none() {
         found.search = SearchKind::Exhausted;
     }
     Some(found)
 }
 
 /// Searches with the algorithm alone: for each of many placements.
-pub(super) fn quickly_ordered(trials: &Trials<'_>, start: &Plan) -> Option<(Plan, Score)> {
-    let score = trials.score(start)?;
-    let mut found = Ordered { plan: start.clone(), score, search: SearchKind::Exact, stuck: Vec::new() };
+pub(super) fn quickly_ordered(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
+    let mut found = Best::of(trials, start)?;
     let is_enough = |score: Score| score.is_met() && trials.request.aim != TuneAim::Slack;
-    if !is_enough(score) {
+    if !is_enough(found.score) {
         by_algorithm(trials, &mut found, &is_enough)?;
     }
-    Some((found.plan, found.score))
+    Some(found)
 }
 
-fn search(trials: &Trials<'_>, found: &mut Ordered, is_enough: &dyn Fn(Score) -> bool) -> Option<()> {
-    by_algorithm(trials, found, is_enough)?;
+fn search(trials: &Trials<'_>, found: &mut Best) -> Option<()> {
+    by_algorithm(trials, found, &|score| trials.is_enough(score))?;
     let is_optimal = trials.is_order_free(&found.plan) && trials.request.aim != TuneAim::Latency;
-    if is_optimal || is_enough(found.score) {
+    if is_optimal || trials.is_enough(found.score) {
         return Some(());
     }
     let groups = groups(trials, &found.plan);
@@ -78,35 +63,38 @@ fn search(trials: &Trials<'_>, found: &mut Ordered, is_enough: &dyn Fn(Score) ->
     if orders.is_some_and(|orders| orders <= MOST_ORDERS) {
         let start = found.plan.clone();
         return each_order(&groups, &start, &mut |plan| {
-            found.consider(trials, plan)?;
-            Some(is_enough(found.score))
+            found.consider(Best::of(trials, plan)?);
+            Some(trials.is_enough(found.score))
         })
         .map(|_| ());
     }
     found.search = SearchKind::Heuristic;
-    improve(trials, &groups, found, is_enough)
-}
-
-impl Ordered {
-    /// Takes a plan that is better.
-    fn consider(&mut self, trials: &Trials<'_>, plan: &Plan) -> Option<()> {
-        let score = trials.score(plan)?;
-        if score > self.score {
-            (self.plan, self.score) = (plan.clone(), score);
-        }
-        Some(())
-    }
+    // Each activity moves to each other place in the order of its group.
+    let moves = groups.iter().flat_map(|group| {
+        let length = group.sequence(&found.plan).len();
+        let places = (0..length).flat_map(move |from| (0..length).map(move |to| (from, to)));
+        places.filter(|(from, to)| from != to).map(move |(from, to)| (group, from, to))
+    });
+    let moves: Vec<(&Group, usize, usize)> = moves.collect();
+    found.improve(trials, &moves, |plan, (group, from, to)| {
+        let mut sequence = group.sequence(plan);
+        let unit = sequence.remove(*from);
+        sequence.insert(*to, unit);
+        let mut plan = plan.clone();
+        let is_possible = unit.is_some() && group.number(&mut plan, &sequence);
+        if is_possible { Best::of(trials, &plan).map(Some) } else { Some(None) }
+    })
 }
 
 /// Deadline-monotonic priorities, then those of Audsley's algorithm.
-fn by_algorithm(trials: &Trials<'_>, found: &mut Ordered, is_enough: &dyn Fn(Score) -> bool) -> Option<()> {
+fn by_algorithm(trials: &Trials<'_>, found: &mut Best, is_enough: &dyn Fn(Score) -> bool) -> Option<()> {
     let groups = groups(trials, &found.plan);
     let mut plan = found.plan.clone();
     for group in groups.iter().filter(|it| it.bands.len() == 1) {
         let sequence: Sequence = group.by_deadline(trials).into_iter().rev().map(Some).collect();
         group.number(&mut plan, &sequence);
     }
-    found.consider(trials, &plan)?;
+    found.consider(Best::of(trials, &plan)?);
     if is_enough(found.score) {
         return Some(());
     }
@@ -116,7 +104,8 @@ fn by_algorithm(trials: &Trials<'_>, found: &mut Ordered, is_enough: &dyn Fn(Sco
         found.stuck.extend(stuck);
         group.number(&mut plan, &sequence);
     }
-    found.consider(trials, &plan)
+    found.consider(Best::of(trials, &plan)?);
+    Some(())
 }
 
 /// Groups the units by the CPUs that they share.
@@ -152,7 +141,7 @@ impl Group {
     /// Returns the units by deadline, the earliest first; those with equal deadlines in the order of their priorities.
     fn by_deadline(&self, trials: &Trials<'_>) -> Vec<usize> {
         let mut units = self.units.clone();
-        units.sort_by_key(|it| (trials.units[*it].deadline, Reverse(trials.units[*it].priority)));
+        units.sort_by_key(|it| (trials.units[*it].of.deadline, Reverse(trials.units[*it].priority)));
         units
     }
 
@@ -274,37 +263,4 @@ fn permuted(
         }
     }
     Some(false)
-}
-
-/// Moves one activity after another to another place in the order of its group, as long as something gets better.
-fn improve(
-    trials: &Trials<'_>,
-    groups: &[Group],
-    found: &mut Ordered,
-    is_enough: &dyn Fn(Score) -> bool,
-) -> Option<()> {
-    loop {
-        let before = found.score;
-        for group in groups {
-            let length = group.sequence(&found.plan).len();
-            for (from, to) in (0..length).flat_map(|from| (0..length).map(move |to| (from, to))) {
-                let mut sequence = group.sequence(&found.plan);
-                let unit = sequence.remove(from);
-                if unit.is_none() || from == to {
-                    continue;
-                }
-                sequence.insert(to, unit);
-                let mut plan = found.plan.clone();
-                if group.number(&mut plan, &sequence) {
-                    found.consider(trials, &plan)?;
-                }
-                if is_enough(found.score) {
-                    return Some(());
-                }
-            }
-        }
-        if found.score == before {
-            return Some(());
-        }
-    }
 }

@@ -13,9 +13,6 @@ use crate::bisection::{Boundary, step_of};
 /// The factors are multiples of one in so many.
 const PARTS: u64 = 1000;
 
-/// The greatest factor.
-const MOST_LONGER: u64 = 64;
-
 /// Returns a plan with other periods, and how far the search went. None where no factor is enough.
 pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option<(Plan, SearchKind)> {
     let units: Vec<usize> = start.present().into_iter().filter(|unit| is_free(trials, *unit)).collect();
@@ -26,31 +23,22 @@ pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option
         let has_slack = |unit: &usize| trial.slack[*unit] > 0 || was_used_up[*unit] == 0;
         Some(trial.is_met(plan) && plan.present().iter().all(has_slack))
     };
-    let scaled = |parts: u64| {
+    let scaled = |parts: Time| {
         let mut plan = start.clone();
         for unit in &units {
-            plan.periods[*unit] = scaled_period(trials, *unit, parts);
+            plan.periods[*unit] = scaled_period(trials, *unit, parts.as_nanos());
         }
         plan
     };
     let is_met = holds(start)?;
-    let (mut bad, mut good) = (0, PARTS);
-    if !is_met {
-        loop {
-            (bad, good) = (good, good * 2);
-            if good > MOST_LONGER * PARTS {
-                return None;
-            }
-            if holds(&scaled(good))? {
-                break;
-            }
-        }
-    }
-    let factor = Boundary::between(good, bad, |parts| holds(&scaled(parts.as_nanos())));
-    let mut plan = if factor.good == PARTS { start.clone() } else { scaled(factor.good) };
+    let is_enough = |parts: Time| holds(&scaled(parts));
+    let Boundary { good, bad } =
+        if is_met { Boundary { good: PARTS, bad: 0 } } else { Boundary::above(PARTS, is_enough)?? };
+    let factor = Boundary::between(good, bad, is_enough).good;
+    let mut plan = if factor == PARTS { start.clone() } else { scaled(Time::from_nanos(factor)) };
     let mut search = SearchKind::Exact;
     for unit in units {
-        let period = trials.units[unit].period.unwrap_or_default();
+        let period = trials.units[unit].of.period.unwrap_or_default();
         let (step, now) = (step_of(period), period.as_nanos());
         let present = plan.periods[unit].map_or(now, Time::as_nanos);
         let with = |number: u64| {
@@ -81,12 +69,12 @@ pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option
 /// Whether the period of a unit may change.
 fn is_free(trials: &Trials<'_>, unit: usize) -> bool {
     let of = &trials.units[unit];
-    of.is_periodic && !of.is_pinned && of.period.is_some()
+    of.is_periodic && !of.is_pinned && of.of.period.is_some()
 }
 
 /// Returns so many parts of the period of a unit, rounded up to its step.
 fn scaled_period(trials: &Trials<'_>, unit: usize, parts: u64) -> Option<Time> {
-    let period = trials.units[unit].period?;
+    let period = trials.units[unit].of.period?;
     let step = step_of(period);
     let nanos = u128::from(period.as_nanos()) * u128::from(parts);
     let number = nanos.div_ceil(u128::from(PARTS) * u128::from(step)).max(1);

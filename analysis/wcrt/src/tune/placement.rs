@@ -10,7 +10,7 @@ use mauve_timing::CpuSet;
 use rustc_hash::FxHashMap;
 
 use super::order::{ordered, quickly_ordered};
-use super::trials::{Plan, Score, Trials};
+use super::trials::{Best, Plan, Score, Trials};
 use super::{SearchKind, TuneAim};
 
 /// So many placements are analysed one by one where CPUs depend on each other: those of seven activities on three CPUs are 2187.
@@ -26,100 +26,66 @@ struct Cluster {
     utilisation: f64,
 }
 
-/// The result of a search for CPUs.
-pub(super) struct Placed {
-    pub(super) plan: Plan,
-    pub(super) score: Score,
-    pub(super) search: SearchKind,
+impl Cluster {
+    fn put(&self, plan: &mut Plan, cpu: CpuSet) {
+        self.units.iter().for_each(|unit| plan.cpus[*unit] = Some(cpu));
+    }
 }
 
 /// Searches for CPUs, and with `priorities` of the request for priorities too.
-pub(super) fn placed(trials: &Trials<'_>, start: &Plan) -> Option<Placed> {
+pub(super) fn placed(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
     let clusters = clusters(trials, start);
     let is_placed = start.present().iter().all(|unit| trials.units[*unit].is_placed);
-    if is_placed
-        && let Some(score) = trials.score(start)
-        && is_enough(trials, score)
-    {
-        return Some(Placed { plan: start.clone(), score, search: SearchKind::Exact });
+    if is_placed && let Some(found) = Best::of(trials, start).filter(|it| trials.is_enough(it.score)) {
+        return Some(found);
     }
-    let plan = worst_fit(trials, &clusters, start, true);
-    let (plan, score) = solved(trials, &plan)?;
-    let mut found = Placed { plan, score, search: SearchKind::Exact };
-    if is_enough(trials, found.score) {
+    let mut found = solved(trials, &worst_fit(trials, &clusters, start, true))?;
+    if trials.is_enough(found.score) {
         return Some(found);
     }
     if search(trials, &clusters, start, &mut found).is_none() {
         found.search = SearchKind::Exhausted;
     }
-    if trials.request.priorities
-        && !is_enough(trials, found.score)
-        && let Some(better) = ordered(trials, &found.plan).filter(|it| it.score > found.score)
-    {
-        (found.plan, found.score) = (better.plan, better.score);
+    if trials.request.priorities && !trials.is_enough(found.score) {
+        ordered(trials, &found.plan).into_iter().for_each(|better| found.consider(better));
     }
     Some(found)
 }
 
-fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut Placed) -> Option<()> {
+fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut Best) -> Option<()> {
     // Part of the budget stays for the exact search.
     let is_improved = trials.with_part(3, || {
         improve(trials, clusters, found)?;
-        let from_scratch = worst_fit(trials, clusters, start, false);
-        found.consider(trials, &from_scratch)?;
-        if is_enough(trials, found.score) { Some(()) } else { improve(trials, clusters, found) }
+        found.consider(solved(trials, &worst_fit(trials, clusters, start, false))?);
+        if trials.is_enough(found.score) { Some(()) } else { improve(trials, clusters, found) }
     });
-    if is_enough(trials, found.score) {
+    if trials.is_enough(found.score) {
         return Some(());
     }
     let placements = clusters.iter().try_fold(1usize, |product, it| product.checked_mul(it.choices.len()));
     if trials.has_separate_cpus() && trials.request.aim != TuneAim::Latency {
         let mut exact = Exact { trials, clusters, start, known: FxHashMap::default(), best: None };
-        let all: Vec<(CpuSet, Vec<usize>)> = Vec::new();
-        exact.place(0, &all)?;
-        if let Some((plan, _)) = exact.best {
-            let score = trials.score(&plan)?;
-            if score > found.score {
-                (found.plan, found.score) = (plan, score);
-            }
-        }
+        exact.place(0, &[])?;
+        exact.best.into_iter().for_each(|best| found.consider(best));
         // What the exhausted budget of an analysis does not prove may be proved beside other activities.
         let is_free = !trials.request.priorities || trials.is_order_free(&found.plan);
         found.search = if is_free { SearchKind::Exact } else { SearchKind::Heuristic };
-        if is_free || is_enough(trials, found.score) {
+        if is_free || trials.is_enough(found.score) {
             return Some(());
         }
     }
-    if placements.is_some_and(|it| it <= MOST_PLACEMENTS) {
+    if let Some(placements) = placements.filter(|it| *it <= MOST_PLACEMENTS) {
         let is_exact = !trials.request.priorities;
         found.search = if is_exact { SearchKind::Exact } else { SearchKind::Heuristic };
-        return each_placement(trials, clusters, start, found).map(|_| ());
+        return each_placement(trials, clusters, start, placements, found);
     }
     found.search = SearchKind::Heuristic;
     is_improved
 }
 
-impl Placed {
-    /// Takes a placement that is better.
-    fn consider(&mut self, trials: &Trials<'_>, plan: &Plan) -> Option<()> {
-        let (plan, score) = solved(trials, plan)?;
-        if score > self.score {
-            (self.plan, self.score) = (plan, score);
-        }
-        Some(())
-    }
-}
-
-fn is_enough(trials: &Trials<'_>, score: Score) -> bool {
-    score.is_met() && trials.request.aim == TuneAim::Deadlines
-}
-
 /// Returns a placement with its priorities.
-fn solved(trials: &Trials<'_>, plan: &Plan) -> Option<(Plan, Score)> {
-    match trials.request.priorities {
-        true => quickly_ordered(trials, plan),
-        false => Some((plan.clone(), trials.score(plan)?)),
-    }
+fn solved(trials: &Trials<'_>, plan: &Plan) -> Option<Best> {
+    if trials.request.priorities { quickly_ordered(trials, plan) } else { Best::of(trials, plan) }
 }
 
 /// Returns the activities that are placed together, by falling utilisation.
@@ -174,7 +140,7 @@ fn worst_fit(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, keeps: boo
             cluster.choices.iter().copied().min_by(|one, other| load(one).total_cmp(&load(other)))
         };
         let Some(cpu) = cluster.now.filter(|_| stays(&cluster)).or_else(least) else { continue };
-        cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(cpu));
+        cluster.put(&mut plan, cpu);
         *load.entry(cpu).or_default() += cluster.utilisation;
     }
     plan
@@ -190,7 +156,7 @@ struct Exact<'a, 'db> {
     start: &'a Plan,
     /// For a CPU and the clusters on it; none if a deadline is not met.
     known: FxHashMap<(CpuSet, Vec<usize>), Option<Fit>>,
-    best: Option<(Plan, Score)>,
+    best: Option<Best>,
 }
 
 impl Exact<'_, '_> {
@@ -223,12 +189,7 @@ impl Exact<'_, '_> {
             let Some((_, here)) = placed.iter().find(|(it, _)| *it == cpu) else { continue };
             let here = here.clone();
             let bound = self.on(cpu, &here)?;
-            let is_hopeless = match (&bound, &self.best) {
-                (None, _) => true,
-                (Some(score), Some((_, best))) => score <= best,
-                (Some(_), None) => false,
-            };
-            if !is_hopeless {
+            if bound.is_some_and(|score| self.best.as_ref().is_none_or(|best| score > best.score)) {
                 self.place(next + 1, &placed)?;
             }
             if self.best.is_some() && self.trials.request.aim == TuneAim::Deadlines {
@@ -242,15 +203,14 @@ impl Exact<'_, '_> {
     fn take(&mut self, placed: &[(CpuSet, Vec<usize>)]) -> Option<()> {
         let mut plan = self.start.clone();
         for (cpu, clusters) in placed {
-            let units = clusters.iter().flat_map(|it| &self.clusters[*it].units);
-            units.for_each(|unit| plan.cpus[*unit] = Some(*cpu));
+            clusters.iter().for_each(|it| self.clusters[*it].put(&mut plan, *cpu));
             if let Some(Some((priorities, _))) = self.known.get(&(*cpu, clusters.clone())) {
                 priorities.iter().for_each(|(unit, number)| plan.priorities[*unit] = *number);
             }
         }
-        let score = self.trials.score(&plan)?;
-        if score.is_met() && self.best.as_ref().is_none_or(|(_, best)| score > *best) {
-            self.best = Some((plan, score));
+        let found = Best::of(self.trials, &plan)?;
+        if found.score.is_met() && self.best.as_ref().is_none_or(|best| found.score > best.score) {
+            self.best = Some(found);
         }
         Some(())
     }
@@ -272,7 +232,7 @@ impl Exact<'_, '_> {
                 plan.cpus[unit] = Some(cpu);
             }
         }
-        let (plan, score) = solved(self.trials, &plan)?;
+        let Best { plan, score, .. } = solved(self.trials, &plan)?;
         let numbers = || units.iter().map(|unit| (*unit, plan.priorities[*unit])).collect();
         let known = score.is_met().then(|| (numbers(), score));
         self.known.insert(key, known);
@@ -293,51 +253,51 @@ impl Exact<'_, '_> {
 fn each_placement(
     trials: &Trials<'_>,
     clusters: &[Cluster],
-    plan: &Plan,
-    found: &mut Placed,
-) -> Option<bool> {
-    let Some((cluster, others)) = clusters.split_first() else {
-        found.consider(trials, plan)?;
-        return Some(is_enough(trials, found.score));
-    };
-    for cpu in &cluster.choices {
-        let mut plan = plan.clone();
-        cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(*cpu));
-        if each_placement(trials, others, &plan, found)? {
-            return Some(true);
+    start: &Plan,
+    placements: usize,
+    found: &mut Best,
+) -> Option<()> {
+    for number in 0..placements {
+        let (mut plan, mut left) = (start.clone(), number);
+        // The digits of the number are the choices, that of the last cluster first.
+        for cluster in clusters.iter().rev() {
+            cluster.put(&mut plan, cluster.choices[left % cluster.choices.len()]);
+            left /= cluster.choices.len();
+        }
+        found.consider(solved(trials, &plan)?);
+        if trials.is_enough(found.score) {
+            break;
         }
     }
-    Some(false)
+    Some(())
 }
 
-/// Moves one cluster after another, and swaps two, as long as something gets better.
-fn improve(trials: &Trials<'_>, clusters: &[Cluster], found: &mut Placed) -> Option<()> {
-    loop {
-        let before = found.score;
-        for (index, cluster) in clusters.iter().enumerate() {
-            for cpu in &cluster.choices {
-                let mut plan = found.plan.clone();
-                cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(*cpu));
-                if plan != found.plan {
-                    found.consider(trials, &plan)?;
+/// A change of a placement.
+enum Change<'a> {
+    Move(&'a Cluster, CpuSet),
+    Swap(&'a Cluster, &'a Cluster),
+}
+
+/// Moves one cluster after another to each CPU, and swaps it with each that follows, as long as something gets better.
+fn improve(trials: &Trials<'_>, clusters: &[Cluster], found: &mut Best) -> Option<()> {
+    let changes = clusters.iter().enumerate().flat_map(|(index, cluster)| {
+        let moves = cluster.choices.iter().map(move |cpu| Change::Move(cluster, *cpu));
+        moves.chain(clusters.iter().skip(index + 1).map(move |other| Change::Swap(cluster, other)))
+    });
+    let changes: Vec<Change<'_>> = changes.collect();
+    found.improve(trials, &changes, |now, change| {
+        let mut plan = now.clone();
+        match change {
+            Change::Move(cluster, cpu) => cluster.put(&mut plan, *cpu),
+            Change::Swap(one, other) => {
+                let cpus = [one, other].map(|it| it.units.first().and_then(|it| now.cpus[*it]));
+                let [Some(of_one), Some(of_other)] = cpus else { return Some(None) };
+                if one.choices.contains(&of_other) && other.choices.contains(&of_one) {
+                    one.put(&mut plan, of_other);
+                    other.put(&mut plan, of_one);
                 }
             }
-            for other in clusters.iter().skip(index + 1) {
-                let cpus = [cluster, other].map(|it| it.units.first().and_then(|it| found.plan.cpus[*it]));
-                let [Some(one), Some(two)] = cpus else { continue };
-                if one != two && cluster.choices.contains(&two) && other.choices.contains(&one) {
-                    let mut plan = found.plan.clone();
-                    cluster.units.iter().for_each(|unit| plan.cpus[*unit] = Some(two));
-                    other.units.iter().for_each(|unit| plan.cpus[*unit] = Some(one));
-                    found.consider(trials, &plan)?;
-                }
-            }
-            if is_enough(trials, found.score) {
-                return Some(());
-            }
         }
-        if found.score == before {
-            return Some(());
-        }
-    }
+        if plan == *now { Some(None) } else { solved(trials, &plan).map(Some) }
+    })
 }

@@ -3,32 +3,29 @@
 use std::cell::Cell;
 use std::cmp::Reverse;
 
-use mauve_hir::item_tree::{Deployment, Name};
+use mauve_hir::item_tree::Deployment;
 use mauve_hir::{Decl, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{
     Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Tasks, Time, Utilisation,
 };
 
-use super::{TuneAim, TuneRequest, Untunable};
+use super::{SearchKind, TuneAim, TuneRequest, Untunable};
 use crate::chains::latencies_of;
 use crate::reason::Reason;
 use crate::report::Query;
-use crate::system::{System, activities_of, others_of, read, system_of};
+use crate::system::{ResolvedActivity, System, activities_of, others_of, read, system_of};
 use crate::table_set::tables_of;
 use crate::task_set::DeployedTasks;
-use crate::what_if::{WhatIfField, follows_period, with_fields};
+use crate::what_if::{WhatIfField, other_period, with_fields};
 
 /// What changes together: an activity, with all instances of its thread.
 #[derive(Debug, Clone)]
-pub(super) struct Unit {
+pub(super) struct Unit<'db> {
     /// The first instance, which names the activity in an edit.
-    pub(super) instance: Name,
+    pub(super) of: &'db ResolvedActivity<'db>,
     /// Indices into [`System::activities`].
     pub(super) members: Vec<usize>,
-    pub(super) host: Option<usize>,
-    pub(super) period: Option<Time>,
-    pub(super) deadline: Option<Time>,
     /// Whether its deadline is written, and follows the period because it equals the period now.
     has_deadline: bool,
     /// The priority that is written.
@@ -97,6 +94,52 @@ impl Score {
     }
 }
 
+/// The best plan that a search has found so far.
+pub(super) struct Best {
+    pub(super) plan: Plan,
+    pub(super) score: Score,
+    pub(super) search: SearchKind,
+    /// The units that are left where Audsley's algorithm finds none for the next priority.
+    pub(super) stuck: Vec<usize>,
+}
+
+impl Best {
+    /// Begins with a plan. None where the budget is exhausted.
+    pub(super) fn of(trials: &Trials<'_>, plan: &Plan) -> Option<Best> {
+        let score = trials.score(plan)?;
+        Some(Best { plan: plan.clone(), score, search: SearchKind::Exact, stuck: Vec::new() })
+    }
+
+    /// Takes another plan if it is better.
+    pub(super) fn consider(&mut self, other: Best) {
+        if other.score > self.score {
+            (self.plan, self.score) = (other.plan, other.score);
+        }
+    }
+
+    /// Makes one change after another, as long as something gets better. `changed` returns the solved plan with a change, if it is
+    /// possible; its outer none: the budget is exhausted.
+    pub(super) fn improve<C>(
+        &mut self,
+        trials: &Trials<'_>,
+        changes: &[C],
+        changed: impl Fn(&Plan, &C) -> Option<Option<Best>>,
+    ) -> Option<()> {
+        loop {
+            let before = self.score;
+            for change in changes {
+                changed(&self.plan, change)?.into_iter().for_each(|it| self.consider(it));
+                if trials.is_enough(self.score) {
+                    return Some(());
+                }
+            }
+            if self.score == before {
+                return Some(());
+            }
+        }
+    }
+}
+
 /// No slack: the response time has no bound, or is not known.
 const UNBOUNDED: i64 = i64::MIN / 4;
 const NOT_ANALYSED: i64 = i64::MIN / 2;
@@ -110,7 +153,7 @@ pub(super) struct Trials<'db> {
     data: &'db Deployment,
     pub(super) system: &'db System<'db>,
     pub(super) request: TuneRequest,
-    pub(super) units: Vec<Unit>,
+    pub(super) units: Vec<Unit<'db>>,
     /// The priorities and CPUs of what runs beside the units and stays: gateways, other real-time work.
     pub(super) fixed: Vec<(u32, CpuSet)>,
     /// The gateways.
@@ -200,7 +243,7 @@ impl<'db> Trials<'db> {
         if priorities.len() < count {
             let mut order: Vec<usize> = (0..count).collect();
             // Of equal deadlines, the first one gets the higher priority: texts follow the way of the data.
-            order.sort_by_key(|it| Reverse((self.units[*it].deadline, *it)));
+            order.sort_by_key(|it| Reverse((self.units[*it].of.deadline, *it)));
             priorities = vec![1; count];
             for (number, unit) in (1..=99).chain(std::iter::repeat(99)).zip(order) {
                 let pinned = self.units[unit].priority.filter(|_| self.units[unit].is_pinned);
@@ -223,8 +266,7 @@ impl<'db> Trials<'db> {
 
     /// Returns the CPUs of a unit in a plan.
     pub(super) fn cpus(&self, plan: &Plan, unit: usize) -> CpuSet {
-        let now = self.units.get(unit).map_or(CpuSet::NONE, |it| it.cpus);
-        plan.cpus.get(unit).copied().flatten().unwrap_or(now)
+        plan.cpus[unit].unwrap_or(self.units[unit].cpus)
     }
 
     /// Returns the values of a plan that are not those of the text.
@@ -232,23 +274,12 @@ impl<'db> Trials<'db> {
         let hosts = hosts_of(self.db, self.project.workspace(self.db));
         let mut fields = Vec::new();
         for (index, unit) in self.units.iter().enumerate() {
-            let field = |field, value: String| WhatIfField {
-                instance: unit.instance.clone(),
-                field,
-                value: value.into(),
-            };
-            let cpu = plan.cpus.get(index).copied().flatten();
-            let moved = cpu.filter(|cpu| *cpu != unit.cpus);
-            fields.extend(moved.map(|cpu| field(ActivityField::Affinity, hosts.local(cpu).1.0.to_string())));
-            let priority = plan.priorities.get(index).copied();
-            let changed = priority.filter(|it| Some(*it) != unit.priority);
-            fields.extend(changed.map(|it| field(ActivityField::Priority, it.to_string())));
-            let period = plan.periods.get(index).copied().flatten().filter(|it| Some(*it) != unit.period);
-            let Some(period) = period else { continue };
-            fields.push(field(ActivityField::Period, period.number()));
-            if unit.has_deadline && follows_period(unit.deadline, unit.period, period) {
-                fields.push(field(ActivityField::Deadline, period.number()));
-            }
+            let cpu = plan.cpus[index].filter(|cpu| *cpu != unit.cpus).map(|cpu| hosts.local(cpu).1.0);
+            fields.extend(cpu.map(|cpu| WhatIfField::new(unit.of, ActivityField::Affinity, cpu)));
+            let priority = Some(plan.priorities[index]).filter(|it| Some(*it) != unit.priority);
+            fields.extend(priority.map(|it| WhatIfField::new(unit.of, ActivityField::Priority, it)));
+            let period = plan.periods[index].filter(|it| Some(*it) != unit.of.period);
+            fields.extend(period.into_iter().flat_map(|it| other_period(unit.of, unit.has_deadline, it)));
         }
         fields
     }
@@ -282,7 +313,7 @@ impl<'db> Trials<'db> {
                 _ => NOT_ANALYSED,
             }
         };
-        let of_unit = |unit: &Unit| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
+        let of_unit = |unit: &Unit<'_>| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
         let is_exhausted = responses.iter().any(|it| it.is_exhausted);
         self.is_exhausted.set(self.is_exhausted.get() | is_exhausted);
         Some(Trial {
@@ -315,6 +346,11 @@ impl<'db> Trials<'db> {
         Some(score)
     }
 
+    /// Returns whether nothing better is requested.
+    pub(super) fn is_enough(&self, score: Score) -> bool {
+        score.is_met() && self.request.aim == TuneAim::Deadlines
+    }
+
     /// Calls `search` with this part of the budget that is left.
     pub(super) fn with_part<T>(&self, part: usize, search: impl FnOnce() -> T) -> T {
         let all = self.left.get();
@@ -339,8 +375,8 @@ impl<'db> Trials<'db> {
     /// times; with a lock without a protocol, on the order of its users.
     pub(super) fn is_order_free(&self, plan: &Plan) -> bool {
         let is_simple = |unit: &usize| {
-            let Some(of) = self.units.get(*unit) else { return false };
-            let mut tasks = of.members.iter().filter_map(|it| self.tasks.activities().get(*it));
+            let mut tasks =
+                self.units[*unit].members.iter().filter_map(|it| self.tasks.activities().get(*it));
             self.cpus(plan, *unit).is_one() && tasks.all(|it| it.waits.is_none() && it.offset.is_none())
         };
         let locks = || self.tasks.locks.iter().filter(|it| it.users.len() > 1);
@@ -416,9 +452,9 @@ impl<'db> Trials<'db> {
     }
 
     /// Returns the CPUs of the host of a unit.
-    pub(super) fn cpus_of_host(&self, unit: &Unit) -> CpuSet {
+    pub(super) fn cpus_of_host(&self, unit: &Unit<'_>) -> CpuSet {
         let hosts = hosts_of(self.db, self.project.workspace(self.db));
-        unit.host.and_then(|it| hosts.all.get(it)).map_or(self.system.cpus, |it| it.cpus)
+        unit.of.host.and_then(|it| hosts.all.get(it)).map_or(self.system.cpus, |it| it.cpus)
     }
 }
 
@@ -461,30 +497,28 @@ fn latency(found: &[(Option<Time>, Option<Time>)]) -> (i128, i128) {
 }
 
 /// Returns the units of a deployment.
-fn units<'db>(db: &'db dyn ModelDb, of: Decl<'db>, system: &System<'db>, request: &TuneRequest) -> Vec<Unit> {
+fn units<'db>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    system: &'db System<'db>,
+    request: &TuneRequest,
+) -> Vec<Unit<'db>> {
     let written = activities_of(db, of);
-    let mut units: Vec<Unit> = Vec::new();
+    let mut units: Vec<Unit<'db>> = Vec::new();
     for (index, activity) in system.activities.iter().enumerate() {
         let Some(declared) = written.get(&activity.instance) else { continue };
         if activity.gateway.is_some() || activity.priority == Priority::Background {
             continue;
         }
-        let is_mate = |it: &&mut Unit| {
-            let first = it.members.first().and_then(|it| system.activities.get(*it));
-            first.is_some_and(|it| it.activity == activity.activity)
-        };
         let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
-        if let Some(unit) = units.iter_mut().find(is_mate) {
+        if let Some(unit) = units.iter_mut().find(|it| it.of.activity == activity.activity) {
             unit.members.push(index);
             unit.is_pinned |= is_pinned;
             continue;
         }
         units.push(Unit {
-            instance: activity.instance.clone(),
+            of: activity,
             members: vec![index],
-            host: activity.host,
-            period: activity.period,
-            deadline: activity.deadline,
             has_deadline: declared.field(ActivityField::Deadline).is_some(),
             priority: activity.priority.real_time(),
             cpus: activity.cpus.unwrap_or(CpuSet::NONE),
