@@ -91,15 +91,13 @@ impl<'db> Deployed<'db> {
         let activities = reports.iter().flat_map(|(_, report)| &report.activities);
         let reason = |name: &Name| Some((name.clone(), accepted(db, project, deployment, name)?));
         let accepted = activities.filter_map(|activity| reason(&activity.instance)).collect();
-        let sensitivities = Vec::new();
-        let (name, declared) = (deployment.name(db), Some(deployment));
         Deployed {
             db,
-            name,
-            declared,
+            name: deployment.name(db),
+            declared: Some(deployment),
             origin,
             reports,
-            sensitivities,
+            sensitivities: Vec::new(),
             errors,
             has_probabilities: false,
             accepted,
@@ -496,6 +494,17 @@ pub(crate) fn declared<'db>(
         });
     }
     Ok(found)
+}
+
+/// The report of each deployment of these workspaces at its own level.
+pub(crate) fn at_shown_level<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+) -> Result<Vec<Deployed<'db>>, String> {
+    let deployed = |(project, deployment)| {
+        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
+    };
+    Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
 }
 
 /// The deployments of a project.

@@ -23,7 +23,7 @@ use self::remedies::remedies;
 use self::standard_input::load_or_read;
 use self::verdict::{Suppressed, deadlines, is_proof_missing, limits, supports};
 use super::wcrt;
-use crate::analysis_document::analysis_document;
+use crate::analysis_document::{analysis_document, at_shown_level};
 use crate::cli::lines::{Lines, clamp};
 use crate::cli::options::{Outside, Paths};
 use crate::cli::text::{counted, shown};
@@ -135,7 +135,7 @@ impl Check {
         let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
         let (errors, warnings, hints) =
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
-        let deployed = wcrt::at_shown_level(db, &workspaces)?;
+        let deployed = at_shown_level(db, &workspaces)?;
         let verified = if self.verify { Some(check_certificate(&deployed)?) } else { None };
         let text = match self.format {
             CheckFormat::Sarif => json::text(&sarif::log(db, &here, (&findings, &suppressed), &deployed))?,

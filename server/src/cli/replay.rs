@@ -11,9 +11,8 @@ use serde_json::{Value, json};
 
 use crate::disk::read;
 use crate::lsp::address::file_at;
-use crate::lsp::frame;
 use crate::lsp::mirror::{Line, Side};
-use crate::lsp::run;
+use crate::lsp::{frame, run};
 use crate::output::Output;
 
 #[derive(Debug, clap::Args)]

@@ -11,7 +11,7 @@ use mauve_diagnostics::{
     times_of, timing_reason,
 };
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, Hosts, Location, Project, Workspace};
+use mauve_hir::{Database, Decl, Hosts, Location, Project};
 use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
@@ -646,17 +646,6 @@ fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
     let times = of.times().map(|section| format!("times of {section}"));
     [times, horizon, errors].into_iter().flatten().collect()
-}
-
-/// The report of each deployment of these workspaces at its own level, for `mauve check`.
-pub(super) fn at_shown_level<'db>(
-    db: &'db Database,
-    workspaces: &[Workspace],
-) -> Result<Vec<Deployed<'db>>, String> {
-    let deployed = |(project, deployment)| {
-        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
-    };
-    Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
 }
 
 #[cfg(test)]

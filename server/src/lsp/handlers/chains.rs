@@ -12,7 +12,6 @@
 //! and `data-hop` hold indices in these lists. `leftOut` chains are too many.
 
 use mauve_ide::{DrawnStep, draw_chains, drawn_chains};
-use mauve_wcrt::Query;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
@@ -24,10 +23,8 @@ use crate::lsp::to_proto;
 
 /// Returns the chains of a deployment.
 pub(crate) fn chains(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
-    snapshot.complete()?;
+    let (project, of, query) = deployment(snapshot, params)?;
     let db = &snapshot.db;
-    let (project, of) = deployment(snapshot, params)?;
-    let query = Query::at_level(db, project, of, params.significance);
     let drawn = drawn_chains(db, (project, of, query), None, snapshot.settings.hints.tight_slack);
     let place = |step: &DrawnStep<'_>| step.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
     let chains = drawn.all.iter().map(|chain| {

@@ -80,17 +80,14 @@ fn level(arguments: &[Value]) -> Result<Option<Level>> {
         [Value::String(text)] => text.trim().parse().ok(),
         _ => None,
     };
-    match number.and_then(Level::from_f64) {
-        Some(level) => Ok(Some(level)),
-        None => {
-            let given: Vec<String> = arguments.iter().map(Value::to_string).collect();
-            Err(Error::invalid_params(format!(
-                "{SET_SIGNIFICANCE} takes one level, a number between 0 and 1 such as 1e-4, or null for the \
-                 level of mauve.toml; found ({})",
-                given.join(", ")
-            )))
-        }
-    }
+    number.and_then(Level::from_f64).map(Some).ok_or_else(|| {
+        let given: Vec<String> = arguments.iter().map(Value::to_string).collect();
+        Error::invalid_params(format!(
+            "{SET_SIGNIFICANCE} takes one level, a number between 0 and 1 such as 1e-4, or null for the \
+             level of mauve.toml; found ({})",
+            given.join(", ")
+        ))
+    })
 }
 
 fn generate_params(arguments: &[Value]) -> Result<GenerateParams> {

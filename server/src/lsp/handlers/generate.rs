@@ -31,8 +31,7 @@ use tower_lsp::lsp_types::{
 
 use super::rename::refused;
 use crate::generate::{GenerateRequest, Generated};
-use crate::lsp::address::address_of;
-use crate::lsp::address::file_of;
+use crate::lsp::address::{address_of, file_of};
 use crate::lsp::commands::GENERATE;
 use crate::lsp::diagnostics::ANOTHER_TEXT;
 use crate::lsp::generate::{Preview, only, open, preview, refusal, request, title};

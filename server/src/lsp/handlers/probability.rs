@@ -18,9 +18,8 @@ use crate::lsp::snapshot::Snapshot;
 
 /// Returns how probable it is that the activities of a deployment are late.
 pub(crate) fn probability(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
-    snapshot.complete()?;
+    let (project, of, _) = deployment(snapshot, params)?;
     let db = &snapshot.db;
-    let (project, of) = deployment(snapshot, params)?;
     let report = response_times(db, project, of, Query::shown(db, project, of));
     let probabilities = probabilities_of(db, project, of);
     let known =

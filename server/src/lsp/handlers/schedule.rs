@@ -34,10 +34,8 @@ const MOST_EVENTS: u64 = 50_000;
 
 /// Returns the schedule behind a response time.
 pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
-    snapshot.complete()?;
+    let (project, of, query) = deployment(snapshot, params)?;
     let db = &snapshot.db;
-    let (project, of) = deployment(snapshot, params)?;
-    let query = Query::at_level(db, project, of, params.significance);
     let report = response_times(db, project, of, query);
     let activity =
         asked(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities));
@@ -104,11 +102,12 @@ pub(super) fn activities(snapshot: &Snapshot, report: &Report<'_>) -> Vec<Value>
     activities.map(document).collect()
 }
 
-/// Returns the deployment with this name, or at this position, of a document.
+/// Returns the deployment with this name, or at this position, of a document, and what is asked about it.
 pub(super) fn deployment<'db>(
     snapshot: &'db Snapshot,
     params: &DrawingParams,
-) -> Result<(Project<'db>, Decl<'db>)> {
+) -> Result<(Project<'db>, Decl<'db>, Query)> {
+    snapshot.complete()?;
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let mut selections: Vec<GraphsOf<'_>> = Vec::new();
@@ -123,8 +122,8 @@ pub(super) fn deployment<'db>(
         match selected(snapshot, file, selection) {
             Ok(found) => {
                 let is_deployment = |(_, of): &(Project<'db>, Decl<'db>)| of.kind(db) == Kind::Deployment;
-                if let Some(found) = found.into_iter().find(is_deployment) {
-                    return Ok(found);
+                if let Some((project, of)) = found.into_iter().find(is_deployment) {
+                    return Ok((project, of, Query::at_level(db, project, of, params.significance)));
                 }
             }
             Err(why) => refusal = Some(why),

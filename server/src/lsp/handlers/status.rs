@@ -16,11 +16,11 @@ use std::sync::atomic::Ordering;
 use mauve_diagnostics::origins;
 use mauve_hir::{config_of, projects};
 use mauve_timing::Level;
-use mauve_wcrt::{Basis, Query, level_shown};
+use mauve_wcrt::{Basis, level_shown};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
-use crate::analysis_document::{Deployed, Proved, deployments};
+use crate::analysis_document::{Deployed, Proved, at_shown_level};
 use crate::lsp::snapshot::Snapshot;
 use crate::memory::resident;
 
@@ -56,12 +56,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
 
 /// Returns how many deadlines are proved. The server has analysed all deployments for their diagnostics.
 fn verdict(snapshot: &Snapshot) -> String {
-    let db = &snapshot.db;
-    let found = deployments(db, &snapshot.workspaces, None).unwrap_or_default().into_iter();
-    let deployed = found.map(|(project, deployment)| {
-        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project, deployment)))
-    });
-    let deployed: Vec<Deployed<'_>> = deployed.collect();
+    let deployed = at_shown_level(&snapshot.db, &snapshot.workspaces).unwrap_or_default();
     let mut basis = Basis::default();
     deployed.iter().filter_map(Deployed::basis).for_each(|it| basis.add(it));
     let origins = origins(&basis).map_or_else(String::new, |it| format!(" · {it}"));

@@ -21,7 +21,7 @@
 use mauve_ide::{
     Compared, Comparison, Figure, Figures, compared, draw_comparison, drawn_chains, what_if_change,
 };
-use mauve_wcrt::{Query, response_times};
+use mauve_wcrt::response_times;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 
@@ -33,10 +33,8 @@ use crate::lsp::to_proto;
 
 /// Returns the figures of a deployment in two states.
 pub(crate) fn what_if(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
-    snapshot.complete()?;
+    let (project, of, query) = deployment(snapshot, params)?;
     let db = &snapshot.db;
-    let (project, of) = deployment(snapshot, params)?;
-    let query = Query::at_level(db, project, of, params.significance);
     let change = what_if_change(db, project, of, query, &params.values).map_err(Error::invalid_params)?;
     let found = compared(db, project, of, query, &change).map_err(Error::invalid_params)?;
     let with_slack = |it: Figures| it.with_tight_slack(snapshot.settings.hints.tight_slack);

@@ -344,10 +344,7 @@ fn scheduler(priority: u32) -> String {
 }
 
 pub(super) fn periods(count: u64) -> String {
-    match count {
-        1 => "1 period".to_owned(),
-        count => format!("{count} periods"),
-    }
+    counted(count as usize, "period")
 }
 
 /// Returns an expected number of executions.

@@ -6,7 +6,7 @@ use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Summary, TraceError};
 use mauve_timing::Recording;
 
 use super::table::{executions, incomplete};
-use crate::cli::text::duration;
+use crate::cli::text::{counted, duration};
 
 /// Returns the message for a recording of a program that was built otherwise than the program of an earlier recording.
 pub(super) fn other_build(observed: &Path, it: &Recording, other: &Recording) -> String {
@@ -175,8 +175,7 @@ pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
     if it.losses > 0 {
         let events = match it.lost_events {
             0 => "events (their number is unknown)".to_owned(),
-            1 => "1 event".to_owned(),
-            count => format!("{count} events"),
+            count => counted(count as usize, "event"),
         };
         found.push(format!(
             "`{name}`: the tracer discarded {events}; {} near them were not imported. Long executions are more likely to be \
