@@ -15,21 +15,25 @@ use crate::certificate::Machine;
 /// Why a check fails.
 pub(crate) type Check<T> = Result<T, String>;
 
-/// The work that one deployment may ask for, in values: some seconds.
+/// The work that each certificate may ask for, in values: some seconds.
 const MOST_WORK: u64 = 1 << 26;
+/// And for each byte of its text.
+const WORK_OF_BYTE: u64 = 1 << 6;
 /// What a value in memory counts.
 const STORED: u64 = 16;
 
-#[derive(Default)]
+/// The work that is left.
 pub(crate) struct Work(Cell<u64>);
 
 impl Work {
+    pub(crate) fn of(json: &str) -> Work {
+        Work(Cell::new(MOST_WORK + WORK_OF_BYTE * json.len() as u64))
+    }
+
     pub(crate) fn spend(&self, work: usize) -> Check<()> {
-        self.0.set(self.0.get().saturating_add(work as u64));
-        match self.0.get() > MOST_WORK {
-            true => Err(format!("the certificate asks for more than {MOST_WORK} steps of work")),
-            false => Ok(()),
-        }
+        let left = self.0.get().checked_sub(work as u64);
+        self.0.set(left.ok_or("the certificate asks for too much work")?);
+        Ok(())
     }
 }
 

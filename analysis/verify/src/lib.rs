@@ -71,14 +71,14 @@ pub fn verify(json: &str) -> Result<Vec<Summary>, Refusal> {
         let why = format!("version {found} of certificates is unknown: this is {VERSION}");
         return Err(Refusal::Unreadable(why));
     }
-    certificate.systems.iter().map(check).collect()
+    let work = Work::of(json);
+    certificate.systems.iter().map(|system| check(system, &work)).collect()
 }
 
-fn check(system: &System) -> Result<Summary, Refusal> {
+fn check(system: &System, work: &Work) -> Result<Summary, Refusal> {
     let deployment = &system.deployment;
     let refuse = |of: &str, why: String| Refusal::False(format!("{of}{deployment}: {why}"));
-    let work = Work::default();
-    let tasks = Tasks::new(system, &work).map_err(|why| refuse("", why))?;
+    let tasks = Tasks::new(system, work).map_err(|why| refuse("", why))?;
     for claim in &system.claims {
         let of = format!("{} of ", tasks.name(claim.task));
         check_claim(&tasks, claim).map_err(|why| refuse(&of, why))?;
@@ -232,7 +232,7 @@ mod tests {
                 json!(0),
                 "Robot: the closed form of the demand does not fit the states",
             ),
-            ("tasks/0/machine/from", json!(u64::MAX / 2), "Robot: the certificate asks for more than"),
+            ("tasks/0/machine/from", json!(u64::MAX / 2), "Robot: the certificate asks for too much work"),
             ("tasks/0/machine", json!(null), "`laser`: `laser` delays it, and its demand is unknown"),
             ("tasks/0/period", json!(null), "`laser`: `laser` delays it, and its demand is unknown"),
             ("tasks/0/is_real_time", json!(false), "`laser`: `laser` delays it, and its demand is unknown"),
@@ -280,6 +280,7 @@ mod tests {
             ("chains/0/latency", json!(54), "`see`: its steps take 55 ns together, not 54"),
             ("chains/0/limit", json!(54), "`see`: its latency 55 ns exceeds its limit 54 ns"),
             ("chains/0/steps/0/1", json!(2), "`see`: its steps take 65 ns together, not 55"),
+            ("chains/0/steps/0/1", json!(0), "accepted"),
             ("chains/0/steps/0/0", json!(2), "`see`: a step has no period, or is not real-time"),
             ("chains/0/steps", json!([]), "`see`: it has no steps"),
             ("significance", json!(4), "unreadable: "),
@@ -586,6 +587,18 @@ mod tests {
         }
     }
 
+    /// They may be any, so that two such tasks may have different sets.
+    #[test]
+    fn nothing_is_proved_below_tasks_of_unknown_cpus() {
+        let tasks = [simple("a", 3, 50, 5), simple("b", 2, 50, 6), simple("c", 1, 50, 7)];
+        let mut robot = robot_of(&tasks, &[claim(2, &[18])]);
+        assert_eq!(changed(&robot, &[]), "accepted");
+        for task in 0..2 {
+            robot["systems"][0]["tasks"][task]["cpus"] = json!(null);
+            assert!(changed(&robot, &[]).contains("`c`: `a` delays it, and its demand is unknown"));
+        }
+    }
+
     #[test]
     fn linked_cpus_count_as_one() {
         let mut tasks = [simple("a", 3, 50, 5), simple("b", 2, 50, 6), simple("c", 1, 50, 7)];
@@ -618,6 +631,7 @@ mod tests {
             assert_eq!(found, format!("`see`: its steps take {sum} ns together, not 1"), "{changes:?}");
         };
         longer(&[], 55);
+        longer(&[("chains/0/steps/0/1", json!(0))], 55);
         longer(&[("tasks/0/jitter", json!(1)), ("claims/0/response", json!(5))], 56);
         // R of the laser, where the pilot may read before it writes.
         let on_both = [("tasks/1/cpus", json!([1])), ("claims/1/cpu", json!(1))];
@@ -653,9 +667,17 @@ mod tests {
     #[test]
     fn what_is_not_claimed_is_said() {
         let mut robot = robot();
+        let mut tasks = robot["systems"][0]["tasks"].as_array().unwrap().clone();
+        for (name, is_activity) in [("irq", false), ("log", true)] {
+            let mut other = simple(name, 0, 100, 1);
+            (other["is_activity"], other["is_real_time"]) = (json!(is_activity), json!(!is_activity));
+            tasks.push(other);
+        }
+        robot["systems"][0]["tasks"] = json!(tasks);
         robot["systems"][0]["claims"][1]["met"] = json!(false);
         robot["systems"][0]["not_certified"] = json!([["see", "why"]]);
         let found = &verify(&robot.to_string()).unwrap()[0];
+        assert_eq!(found.met, ["laser"]);
         let pilot = ("pilot".to_owned(), "its deadline is not claimed to be met".to_owned());
         assert_eq!(found.not_certified, [("see".to_owned(), "why".to_owned()), pilot]);
     }

@@ -140,6 +140,8 @@ fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>
     // The calls that it executes in each job; none if they are not known.
     let operations = || system.operations.iter().filter(|it| it.provider == index && it.time > 0);
     let extra = operations().try_fold(0u64, |sum, it| sum.checked_add(it.time.checked_mul(it.calls?)?));
+    // On unknown CPUs, it may delay others in more ways than by its demand.
+    let extra = extra.filter(|_| task.cpus.is_some());
     let demand =
         task.machine.as_ref().zip(extra).map(|(of, extra)| Curve::new(of, extra, work)).transpose()?;
     let waits = task.machine.as_ref().filter(|it| it.edges.iter().any(|edge| edge.3 > 0));
