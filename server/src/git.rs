@@ -8,12 +8,9 @@
 use std::io::{BufRead as _, BufReader, Read, Write as _};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::thread::JoinHandle;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 
 use mauve_pwcet::program::{command, program};
-
-use crate::disk::at_most;
 
 /// Variables of git that only say where configuration of the user is, and how far the search for a repository goes. All others are
 /// removed: within a hook of git, they name a repository and an index.
@@ -25,8 +22,8 @@ const KEPT: [&str; 5] = [
     "GIT_DISCOVERY_ACROSS_FILESYSTEM",
 ];
 
-/// The maximum number of bytes that a short answer of git has.
-const LONGEST_ANSWER: u64 = 1 << 20;
+/// The maximum length of the line about an object.
+const LONGEST_LINE: u64 = 1 << 10;
 
 /// The maximum number of entries of a commit: a few trees that name each other may have any number.
 const MOST_ENTRIES: usize = 1 << 20;
@@ -118,51 +115,48 @@ impl Repository {
         wanted: &dyn Fn(&Entry) -> bool,
     ) -> Result<Vec<Entry>, String> {
         let failed = |why: String| format!("cannot read the files of commit {commit}: {why}");
-        let mut child =
-            self.start(&["ls-tree", "-r", "-z", "--full-tree", commit], Stdio::null()).map_err(failed)?;
-        let output = child.output.take().ok_or_else(|| failed("git has no output".to_owned()))?;
+        let arguments = ["ls-tree", "-r", "-z", "--full-tree", commit];
+        let (child, output) = self.start(&arguments, Stdio::piped()).map_err(failed)?;
         let mut found = Vec::new();
-        for (number, line) in BufReader::new(output).split(b'\0').enumerate() {
+        for (number, line) in output.split(b'\0').enumerate() {
             if number == MOST_ENTRIES {
                 return Err(failed(format!("it has more than {MOST_ENTRIES} files")));
             }
             let line = line.map_err(|error| failed(error.to_string()))?;
             found.extend(entry(&line).filter(wanted));
         }
-        child.finish().map_err(failed)?;
+        // It ends at the first tree that it cannot read: what it says has room in the pipe until here.
+        succeeded(child.wait_with_output()).map_err(failed)?;
         Ok(found)
     }
 
     /// Starts reading the contents of files.
-    pub(crate) fn contents(&self) -> Result<Contents, String> {
-        Ok(Contents { sizes: self.objects("--batch-check")?, bytes: self.objects("--batch")? })
-    }
-
-    fn objects(&self, mode: &str) -> Result<Objects, String> {
-        let mut child = self.start(&["cat-file", mode], Stdio::piped())?;
-        let pipes = child.child.stdin.take().zip(child.output.take());
-        let (input, output) = pipes.ok_or("git has no input or output")?;
-        Ok(Objects { _child: child, input, output: BufReader::new(output) })
+    pub(crate) fn contents(&self) -> Result<Contents<'_>, String> {
+        let (mut child, output) = self.start(&["cat-file", "--batch"], Stdio::null())?;
+        let input = child.stdin.take().ok_or("git has no input")?;
+        Ok(Contents { repository: self, _child: child, input, output })
     }
 
     /// Returns a short answer of git without its last line break.
     fn ask(&self, arguments: &[&str]) -> Result<Vec<u8>, String> {
-        let mut child = self.start(arguments, Stdio::null())?;
-        let output = child.output.take().ok_or("git has no output")?;
-        let mut answer = at_most(LONGEST_ANSWER, output).map_err(|error| error.to_string())?;
-        child.finish()?;
+        let mut answer = succeeded(self.command().args(arguments).stdin(Stdio::null()).output())?;
         if answer.last() == Some(&b'\n') {
             answer.pop();
         }
         Ok(answer)
     }
 
-    fn start(&self, arguments: &[&str], input: Stdio) -> Result<Running, String> {
-        let child = self.command().args(arguments).stdin(input).spawn();
+    fn start(&self, arguments: &[&str], errors: Stdio) -> Result<(Child, BufReader<ChildStdout>), String> {
+        let child = self
+            .command()
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(errors)
+            .spawn();
         let mut child = child.map_err(|error| format!("cannot start `{}`: {error}", self.git.display()))?;
-        let output = child.stdout.take();
-        let errors = child.stderr.take().map(|errors| std::thread::spawn(move || beginning(errors)));
-        Ok(Running { child, output, errors })
+        let output = child.stdout.take().ok_or("git has no output")?;
+        Ok((child, BufReader::new(output)))
     }
 
     fn command(&self) -> Command {
@@ -188,96 +182,55 @@ impl Repository {
         ] {
             git.args(["-c", option]);
         }
-        git.stdout(Stdio::piped()).stderr(Stdio::piped());
         git
     }
 }
 
-/// A git that runs, until this is dropped.
-#[derive(Debug)]
-struct Running {
-    child: Child,
-    output: Option<ChildStdout>,
-    /// Reads what it says on standard error: a full pipe would block it.
-    errors: Option<JoinHandle<Vec<u8>>>,
-}
-
-impl Running {
-    /// Waits for the end, once its output is read.
-    fn finish(mut self) -> Result<(), String> {
-        let status = self.child.wait().map_err(|error| error.to_string())?;
-        if status.success() {
-            return Ok(());
-        }
-        let said = self.errors.take().and_then(|errors| errors.join().ok()).unwrap_or_default();
-        let said = String::from_utf8_lossy(&said).into_owned();
-        let line = said.lines().find(|line| !line.is_empty()).unwrap_or("git failed");
-        Err(line.trim_start_matches("fatal: ").to_owned())
+/// Returns what git answers, or the first line of its errors.
+fn succeeded(output: std::io::Result<Output>) -> Result<Vec<u8>, String> {
+    let output = output.map_err(|error| format!("cannot run git: {error}"))?;
+    if output.status.success() {
+        return Ok(output.stdout);
     }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let line = said.lines().find(|line| !line.is_empty()).unwrap_or("git failed");
+    Err(line.trim_start_matches("fatal: ").to_owned())
 }
 
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// Returns the beginning of a stream, and reads all of it.
-fn beginning(mut stream: impl Read) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let _ = stream.by_ref().take(LONGEST_ANSWER).read_to_end(&mut bytes);
-    let _ = std::io::copy(&mut stream, &mut std::io::sink());
-    bytes
-}
-
-/// A git that answers a line about each object that it is asked for.
+/// The contents of files: a git that answers a line about each object that it is asked for, its bytes and a line break.
 #[derive(Debug)]
-struct Objects {
-    _child: Running,
+pub(crate) struct Contents<'a> {
+    repository: &'a Repository,
+    _child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
 }
 
-impl Objects {
-    /// Returns the size of a file's object.
-    fn size(&mut self, object: &str) -> Result<u64, String> {
-        let mut line = Vec::new();
-        let asked = writeln!(self.input, "{object}").and_then(|()| self.input.flush());
-        let answered =
-            asked.and_then(|()| self.output.by_ref().take(LONGEST_ANSWER).read_until(b'\n', &mut line));
-        answered.map_err(|error| error.to_string())?;
-        let line = String::from_utf8_lossy(&line);
-        let mut parts = line.split_whitespace().skip(1);
-        let size = parts.next().filter(|kind| *kind == "blob").and_then(|_| parts.next()?.parse().ok());
-        size.ok_or_else(|| format!("the repository does not have object {object} (a partial clone?)"))
-    }
-}
-
-/// The contents of files.
-#[derive(Debug)]
-pub(crate) struct Contents {
-    sizes: Objects,
-    bytes: Objects,
-}
-
-impl Contents {
+impl Contents<'_> {
     /// Returns the bytes of a file, or its size if that exceeds `longest`.
     ///
     /// # Errors
     ///
     /// The object is missing, in words for the user.
     pub(crate) fn read(&mut self, entry: &Entry, longest: u64) -> Result<Result<Vec<u8>, u64>, String> {
-        let size = self.sizes.size(&entry.object)?;
+        let object = &entry.object;
+        let failed = |error: std::io::Error| error.to_string();
+        writeln!(self.input, "{object}").and_then(|()| self.input.flush()).map_err(failed)?;
+        let mut line = Vec::new();
+        self.output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(failed)?;
+        let line = String::from_utf8_lossy(&line);
+        let mut parts = line.split_whitespace().skip(1);
+        let size =
+            parts.next().filter(|kind| *kind == "blob").and_then(|_| parts.next()?.parse::<u64>().ok());
+        let size =
+            size.ok_or_else(|| format!("the repository does not have object {object} (a partial clone?)"))?;
         if size > longest {
+            // Another git goes on, since this one writes all of it first.
+            *self = self.repository.contents()?;
             return Ok(Err(size));
         }
-        // The same line comes before the bytes, and a line break after them.
-        if self.bytes.size(&entry.object)? != size {
-            return Err(format!("object {} has two sizes", entry.object));
-        }
         let mut bytes = vec![0; usize::try_from(size).unwrap_or_default() + 1];
-        self.bytes.output.read_exact(&mut bytes).map_err(|error| error.to_string())?;
+        self.output.read_exact(&mut bytes).map_err(failed)?;
         bytes.pop();
         Ok(Ok(bytes))
     }

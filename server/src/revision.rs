@@ -48,20 +48,21 @@ pub(crate) fn load_commit(
         is_project(path) || is_table || is_rule
     };
     let is_submodule = |it: &Entry| it.kind == EntryKind::Submodule && it.path.starts_with(path);
-    let entries = repository.entries(commit, &|it| is_wanted(&it.path) || is_submodule(it))?;
+    let mut entries = repository.entries(commit, &|it| is_wanted(&it.path) || is_submodule(it))?;
     let top = copy.top.clone();
     let named = |why: String| why.replace(&format!("{}/", top.display()), &format!("{name}:"));
-    if !entries.iter().any(|entry| entry.path.starts_with(path) && is_project(&entry.path)) {
-        let submodules: Vec<Entry> = entries.into_iter().filter(is_submodule).collect();
-        copy.write(&submodules).map_err(&named)?;
-        let shown =
-            if path.as_os_str().is_empty() { String::new() } else { format!(" in `{}`", path.display()) };
-        copy.left_out.push(format!("there is no model and no mauve.toml{shown}"));
-        return Ok(Loaded { workspaces: Vec::new(), top, left_out: std::mem::take(&mut copy.left_out) });
-    }
+    let has_project = entries.iter().any(|it| it.path.starts_with(path) && is_project(&it.path));
+    entries.retain(|it| has_project || is_submodule(it));
     copy.write(&entries).map_err(&named)?;
     let paths = [top.join(path)];
-    let mut workspaces = load(db, &paths, false).map_err(&named)?;
+    let mut workspaces = Vec::new();
+    if has_project {
+        workspaces = load(db, &paths, false).map_err(&named)?;
+    } else {
+        let place =
+            if path.as_os_str().is_empty() { String::new() } else { format!(" in `{}`", path.display()) };
+        copy.left_out.push(format!("there is no model and no mauve.toml{place}"));
+    }
     // Only the configurations say which other files are tables.
     let patterns = workspaces.iter().flat_map(|&workspace| {
         let folder = workspace.folder(db).clone();
@@ -120,15 +121,15 @@ fn remove_copies_on_signal() {
 }
 
 /// A private folder with files of a commit, which is removed when it is dropped.
-struct Copy {
+struct Copy<'a> {
     top: PathBuf,
-    contents: Contents,
+    contents: Contents<'a>,
     left: u64,
     left_out: Vec<String>,
 }
 
-impl Copy {
-    fn new(contents: Contents) -> std::io::Result<Copy> {
+impl<'a> Copy<'a> {
+    fn new(contents: Contents<'a>) -> std::io::Result<Copy<'a>> {
         let parent = std::env::temp_dir().canonicalize()?;
         let time = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
         let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
@@ -145,24 +146,15 @@ impl Copy {
     fn write(&mut self, entries: &[Entry]) -> Result<(), String> {
         for entry in entries {
             let path = entry.path.display();
-            match entry.kind {
-                EntryKind::File => {
-                    let written = self.write_file(entry);
-                    written.map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?;
-                }
-                EntryKind::Link => {
-                    if !self
-                        .write_link(entry)
-                        .map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?
-                    {
-                        self.left_out
-                            .push(format!("`{path}` is a link out of the repository, and is not followed"));
-                    }
-                }
-                EntryKind::Submodule => {
-                    self.left_out.push(format!("`{path}` is a submodule, and is not read"))
-                }
-            }
+            let written = match entry.kind {
+                EntryKind::File => self.write_file(entry).map(|()| None),
+                EntryKind::Link => self.write_link(entry).map(|is_below| {
+                    (!is_below).then_some("is a link out of the repository, and is not followed")
+                }),
+                EntryKind::Submodule => Ok(Some("is a submodule, and is not read")),
+            };
+            let left_out = written.map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?;
+            self.left_out.extend(left_out.map(|why| format!("`{path}` {why}")));
         }
         Ok(())
     }
@@ -215,7 +207,7 @@ impl Copy {
     }
 }
 
-impl Drop for Copy {
+impl Drop for Copy<'_> {
     fn drop(&mut self) {
         COPIES.lock().iter_mut().for_each(|it| it.retain(|path| *path != self.top));
         let _ = std::fs::remove_dir_all(&self.top);

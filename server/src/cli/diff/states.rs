@@ -13,16 +13,19 @@ use crate::revision::{Loaded, load_commit};
 #[derive(Debug)]
 pub(super) enum State {
     Disk(PathBuf),
-    Commit {
-        repository: Repository,
-        /// How the user calls it.
-        name: String,
-        commit: String,
-        /// Below the top of the repository.
-        path: PathBuf,
-        /// Whether the name has the path.
-        has_path: bool,
-    },
+    Commit(Commit),
+}
+
+#[derive(Debug)]
+pub(super) struct Commit {
+    repository: Repository,
+    /// How the user calls it.
+    name: String,
+    commit: String,
+    /// Below the top of the repository.
+    path: PathBuf,
+    /// Whether the name has the path.
+    has_path: bool,
 }
 
 /// An argument.
@@ -87,20 +90,21 @@ impl Argument {
 pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State; 2], String> {
     let [first, second] = [first, second].map(|it| it.map(Argument::new).transpose());
     let here = || PathBuf::from(".");
+    let commit = |name: &str, path: &Path| Commit::new(name, path).map(State::Commit);
     Ok(match (first?, second?) {
-        (None, None) => [State::commit("HEAD", &here())?, State::Disk(here())],
-        (Some(Argument::Path(path)), None) => [State::commit("HEAD", &path)?, State::Disk(path)],
-        (Some(Argument::Revision(name)), None) => [State::commit(&name, &here())?, State::Disk(here())],
+        (None, _) => [commit("HEAD", &here())?, State::Disk(here())],
+        (Some(Argument::Path(path)), None) => [commit("HEAD", &path)?, State::Disk(path)],
+        (Some(Argument::Revision(name)), None) => [commit(&name, &here())?, State::Disk(here())],
         (Some(Argument::Revision(name)), Some(Argument::Path(path))) => {
-            [State::commit(&name, &path)?, State::Disk(path)]
+            [commit(&name, &path)?, State::Disk(path)]
         }
         (Some(Argument::Path(path)), Some(Argument::Revision(name))) => {
-            let commit = State::commit(&name, &path)?;
+            let commit = commit(&name, &path)?;
             [State::Disk(path), commit]
         }
         (Some(Argument::Path(old)), Some(Argument::Path(new))) => [State::Disk(old), State::Disk(new)],
         (Some(Argument::Revision(old)), Some(Argument::Revision(new))) => {
-            [State::commit(&old, &here())?, State::commit(&new, &here())?]
+            [commit(&old, &here())?, commit(&new, &here())?]
         }
         (Some(Argument::Range { from, to, is_from_merge_base }), path) => {
             let path = match path {
@@ -110,17 +114,21 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State
                 Some(Argument::Revision(path)) if !is_revision(&path) => PathBuf::from(path),
                 Some(_) => return Err(RANGE.to_owned()),
             };
-            let [old, new] = [State::commit(&from, &path)?, State::commit(&to, &path)?];
-            if is_from_merge_base { [old.common_ancestor(&new)?, new] } else { [old, new] }
+            let (mut old, new) = (Commit::new(&from, &path)?, Commit::new(&to, &path)?);
+            if is_from_merge_base {
+                old.commit = old.repository.merge_base([&old.commit, &new.commit])?;
+                old.name = format!("the common ancestor of {} and {}", old.name, new.name);
+                old.has_path = false;
+            }
+            [State::Commit(old), State::Commit(new)]
         }
         (_, Some(Argument::Range { .. })) => return Err(RANGE.to_owned()),
-        (None, Some(_)) => return Err("the first state is missing".to_owned()),
     })
 }
 
-impl State {
+impl Commit {
     /// The state of a path in a revision, which may name another path after a colon.
-    fn commit(name: &str, path: &Path) -> Result<State, String> {
+    fn new(name: &str, path: &Path) -> Result<Commit, String> {
         // The disk may not have it any more.
         let absolute = std::path::absolute(path).map_err(|error| error.to_string())?;
         let above = absolute.ancestors().find(|it| it.is_dir()).unwrap_or(Path::new("/"));
@@ -131,8 +139,7 @@ impl State {
         // From the top, or from here if it begins with a dot, as for git.
         let with_path = || {
             let (revision, path) = name.split_once(':')?;
-            let is_from_here =
-                path.starts_with("./") || path.starts_with("../") || path == "." || path == "..";
+            let is_from_here = path.split('/').next().is_some_and(|it| it == "." || it == "..");
             let from = if is_from_here { repository.prefix.as_path() } else { Path::new("") };
             let path = normalised(&from.join(path)).components().collect();
             Some((repository.commit(revision)?, path, true))
@@ -144,30 +151,17 @@ impl State {
             let hint = repository.shallow_hint().unwrap_or_default();
             return Err(format!("`{name}` is neither a path nor a revision{hint}"));
         };
-        Ok(State::Commit { repository, name: name.to_owned(), commit, path, has_path })
+        Ok(Commit { repository, name: name.to_owned(), commit, path, has_path })
     }
+}
 
-    /// The common ancestor of two commits, at the path of the first.
-    fn common_ancestor(self, other: &State) -> Result<State, String> {
-        match (self, other) {
-            (
-                State::Commit { repository, name, commit, path, .. },
-                State::Commit { commit: other, name: new, .. },
-            ) => {
-                let commit = repository.merge_base([&commit, other])?;
-                let name = format!("the common ancestor of {name} and {new}");
-                Ok(State::Commit { repository, name, commit, path, has_path: false })
-            }
-            (state, _) => Ok(state),
-        }
-    }
-
+impl State {
     /// Returns how it is called in results.
     pub(super) fn name(&self) -> String {
         match self {
             State::Disk(path) if path.as_os_str() == "." => "the working folder".to_owned(),
             State::Disk(path) => path.display().to_string(),
-            State::Commit { name, commit, .. } => {
+            State::Commit(Commit { name, commit, .. }) => {
                 let short = commit.get(..10).unwrap_or(commit);
                 if name.starts_with(short) || commit.starts_with(name) {
                     name.clone()
@@ -195,7 +189,7 @@ impl State {
                 let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
                 Ok((workspaces, folder.to_owned()))
             }
-            State::Commit { repository, name, commit, path, has_path } => {
+            State::Commit(Commit { repository, name, commit, path, has_path }) => {
                 let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
                 if *has_path && workspaces.is_empty() {
                     return Err(format!("`{name}`: {}", left_out.join("; ")));
