@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::os::unix::ffi::OsStringExt as _;
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, Once};
+use std::sync::Mutex;
 
 use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, is_model, normalised};
 use mauve_wcrt::table_pattern;
@@ -99,25 +99,12 @@ pub(crate) fn copy_of(folder: &Path) -> Option<String> {
 /// The maximum number of bytes of the target of a link.
 const LONGEST_LINK: u64 = 4096;
 
-/// The private folders that are not removed yet: a signal removes them too.
-static COPIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// The private folder that is not removed yet: there is one at a time. A signal removes it too.
+static COPY: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Removes all private folders.
-fn remove_copies() {
-    let copies = COPIES.lock().map(|mut it| std::mem::take(&mut *it)).unwrap_or_default();
-    copies.iter().for_each(|it| _ = std::fs::remove_dir_all(it));
-}
-
-/// Removes all private folders when a signal ends the command, once.
-fn remove_copies_on_signal() {
-    static ONCE: Once = Once::new();
-    // Without signals, a folder may stay: it is private.
-    ONCE.call_once(|| {
-        _ = on_signal(|| {
-            remove_copies();
-            std::process::exit(130);
-        });
-    });
+fn remove_copy() {
+    let copy = COPY.lock().ok().and_then(|mut it| it.take());
+    copy.iter().for_each(|it| _ = std::fs::remove_dir_all(it));
 }
 
 /// A private folder with files of a commit, which is removed when it is dropped.
@@ -133,8 +120,12 @@ impl<'a> Copy<'a> {
         let parent = std::env::temp_dir().canonicalize()?;
         let time = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
         let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
-        remove_copies_on_signal();
-        COPIES.lock().iter_mut().for_each(|it| it.push(top.clone()));
+        // Without signals, a folder may stay: it is private.
+        _ = on_signal(|| {
+            remove_copy();
+            std::process::exit(130);
+        });
+        COPY.lock().iter_mut().for_each(|it| **it = Some(top.clone()));
         // It must be new: another user could have made one.
         DirBuilder::new().mode(0o700).create(&top)?;
         let copy = Copy { top, contents, left: LONGEST_TOGETHER, left_out: Vec::new() };
@@ -209,7 +200,6 @@ impl<'a> Copy<'a> {
 
 impl Drop for Copy<'_> {
     fn drop(&mut self) {
-        COPIES.lock().iter_mut().for_each(|it| it.retain(|path| *path != self.top));
-        let _ = std::fs::remove_dir_all(&self.top);
+        remove_copy();
     }
 }

@@ -89,41 +89,40 @@ impl Argument {
 /// An argument is neither a path nor a revision, or is both, in words for the user.
 pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State; 2], String> {
     let [first, second] = [first, second].map(|it| it.map(Argument::new).transpose());
+    let (first, second) = (first?, second?);
     let here = || PathBuf::from(".");
-    let commit = |name: &str, path: &Path| Commit::new(name, path).map(State::Commit);
-    Ok(match (first?, second?) {
-        (None, _) => [commit("HEAD", &here())?, State::Disk(here())],
-        (Some(Argument::Path(path)), None) => [commit("HEAD", &path)?, State::Disk(path)],
-        (Some(Argument::Revision(name)), None) => [commit(&name, &here())?, State::Disk(here())],
-        (Some(Argument::Revision(name)), Some(Argument::Path(path))) => {
-            [commit(&name, &path)?, State::Disk(path)]
+    if let Some(Argument::Range { from, to, is_from_merge_base }) = first {
+        let path = match second {
+            None => here(),
+            Some(Argument::Path(path)) => path,
+            // Both commits may have a path that the disk does not have.
+            Some(Argument::Revision(path)) if !is_revision(&path) => PathBuf::from(path),
+            Some(_) => return Err(RANGE.to_owned()),
+        };
+        let (mut old, new) = (Commit::new(&from, &path)?, Commit::new(&to, &path)?);
+        if is_from_merge_base {
+            old.commit = old.repository.merge_base([&old.commit, &new.commit])?;
+            old.name = format!("the common ancestor of {} and {}", old.name, new.name);
+            old.has_path = false;
         }
-        (Some(Argument::Path(path)), Some(Argument::Revision(name))) => {
-            let commit = commit(&name, &path)?;
-            [State::Disk(path), commit]
-        }
-        (Some(Argument::Path(old)), Some(Argument::Path(new))) => [State::Disk(old), State::Disk(new)],
-        (Some(Argument::Revision(old)), Some(Argument::Revision(new))) => {
-            [commit(&old, &here())?, commit(&new, &here())?]
-        }
-        (Some(Argument::Range { from, to, is_from_merge_base }), path) => {
-            let path = match path {
-                None => here(),
-                Some(Argument::Path(path)) => path,
-                // Both commits may have a path that the disk does not have.
-                Some(Argument::Revision(path)) if !is_revision(&path) => PathBuf::from(path),
-                Some(_) => return Err(RANGE.to_owned()),
-            };
-            let (mut old, new) = (Commit::new(&from, &path)?, Commit::new(&to, &path)?);
-            if is_from_merge_base {
-                old.commit = old.repository.merge_base([&old.commit, &new.commit])?;
-                old.name = format!("the common ancestor of {} and {}", old.name, new.name);
-                old.has_path = false;
-            }
-            [State::Commit(old), State::Commit(new)]
-        }
-        (_, Some(Argument::Range { .. })) => return Err(RANGE.to_owned()),
-    })
+        return Ok([State::Commit(old), State::Commit(new)]);
+    }
+    let head = || Argument::Revision("HEAD".to_owned());
+    let both = match (first, second) {
+        (None, _) => [head(), Argument::Path(here())],
+        (Some(path @ Argument::Path(_)), None) => [head(), path],
+        (Some(first), second) => [first, second.unwrap_or_else(|| Argument::Path(here()))],
+    };
+    // A commit has the path of the other state.
+    let path =
+        both.iter().find_map(|it| if let Argument::Path(path) = it { Some(path.clone()) } else { None });
+    let path = path.unwrap_or_else(here);
+    let [old, new] = both.map(|it| match it {
+        Argument::Path(path) => Ok(State::Disk(path)),
+        Argument::Revision(name) => Commit::new(&name, &path).map(State::Commit),
+        Argument::Range { .. } => Err(RANGE.to_owned()),
+    });
+    Ok([old?, new?])
 }
 
 impl Commit {
