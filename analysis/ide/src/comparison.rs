@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use mauve_diagnostics::{
     errors_of, first_error, known_utilisation, reasons_of, reasons_of_chain, timing_reason,
 };
-use mauve_hir::{Decl, ModelDb, Project, line_of, relative_path};
+use mauve_hir::{Decl, ModelDb, Project, file_and_line};
 use mauve_timing::{CpuLoad, Priority, Status, Time};
 use mauve_wcrt::chains::{ChainEnd, ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
@@ -34,7 +34,7 @@ pub struct Figures {
     pub level: String,
     /// The number of errors in its project: with an error, nothing is proved.
     pub errors: usize,
-    /// The first of them: `robot.mal, line 3: …`.
+    /// The first of them: `robot.mal:3: …`.
     pub error: Option<String>,
     /// Why nothing is analysed.
     pub not_analysed: Vec<String>,
@@ -116,7 +116,7 @@ pub enum FigureChange {
     Gone,
     /// It was not there, and is not met.
     NewMissed,
-    /// The time is longer.
+    /// The time is longer. What is above is worse too.
     Later,
     /// The time is longer, within the tolerance.
     Tolerated,
@@ -213,9 +213,7 @@ impl Figures {
             let reason = reasons.first().map_or("", String::as_str);
             let (shown, hint) = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
             let end = |it: &ChainEnd<'db>| {
-                let shown = it.shown(db);
-                [it.instance.as_str(), shown.strip_prefix(it.instance.as_str()).unwrap_or(&shown)]
-                    .map(str::to_owned)
+                [it.instance.to_string(), it.shown(db).replacen(it.instance.as_str(), "", 1)]
             };
             let steps = it.steps.iter().map(|step| [step.instance.to_string(), String::new()]);
             // A declared chain keeps its name.
@@ -246,7 +244,8 @@ impl Figures {
             root: project.root(db).path(db).clone(),
             level: query.level.to_string(),
             errors: errors_of(db, project),
-            error: error_shown(db, project),
+            error: first_error(db, project)
+                .map(|it| format!("{}: {}", file_and_line(db, project.workspace(db), &it.at), it.message)),
             not_analysed: report.not_analysed.iter().map(|it| timing_reason(db, &it.reason)).collect(),
             activities: report.activities.iter().zip(is_assumed).map(activity).collect(),
             chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
@@ -365,12 +364,10 @@ impl Comparison {
 
     /// Returns the significance level: `1e-4`, or `1e-4 → 1e-6`.
     pub fn level(&self) -> String {
-        match (&self.before, &self.after) {
-            (Some(before), Some(after)) if before.level != after.level => {
-                format!("{} → {}", before.level, after.level)
-            }
-            _ => self.state().map_or_else(String::new, |it| it.level.clone()),
-        }
+        let states = [&self.before, &self.after].into_iter().flatten();
+        let mut levels: Vec<&str> = states.map(|it| it.level.as_str()).collect();
+        levels.dedup();
+        levels.join(" → ")
     }
 
     /// Returns all rows.
@@ -501,17 +498,11 @@ impl Compared {
     /// Returns whether it got worse: later by more than is tolerated, no longer met, or without its figure.
     pub fn is_worse(&self) -> bool {
         match self.change() {
-            FigureChange::Missed
-            | FigureChange::FoundMissed
-            | FigureChange::Lost
-            | FigureChange::Unlimited
-            | FigureChange::NewMissed
-            | FigureChange::Later => true,
             // What had neither a figure nor a limit proved nothing.
             FigureChange::Gone => {
                 self.before.as_ref().is_some_and(|it| it.time.is_some() || it.limit.is_some())
             }
-            _ => false,
+            change => change <= FigureChange::Later,
         }
     }
 
@@ -561,15 +552,6 @@ impl Compared {
         [&self.before, &self.after]
             .map(|it| it.as_ref().map_or_else(|| "–".to_owned(), |figure| figure.shown.clone()))
     }
-}
-
-/// Returns the first error of a project, with its place.
-fn error_shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<String> {
-    let error = first_error(db, project)?;
-    let file = error.at.file(db);
-    let name = relative_path(project.workspace(db).folder(db), file.path(db));
-    let line = line_of(db, file, error.at.range(db).start());
-    Some(format!("{}, line {line}: {}", name.display(), error.message))
 }
 
 /// Before and after.

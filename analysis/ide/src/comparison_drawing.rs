@@ -220,19 +220,18 @@ fn text(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) 
     let bars = |row: &Compared| {
         let [before, after] = [row.before.as_ref(), row.after.as_ref()].map(part);
         let [one, other] = [before, after].map(|it| it.map_or(0, column));
-        let mut bar: Vec<char> = vec![' '; most + 2];
-        if before.or(after).is_some() {
-            bar.iter_mut().take(one).for_each(|cell| *cell = '░');
-            bar.iter_mut().take(other).skip(one).for_each(|cell| *cell = '▓');
-            bar.iter_mut()
-                .take(other.min(if before.is_some() { one } else { other }))
-                .for_each(|it| *it = '█');
-            bar.insert(LIMIT as usize, '│');
-        }
-        if before.into_iter().chain(after).any(|part| part > MOST_PART) {
-            bar.iter_mut().skip(most + 1).take(1).for_each(|cell| *cell = '▸');
-        }
-        bar.into_iter().take(most + 2).collect::<String>()
+        let both = if before.is_some() { one.min(other) } else { other };
+        let cell = |index: usize| match index {
+            _ if index < both => '█',
+            _ if index < one => '░',
+            _ if index < other => '▓',
+            _ => ' ',
+        };
+        let mut bar: Vec<char> = (0..most).map(cell).collect();
+        bar.insert(LIMIT as usize, if before.or(after).is_some() { '│' } else { ' ' });
+        let is_cut = before.into_iter().chain(after).any(|part| part > MOST_PART);
+        bar.push(if is_cut { '▸' } else { ' ' });
+        bar.into_iter().collect::<String>()
     };
     let names = rows.iter().map(|(_, row)| cells(&drawn_name(row.name())) as usize).max().unwrap_or_default();
     let figures = rows.iter().map(|(_, row)| cells(&row.figure()) as usize).max().unwrap_or_default();

@@ -6,6 +6,7 @@
 //! [`edit_of_fields`] writes values of activities: for what-if questions, code actions and `mauve tune` alike.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use mauve_diagnostics::{declaration_diagnostics, time_error_message};
 use mauve_hir::item_tree::{Field, Kind, Name};
@@ -19,6 +20,7 @@ use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Rounding, Time, with_time};
 use mauve_wcrt::{Query, TableSet, Timed, WhatIfField, executed_times, files_of};
+use rustc_hash::FxHashSet;
 
 use crate::cancellation::until_cancelled;
 use crate::change::Change;
@@ -29,19 +31,6 @@ use crate::comparison::{Comparison, Figures};
 enum Setting<'db> {
     Field(WhatIfField),
     Time { key: String, time: Time, tables: Vec<TableSet<'db>> },
-}
-
-impl Setting<'_> {
-    /// Returns whether both are values of one thing.
-    fn is_of_same(&self, other: &Setting<'_>) -> bool {
-        match (self, other) {
-            (Setting::Field(one), Setting::Field(other)) => {
-                one.instance == other.instance && same_fields(&one.field).contains(&other.field)
-            }
-            (Setting::Time { key, .. }, Setting::Time { key: other, .. }) => key == other,
-            _ => false,
-        }
-    }
 }
 
 /// Returns the figures of a deployment as it is, beside those with other values: each as `INSTANCE.FIELD=VALUE` or `KEY=TIME`, where
@@ -100,15 +89,64 @@ pub fn what_if_change<'db>(
     query: Query,
     values: &[String],
 ) -> Result<Change, String> {
-    let mut settings: Vec<Setting<'db>> = Vec::new();
+    let mut fields: Vec<WhatIfField> = Vec::new();
+    let mut times: FxHashSet<String> = FxHashSet::default();
+    let mut texts: BTreeMap<&Path, (File, String)> = BTreeMap::new();
     for value in values {
-        let setting = setting(db, project, of, query, value)?;
-        if settings.iter().any(|known| known.is_of_same(&setting)) {
+        let is_new = match setting(db, project, of, query, value)? {
+            Setting::Field(new) => {
+                let is_same = |it: &WhatIfField| same_fields(&it.field) == same_fields(&new.field);
+                let is_new = !fields.iter().any(|it| it.instance == new.instance && is_same(it));
+                fields.push(new);
+                is_new
+            }
+            Setting::Time { key, time, tables } => {
+                for tables in tables {
+                    write_time(db, project, &mut texts, (&key, time), tables)?;
+                }
+                times.insert(key)
+            }
+        };
+        if !is_new {
             return Err(format!("`{value}`: there is another value for the same"));
         }
-        settings.push(setting);
     }
-    change_of(db, project, of, &settings)
+    let mut change = edit_of_fields(db, of, &fields);
+    for (file, text) in texts.into_values() {
+        change.replace(file, difference(file.text(db), &text));
+    }
+    Ok(change)
+}
+
+/// Writes a time into the tables that have its key; if none has it, into the first one.
+fn write_time<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    texts: &mut BTreeMap<&'db Path, (File, String)>,
+    (key, time): (&str, Time),
+    tables: TableSet<'db>,
+) -> Result<(), String> {
+    let files = files_of(db, tables);
+    let first = files.first().ok_or_else(|| {
+        let key = key.trim_start_matches("(access) ");
+        match config_file(db, project.workspace(db)) {
+            Some(_) => format!("`{key}`: {} of mauve.toml names no timing table", tables.header(db)),
+            None => format!("`{key}`: there is no mauve.toml that names a timing table"),
+        }
+    })?;
+    let mut write = |file: File, is_added: bool| {
+        let known = texts.get(file.path(db).as_path());
+        let text = known.map_or_else(|| file.text(db).as_ref(), |(_, text)| text.as_str());
+        let new = with_time(text, key, time, is_added);
+        let is_written = new.is_some();
+        texts.extend(new.map(|new| (file.path(db).as_path(), (file, new))));
+        is_written
+    };
+    let written = files.iter().filter(|file| write(**file, false)).count();
+    if written == 0 {
+        write(*first, true);
+    }
+    Ok(())
 }
 
 /// Returns the figures of a deployment as it is, beside those after a change of texts.
@@ -171,13 +209,15 @@ fn setting<'db>(
     }
     let activities = deployment(db, of).map_or(&[][..], |it| &it.activities);
     if let Some((instance, field)) = subject.rsplit_once('.')
-        && let Some(activity) = activities.iter().find(|it| it.executes(instance))
+        && activities.iter().any(|it| it.executes(instance))
         && let Some(field) = ActivityField::from_keyword(field)
     {
         let value = field_value(field, value).map_err(|why| format!("`{text}`: {why}"))?;
-        let named = activity.instances.iter().find(|it| it.name == *instance);
-        let instance = named.map_or_else(|| Name::from(instance), |it| it.name.clone());
-        return Ok(Setting::Field(WhatIfField { instance, field, value: value.as_str().into() }));
+        return Ok(Setting::Field(WhatIfField {
+            instance: instance.into(),
+            field,
+            value: value.as_str().into(),
+        }));
     }
     let times = executed_times(db, project, of, query.level);
     let key = |of: &Timed<'db>| match of {
@@ -198,12 +238,11 @@ fn setting<'db>(
         })?;
         return Ok(Setting::Time { key: key(&found.of), time, tables: found.tables.clone() });
     }
-    let mut names: Vec<Name> = times.iter().map(|it| it.of.key(db).as_str().into()).collect();
-    for instance in activities.iter().flat_map(|it| &it.instances) {
-        let of_instance =
-            ActivityField::ALL.iter().map(|field| format!("{}.{}", instance.name, field.keyword()));
-        names.extend(of_instance.map(|it| Name::from(it.as_str())));
-    }
+    let fields = activities.iter().flat_map(|it| &it.instances).flat_map(|instance| {
+        ActivityField::ALL.iter().map(|field| format!("{}.{}", instance.name, field.keyword()))
+    });
+    let keys = times.iter().map(|it| it.of.key(db));
+    let names: Vec<Name> = keys.chain(fields).map(Name::from).collect();
     let other_name = subject.rsplit_once('.').and_then(|(instance, field)| {
         let is_instance = activities.iter().any(|it| it.executes(instance));
         let near = similar_field(field).filter(|_| is_instance)?;
@@ -225,50 +264,6 @@ fn field_value(field: ActivityField, value: &str) -> Result<String, String> {
         FieldKind::CpuList if value.starts_with(|it: char| it.is_ascii_digit()) => Ok(format!("[{value}]")),
         _ => Ok(value.to_owned()),
     }
-}
-
-/// Returns the edits that write the settings.
-fn change_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    settings: &[Setting<'db>],
-) -> Result<Change, String> {
-    let fields = settings.iter().filter_map(|it| match it {
-        Setting::Field(field) => Some(field.clone()),
-        Setting::Time { .. } => None,
-    });
-    let mut change = edit_of_fields(db, of, &fields.collect::<Vec<_>>());
-    let mut texts: BTreeMap<&std::path::Path, (File, String)> = BTreeMap::new();
-    for setting in settings {
-        let Setting::Time { key, time, tables } = setting else { continue };
-        for tables in tables {
-            let files = files_of(db, *tables);
-            let first = files.first().ok_or_else(|| {
-                let key = key.trim_start_matches("(access) ");
-                match config_file(db, project.workspace(db)) {
-                    Some(_) => format!("`{key}`: {} of mauve.toml names no timing table", tables.header(db)),
-                    None => format!("`{key}`: there is no mauve.toml that names a timing table"),
-                }
-            })?;
-            let text = |texts: &BTreeMap<_, (File, String)>, file: File| {
-                let known = texts.get(file.path(db).as_path());
-                known.map_or_else(|| file.text(db).to_string(), |(_, text)| text.clone())
-            };
-            let mut changed: Vec<(File, String)> = files
-                .iter()
-                .filter_map(|file| Some((*file, with_time(&text(&texts, *file), key, *time, false)?)))
-                .collect();
-            if changed.is_empty() {
-                changed.extend(with_time(&text(&texts, *first), key, *time, true).map(|it| (*first, it)));
-            }
-            texts.extend(changed.into_iter().map(|(file, text)| (file.path(db).as_path(), (file, text))));
-        }
-    }
-    for (file, text) in texts.into_values() {
-        change.replace(file, difference(file.text(db), &text));
-    }
-    Ok(change)
 }
 
 /// Returns the smallest replacement that makes the one text of the other: an editor keeps its cursors elsewhere.
@@ -296,47 +291,36 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
         let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };
-        let says_it = |it: &&Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
         let written = format!("{} = {value}", field.keyword());
-        if let Some(known) = activity.fields.iter().find(says_it) {
-            let (name, at) = (place(known.name.id), place(known.value_id));
-            let replacement = match known.name.name == field.keyword() {
-                true => Replacement { range: at.range(db), text: value.to_string() },
-                // A period instead of a rate.
-                false => Replacement { range: name.range(db).cover(at.range(db)), text: written },
-            };
-            change.replace(at.file(db), replacement);
-        } else if let Some(next) = activity.fields.iter().find(|it| rank_of(it) > rank(*field)) {
-            let at = place(next.name.id);
-            let (file, start) = (at.file(db), at.range(db).start());
-            let text = written + &indentation(file.text(db), start);
-            change.replace(file, Replacement { range: TextRange::empty(start), text });
-        } else if let Some(last) = activity.fields.last() {
-            let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
-            let file = name.file(db);
-            let before = indentation(file.text(db), name.range(db).start());
-            change.replace(file, Replacement { range: TextRange::empty(end), text: before + &written });
-        } else {
-            let name = place(activity.name.id);
-            let (file, range) = (name.file(db), name.range(db));
-            let tree = parse(db, file).syntax();
-            let node = tree.covering_element(range).ancestors().find_map(ast::Activity::cast);
-            let mut tokens = node.into_iter().flat_map(|it| it.syntax().children_with_tokens());
-            let Some(brace) = tokens.find(|it| it.kind() == SyntaxKind::L_CURLY) else { continue };
-            let end = brace.text_range().end();
-            change.replace(file, Replacement { range: TextRange::empty(end), text: format!(" {written}") });
-        }
+        let file = place(activity.name.id).file(db);
+        let range = |id| place(id).range(db);
+        let gap = |of: &Field| indentation(file.text(db), range(of.name.id).start());
+        // The usual place of a field.
+        let rank = |field| ACTIVITY_FIELDS.iter().position(|it| it.field == field);
+        let says_it = |it: &&Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
+        let is_behind =
+            |it: &&Field| ActivityField::from_keyword(&it.name.name).and_then(rank) > rank(*field);
+        let fields_of = || activity.fields.iter();
+        let (known, next) = (fields_of().find(says_it), fields_of().find(is_behind));
+        let (range, text) = match (known, next, activity.fields.last()) {
+            (Some(known), ..) if known.name.name == field.keyword() => {
+                (range(known.value_id), value.to_string())
+            }
+            // A period instead of a rate.
+            (Some(known), ..) => (range(known.name.id).cover(range(known.value_id)), written),
+            (_, Some(next), _) => (TextRange::empty(range(next.name.id).start()), written + &gap(next)),
+            (.., Some(last)) => (TextRange::empty(range(last.value_id).end()), gap(last) + &written),
+            (None, None, None) => {
+                let tree = parse(db, file).syntax().covering_element(range(activity.name.id));
+                let node = tree.ancestors().find_map(ast::Activity::cast);
+                let mut tokens = node.into_iter().flat_map(|it| it.syntax().children_with_tokens());
+                let Some(brace) = tokens.find(|it| it.kind() == SyntaxKind::L_CURLY) else { continue };
+                (TextRange::empty(brace.text_range().end()), format!(" {written}"))
+            }
+        };
+        change.replace(file, Replacement { range, text });
     }
     change
-}
-
-/// The usual place of a field.
-fn rank(field: ActivityField) -> Option<usize> {
-    ACTIVITY_FIELDS.iter().position(|it| it.field == field)
-}
-
-fn rank_of(written: &Field) -> Option<usize> {
-    rank(ActivityField::from_keyword(&written.name.name)?)
 }
 
 /// Returns the separator of two fields: a new line if the field at `offset` begins its line, otherwise a space.

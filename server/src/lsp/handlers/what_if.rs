@@ -38,12 +38,9 @@ pub(crate) fn what_if(snapshot: &Snapshot, params: &DrawingParams) -> Result<Val
     let change = what_if_change(db, project, of, query, &params.values).map_err(Error::invalid_params)?;
     let found = compared(db, project, of, query, &change).map_err(Error::invalid_params)?;
     let with_slack = |it: Figures| it.with_tight_slack(snapshot.settings.hints.tight_slack);
-    let kept = match &params.before {
-        Some(text) => serde_json::from_str::<Figures>(text)
-            .map(Some)
-            .map_err(|error| Error::invalid_params(format!("`before` is not that of an answer: {error}")))?,
-        None => None,
-    };
+    let kept = params.before.as_ref().map(|text| serde_json::from_str::<Figures>(text)).transpose();
+    let kept =
+        kept.map_err(|error| Error::invalid_params(format!("`before` is not that of an answer: {error}")))?;
     let before = kept.filter(|it| it.deployment == of.qualified(db)).or(found.before);
     let comparison = Comparison::of(before.map(with_slack), found.after.map(with_slack));
     let report = response_times(db, project, of, query);
