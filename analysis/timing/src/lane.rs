@@ -521,10 +521,10 @@ pub(crate) fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
     (a / greatest_common_divisor(a, b).max(1)).checked_mul(b)
 }
 
-pub(crate) fn greatest_common_divisor(a: u64, b: u64) -> u64 {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
+/// Returns the greatest common divisor; that of a number and 0 is the number.
+pub fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
     }
-    x
+    a
 }

@@ -98,6 +98,7 @@ pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::{CpuSet, sharing_cpus};
 pub use cycle_mean::CycleMean;
+pub use lane::greatest_common_divisor;
 pub use lateness::{Excess, Executions, Lateness, NoLateness, lateness};
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};

@@ -69,7 +69,7 @@ pub fn update(
     let mut kept = Vec::new();
     let mut written = Vec::new();
     for record in records {
-        match existing(&table, record) {
+        match existing(&table, &record.key) {
             Some(entry) if !replace && !entry.is_assumed && !is_measured(&table, record, entry) => {
                 kept.push(Kept {
                     key: section_of(&record.key).1.to_owned(),
@@ -138,7 +138,7 @@ pub fn with_time(text: &str, key: &str, time: Time, is_added: bool) -> Option<St
     let mut document: DocumentMut = text.parse().ok()?;
     let value = times(&Times::Always(time), unit_of(&document));
     let (section, whole) = section_of(key);
-    let path: Vec<&str> = match existing_entry(&table, key) {
+    let path: Vec<&str> = match existing(&table, key) {
         Some(entry) => entry.key_parts.iter().filter_map(|part| entry.key.get(part.of_key.clone())).collect(),
         None if is_added => vec![whole],
         None => return None,
@@ -248,13 +248,8 @@ fn section_of(key: &str) -> (&'static str, &str) {
     }
 }
 
-/// The entry of this key: that with the library, or without if there is none.
-fn existing<'t>(table: &'t Table, record: &Measured) -> Option<&'t Entry> {
-    existing_entry(table, &record.key)
-}
-
-/// The same for the key of a record.
-fn existing_entry<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
+/// The entry for the key of a record: that with the library, or without if there is none.
+fn existing<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
     let (section, key) = section_of(key);
     let entries = match section {
         "access" => &table.accesses,
