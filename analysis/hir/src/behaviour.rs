@@ -16,7 +16,7 @@ use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
 use crate::features::{Features, features_of};
-use crate::graph::{reachable, topological_order};
+use crate::graph::{reachable, successors_by, topological_order};
 use crate::infer::{NameProblem, Problems, inference_of};
 use crate::item_tree::{FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId};
 use crate::names::{names_of, resolve_type, similar};
@@ -432,7 +432,7 @@ impl<'db> BehaviourContext<'db> {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let reached = reachable(&successors(&self.states, &self.indices), start);
+        let reached = reachable(&successors(&self.states, &self.indices), [start]);
         let unreached = self.states.iter().zip(reached).filter(|(_, reached)| !reached);
         let unreached: Vec<&'db NameRef> = unreached.map(|(state, _)| &state.name).collect();
         for NameRef { name, id } in unreached {
@@ -572,9 +572,8 @@ impl<'db> BehaviourContext<'db> {
 
     /// Adds the states and edges that are reachable from the initial state.
     fn keep_reachable(&mut self, start: usize, edges: Edges) {
-        let mut targets = vec![Vec::new(); self.states.len()];
-        edges.all.iter().for_each(|edge| targets[edge.source].push(edge.target));
-        let reached = reachable(&targets, start);
+        let targets = successors_by(self.states.len(), edges.all.iter().map(|it| (it.source, it.target)));
+        let reached = reachable(&targets, [start]);
         let mut number = vec![0; self.states.len()];
         for (index, state) in self.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
             number[index] = self.found.states.len();

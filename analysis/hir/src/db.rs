@@ -121,7 +121,7 @@ impl File {
 
 /// Returns whether a file of this path may be a model: no project includes other files, and a project that includes them is
 /// incomplete.
-fn has_outline(path: &Path) -> bool {
+pub(crate) fn has_outline(path: &Path) -> bool {
     path.extension().is_none_or(|extension| extension != "toml")
 }
 

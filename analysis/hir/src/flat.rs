@@ -105,7 +105,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         flat.refusals.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
         return flat;
     }
-    flat.architectures = closure(of, |it| imports_of(db, project, it));
+    flat.architectures = closure([of], |it| imports_of(db, project, it));
     for &current in &flat.architectures {
         let Some(data) = architecture(db, current) else { continue };
         if data.completeness.is_incomplete() {
@@ -182,7 +182,8 @@ impl<'db> Checker<'db> {
         let flat = flat_of(db, project, of);
         for import in data.imports.iter().flatten() {
             let target = self.resolve_or_report(Kind::Architecture, Some(import)).filter(|_| flat.cycle);
-            if target.is_some_and(|target| closure(target, |it| imports_of(db, project, it)).contains(&of)) {
+            if target.is_some_and(|target| closure([target], |it| imports_of(db, project, it)).contains(&of))
+            {
                 let architecture = of.name(db).clone();
                 self.report(import.id, FactKind::ImportCycle { architecture });
             }

@@ -24,7 +24,7 @@ use crate::body::{ProgramIn, core_scope};
 use crate::fact::{Fact, FactKind};
 use crate::features::core_of;
 use crate::flat::flat_of;
-use crate::graph::reachable;
+use crate::graph::{predecessors_by, reachable};
 use crate::infer::{
     CoreInference, VariableKind, VariableOf, inference_of_core, shared_names, shared_variables,
     total_completeness,
@@ -326,11 +326,7 @@ impl<'a, 'db> Flow<'a, 'db> {
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut predecessors = vec![Vec::new(); all.len()];
-        for (source, targets) in successors(all, self.programs.indices()).into_iter().enumerate() {
-            targets.into_iter().for_each(|target| predecessors[target].push(source));
-        }
-        let back = reachable(&predecessors, initial);
+        let back = reachable(&predecessors_by(&successors(all, self.programs.indices())), [initial]);
         // Another fact reports the unreachable states.
         let entered = LazyCell::new(|| behaviour.states.iter().collect::<FxHashSet<&Name>>());
         let states: Vec<(Name, Location<'db>)> = all

@@ -4,13 +4,13 @@ use std::hash::Hash;
 
 use rustc_hash::FxHashSet;
 
-/// Returns `start` and the nodes reachable from it, in breadth-first order.
-pub(crate) fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
-    start: T,
+/// Returns nodes and those reachable from them, in breadth-first order.
+pub fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
+    starts: impl IntoIterator<Item = T>,
     mut successors: impl FnMut(T) -> I,
 ) -> Vec<T> {
-    let mut reached = vec![start];
-    let mut seen = FxHashSet::from_iter([start]);
+    let mut seen = FxHashSet::default();
+    let mut reached: Vec<T> = starts.into_iter().filter(|&start| seen.insert(start)).collect();
     let mut next = 0;
     while let Some(&node) = reached.get(next) {
         next += 1;
@@ -19,22 +19,39 @@ pub(crate) fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
     reached
 }
 
-/// Returns, for each node, whether it is reachable from `start`.
-pub(crate) fn reachable(successors: &[Vec<usize>], start: usize) -> Vec<bool> {
+/// Returns, for each node, whether it is reachable from one of these.
+pub(crate) fn reachable(successors: &[Vec<usize>], starts: impl IntoIterator<Item = usize>) -> Vec<bool> {
     let mut reached = vec![false; successors.len()];
-    closure(start, |node| successors[node].iter().copied()).into_iter().for_each(|node| reached[node] = true);
+    let mut open: Vec<usize> = starts.into_iter().collect();
+    while let Some(node) = open.pop() {
+        if !std::mem::replace(&mut reached[node], true) {
+            open.extend(&successors[node]);
+        }
+    }
     reached
+}
+
+/// Returns the successors of each node of a graph with `count` nodes and these edges.
+pub(crate) fn successors_by(
+    count: usize,
+    edges: impl IntoIterator<Item = (usize, usize)>,
+) -> Vec<Vec<usize>> {
+    let mut successors = vec![Vec::new(); count];
+    edges.into_iter().for_each(|(source, target)| successors[source].push(target));
+    successors
+}
+
+/// Returns the predecessors of each node.
+pub(crate) fn predecessors_by(successors: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let edges = successors.iter().enumerate();
+    let edges = edges.flat_map(|(node, others)| others.iter().map(move |&other| (other, node)));
+    successors_by(successors.len(), edges)
 }
 
 /// Returns the nodes that reach no cycle, each after all its successors; and, for each node, whether it is in a cycle or on
 /// a path between two cycles.
 pub(crate) fn topological_order(successors: &[Vec<usize>]) -> (Vec<usize>, Vec<bool>) {
-    let mut predecessors = vec![Vec::new(); successors.len()];
-    for (node, others) in successors.iter().enumerate() {
-        for &other in others {
-            predecessors[other].push(node);
-        }
-    }
+    let predecessors = predecessors_by(successors);
     let order = without_cycles(successors, &predecessors);
     let mut in_cycle = vec![order.len() < successors.len(); successors.len()];
     // The nodes that no cycle reaches are not in a cycle either.

@@ -116,6 +116,7 @@ pub use features::{
     FeatureOf, Features, Implementation, bases_of, core_of, features_of, is_core_for, shell_of,
 };
 pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
+pub use graph::closure;
 pub use hosts::{Host, Hosts, hosts_of};
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};

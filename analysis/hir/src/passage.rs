@@ -21,7 +21,7 @@ use crate::ModelDb;
 use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
 use crate::body::{code_of, core_scope};
 use crate::cost::{Cost, cost_until};
-use crate::graph::topological_order;
+use crate::graph::{successors_by, topological_order};
 use crate::infer::inference_of;
 use crate::item_tree::{Core, Machine, Name, SourceId};
 use crate::product::{Interpreted, interpreted_of};
@@ -315,11 +315,7 @@ impl<'db> Context<'_, 'db> {
             }
         };
         let count = edges.iter().map(|(source, target)| 1 + source.max(target)).max().unwrap_or_default();
-        let mut successors = vec![Vec::new(); count];
-        for (source, target) in edges {
-            successors.get_mut(source).into_iter().for_each(|it| it.push(target));
-        }
-        topological_order(&successors).0.len() < successors.len()
+        topological_order(&successors_by(count, edges)).0.len() < count
     }
 
     fn passage(&self, from: u16, to: u16, carried: &[Slots], wanted: &[Slots]) -> Option<Passage<'db>> {

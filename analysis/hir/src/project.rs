@@ -11,7 +11,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::activity_field::{FieldValue, PLACES, field_entry};
 use crate::completeness::Completeness;
 use crate::config::{self, Config, ExternalType, OtherConfig};
-use crate::graph::closure;
+use crate::db::has_outline;
+use crate::graph::{closure, components};
 use crate::item_tree::{Activity, Field, Name};
 use crate::{File, ModelDb, Workspace, normalised};
 use mauve_syntax::keywords::ActivityField;
@@ -200,7 +201,7 @@ pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
 
 /// Returns `root` and the files that it includes, directly or indirectly.
 fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
-    closure(root, |file| includes(db, workspace, file).iter().flatten().copied())
+    closure([root], |file| includes(db, workspace, file).iter().flatten().copied())
 }
 
 /// Returns the files of a project, the root first.
@@ -236,50 +237,20 @@ pub(crate) fn group_in(files: &[File], group: u32) -> &[File] {
 /// Returns the files in include cycles, each with the number of its strongly connected component.
 #[salsa::tracked(returns(ref))]
 pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, usize> {
-    // Kosaraju's algorithm: the files in post-order; then, in reverse post-order, the files that reach each.
     let files: BTreeMap<&Path, File> =
         workspace.files(db).values().map(|&file| (file.path(db).as_path(), file)).collect();
-    let files: Vec<File> = files.into_values().filter(|file| is_model(file.path(db))).collect();
-    let mut includers: FxHashMap<File, Vec<File>> = FxHashMap::default();
-    let mut post_order = Vec::new();
-    let mut seen: FxHashSet<File> = FxHashSet::default();
-    for &start in &files {
-        if !seen.insert(start) {
-            continue;
-        }
-        let mut stack = vec![(start, 0)];
-        while let Some((file, next)) = stack.last_mut() {
-            let file = *file;
-            match includes(db, workspace, file).get(*next) {
-                Some(included) => {
-                    *next += 1;
-                    if let Some(included) = *included {
-                        includers.entry(included).or_default().push(file);
-                        if seen.insert(included) {
-                            stack.push((included, 0));
-                        }
-                    }
-                }
-                None => {
-                    post_order.push(file);
-                    stack.pop();
-                }
-            }
+    let files: Vec<File> = files.into_values().filter(|file| has_outline(file.path(db))).collect();
+    let numbers: FxHashMap<File, usize> = files.iter().copied().zip(0..).collect();
+    let included = |&file: &File| {
+        let included = includes(db, workspace, file).iter().flatten();
+        included.filter_map(|it| numbers.get(it).copied()).collect()
+    };
+    let successors: Vec<Vec<usize>> = files.iter().map(included).collect();
+    let mut rings = FxHashMap::default();
+    for (number, ring) in components(&successors).into_iter().enumerate() {
+        if ring.len() > 1 || ring.iter().any(|it| successors[*it].contains(it)) {
+            rings.extend(ring.into_iter().map(|it| (files[it], number)));
         }
     }
-    let mut cycles = FxHashMap::default();
-    let mut assigned: FxHashSet<File> = FxHashSet::default();
-    for (number, &start) in post_order.iter().rev().enumerate() {
-        if assigned.contains(&start) {
-            continue;
-        }
-        let unassigned = |file: &&File| !assigned.contains(file);
-        let cycle =
-            closure(start, |file| includers.get(&file).into_iter().flatten().filter(unassigned).copied());
-        assigned.extend(&cycle);
-        if cycle.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
-            cycles.extend(cycle.into_iter().map(|file| (file, number)));
-        }
-    }
-    cycles
+    rings
 }

@@ -322,7 +322,7 @@ pub fn likely_features_of<'db>(
         bases.filter_map(move |it| likely_declaration(db, project, of, Kind::Shell, &it.path))
     };
     let mut found = BTreeMap::new();
-    for of in closure(of, bases_of) {
+    for of in closure([of], bases_of) {
         let features = shell(db, of).into_iter().flat_map(|data| &data.features);
         for feature in features.filter(|it| !it.name.name.is_empty()) {
             found.entry(feature.name.name.clone()).or_insert((of, feature));

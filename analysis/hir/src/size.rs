@@ -69,7 +69,7 @@ impl<'db> Sizes<'db> {
 
     /// Returns a shell with its direct and indirect bases, or an architecture with its direct and indirect imports.
     fn all_of(&mut self, decl: Decl<'db>, kind: Kind) -> Option<Vec<Decl<'db>>> {
-        let all = closure(decl, |it| self.resolved(it, kind));
+        let all = closure([decl], |it| self.resolved(it, kind));
         self.take(all.len())?;
         Some(all)
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Hosts, Integer, Location, ModelDb, Type, Value, ValueInEffect,
-    core as core_data, core_of, deployment, file_and_line, hosts_of, platform_of, values_in_effect,
+    closure, core as core_data, core_of, deployment, file_and_line, hosts_of, platform_of, values_in_effect,
 };
 use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
@@ -275,14 +275,8 @@ fn set_values<'db>(
             dependents.entry(name).or_default().push(&it.name);
         }
     }
-    let mut open: Vec<&Name> = values.iter().map(|it| &it.name).filter(|it| settings.contains(it)).collect();
-    let mut set = FxHashSet::default();
-    while let Some(name) = open.pop() {
-        if set.insert(name) {
-            open.extend(dependents.get(name).into_iter().flatten());
-        }
-    }
-    set
+    let set = values.iter().map(|it| &it.name).filter(|it| settings.contains(it));
+    closure(set, |name| dependents.get(name).into_iter().flatten().copied()).into_iter().collect()
 }
 
 fn activity(

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue_of, codel,
-    component, config_file, config_of, core, core_of, deployed, external_types, features_of,
+    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue_of, closure,
+    codel, component, config_file, config_of, core, core_of, deployed, external_types, features_of,
     inference_of_core, names_of, shell_of, type_of,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -121,14 +121,11 @@ impl<'db> Libraries<'db> {
     /// Returns the numbers of the libraries that a deployment needs.
     pub(crate) fn needed_by(&self, deployment: Decl<'db>) -> BTreeSet<usize> {
         let own = self.all.iter().position(|library| library.deployments.contains(&deployment));
-        let mut needed: BTreeSet<usize> = own.into_iter().collect();
-        let mut open: Vec<usize> = own.into_iter().collect();
-        while let Some(library) = open.pop().and_then(|index| self.all.get(index)) {
-            let new: Vec<usize> =
-                library.calls.union(&library.runs).copied().filter(|it| needed.insert(*it)).collect();
-            open.extend(new);
-        }
-        needed
+        let others = |it: usize| {
+            let library = self.all.get(it).into_iter();
+            library.flat_map(|library| library.calls.union(&library.runs).copied())
+        };
+        closure(own, others).into_iter().collect()
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::hash_map::Entry;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::graph::{closure, components, topological_order};
+use crate::graph::{closure, components, predecessors_by, reachable, topological_order};
 use crate::product::Interpreted;
 use crate::source::Decl;
 
@@ -434,7 +434,7 @@ impl<'a, 'db> Search<'a, 'db> {
                 if ends(index) { &[] } else { found.successors.get(index).map_or(&[][..], Vec::as_slice) };
             next.iter().copied()
         };
-        closure(from, within).into_iter().any(|it| found.goals.get(it) == Some(&true))
+        closure([from], within).into_iter().any(|it| found.goals.get(it) == Some(&true))
     }
 
     /// Returns the states in which the jobs of a cycle begin, in order.
@@ -460,24 +460,8 @@ impl Found {
 
 /// Returns whether each moment may come to a goal.
 fn reaches_goal(found: &Found) -> Vec<bool> {
-    let mut before = vec![Vec::new(); found.moments.len()];
-    for (index, successors) in found.successors.iter().enumerate() {
-        for &next in successors {
-            before.get_mut(next).into_iter().for_each(|before| before.push(index));
-        }
-    }
-    let mut reaches = found.goals.clone();
-    let mut open: Vec<usize> =
-        (0..reaches.len()).filter(|index| reaches.get(*index) == Some(&true)).collect();
-    while let Some(index) = open.pop() {
-        for &index in before.get(index).into_iter().flatten() {
-            if let Some(reaches) = reaches.get_mut(index).filter(|it| !**it) {
-                *reaches = true;
-                open.push(index);
-            }
-        }
-    }
-    reaches
+    let goals = (0..).zip(&found.goals).filter(|(_, is_goal)| **is_goal).map(|(index, _)| index);
+    reachable(&predecessors_by(&found.successors), goals)
 }
 
 /// Returns a cycle among the moments that are not in `order`: all others reach none.
@@ -522,7 +506,7 @@ fn shortest(found: &Found, first: usize, is_open: impl Fn(&usize) -> bool) -> Cy
 /// Returns the shortest cycle that leads from `last` to `first`, through some moments.
 fn cycle_of(found: &Found, first: usize, last: usize, is_in: &dyn Fn(usize) -> bool) -> Cycle {
     let mut before: FxHashMap<usize, usize> = FxHashMap::from_iter([(first, first)]);
-    closure(first, |index| {
+    closure([first], |index| {
         let next = found.successors.get(index).into_iter().flatten().copied().filter(|it| is_in(*it));
         let next: Vec<usize> = next.collect();
         next.iter().for_each(|next| _ = before.entry(*next).or_insert(index));

@@ -9,6 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{Body, BodyId, Code, bodies_of, by_group, core_scope, statements};
+use crate::graph::closure;
 use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
 use crate::item_tree::{BinaryOperator, Direction, Expr, Literal, Statement, UnaryOperator, is_logic, spine};
 use crate::project::Project;
@@ -71,14 +72,9 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     }
     // A condition with a variable that is never known decides nothing: a counter up to it would only have many values.
     let deciding = all.iter().flat_map(|uses| &uses.deciding);
-    let mut open: Vec<VariableId> =
-        deciding.filter(|it| it.iter().all(|it| variables.contains(it))).flatten().copied().collect();
-    let mut deciding: FxHashSet<VariableId> = FxHashSet::default();
-    while let Some(variable) = open.pop() {
-        if deciding.insert(variable) {
-            open.extend(sources.get(&variable).into_iter().flatten());
-        }
-    }
+    let deciding = deciding.filter(|it| it.iter().all(|it| variables.contains(it))).flatten().copied();
+    let deciding = closure(deciding, |it| sources.get(&it).into_iter().flatten().copied());
+    let deciding: FxHashSet<VariableId> = deciding.into_iter().collect();
     let mut variables: Vec<VariableId> = variables.intersection(&deciding).copied().collect();
     if variables.is_empty() {
         return Followed::default();
