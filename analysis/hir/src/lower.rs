@@ -255,7 +255,7 @@ impl Lowering<'_> {
             match item {
                 ast::Item::Include(it) => self.include(&it),
                 ast::Item::Library(it) => {
-                    let name = it.name().map(|name| text_of(name.syntax())).unwrap_or_default();
+                    let name = name_of_library(&it);
                     self.outline.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
@@ -327,9 +327,8 @@ impl Lowering<'_> {
                     },
                 },
                 SyntaxKind::LIBRARY => {
-                    let name = ast::Library::cast(child.clone()).and_then(|it| it.name());
-                    let name = name.map(|name| text_of(name.syntax())).unwrap_or_default();
-                    self.possible_names(&child, Some(&name));
+                    let name = ast::Library::cast(child.clone()).map(|it| name_of_library(&it));
+                    self.possible_names(&child, name.as_ref());
                 }
                 // The error may contain the next declaration of the line.
                 SyntaxKind::USE | SyntaxKind::CODEL | SyntaxKind::COMPONENT if !is_whole(&child) => {
@@ -503,18 +502,15 @@ impl Lowering<'_> {
                     let parameters = self.parameters(it.param_list());
                     let result = it.result_type().and_then(|it| it.ty()).map(|ty| self.type_ref(&ty));
                     let lists = [
-                        it.param_list().map(|it| it.syntax().text_range()),
-                        it.result_type().map(|it| it.syntax().text_range()),
+                        it.param_list().map(|it| it.syntax().clone()),
+                        it.result_type().map(|it| it.syntax().clone()),
                     ];
-                    let lists = lists.into_iter().flatten().reduce(TextRange::cover);
-                    let signature =
-                        self.id(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
-                    let in_lists = [
-                        it.param_list().map(|it| completeness_of(it.syntax())),
-                        it.result_type().map(|it| completeness_of(it.syntax())),
-                    ];
+                    let lists = || lists.iter().flatten();
+                    let end = TextRange::empty(it.syntax().text_range().end());
+                    let all = lists().map(SyntaxNode::text_range).reduce(TextRange::cover);
+                    let signature = self.id(all.unwrap_or(end));
                     let signature_completeness =
-                        own_completeness(it.syntax()) & in_lists.into_iter().flatten().collect();
+                        own_completeness(it.syntax()) & lists().map(completeness_of).collect();
                     let mut program = self.program(it.block(), it.syntax());
                     program.completeness &= signature_completeness;
                     let operation =
@@ -889,6 +885,10 @@ fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     let white = token.prev_token().filter(|white| white.kind() == SyntaxKind::WHITESPACE);
     let white = white.filter(|white| white.prev_token().is_some_and(|before| !before.kind().is_trivia()));
     Some((token.text_range(), white.map(|white| white.text_range())))
+}
+
+fn name_of_library(library: &ast::Library) -> Name {
+    library.name().map(|name| text_of(name.syntax())).unwrap_or_default()
 }
 
 fn text_of(name: &SyntaxNode) -> Name {

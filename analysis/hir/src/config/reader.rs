@@ -75,9 +75,17 @@ impl ConfigReader<'_> {
     }
 
     /// Reports an invalid value of a key that response times may depend on.
-    fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: String) {
-        let key = key.get_ref().to_string();
-        self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, value.span());
+    fn wrong_value(&mut self, key: &str, at: Range<usize>, expected: impl Into<String>) {
+        let (key, expected) = (key.to_owned(), expected.into());
+        self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, at);
+    }
+
+    /// Reports a section that lacks a key. With an error since there were `errors`, it lacks none: an unknown key may be a
+    /// misspelt one.
+    fn missing_key(&mut self, errors: usize, key: Option<&'static str>, header: String, at: Range<usize>) {
+        if let Some(key) = key.filter(|_| self.errors.len() == errors) {
+            self.incomplete(MistakeKind::MissingKey { key, header }, at);
+        }
     }
 
     /// Reports an unknown key or section, not in `expected`.
@@ -109,8 +117,7 @@ impl ConfigReader<'_> {
         }
         self.cpus_of_others(config);
         if let Some(required) = config.required.as_ref().filter(|_| config.significance.is_some()) {
-            let (key, expected) = ("required".to_owned(), BESIDE_SIGNIFICANCE.to_owned());
-            self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, required.span.clone());
+            self.wrong_value("required", required.span.clone(), BESIDE_SIGNIFICANCE);
         }
         let mut seen = BTreeMap::new();
         for (clock, (instance, span)) in config.on_clocks() {
@@ -126,77 +133,52 @@ impl ConfigReader<'_> {
         }
         let name = key.get_ref();
         let header = || format!("{}.{}", section.name, toml_key(name));
-        let is_read = match (&section.entries, value.get_ref().as_table()) {
-            (Entries::Keys(keys), _) => {
-                self.key(config, section.name, keys, key, value);
-                true
-            }
+        let wrong = || section.entries.expected(section.name, name);
+        match (&section.entries, value.get_ref().as_table()) {
+            (Entries::Keys(keys), _) => self.key(config, section.name, keys, key, value),
             (Entries::Clocks(known, keys), Some(entries)) if known.iter().all(|it| it.name != name) => {
                 let mut clock =
                     ClockConfig { name: name.to_string(), span: key.span(), ..ClockConfig::default() };
                 self.keys(&mut clock, &header(), keys, entries);
-                if !entries.contains_key("instances") {
-                    let kind =
-                        MistakeKind::MissingKey { key: "instances", header: format!("[{}]", header()) };
-                    self.incomplete(kind, key.span());
-                }
+                let missing = Some("instances").filter(|it| !entries.contains_key(*it));
+                self.missing_key(self.errors.len(), missing, format!("[{}]", header()), key.span());
                 config.clocks.push(clock);
-                true
             }
-            (Entries::Clocks(keys, _), _) => {
-                self.key(config, section.name, keys, key, value);
-                true
-            }
+            (Entries::Clocks(keys, _), _) => self.key(config, section.name, keys, key, value),
             (Entries::Types(keys), Some(entries)) => {
                 let ty = config.types.entry(name.as_ref().into()).or_default();
                 self.keys(ty, &header(), keys, entries);
-                true
             }
             (Entries::Deployments(keys), Some(entries)) => {
                 let deployment = config.deployments.entry(name.to_string()).or_default();
                 deployment.span = key.span();
                 self.keys(deployment, &header(), keys, entries);
-                true
             }
-            (Entries::Locks(keys), Some(entries)) => {
-                self.lock(config, &header(), keys, key, entries);
-                true
-            }
+            (Entries::Locks(keys), Some(entries)) => self.lock(config, &header(), keys, key, entries),
             (Entries::Hosts(keys), Some(entries)) => {
                 let (name, span) = (name.to_string(), key.span());
                 let mut host = HostConfig { name, span, ..HostConfig::default() };
                 self.keys(&mut host, &header(), keys, entries);
                 config.hosts.push(host);
-                true
             }
             (Entries::Links(keys), Some(entries)) => {
                 let (name, span) = (name.to_string(), key.span());
                 let mut link = LinkConfig { name, span, ..LinkConfig::default() };
                 self.keys(&mut link, &header(), keys, entries);
                 config.links.push(link);
-                true
             }
-            (
-                Entries::Types(_)
-                | Entries::Deployments(_)
-                | Entries::Locks(_)
-                | Entries::Hosts(_)
-                | Entries::Links(_),
-                None,
-            ) => false,
             (Entries::Chains(keys), Some(entries)) => {
                 config.chains.push(self.chain(&header(), keys, key, entries));
-                true
             }
-            (Entries::Chains(keys), None) => {
-                list_chain(keys, key, value).map(|chain| config.chains.push(chain)).is_some()
-            }
-            (Entries::Lints, _) => severity(value)
-                .map(|severity| config.lints.insert(name.to_string(), (severity, key.span())))
-                .is_some(),
-        };
-        if !is_read {
-            self.wrong_value(key, value, section.entries.expected(section.name, name));
+            (Entries::Chains(keys), None) => match list_chain(keys, key, value) {
+                Some(chain) => config.chains.push(chain),
+                None => self.wrong_value(name, value.span(), wrong()),
+            },
+            (Entries::Lints, _) => match severity(value) {
+                Some(severity) => _ = config.lints.insert(name.to_string(), (severity, key.span())),
+                None => self.wrong_value(name, value.span(), wrong()),
+            },
+            (_, None) => self.wrong_value(name, value.span(), wrong()),
         }
     }
 
@@ -222,7 +204,7 @@ impl ConfigReader<'_> {
                 for entry in entries.iter() {
                     match entry.get_ref().as_table() {
                         Some(values) => self.other(field(into), &header, keys, entry.span(), values),
-                        None => self.wrong_value(key, entry, found.kind.expected(name)),
+                        None => self.wrong_value(name, entry.span(), found.kind.expected(name)),
                     }
                 }
                 return;
@@ -234,7 +216,7 @@ impl ConfigReader<'_> {
                             let set = CpuSetConfig { span: name.span(), cpus: (cpus, value.span()) };
                             field(into).insert(name.get_ref().to_string(), set);
                         }
-                        None => self.wrong_value(name, value, CPU_LIST.to_owned()),
+                        None => self.wrong_value(name.get_ref(), value.span(), CPU_LIST),
                     }
                 }
                 return;
@@ -255,7 +237,11 @@ impl ConfigReader<'_> {
                             self.keys(&mut topic, &header, keys, values);
                         }
                         DeValue::String(name) => topic.name = Some((name.to_string(), value.span())),
-                        _ => self.wrong_value(port, value, found.kind.expected(port.get_ref())),
+                        _ => self.wrong_value(
+                            port.get_ref(),
+                            value.span(),
+                            found.kind.expected(port.get_ref()),
+                        ),
                     }
                     field(into).push(topic);
                 }
@@ -265,7 +251,11 @@ impl ConfigReader<'_> {
                 for (name, value) in deployments {
                     match value.get_ref().as_table() {
                         Some(values) => self.deployment_tables(field(into), &header, keys, name, values),
-                        None => self.wrong_value(name, value, found.kind.expected(name.get_ref())),
+                        None => self.wrong_value(
+                            name.get_ref(),
+                            value.span(),
+                            found.kind.expected(name.get_ref()),
+                        ),
                     }
                 }
                 return;
@@ -298,18 +288,11 @@ impl ConfigReader<'_> {
         self.keys(&mut other, section, keys, values);
         let has = |name: &str| values.contains_key(name) || name == "period" && values.contains_key("rate");
         if let Some((_, rate)) = other.period.and(values.get_key_value("rate")) {
-            let (key, expected) = ("rate".to_owned(), BESIDE_PERIOD.to_owned());
-            self.error(MistakeKind::WrongValue { key, expected, error: None }, rate.span());
+            self.wrong_value("rate", rate.span(), BESIDE_PERIOD);
         }
-        // An unknown key may be a misspelt one.
-        if self.errors.len() == errors
-            && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !has(name))
-        {
-            let at = values.iter().next().map_or(span, |(key, _)| key.span());
-            let header = format!("[[{section}]]");
-            let kind = MistakeKind::MissingKey { key: missing, header };
-            self.errors.push(Mistake { kind, span: at, near: None });
-        }
+        let missing = REQUIRED_OF_OTHER.into_iter().find(|&name| !has(name));
+        let at = values.iter().next().map_or(span, |(key, _)| key.span());
+        self.missing_key(errors, missing, format!("[[{section}]]"), at);
         if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
             && into.iter().any(|known| known.name.as_ref() == Some(name) && on_one_host(known, &other))
         {
@@ -333,11 +316,8 @@ impl ConfigReader<'_> {
         let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
         let errors = self.errors.len();
         self.keys(&mut found, &section, keys, values);
-        // An unknown key may be a misspelt one.
-        if self.errors.len() == errors && !values.contains_key("tables") {
-            let header = format!("[{section}]");
-            self.incomplete(MistakeKind::MissingKey { key: "tables", header }, name.span());
-        }
+        let missing = Some("tables").filter(|it| !values.contains_key(*it));
+        self.missing_key(errors, missing, format!("[{section}]"), name.span());
         into.insert(name.get_ref().to_string(), found);
     }
 
@@ -354,12 +334,8 @@ impl ConfigReader<'_> {
             LockConfig { name: name.get_ref().to_string(), span: name.span(), ..LockConfig::default() };
         let errors = self.errors.len();
         self.keys(&mut lock, header, keys, values);
-        // An unknown key may be a misspelt one.
-        if self.errors.len() == errors
-            && let Some(key) = REQUIRED_OF_LOCK.into_iter().find(|&key| !values.contains_key(key))
-        {
-            self.error(MistakeKind::MissingKey { key, header: format!("[{header}]") }, name.span());
-        }
+        let missing = REQUIRED_OF_LOCK.into_iter().find(|&key| !values.contains_key(key));
+        self.missing_key(errors, missing, format!("[{header}]"), name.span());
         self.completeness &= Completeness::of(self.errors.len() == errors);
         config.locks.push(lock);
     }

@@ -65,9 +65,10 @@ pub(super) fn shift(cell: u8) -> u32 {
     u32::from(cell) * 3
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub(super) enum Step {
     /// Does what its `from`, `to` and `value` say.
+    #[default]
     Plain,
     /// Continues at the first successor if both may be equal, at the second one if they may differ.
     Branch(Operand, Operand),
@@ -78,7 +79,7 @@ pub(super) enum Step {
 }
 
 /// What a core does at one point of a job.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub(super) struct Node {
     pub(super) step: Step,
     /// If any of these carries data, each of `to` does afterwards; otherwise none of them does.
@@ -369,20 +370,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn push(&mut self, step: Step, at: SourceId) -> u32 {
         let place = self.graph.places.len().saturating_sub(1) as u32;
         let call = self.call.unwrap_or(at);
-        let (value, source, sink, holds, next) = (None, None, None, None, [None; 2]);
-        self.graph.nodes.push(Node {
-            step,
-            from: 0,
-            to: 0,
-            value,
-            source,
-            sink,
-            holds,
-            at,
-            call,
-            place,
-            next,
-        });
+        self.graph.nodes.push(Node { step, at, call, place, ..Node::default() });
         self.graph.nodes.len() as u32 - 1
     }
 
