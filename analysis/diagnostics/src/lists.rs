@@ -17,6 +17,17 @@ pub fn known_utilisation(load: &CpuLoad) -> String {
     format!("{at_least}{}", utilisation(load))
 }
 
+/// Removes duplicates, keeping the order.
+pub fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for it in all {
+        if !found.contains(&it) {
+            found.push(it);
+        }
+    }
+    found
+}
+
 /// `a`, `a and b`, `a, b and c`; long lists are truncated.
 pub(crate) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;

@@ -40,12 +40,7 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let users = &missing.users;
     // Several deployments may have an activity of one instance.
-    let mut names: Vec<String> = Vec::new();
-    for name in users.iter().map(|(name, _)| format!("`{name}`")) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let names = each_once(users.iter().map(|(name, _)| format!("`{name}`")));
     let may = match budget {
         Some(Budget { time: Some(time), alone: true, .. }) => format!("; all deadlines are met up to {time}"),
         Some(Budget { time: Some(time), .. }) => {

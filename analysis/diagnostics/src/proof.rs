@@ -73,11 +73,9 @@ pub(crate) fn acceptance<'db>(
         }) {
             return Err(ceiling);
         }
-        if !reasons.contains(&acceptance.reason.as_str()) {
-            reasons.push(&acceptance.reason);
-        }
+        reasons.push(&acceptance.reason);
     }
-    Ok((!reasons.is_empty()).then(|| reasons.join("; ")))
+    Ok((!reasons.is_empty()).then(|| each_once(reasons).join("; ")))
 }
 
 /// Returns what to say of an acceptance that does not hold with this response time: `accepted until 30 ms only`.

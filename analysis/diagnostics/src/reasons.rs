@@ -12,7 +12,7 @@ use mauve_wcrt::{
     UnknownPriority, UnusableTime, file_name,
 };
 
-use super::lists::enumerated;
+use super::lists::{each_once, enumerated};
 use super::table_reasons::{table_fault, table_levels, unusable_time};
 use super::{duplicate_activity, duplicate_field, render, unknown_field};
 
@@ -48,17 +48,6 @@ pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> St
 /// Returns the reasons why an activity has no response time, each once: an error may have several locations.
 pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
     each_once(activity.reasons.iter().map(|it| timing_reason(db, &it.reason)))
-}
-
-/// Returns texts in their order, each once.
-pub(super) fn each_once(texts: impl Iterator<Item = String>) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for text in texts {
-        if !all.contains(&text) {
-            all.push(text);
-        }
-    }
-    all
 }
 
 fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {

@@ -61,7 +61,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::UnknownTimingKey { kind, key, near, fixed } => {
             let name = key.rsplit('.').next().unwrap_or(key).into();
             let file = file_outside(db, project, *kind, &name);
-            let found = unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref());
+            let found = unknown_timing_key::report(at, &format!("no {kind} `{key}`"), near, fixed);
             let of_case = key
                 .rsplit_once('.')
                 .and_then(|(it, _)| misspelt_name::of_letter_case(db, project, it, &found));
@@ -74,13 +74,14 @@ pub(super) fn timing_diagnostic<'db>(
             unknown_timing_key::wrong_section(at, key, section.header())
         }
         Fact::UnknownProgram { program, near, fixed } => {
-            unknown_timing_key::of_program(db, at, program, near.as_ref(), fixed.as_deref())
+            unknown_timing_key::report(at, &table_reasons::wrong_program(db, program), near, fixed)
         }
         Fact::UnknownTimedPort { component, port, near, fixed } => {
-            unknown_timing_key::of_port(at, component.name(db), port, near.as_ref(), fixed.as_deref())
+            let what = format!("{} has no port `{port}`", component.name(db));
+            unknown_timing_key::report(at, &what, near, fixed)
         }
         Fact::UnknownTopic { topic, near, fixed, known } => {
-            unknown_timing_key::of_topic(at, topic, near.as_ref(), fixed.as_deref(), known)
+            unknown_timing_key::of_topic(at, topic, near, fixed, known)
         }
         Fact::UnknownConfiguredCodel { lock, codel, near } => {
             let near = near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?"));

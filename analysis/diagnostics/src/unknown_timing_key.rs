@@ -23,56 +23,27 @@
 //! Fix: replace the key by the similar one. Where several keys name the same unknown library, that is one message.
 
 use super::*;
-use mauve_wcrt::WrongProgram;
-
-/// `fixed`: the corrected key, for a fix that replaces this one.
-pub(super) fn report<'db>(
-    at: Location<'db>,
-    kind: Kind,
-    key: &str,
-    near: Option<&Name>,
-    fixed: Option<&str>,
-) -> Diagnostic<'db> {
-    unknown(at, &format!("no {kind} `{key}`"), near, fixed)
-}
-
-/// See [`report`] for `fixed`.
-pub(super) fn of_program<'db>(
-    db: &'db dyn ModelDb,
-    at: Location<'db>,
-    wrong: &WrongProgram<'db>,
-    near: Option<&Name>,
-    fixed: Option<&str>,
-) -> Diagnostic<'db> {
-    unknown(at, &table_reasons::wrong_program(db, wrong), near, fixed)
-}
-
-/// See [`report`] for `fixed`.
-pub(super) fn of_port<'db>(
-    at: Location<'db>,
-    component: &str,
-    port: &str,
-    near: Option<&Name>,
-    fixed: Option<&str>,
-) -> Diagnostic<'db> {
-    unknown(at, &format!("{component} has no port `{port}`"), near, fixed)
-}
-
 /// See [`report`] for `fixed`. `known`: all topics, which are named where none is similar.
 pub(super) fn of_topic<'db>(
     at: Location<'db>,
     topic: &str,
-    near: Option<&Name>,
-    fixed: Option<&str>,
+    near: &Option<Name>,
+    fixed: &Option<String>,
     known: &[Name],
 ) -> Diagnostic<'db> {
     let known: Vec<String> = known.iter().map(|it| format!("`{it}`")).collect();
-    let which = near.map_or_else(|| format!("; the topics are {}", enumerated(&known)), |_| String::new());
-    unknown(at, &format!("no deployment has a topic at `{topic}`{which}"), near, fixed)
+    let which = near.as_ref().map_or_else(|| format!("; the topics are {}", enumerated(&known)), |_| String::new());
+    report(at, &format!("no deployment has a topic at `{topic}`{which}"), near, fixed)
 }
 
-fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {
-    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+/// `fixed`: the corrected key, for a fix that replaces this one.
+pub(super) fn report<'db>(
+    at: Location<'db>,
+    what: &str,
+    near: &Option<Name>,
+    fixed: &Option<String>,
+) -> Diagnostic<'db> {
+    let near = near.as_ref().map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     let found = Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), format!("{what}{near}"));
     match fixed {
         Some(fixed) => found.fix(format!("Change to `{fixed}`"), at, format!("\"{fixed}\"")),
