@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use crate::gpd::falling_root;
+use crate::gpd::{falling_root, scaled_quantile};
 use crate::likelihood_region::CHI_SQUARE;
 use crate::order::Times;
 use crate::simplex::least;
@@ -62,12 +62,6 @@ impl Gev {
     pub fn fit_without_end(maxima: &[f64]) -> Option<Gev> {
         fit(maxima, 0.0)
     }
-}
-
-/// Returns (x − μ)/σ of a maximum x, where `rate` = −ln P(M ≤ x): (rate^(−ξ) − 1)/ξ.
-fn scaled_quantile(shape: f64, rate: f64) -> f64 {
-    let log = -rate.ln();
-    if shape.abs() < 1e-9 { log } else { (shape * log).exp_m1() / shape }
 }
 
 fn fit(maxima: &[f64], least_shape: f64) -> Option<Gev> {

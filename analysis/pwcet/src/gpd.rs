@@ -73,7 +73,8 @@ impl Gpd {
     }
 }
 
-/// Returns the excess that is exceeded with `probability`, for σ = 1: (p^(−ξ) − 1)/ξ.
+/// Returns the excess that is exceeded with `probability`, for σ = 1: (p^(−ξ) − 1)/ξ. With −ln P(M ≤ x) instead of p, it is (x − μ)/σ of a
+/// maximum x.
 pub(crate) fn scaled_quantile(shape: f64, probability: f64) -> f64 {
     let log = -probability.ln();
     if is_exponential(shape) { log } else { (shape * log).exp_m1() / shape }

@@ -31,7 +31,7 @@ pub use source::Source;
 const CLOCK_TOLERANCE: u64 = 1_000_000;
 
 /// An execution, from its begin to its end. Times are in nanoseconds.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Span {
     /// What was executed.
     pub name: NameId,

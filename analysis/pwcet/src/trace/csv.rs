@@ -192,69 +192,39 @@ impl<R: Read> Rows<R> {
             FileKind::Executions => self.values.execution(),
             FileKind::Periods => self.values.period(),
         };
-        let Said {
-            key,
-            instance,
-            execution,
-            elapsed,
-            mut end,
-            release,
-            scheduling,
-            cpu,
-            waits,
-            blocked,
-            outcome,
-            number,
-        } = said.map_err(problem)?;
+        let (key, instance, mut span) = said.map_err(problem)?;
         let line_order = self.values.time(Column::Order).map_err(problem)?;
         self.name.clear();
         self.name.extend_from_slice(key);
         // No text in UTF-8 has this byte.
         self.name.push(0xff);
         self.name.extend_from_slice(instance);
-        let name = names.of_text(&self.name, || name_of(file, key, instance).map_err(problem))?;
-        if end.is_some_and(|end| runs_back(&mut self.ends, name, end)) {
+        span.name = names.of_text(&self.name, || name_of(file, key, instance).map_err(problem))?;
+        if span.end.is_some_and(|end| runs_back(&mut self.ends, span.name, end)) {
             // The execution counts, and its place in time is unknown.
             summary.clock_errors += 1;
-            end = None;
+            span.end = None;
         }
         let kind = RowKind::of_key(key);
         match kind {
             RowKind::Span => {
                 summary.events += 1;
                 summary.spans += 1;
-                let is_suspicious = elapsed.is_some_and(|elapsed| is_suspicious(execution, elapsed));
+                let is_suspicious =
+                    span.elapsed.is_some_and(|elapsed| is_suspicious(span.execution, elapsed));
                 summary.suspicious += u64::from(is_suspicious);
             }
             RowKind::Loss => {
                 summary.losses += 1;
-                summary.lost_events = summary.lost_events.saturating_add(execution);
+                summary.lost_events = summary.lost_events.saturating_add(span.execution);
             }
             RowKind::FromTables => summary.is_from_tables = true,
             RowKind::Work(_) | RowKind::Build(_) => {}
         }
-        summary.at(end);
-        let order = self.order;
+        summary.at(span.end);
+        span.order = self.order;
         self.order += 1;
-        let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
-        let thread = None;
-        let (waits, blocked) = (waits, blocked.unwrap_or(0));
-        let span = Span {
-            name,
-            order,
-            thread,
-            cpu,
-            begin,
-            end,
-            elapsed,
-            execution,
-            release,
-            scheduling,
-            waits,
-            blocked,
-            outcome,
-            number,
-        };
+        span.begin = span.end.zip(span.elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         Ok(Row { span, order: line_order, kind })
     }
 
@@ -359,19 +329,19 @@ impl Values {
     }
 
     fn execution(&self) -> Result<Said<'_>, CsvProblem> {
-        Ok(Said {
-            key: self.name(Column::Codel)?,
+        let key = self.name(Column::Codel)?;
+        let span = Span {
             execution: self.required(Column::Execution)?,
-            instance: self.text(Column::Instance),
             elapsed: self.time(Column::Elapsed)?,
             end: self.time(Column::Time)?,
             waits: self.time(Column::Waits)?,
-            blocked: self.time(Column::Blocked)?,
+            blocked: self.time(Column::Blocked)?.unwrap_or(0),
             // Other programs may have other columns of these names.
             outcome: Outcome::of_name(self.text(Column::Status)),
             number: number(self.text(Column::Number)),
-            ..Said::default()
-        })
+            ..Span::default()
+        };
+        Ok((key, self.text(Column::Instance), span))
     }
 
     fn period(&self) -> Result<Said<'_>, CsvProblem> {
@@ -385,17 +355,16 @@ impl Values {
         }
         let cpus = self.time(Column::Cpus)?.unwrap_or_default();
         let priority = self.small(Column::Priority)?;
-        Ok(Said {
-            key: b"",
-            instance,
+        let span = Span {
             execution,
             elapsed: Some(elapsed),
             end: Some(end),
             release,
             scheduling: priority.map(|priority| Scheduling { priority, cpus }),
             cpu: self.small(Column::Cpu)?,
-            ..Said::default()
-        })
+            ..Span::default()
+        };
+        Ok((b"", instance, span))
     }
 
     /// Returns a value without the spaces around it; empty where the file has none.
@@ -437,23 +406,8 @@ impl Values {
     }
 }
 
-/// What a line says.
-#[derive(Debug, Default)]
-struct Said<'a> {
-    /// None of a period.
-    key: &'a [u8],
-    instance: &'a [u8],
-    execution: u64,
-    elapsed: Option<u64>,
-    end: Option<u64>,
-    release: Option<u64>,
-    scheduling: Option<Scheduling>,
-    cpu: Option<u32>,
-    waits: Option<u64>,
-    blocked: Option<u64>,
-    outcome: Option<Outcome>,
-    number: Option<u64>,
-}
+/// What a line says: a key, which a period has not, an instance, and an execution without its name, its order and its begin.
+type Said<'a> = (&'a [u8], &'a [u8], Span);
 
 fn without_return(line: &[u8]) -> &[u8] {
     line.strip_suffix(b"\r").unwrap_or(line)

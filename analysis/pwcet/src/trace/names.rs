@@ -76,7 +76,7 @@ pub struct Name {
 }
 
 /// The number of a [`Name`] in its [`Names`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct NameId(pub(super) u32);
 
 impl NameId {

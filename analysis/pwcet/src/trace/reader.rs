@@ -222,19 +222,14 @@ impl TraceReader {
         self.summary.at(Some(event.time));
         Ok(Span {
             name,
-            order: 0,
             thread: Some(thread),
             cpu: event.cpu,
             begin: event.time.checked_sub(elapsed),
             end: Some(event.time),
             elapsed: Some(elapsed),
             execution: event.cpu_ns,
-            release: None,
-            scheduling: None,
-            waits: None,
             blocked,
-            outcome: None,
-            number: None,
+            ..Span::default()
         })
     }
 
