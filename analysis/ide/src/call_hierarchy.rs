@@ -12,7 +12,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
 use crate::hover::declaration_in;
-use crate::occurrences::{Definition, FoundName, Role, each_once, in_declaration, names_at, occurrences_of};
+use crate::occurrences::{
+    Definition, FoundName, Role, each_once, grouped, in_declaration, names_at, occurrences_of,
+};
 
 /// The calls between two items.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,7 +88,7 @@ pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
             found.push((caller.map_or(Definition::Declaration(core), Definition::At), call.range));
         }
     }
-    grouped(db, &found)
+    calls(db, &found)
 }
 
 /// Returns the calls in an item.
@@ -106,26 +108,15 @@ pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
         let callees = providers(db, project, &node).flat_map(|it| provided(db, project, it));
         found.extend(callees.map(|callee| (callee, range)));
     }
-    grouped(db, &found)
+    calls(db, &found)
 }
 
 /// Returns calls by their callers or callees, each once, in order.
-fn grouped<'db>(db: &'db dyn ModelDb, found: &[(Definition<'db>, TextRange)]) -> Vec<Calls> {
+fn calls<'db>(db: &'db dyn ModelDb, found: &[(Definition<'db>, TextRange)]) -> Vec<Calls> {
     let mut known = FxHashSet::default();
-    let mut ranges: FxHashMap<&Definition<'db>, Vec<TextRange>> = FxHashMap::default();
-    let mut nodes = Vec::new();
-    for (node, range) in found.iter().filter(|it| known.insert(*it)) {
-        let of_node = ranges.entry(node).or_insert_with(|| {
-            nodes.push(node);
-            Vec::new()
-        });
-        of_node.push(*range);
-    }
-    let calls = nodes.into_iter().filter_map(|node| {
-        let ranges = ranges.remove(node)?;
-        Some(Calls { item: item(db, node)?, ranges })
-    });
-    calls.collect()
+    let once = found.iter().filter(|it| known.insert(*it)).map(|(node, range)| (node, *range));
+    let calls = grouped(once).into_iter();
+    calls.filter_map(|(node, ranges)| Some(Calls { item: item(db, node)?, ranges })).collect()
 }
 
 /// A node inside a declaration: a program of a core, or an operation of a shell.
@@ -343,16 +334,14 @@ fn connected_operations<'db>(
             Some((feature.kind, Definition::At(feature.name(db)?)))
         };
         for link in flat.links.iter().filter(|link| link.operation) {
-            let pair = match (end(&link.source), end(&link.target)) {
-                (Some((FeatureKind::Provided, provided)), Some((FeatureKind::Required, required))) => {
-                    (required, provided)
-                }
-                // That is an error with its own diagnostic.
-                (Some((FeatureKind::Required, required)), Some((FeatureKind::Provided, provided))) => {
-                    (required, provided)
-                }
-                _ => continue,
+            // The other direction is an error with its own diagnostic.
+            let ((Some((FeatureKind::Provided, provided)), Some((FeatureKind::Required, required)))
+            | (Some((FeatureKind::Required, required)), Some((FeatureKind::Provided, provided)))) =
+                (end(&link.source), end(&link.target))
+            else {
+                continue;
             };
+            let pair = (required, provided);
             if known.insert(pair.clone()) {
                 found.push(pair);
             }

@@ -2,15 +2,11 @@
 //! deployment; the chains of an architecture; the instances and the state machine of a component; the implementation of a codel.
 //! Other figures are in hints.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
 use mauve_diagnostics::supported;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, architecture, declarations, is_model, names_of, resolve_type,
-    target_of,
-};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, declarations, is_model, target_of};
 use mauve_syntax::TextRange;
 use mauve_timing::Level;
 use mauve_wcrt::chains::chains_of;
@@ -19,6 +15,7 @@ use mauve_wcrt::{Query, support};
 use crate::connections::deployments;
 use crate::implementation::codel_file;
 use crate::occurrences::each_once;
+use crate::project::instances_by_component;
 
 /// A code lens.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -154,31 +151,13 @@ fn instances<'db>(
 ) -> (String, Vec<(File, TextRange)>) {
     let places = project.and_then(|project| instances_by_component(db, project).get(&of));
     let places = places.into_iter().flatten();
-    let places = each_once(places.map(|place| (place.file(db), place.range(db))));
+    let places = each_once(places.map(|(_, place)| (place.file(db), place.range(db))));
     let title = match places.len() {
         0 => "not used in any instance".to_owned(),
         1 => "used in 1 instance".to_owned(),
         count => format!("used in {count} instances"),
     };
     (title, places)
-}
-
-#[salsa::tracked(returns(ref))]
-fn instances_by_component<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> HashMap<Decl<'db>, Vec<Location<'db>>> {
-    let names = names_of(db, project);
-    let mut found: HashMap<Decl<'db>, Vec<Location<'db>>> = HashMap::new();
-    for &of in &names.all {
-        for instance in architecture(db, of).into_iter().flat_map(|data| &data.instances) {
-            let component = resolve_type(db, project, of, Kind::Component, instance.component.as_ref());
-            if let Ok(component) = component {
-                found.entry(component).or_default().push(Location::Source(of, instance.name.id));
-            }
-        }
-    }
-    found
 }
 
 #[cfg(test)]

@@ -23,6 +23,8 @@ use mauve_wcrt::{
 };
 use rustc_hash::FxHashSet;
 
+use crate::occurrences::grouped;
+
 const SHOWN_PERIODS: usize = 12;
 
 /// Prints the explanation of an activity of a model.
@@ -549,13 +551,8 @@ impl Trace<'_> {
 /// Returns each kind of period once, with how often it repeats: `Idle → Planning, every 10th period`. The kinds of periods of
 /// counters alternate.
 fn repeated(edges: &[(usize, usize, Time)], name: impl Fn(usize, usize) -> String) -> Vec<Row<'static>> {
-    let mut kinds: Vec<((usize, usize, Time), Vec<usize>)> = Vec::new();
-    for (position, edge) in edges.iter().enumerate().filter(|(_, (_, _, cost))| *cost > Time::ZERO) {
-        match kinds.iter_mut().find(|(known, _)| known == edge) {
-            Some((_, positions)) => positions.push(position),
-            None => kinds.push((*edge, vec![position])),
-        }
-    }
+    let costly = edges.iter().copied().zip(0..).filter(|((_, _, cost), _)| *cost > Time::ZERO);
+    let kinds = grouped(costly);
     let row = |((source, target, time), positions): ((usize, usize, Time), Vec<usize>)| {
         let mut steps = positions.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?));
         let mut name = name(source, target);

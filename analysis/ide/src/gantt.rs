@@ -9,6 +9,7 @@ use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
 
 use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
+use crate::occurrences::grouped;
 use crate::text_canvas::cells;
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
@@ -51,14 +52,10 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
         Some(statistics) => statistics.is_some(),
         None => schedule.slices.iter().any(|slice| slice.activity == index),
     };
-    let mut jobs: FxHashMap<usize, Vec<&Job>> = FxHashMap::default();
-    for job in &schedule.jobs {
-        jobs.entry(job.activity).or_default().push(job);
-    }
-    let mut slices: FxHashMap<usize, Vec<&Slice>> = FxHashMap::default();
-    for slice in &schedule.slices {
-        slices.entry(slice.activity).or_default().push(slice);
-    }
+    let jobs = grouped(schedule.jobs.iter().map(|it| (it.activity, it)));
+    let slices = grouped(schedule.slices.iter().map(|it| (it.activity, it)));
+    let mut jobs: FxHashMap<usize, Vec<&Job>> = jobs.into_iter().collect();
+    let mut slices: FxHashMap<usize, Vec<&Slice>> = slices.into_iter().collect();
     let simulated = tasks.all().iter().enumerate().filter(|(index, _)| is_simulated(*index));
     let mut lanes: Vec<Lane<'_>> = simulated
         .map(|(activity, task)| Lane {

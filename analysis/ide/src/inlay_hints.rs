@@ -46,9 +46,15 @@ pub struct InlayHint {
 
 impl InlayHint {
     /// Returns a hint that shows the first of the texts with at most `room` characters.
-    fn new(offset: TextSize, texts: Texts, room: usize, status: HintStatus) -> InlayHint {
+    fn new(
+        offset: TextSize,
+        texts: Texts,
+        room: usize,
+        status: HintStatus,
+        explained_at: Option<TextSize>,
+    ) -> InlayHint {
         let label = texts.within(room).to_owned();
-        InlayHint { offset, label, labels: texts.into_all(), status, load: None, explained_at: None }
+        InlayHint { offset, label, labels: texts.into_all(), status, load: None, explained_at }
     }
 }
 

@@ -16,7 +16,7 @@ use rustc_hash::FxHashMap;
 const TRACE: usize = 12;
 
 /// A component's state machine.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct MachineView<'db> {
     /// The reachable states, in text order.
     pub states: Vec<MachineState<'db>>,
@@ -69,13 +69,7 @@ pub fn state_machine<'db>(
     component: Decl<'db>,
     level: Level,
 ) -> MachineView<'db> {
-    let mut view = MachineView {
-        states: Vec::new(),
-        edges: Vec::new(),
-        worst_trace: Vec::new(),
-        psm: None,
-        reasons: Vec::new(),
-    };
+    let mut view = MachineView::default();
     let project = tables.project(db);
     let Some(of) = core_of(db, project, component) else {
         view.reasons.push("the component's core is unknown".to_owned());

@@ -7,8 +7,10 @@ mod toml;
 pub(crate) use in_file::{definition_of_type, names_at, names_in, names_of_definition};
 pub(crate) use toml::in_toml;
 
+use std::hash::Hash;
 use std::ops::Range;
 
+pub(crate) use mauve_diagnostics::each_once;
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
     Parameter, Setting, Shell, SourceId, Statement, Transition, TypeRef,
@@ -22,6 +24,7 @@ use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPER
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+use rustc_hash::FxHashMap;
 
 use crate::document_symbols::SymbolKind;
 
@@ -153,12 +156,15 @@ pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
     })
 }
 
-/// Removes duplicates, keeping the order.
-pub(crate) fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
-    let mut found = Vec::new();
-    for it in all {
-        if !found.contains(&it) {
-            found.push(it);
+/// Groups values by their keys, in the order of the first value of each key.
+pub(crate) fn grouped<K: Eq + Hash + Clone, V>(all: impl IntoIterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
+    let mut found: Vec<(K, Vec<V>)> = Vec::new();
+    let mut numbers: FxHashMap<K, usize> = FxHashMap::default();
+    for (key, value) in all {
+        let number = *numbers.entry(key.clone()).or_insert(found.len());
+        match found.get_mut(number) {
+            Some((_, values)) => values.push(value),
+            None => found.push((key, vec![value])),
         }
     }
     found
@@ -213,41 +219,26 @@ impl<'db> Finder<'db> {
 
     fn data(&mut self, data: &'db Data) {
         let name = NameRef { name: self.of.name(self.db).clone(), id: SourceId(0) };
-        let declaration = Definition::Declaration(self.of);
-        let kind = match data {
+        match data {
             Data::Use => {
                 let (definition, kind) = self.library(&name.name);
-                self.add(&name, definition, kind, Role::Mention);
-                return;
+                return self.add(&name, definition, kind, Role::Mention);
             }
             Data::Codel(codel) => {
                 self.parameters(&codel.parameters);
                 self.value_type(codel.result.as_ref());
-                SymbolKind::Codel
             }
-            Data::Shell(shell) => {
-                self.shell(shell);
-                SymbolKind::Shell
-            }
-            Data::Core(data) => {
-                self.core(data);
-                SymbolKind::Core
-            }
+            Data::Shell(shell) => self.shell(shell),
+            Data::Core(data) => self.core(data),
             Data::Component(component) => {
                 self.names_type(Kind::Shell, component.shell.as_ref());
                 self.names_type(Kind::Core, component.core.as_ref());
-                SymbolKind::Component
             }
-            Data::Architecture(data) => {
-                self.architecture(data);
-                SymbolKind::Architecture
-            }
-            Data::Deployment(data) => {
-                self.deployment(data);
-                SymbolKind::Deployment
-            }
-        };
-        self.add(&name, declaration, kind, Role::Declaration);
+            Data::Architecture(data) => self.architecture(data),
+            Data::Deployment(data) => self.deployment(data),
+        }
+        let kind = kind_of(self.of.kind(self.db));
+        self.add(&name, Definition::Declaration(self.of), kind, Role::Declaration);
     }
 
     fn library(&self, name: &Name) -> (Definition<'db>, SymbolKind) {

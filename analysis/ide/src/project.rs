@@ -1,8 +1,13 @@
 //! The projects of a file.
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use mauve_hir::{File, ModelDb, Project, Workspace, config_file, project_files, projects};
+use mauve_hir::item_tree::{Kind, Name, NameRef};
+use mauve_hir::{
+    Decl, File, Location, ModelDb, Project, Workspace, architecture, config_file, names_of, project_files,
+    projects, resolve_type,
+};
 use mauve_syntax::TextSize;
 use mauve_wcrt::{observed_files, table_files};
 
@@ -39,6 +44,26 @@ pub fn name_of_root(db: &dyn ModelDb, project: Project<'_>, among: &[Project<'_>
         Some(folder) => Path::new(folder).join(name).display().to_string(),
         None => name.display().to_string(),
     }
+}
+
+/// Returns the instances of each component, with their names.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn instances_by_component<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> HashMap<Decl<'db>, Vec<(Name, Location<'db>)>> {
+    let names = names_of(db, project);
+    let mut found: HashMap<Decl<'db>, Vec<(Name, Location<'db>)>> = HashMap::new();
+    for &of in &names.all {
+        for instance in architecture(db, of).into_iter().flat_map(|data| &data.instances) {
+            let component = resolve_type(db, project, of, Kind::Component, instance.component.as_ref());
+            if let Ok(component) = component {
+                let NameRef { name, id } = &instance.name;
+                found.entry(component).or_default().push((name.clone(), Location::Source(of, *id)));
+            }
+        }
+    }
+    found
 }
 
 #[cfg(test)]

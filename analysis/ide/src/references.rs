@@ -5,7 +5,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{observed_files, table_files};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::occurrences::{Definition, FoundName, Role, names_at, names_of_definition};
+use crate::occurrences::{Definition, FoundName, Role, grouped, names_at, names_of_definition};
 use crate::project::projects_with;
 
 /// A reference.
@@ -101,13 +101,7 @@ pub(crate) fn occurrences<'db>(
     workspaces: &[Workspace],
     things: &[(Project<'db>, FoundName<'db>)],
 ) -> Vec<(Project<'db>, FoundName<'db>)> {
-    let mut asked: Vec<(&Definition<'db>, Vec<Project<'db>>)> = Vec::new();
-    for (project, name) in things {
-        match asked.iter_mut().find(|(definition, _)| **definition == name.definition) {
-            Some((_, projects)) => projects.push(*project),
-            None => asked.push((&name.definition, vec![*project])),
-        }
-    }
+    let asked = grouped(things.iter().map(|(project, name)| (&name.definition, *project)));
     let mut found = Vec::new();
     let mut known: FxHashSet<(Project<'db>, FoundName<'db>)> = FxHashSet::default();
     for (definition, asked) in asked {

@@ -13,10 +13,10 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 use mauve_wcrt::{table, table_files};
-use rustc_hash::FxHashSet;
 
 use super::{ActionKind, Actions, indentation};
 use crate::Change;
+use crate::occurrences::each_once;
 use crate::project::name_of_root;
 
 const STATE: &str = "Running";
@@ -141,11 +141,8 @@ impl Conversion<'_, '_> {
     fn renamed_keys(&self, core: Decl<'_>, from: &ProgramId, to: &ProgramId) -> Result<Change, String> {
         let (db, workspaces) = (self.db, self.workspaces);
         let mut change = Change::default();
-        let mut seen = FxHashSet::default();
-        for &file in workspaces.iter().flat_map(|&it| &table_files(db, it).files) {
-            if !seen.insert(file) {
-                continue;
-            }
+        let files = workspaces.iter().flat_map(|&it| &table_files(db, it).files);
+        for file in each_once(files.copied()) {
             let path = file.path(db).file_name().unwrap_or_default().display().to_string();
             let readers = workspaces.iter().filter(|it| table_files(db, **it).files.contains(&file));
             let readers: Vec<Project<'_>> = readers.flat_map(|&it| projects(db, it)).copied().collect();

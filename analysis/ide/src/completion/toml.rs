@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use mauve_diagnostics::codes;
 use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, keys_below, section_named};
-use mauve_hir::item_tree::{FeatureKind, Kind, Name};
+use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
     codels_in, config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of,
@@ -97,7 +97,7 @@ impl Toml<'_> {
         match section_named(section).map(|it| &it.entries) {
             Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
             Some(Entries::Chains(_)) if section == "chains" => {
-                return self.instances(|it| self.ports(it, false));
+                return self.instances(|it| self.ports(it, FeatureKind::Output));
             }
             _ => {}
         }
@@ -111,7 +111,7 @@ impl Toml<'_> {
             Some(Suggestions::ChainWay) => self.instances_and_ports(),
             Some(Suggestions::ChainStates) => self.instances(|it| self.states(it)),
             Some(Suggestions::ChainAnswers) => {
-                [self.codels(), self.instances(|it| self.ports(it, true))].concat()
+                [self.codels(), self.instances(|it| self.ports(it, FeatureKind::Input))].concat()
             }
             Some(Suggestions::Hosts) => {
                 hosts_of(self.db, self.workspace).all.iter().map(|it| text(&it.name)).collect()
@@ -223,28 +223,34 @@ impl Toml<'_> {
     }
 
     fn instances_and_ports(&self) -> Vec<Completion> {
-        let of = |it: InstanceOf<'_, '_>| [vec![it.1.name.clone()], self.ports(it, false)].concat();
+        let of =
+            |it: InstanceOf<'_, '_>| [vec![it.1.name.clone()], self.ports(it, FeatureKind::Output)].concat();
         self.instances(of)
     }
 
-    /// Returns the output ports of an instance, or its input ports.
-    fn ports(&self, (project, instance): InstanceOf<'_, '_>, inputs: bool) -> Vec<Name> {
-        let shell = instance.component.and_then(|it| likely_shell_of(self.db, project, it));
-        let all = shell.map(|shell| likely_features_of(self.db, project, shell)).unwrap_or_default();
-        let kind = if inputs { FeatureKind::Input } else { FeatureKind::Output };
-        let ports = all.iter().filter(|(_, (_, it))| it.kind == kind);
-        ports.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))).collect()
+    /// Returns the ports of an instance of this kind.
+    fn ports(&self, it: InstanceOf<'_, '_>, kind: FeatureKind) -> Vec<Name> {
+        self.features(it, |_, feature| feature.kind == kind)
     }
 
     /// Returns the ports of an instance that may be topics.
-    fn topics(&self, (project, instance): InstanceOf<'_, '_>) -> Vec<Name> {
+    fn topics(&self, it: InstanceOf<'_, '_>) -> Vec<Name> {
+        self.features(it, |shell, feature| {
+            let ty = type_of(self.db, it.0, shell, feature.ty.as_ref());
+            feature.kind.is_port() && (ty == Type::Unknown || TopicType::of(&ty).is_some())
+        })
+    }
+
+    /// Returns the features of an instance that are offered, by their shells and declarations.
+    fn features(
+        &self,
+        (project, instance): InstanceOf<'_, '_>,
+        is_offered: impl Fn(Decl<'_>, &Feature) -> bool,
+    ) -> Vec<Name> {
         let shell = instance.component.and_then(|it| likely_shell_of(self.db, project, it));
         let all = shell.map(|shell| likely_features_of(self.db, project, shell)).unwrap_or_default();
-        let ports = all.iter().filter(|(_, (of, it))| {
-            let ty = type_of(self.db, project, *of, it.ty.as_ref());
-            it.kind.is_port() && (ty == Type::Unknown || TopicType::of(&ty).is_some())
-        });
-        ports.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))).collect()
+        let found = all.iter().filter(|(_, (of, feature))| is_offered(*of, feature));
+        found.map(|(name, _)| Name::from(format!("{}.{name}", instance.name))).collect()
     }
 
     fn states(&self, (project, instance): InstanceOf<'_, '_>) -> Vec<Name> {

@@ -1,5 +1,7 @@
 //! Few points that show many executions: parts of a recording, ranks and histograms. Their number does not grow with the sample.
 
+use mauve_timing::greatest_common_divisor;
+
 /// Consecutive executions.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Part {
@@ -106,13 +108,8 @@ pub(super) fn histogram(ascending: &[u64]) -> Option<Histogram> {
 
 /// Returns the greatest number that all differences of ascending times are multiples of; 0 if all are equal.
 fn resolution(ascending: &[u64]) -> u64 {
-    ascending.iter().zip(ascending.iter().skip(1)).fold(0, |divisor, (before, time)| {
-        let (mut a, mut b) = (divisor, time - before);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    })
+    let differences = ascending.iter().zip(ascending.iter().skip(1)).map(|(before, time)| time - before);
+    differences.fold(0, greatest_common_divisor)
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use mauve_wcrt::{Query, Report, Share, TableSet};
 
 use super::{Explanation, Load, Overload, OwnTime, Released, Row, SHOWN_PERIODS, Sum, Trace, with_facts};
 use crate::markdown::{self, Links, bar, code, row};
+use crate::occurrences::grouped;
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
 const ALIGNMENT: [&str; 5] = [":--", ":-:", "--:", "--:", ":--"];
@@ -226,14 +227,9 @@ fn own_time(own: &OwnTime<'_>) -> String {
 fn costliest_path(trace: &Trace<'_>) -> String {
     let total = trace.total.map_or_else(String::new, |sum| format!(": {sum}"));
     // Each kind of period once, as a cycle repeats them.
-    let mut kinds: Vec<Row<'_>> = Vec::new();
-    for it in &trace.periods {
-        match kinds.iter_mut().find(|known| known.name == it.name && known.time == it.time) {
-            Some(known) => known.count += it.count,
-            None => kinds.push(it.clone()),
-        }
-    }
-    let kinds = kinds.into_iter().map(|it| format!("{} {} × {}", code(&it.name), it.count, it.time));
+    let kinds = grouped(trace.periods.iter().map(|it| ((&it.name, it.time), it.count))).into_iter();
+    let kinds = kinds
+        .map(|((name, time), counts)| format!("{} {} × {time}", code(name), counts.into_iter().sum::<u64>()));
     format!("costliest {SHOWN_PERIODS} consecutive periods{total}\n\n{}", list(kinds))
 }
 

@@ -21,6 +21,7 @@ use mauve_wcrt::{Query, system_of};
 use crate::connections::{Connected, connections_in};
 use crate::figure::{TIGHT_SLACK, chain_figure, short};
 use crate::markdown;
+use crate::occurrences::grouped;
 
 /// The most chains that are shown.
 const MOST_CHAINS: usize = 3;
@@ -42,17 +43,9 @@ pub(super) fn of_connection(
     })?;
     let range = connection.syntax().text_range();
     let architecture = declaration_at(db, file, range)?;
-    let mut texts: Vec<(String, Vec<&str>)> = Vec::new();
-    for connected in connections_in(db, project, architecture) {
-        if !range.contains_range(connected.link.at.range(db)) {
-            continue;
-        }
-        let (text, name) = (text_of(db, project, &connected), connected.deployment.name(db).as_str());
-        match texts.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, names)) => names.push(name),
-            None => texts.push((text, vec![name])),
-        }
-    }
+    let here = connections_in(db, project, architecture).into_iter();
+    let here = here.filter(|it| range.contains_range(it.link.at.range(db)));
+    let texts = grouped(here.map(|it| (text_of(db, project, &it), it.deployment.name(db).as_str())));
     let are_several = texts.len() > 1;
     let shown = texts.iter().map(|(text, names)| {
         let of = if are_several { format!("in {}:\n", names.join(", ")) } else { String::new() };

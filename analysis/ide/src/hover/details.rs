@@ -19,7 +19,7 @@ use super::summary::{self, by_tables};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
-use crate::occurrences::{Definition, FoundName};
+use crate::occurrences::{Definition, FoundName, each_once, grouped};
 use crate::sensitivity::limits_of_codel;
 
 const MOST_LINES: usize = 12;
@@ -157,48 +157,34 @@ fn having<'db>(
 
 /// Returns the connections of a port or operation, such as `laser.scan -> map.scan`.
 fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
-    let mut of_each: Vec<(Decl<'_>, Vec<String>)> = Vec::new();
-    for (root, flat, instance, name) in having(db, project, of, id) {
-        if of_each.last().is_none_or(|(last, _)| *last != root) {
-            of_each.push((root, Vec::new()));
-        }
-        let Some((_, lines)) = of_each.last_mut() else { continue };
+    let lines = |(flat, instance, name): (&Flat<'_>, &Name, &Name)| {
         let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
-        let mut links =
-            flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target)).peekable();
-        if links.peek().is_none() {
-            lines.push(format!("{instance}.{name} is not connected"));
-        }
-        for link in links {
-            let line = link.to_string();
-            if !lines.contains(&line) {
-                lines.push(line);
-            }
-        }
-    }
-    summary::where_they_differ(db, of_each)
+        let links = flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target));
+        let lines: Vec<String> = links.map(ToString::to_string).collect();
+        if lines.is_empty() { vec![format!("{instance}.{name} is not connected")] } else { lines }
+    };
+    let all = having(db, project, of, id).into_iter();
+    let of_each = grouped(all.map(|(root, flat, instance, name)| (root, (flat, instance, name))));
+    let of_each = of_each.into_iter().map(|(root, ends)| (root, each_once(ends.into_iter().flat_map(lines))));
+    summary::where_they_differ(db, of_each.collect())
 }
 
 /// Returns the topics of ROS 2 of a port, such as `laser.scan publishes /laser/scan: sensor_msgs/msg/LaserScan`.
 fn topics(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
-    let mut lines = Vec::new();
-    for (root, _, instance, name) in having(db, project, of, id) {
+    let line = |(root, _, instance, name): (Decl<'_>, _, &Name, &Name)| {
         // Without deployments, it is an architecture.
         let ros2 = ros2_of(db, project, root);
-        let Some(topic) = ros2.topic(instance, name) else { continue };
+        let topic = ros2.topic(instance, name)?;
         let verb = if topic.is_published { "publishes" } else { "subscribes to" };
         let reliability = if topic.is_best_effort { "best effort" } else { "reliable" };
         let durability = if topic.is_transient_local { "transient local" } else { "volatile" };
         let host = ros2.hosts.get(topic.host).map(|it| format!(", on host {it}")).unwrap_or_default();
-        let line = format!(
+        Some(format!(
             "{instance}.{name} {verb} {}: {}, {reliability}, {durability}, depth {}, at most {} bytes{host}",
             topic.name, topic.ty, topic.depth, topic.max_bytes
-        );
-        if !lines.contains(&line) {
-            lines.push(line);
-        }
-    }
-    lines
+        ))
+    };
+    each_once(having(db, project, of, id).into_iter().filter_map(line))
 }
 
 /// Returns the values of a property or constant, such as `laser.rate = 5 in D`.

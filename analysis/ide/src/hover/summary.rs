@@ -3,10 +3,7 @@
 
 use mauve_diagnostics::{supported, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
-use mauve_hir::{
-    Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, names_of, resolve_type,
-    shell_of,
-};
+use mauve_hir::{Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, shell_of};
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{
     ActivityReport, Deadlines, Query, TableSet, level_shown, psm_of, response_times, support, table_sets,
@@ -15,7 +12,8 @@ use mauve_wcrt::{
 use super::format::{HoverFormat, and_more};
 use crate::connections::deployments;
 use crate::markdown::code;
-use crate::occurrences::each_once;
+use crate::occurrences::{each_once, grouped};
+use crate::project::instances_by_component;
 
 /// Names at most this many things in a line.
 const MOST_NAMES: usize = 6;
@@ -160,18 +158,13 @@ fn component<'db>(
         let (shell, core) = (link_to(db, format, shell), link_to(db, format, core));
         lines.push(format!("shell {shell}, core {core}"));
     }
-    let mut instances = Vec::new();
-    for &architecture_of in &names_of(db, project).all {
-        let Some(data) = architecture(db, architecture_of) else { continue };
-        let is_instance = |component| {
-            resolve_type(db, project, architecture_of, Kind::Component, component).is_ok_and(|it| it == of)
-        };
-        let own = data.instances.iter().filter(|it| is_instance(it.component.as_ref()));
-        instances.extend(own.map(|it| {
-            let at = Location::Source(architecture_of, it.name.id);
-            format!("{} in {}", format.link(db, &it.name.name, &at), code(architecture_of.name(db)))
-        }));
-    }
+    let instances = instances_by_component(db, project).get(&of).into_iter().flatten();
+    let instances: Vec<String> = instances
+        .filter_map(|(name, at)| {
+            let Location::Source(of, _) = at else { return None };
+            Some(format!("{} in {}", format.link(db, name, at), code(of.name(db))))
+        })
+        .collect();
     lines.push(match instances.is_empty() {
         true => "no instance".to_owned(),
         false => format!("instances: {}", enumerated(instances)),
@@ -263,14 +256,7 @@ pub(super) fn by_tables<'db>(
     project: Project<'db>,
     text: impl Fn(TableSet<'db>) -> String,
 ) -> Vec<(String, String)> {
-    let mut found: Vec<(String, Vec<Option<String>>)> = Vec::new();
-    for &tables in table_sets(db, project) {
-        let (text, label) = (text(tables), tables.label(db));
-        match found.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, labels)) => labels.push(label),
-            None => found.push((text, vec![label])),
-        }
-    }
+    let found = grouped(table_sets(db, project).iter().map(|&tables| (text(tables), tables.label(db))));
     let named = found.into_iter().map(|(text, labels)| {
         let names: Option<Vec<String>> = labels.into_iter().collect();
         (text, times_of(names.map(|names| names.join(", ")).as_deref()))

@@ -1,12 +1,13 @@
 //! Hints of the connections in an architecture: how long data takes there, at most, in all deployments, or why that is not known.
 
 use mauve_diagnostics::connection_reason;
-use mauve_hir::{Decl, Location, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project};
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, InlayHint, Subject, column, end_of_line};
 use crate::connections::{Connected, connections_in};
 use crate::figure::{HintStatus, MOST_CHARACTERS, TIGHT_SLACK, chain_figure, cut, short};
+use crate::occurrences::grouped;
 
 pub(super) fn of_connections<'db>(
     db: &'db dyn ModelDb,
@@ -15,14 +16,8 @@ pub(super) fn of_connections<'db>(
     found: &mut Vec<HintOf>,
 ) {
     let text = architecture.file(db).text(db);
-    let mut by_place: Vec<(&Location<'db>, Vec<Connected<'db>>)> = Vec::new();
-    for it in connections_in(db, project, architecture) {
-        match by_place.iter_mut().find(|(at, _)| **at == it.link.at) {
-            Some((_, all)) => all.push(it),
-            None => by_place.push((&it.link.at, vec![it])),
-        }
-    }
-    for (at, all) in by_place {
+    let connected = connections_in(db, project, architecture).into_iter();
+    for (at, all) in grouped(connected.map(|it| (&it.link.at, it))) {
         let Some((texts, status)) = shown(db, &all) else { continue };
         let range = at.range(db);
         let offset = end_of_line(text, range.end());
@@ -30,8 +25,7 @@ pub(super) fn of_connections<'db>(
         let texts = Texts::of(texts);
         let figure = (status == HintStatus::Time).then(|| Figure::complete(texts.clone()));
         let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
-        let hint = InlayHint::new(offset, texts, most, status);
-        let hint = InlayHint { explained_at: Some(range.start()), ..hint };
+        let hint = InlayHint::new(offset, texts, most, status, Some(range.start()));
         let target = all.first().map(|it| format!("{}.{}", it.link.target.0, it.link.target.1));
         let subject = target.map(|it| Subject::Connection(it.into()));
         found.push(HintOf { hint, subject, figure, room });

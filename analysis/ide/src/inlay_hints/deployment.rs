@@ -63,8 +63,8 @@ pub(super) fn of_deployment<'db>(
     {
         let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
             let Shown { texts, status, figure } = shown;
-            let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status);
-            let hint = InlayHint { load, explained_at: Some(name.range(db).start()), ..hint };
+            let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status, Some(name.range(db).start()));
+            let hint = InlayHint { load, ..hint };
             found.push(HintOf { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
@@ -82,8 +82,7 @@ pub(super) fn of_deployment<'db>(
         let room = most_at(column(text, offset));
         // A reason is shown in full: without it, the hint says little.
         let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
-        let hint = InlayHint::new(offset, texts, most, status);
-        let hint = InlayHint { explained_at: Some(resolved.at.range(db).start()), ..hint };
+        let hint = InlayHint::new(offset, texts, most, status, Some(resolved.at.range(db).start()));
         let subject = Some(Subject::Activity(resolved.instance.clone()));
         found.push(HintOf { hint, subject, figure, room });
     }

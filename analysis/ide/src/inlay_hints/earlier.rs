@@ -254,7 +254,7 @@ pub(super) fn of_lost_activities(
                     subjects.insert(subject.clone());
                     let room = most_at(column(text, offset));
                     let reason = Texts::of(["? syntax error", "?"].map(str::to_owned));
-                    let hint = InlayHint::new(offset, reason, MOST_CHARACTERS, HintStatus::Unknown);
+                    let hint = InlayHint::new(offset, reason, MOST_CHARACTERS, HintStatus::Unknown, None);
                     let reason = HintOf { hint, subject: Some(subject), figure: None, room };
                     lost.push(HintOf { hint: older(&reason, figure), ..reason.clone() });
                     lost.extend(figures.are_reasons_shown().then_some(reason));

@@ -77,6 +77,5 @@ pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<
 
 /// Returns the hint of an earlier figure.
 pub(super) fn older(HintOf { hint, room, .. }: &HintOf, figure: &Figure) -> InlayHint {
-    let older = InlayHint::new(hint.offset, figure.texts.as_older(), *room, HintStatus::Older);
-    InlayHint { explained_at: hint.explained_at, ..older }
+    InlayHint::new(hint.offset, figure.texts.as_older(), *room, HintStatus::Older, hint.explained_at)
 }

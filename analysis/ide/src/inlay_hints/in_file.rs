@@ -9,6 +9,7 @@ use super::earlier::{EarlierFigures, Owner, of_lost_activities};
 use super::figures::{missing_loads, with_earlier};
 use super::{HintOf, HintOptions, InlayHint, Subject, hash_of, programs};
 use crate::figure::{MOST_CHARACTERS, cut};
+use crate::occurrences::each_once;
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;
@@ -88,12 +89,7 @@ fn hints_of<'db>(
 
 /// Returns the hints at one position, with the names of their subjects where there are several.
 fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
-    let mut shown: Vec<&HintOf> = Vec::new();
-    for found in found {
-        if !shown.contains(&found) {
-            shown.push(found);
-        }
-    }
+    let shown = each_once(found);
     let mut names = shown.iter().filter_map(|found| found.subject.as_ref()?.name());
     let first = names.next();
     let are_several = names.any(|name| Some(name) != first);

@@ -39,8 +39,7 @@ pub(super) fn of_core<'db>(
         };
         let room = most_at(column(text, offset));
         let texts = label.map_or_else(Texts::default, |label| label.texts.clone());
-        let hint = InlayHint::new(offset, texts, room, HintStatus::Time);
-        let hint = InlayHint { explained_at: Some(explained_at), ..hint };
+        let hint = InlayHint::new(offset, texts, room, HintStatus::Time, Some(explained_at));
         let (subject, figure) =
             (Some(Subject::Program(place.clone())), label.map(|label| Figure::complete(label.texts.clone())));
         found.extend(with_earlier(HintOf { hint, subject, figure, room }, earlier));

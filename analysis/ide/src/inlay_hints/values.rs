@@ -85,7 +85,6 @@ fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> HintOf {
     let explained_at = place.range(db).start();
     let offset = end_of_line(place.file(db).text(db), place.range(db).end());
     let texts = Texts::of([label.to_owned()]);
-    let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, HintStatus::Value);
-    let hint = InlayHint { explained_at: Some(explained_at), ..hint };
+    let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, HintStatus::Value, Some(explained_at));
     HintOf { hint, subject: None, figure: None, room: MOST_CHARACTERS }
 }

@@ -25,18 +25,20 @@ pub(crate) struct InToml<'db> {
 #[salsa::tracked(returns(ref))]
 pub(crate) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
-    let mut reader = KeyReader { file, found: InToml::default(), known: FxHashSet::default() };
+    let mut reader = KeyReader { db, project, file, found: InToml::default(), known: FxHashSet::default() };
     if mauve_hir::config_file(db, workspace) == Some(file) {
-        reader.config(db, project);
+        reader.config();
     } else if table_files(db, workspace).files.contains(&file) {
-        reader.table(db, project);
+        reader.table();
     } else if observed_files(db, workspace).files.contains(&file) {
-        reader.observed(db, project);
+        reader.observed();
     }
     reader.found
 }
 
 struct KeyReader<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
     file: File,
     found: InToml<'db>,
     known: FxHashSet<(TextRange, Definition<'db>)>,
@@ -61,24 +63,33 @@ impl<'db> KeyReader<'db> {
         }
     }
 
-    fn config(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
-        let (text, workspace) = (self.file.text(db), project.workspace(db));
+    /// Returns where bytes of `text`, which is written at `span` with or without quotes, are written; `None` if it is escaped.
+    fn pieces(
+        &self,
+        text: &str,
+        span: &Range<usize>,
+    ) -> impl Fn(Range<usize>) -> Option<Range<usize>> + use<> {
+        let whole = self.file.text(self.db);
+        let written = Range::<usize>::from(unquoted(whole, range_of(span)));
+        let is_verbatim = whole.get(written.clone()) == Some(text);
+        move |piece| is_verbatim.then_some(written.start + piece.start..written.start + piece.end)
+    }
+
+    fn config(&mut self) {
+        let (db, project) = (self.db, self.project);
+        let workspace = project.workspace(db);
         let config = config_of(db, workspace);
         for (path, span) in &config.roots {
             let root = workspace.file(db, &mauve_hir::normalised(&workspace.folder(db).join(path)));
             if let Some(root) = root {
-                self.add(
-                    Some(unquoted(text, range_of(span)).into()),
-                    span,
-                    Definition::File(root),
-                    SymbolKind::File,
-                );
+                let written = unquoted(self.file.text(db), range_of(span));
+                self.add(Some(written.into()), span, Definition::File(root), SymbolKind::File);
             }
         }
         for (key, section) in &config.deployment_tables {
             // The section with the qualified name of a deployment comes before the one with its name.
             let has_it = |decl: Decl<'db>| section_with_tables(db, project, decl) == Some(key);
-            self.deployment(db, project, key, &section.span, &has_it);
+            self.deployment(key, &section.span, &has_it);
         }
         // Deployments may share an architecture.
         let deployed = |key: Option<&str>| {
@@ -87,9 +98,9 @@ impl<'db> KeyReader<'db> {
             each_once(named.filter_map(|of| first_target_of(db, project, of)))
         };
         for (key, section) in &config.deployments {
-            self.deployment(db, project, key, &section.span, &|_| true);
+            self.deployment(key, &section.span, &|_| true);
             for accepted in &section.accepted {
-                self.endpoint(db, project, &deployed(Some(key)), &accepted.instance, &accepted.span);
+                self.endpoint(&deployed(Some(key)), &accepted.instance, &accepted.span);
             }
         }
         let all = deployed(None);
@@ -99,42 +110,32 @@ impl<'db> KeyReader<'db> {
         let on_hosts = config.hosts.iter().flat_map(|it| &it.activities);
         let on_clocks = config.on_clocks().map(|(_, it)| it);
         for (end, span) in on_clocks.chain(on_hosts).chain(topics).chain(ends()) {
-            self.endpoint(db, project, &all, end, span);
+            self.endpoint(&all, end, span);
         }
         for (end, span) in ends() {
-            self.quoted_key(db, project, KeyOf::Codel, end, span);
+            self.quoted_key(KeyOf::Codel, end, span);
         }
         for (state, span) in chains().flat_map(|it| &it.states) {
-            self.state(db, project, &all, state, span);
+            self.state(&all, state, span);
         }
         for (key, span) in config.locks.iter().flat_map(|lock| &lock.codels) {
-            self.quoted_key(db, project, KeyOf::Codel, key, span);
+            self.quoted_key(KeyOf::Codel, key, span);
         }
     }
 
     /// Adds an instance of these architectures, and its port behind a dot.
-    fn endpoint(
-        &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        architectures: &[Decl<'db>],
-        end: &str,
-        span: &Range<usize>,
-    ) {
-        let text = self.file.text(db);
-        let written = Range::<usize>::from(unquoted(text, range_of(span)));
-        let is_verbatim = text.get(written.clone()) == Some(end);
-        let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
+    fn endpoint(&mut self, architectures: &[Decl<'db>], end: &str, span: &Range<usize>) {
+        let piece = self.pieces(end, span);
         let (instance, port) = end.split_once('.').map_or((end, None), |(of, port)| (of, Some(port)));
         for &target in architectures {
-            let mut finder = Finder::new(db, project, target);
+            let mut finder = Finder::new(self.db, self.project, target);
             let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
             let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
             finder.endpoint(target, &endpoint, Role::Mention);
             for it in finder.found {
                 let range = match it.kind {
-                    SymbolKind::Instance => piece(0, instance.len()),
-                    _ => piece(end.len() - port.map_or(0, str::len), end.len()),
+                    SymbolKind::Instance => piece(0..instance.len()),
+                    _ => piece(end.len() - port.map_or(0, str::len)..end.len()),
                 };
                 self.add(range, span, it.definition, it.kind);
             }
@@ -142,60 +143,41 @@ impl<'db> KeyReader<'db> {
     }
 
     /// Adds an instance of these architectures, and its state behind a dot.
-    fn state(
-        &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        architectures: &[Decl<'db>],
-        written: &str,
-        span: &Range<usize>,
-    ) {
+    fn state(&mut self, architectures: &[Decl<'db>], written: &str, span: &Range<usize>) {
+        let (db, project) = (self.db, self.project);
         let Some((instance, name)) = written.split_once('.') else { return };
-        self.endpoint(db, project, architectures, written, span);
-        let range = Range::<usize>::from(unquoted(self.file.text(db), range_of(span)));
-        let is_verbatim = self.file.text(db).get(range.clone()) == Some(written);
+        self.endpoint(architectures, written, span);
+        let piece = self.pieces(written, span);
         for &target in architectures {
             let component = flat_of(db, project, target).instance(instance).and_then(|it| it.component);
             let Some(of) = component.and_then(|it| core_of(db, project, it)) else { continue };
             if let Some(state) = core(db, of).and_then(|core| core.state(name)) {
                 let definition = Definition::At(Location::Source(of, state.name.id));
-                let piece = is_verbatim.then_some(range.end - name.len()..range.end);
-                self.add(piece, span, definition, SymbolKind::State);
+                let range = piece(instance.len() + 1..written.len());
+                self.add(range, span, definition, SymbolKind::State);
             }
         }
     }
 
     /// Adds the deployments that a section of `mauve.toml` names with their libraries or without.
-    fn deployment(
-        &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        key: &str,
-        span: &Range<usize>,
-        is_meant: &dyn Fn(Decl<'db>) -> bool,
-    ) {
-        let text = self.file.text(db);
-        let written = Range::<usize>::from(unquoted(text, range_of(span)));
-        let is_verbatim = text.get(written.clone()) == Some(key);
-        let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
-        let named = names_of(db, project).of_kind(db, Kind::Deployment).filter(|it| it.is_called(db, key));
+    fn deployment(&mut self, key: &str, span: &Range<usize>, is_meant: &dyn Fn(Decl<'db>) -> bool) {
+        let db = self.db;
+        let piece = self.pieces(key, span);
+        let named =
+            names_of(db, self.project).of_kind(db, Kind::Deployment).filter(|it| it.is_called(db, key));
         for decl in named.filter(|it| is_meant(*it)) {
             let name = key.len() - decl.name(db).len();
             let kind = kind_of(Kind::Deployment);
-            self.add(piece(name, key.len()), span, Definition::Declaration(decl), kind);
+            self.add(piece(name..key.len()), span, Definition::Declaration(decl), kind);
             if let Some(library) = key.get(..name.saturating_sub(1)).filter(|library| !library.is_empty()) {
-                self.add(
-                    piece(0, library.len()),
-                    span,
-                    Definition::Library(library.into()),
-                    SymbolKind::Library,
-                );
+                let definition = Definition::Library(library.into());
+                self.add(piece(0..library.len()), span, definition, SymbolKind::Library);
             }
         }
     }
 
-    fn table(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
-        let table = table(db, self.file);
+    fn table(&mut self) {
+        let table = table(self.db, self.file);
         let sections = [
             (KeyOf::Codel, &table.codels),
             (KeyOf::Component, &table.programs),
@@ -204,50 +186,37 @@ impl<'db> KeyReader<'db> {
             (KeyOf::Port, &table.accesses),
         ];
         for (of, entry) in sections.into_iter().flat_map(|(of, all)| all.iter().map(move |it| (of, it))) {
-            self.key(db, project, of, &entry.key, &entry.key_span, &|range| entry.written(range));
+            self.key(of, &entry.key, &entry.key_span, &|range| entry.written(range));
         }
     }
 
     /// Adds the names in the keys of a file of `[timing] observed`: without them, what was observed would be forgotten.
-    fn observed(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
-        let observed = &observed_in(db, self.file).0;
+    fn observed(&mut self) {
+        let observed = &observed_in(self.db, self.file).0;
         let codels = observed.codels.iter().map(|(key, it)| (KeyOf::Codel, key, &it.span));
         let programs = observed.programs.iter().map(|(key, it)| (KeyOf::Component, key, &it.span));
         let accesses = observed.accesses.iter().map(|(key, it)| (KeyOf::Port, key, &it.span));
         let locks = observed.locks.iter().map(|((_, key), it)| (KeyOf::Codel, key, &it.span));
         for (of, key, span) in codels.chain(programs).chain(accesses).chain(locks) {
-            self.quoted_key(db, project, of, key, span);
+            self.quoted_key(of, key, span);
         }
     }
 
     /// [`KeyReader::key`] in a string.
-    fn quoted_key(
-        &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        of: KeyOf,
-        key: &str,
-        span: &Range<usize>,
-    ) {
-        let text = self.file.text(db);
-        let written = Range::<usize>::from(unquoted(text, range_of(span)));
-        let is_verbatim = text.get(written.clone()) == Some(key);
-        let piece = |range: Range<usize>| {
-            is_verbatim.then_some(written.start + range.start..written.start + range.end)
-        };
-        self.key(db, project, of, key, span, &piece);
+    fn quoted_key(&mut self, of: KeyOf, key: &str, span: &Range<usize>) {
+        let piece = self.pieces(key, span);
+        self.key(of, key, span, &piece);
     }
 
     /// Adds the names in a key of a timing table; `piece` returns where these bytes of the key are written.
     fn key(
         &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
         of: KeyOf,
         whole: &str,
         span: &Range<usize>,
         piece: &dyn Fn(Range<usize>) -> Option<Range<usize>>,
     ) {
+        let (db, project) = (self.db, self.project);
         let (key, program, port) = match (of, ProgramKey::parse(whole)) {
             (KeyOf::Port, _) => match whole.rsplit_once('.') {
                 Some((component, port)) => (component, None, Some(port)),
