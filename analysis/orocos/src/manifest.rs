@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::package::{is_codel_path, is_generated_path};
 
@@ -141,22 +140,10 @@ fn is_inside(path: &str) -> bool {
     path != MANIFEST && path.split('/').all(is_name)
 }
 
-/// Returns the hash of a text, independent of its line ends.
-pub(crate) fn hash(text: &str) -> String {
-    let digest = Sha256::digest(text.replace("\r\n", "\n").as_bytes());
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_hash_is_that_of_sha256sum_and_knows_no_line_ends() {
-        assert_eq!(hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-        assert_eq!(hash("a\r\nb\r\n"), hash("a\nb\n"));
-        assert_ne!(hash("a\rb"), hash("a\nb"));
-    }
+    use crate::type_hash::hash;
 
     #[test]
     fn what_is_written_is_read() {

@@ -18,8 +18,9 @@ use rustc_hash::FxHashMap;
 
 use crate::codels::{is_empty_stub, is_stub};
 use crate::generated_file::{GeneratedFile, Owner, Package, is_marked};
-use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer, hash};
+use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer};
 use crate::prototype::Prototype;
+use crate::type_hash::hash;
 
 /// The steps that update a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -142,20 +143,12 @@ pub fn plan(
         for (path, hash) in &before.files {
             written.entry(path.to_ascii_lowercase()).or_default().push(hash.clone());
         }
-        let (now, steps) = (Manifest::default(), Vec::new());
-        let mut planner = Planner { package, read, before, written, now, steps, plan: &mut plan };
+        let (now, begin) = (Manifest::default(), plan.steps.len());
+        let mut planner = Planner { package, read, before, written, now, plan: &mut plan };
         planner.package().map_err(PlanError::Unreadable)?;
-        let Planner { now, mut steps, .. } = planner;
-        let now = now.text().map_err(unusable)?;
-        match text {
-            None => steps.push((MANIFEST.to_owned(), Action::Create(now))),
-            Some(text) if is_same_text(&text, &now) => {}
-            Some(_) => steps.push((MANIFEST.to_owned(), Action::Change(now))),
-        }
-        steps.sort_by(|(a, _), (b, _)| a.cmp(b));
-        let of_folder =
-            |(path, action): (String, Action)| Step { path: format!("{}/{path}", package.name), action };
-        plan.steps.extend(steps.into_iter().map(of_folder));
+        let now = planner.now.text().map_err(unusable)?;
+        planner.write(MANIFEST, text.as_deref(), &now);
+        plan.steps[begin..].sort_by(|a, b| a.path.cmp(&b.path));
     }
     Ok(plan)
 }
@@ -173,7 +166,6 @@ struct Planner<'a> {
     /// The hashes of its generated files, by their paths in lower case, as some file systems compare names.
     written: FxHashMap<String, Vec<String>>,
     now: Manifest,
-    steps: Vec<(String, Action)>,
     plan: &'a mut Plan,
 }
 
@@ -231,23 +223,30 @@ impl Planner<'_> {
     }
 
     fn step(&mut self, path: &str, action: Action) {
-        self.steps.push((path.to_owned(), action));
+        let path = self.path(path);
+        self.plan.steps.push(Step { path, action });
+    }
+
+    /// Plans a file with this text, where `there` is its text now.
+    fn write(&mut self, path: &str, there: Option<&str>, text: &str) {
+        match there {
+            None => self.step(path, Action::Create(text.to_owned())),
+            Some(there) if is_same_text(there, text) => {}
+            Some(_) => self.step(path, Action::Change(text.to_owned())),
+        }
     }
 
     fn generated(&mut self, file: &GeneratedFile) -> Result<(), String> {
         let path = file.path.as_str();
-        match self.text(path)? {
-            None => self.step(path, Action::Create(file.text.clone())),
-            Some(text) if is_same_text(&text, &file.text) => {}
-            Some(text) => {
-                let written = self.written.get(&path.to_ascii_lowercase());
-                let is_written = written.is_some_and(|written| written.contains(&hash(&text)));
-                if !is_written || !is_marked(&text) {
-                    self.plan.edited.push(self.path(path));
-                }
-                self.step(path, Action::Change(file.text.clone()));
+        let there = self.text(path)?;
+        if let Some(text) = there.as_deref().filter(|it| !is_same_text(it, &file.text)) {
+            let written = self.written.get(&path.to_ascii_lowercase());
+            let is_written = written.is_some_and(|written| written.contains(&hash(text)));
+            if !is_written || !is_marked(text) {
+                self.plan.edited.push(self.path(path));
             }
         }
+        self.write(path, there.as_deref(), &file.text);
         self.now.files.insert(path.to_owned(), hash(&file.text));
         Ok(())
     }
@@ -270,10 +269,15 @@ impl Planner<'_> {
     fn codel(&mut self, stub: &GeneratedFile, prototype: &str) -> Result<(), String> {
         let path = stub.path.as_str();
         let known = self.before.codels.remove(path).unwrap_or_default();
-        let now = match self.text(path)? {
-            Some(text) => self.written(stub, prototype, &text, known)?,
+        let is_stub = |text: &String| {
+            let is_unedited = known.stub.as_deref() == Some(&hash(text)) && is_empty_stub(text);
+            is_unedited || is_same_text(text, &stub.text)
+        };
+        let there = self.text(path)?;
+        let now = match there.as_ref().filter(|text| !is_stub(text)) {
+            Some(text) => self.written(stub, prototype, text, known)?,
             None => {
-                self.step(path, Action::Create(stub.text.clone()));
+                self.write(path, there.as_deref(), &stub.text);
                 self.withdraw(path, known.offered.as_ref())?;
                 let (prototype, stub) = (Some(prototype.to_owned()), Some(hash(&stub.text)));
                 CodelFile { prototype, stub, ..CodelFile::default() }
@@ -283,7 +287,7 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// Plans for an existing file of the user, and returns its new record.
+    /// Plans for a file that the user has written, and returns its new record.
     fn written(
         &mut self,
         stub: &GeneratedFile,
@@ -292,15 +296,6 @@ impl Planner<'_> {
         mut known: CodelFile,
     ) -> Result<CodelFile, String> {
         let path = stub.path.as_str();
-        let is_unedited = known.stub.as_deref() == Some(&hash(text)) && is_empty_stub(text);
-        if is_unedited || is_same_text(text, &stub.text) {
-            if !is_same_text(text, &stub.text) {
-                self.step(path, Action::Change(stub.text.clone()));
-            }
-            self.withdraw(path, known.offered.as_ref())?;
-            let (prototype, stub) = (Some(prototype.to_owned()), Some(hash(&stub.text)));
-            return Ok(CodelFile { prototype, stub, ..CodelFile::default() });
-        }
         let beside = offered_path(path);
         let there = self.text(&beside)?;
         // The user has removed the stub, and so has confirmed the file.
@@ -328,13 +323,11 @@ impl Planner<'_> {
         });
         let offer = Offer { prototype: prototype.to_owned(), hash: hash(&stub.text) };
         let is_ours = |text: &str| known.offered.as_ref().is_some_and(|it| is_offered(it, text));
-        match there {
-            None => self.step(&beside, Action::Create(stub.text.clone())),
-            Some(text) if is_same_text(&text, &stub.text) => {}
-            Some(text) if is_ours(&text) => self.step(&beside, Action::Change(stub.text.clone())),
-            // The user has edited the stub.
-            Some(_) => return Ok(known),
+        // The user has edited the stub.
+        if there.as_ref().is_some_and(|text| !is_same_text(text, &stub.text) && !is_ours(text)) {
+            return Ok(known);
         }
+        self.write(&beside, there.as_deref(), &stub.text);
         Ok(CodelFile { offered: Some(offer), ..known })
     }
 

@@ -7,7 +7,6 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{FieldParts, Message, MessageField, MessageSize, ModelDb, Workspace, package};
@@ -29,12 +28,7 @@ pub(crate) fn type_hash(db: &dyn ModelDb, workspace: Workspace, of: &Name, name:
     let others: Vec<String> = described.into_values().collect();
     let text =
         format!(r#"{{"type_description": {root}, "referenced_type_descriptions": [{}]}}"#, others.join(", "));
-    let digest = Sha256::digest(text.as_bytes());
-    let hash = digest.iter().fold(String::new(), |mut hash, byte| {
-        let _ = write!(hash, "{byte:02x}");
-        hash
-    });
-    Some(format!("RIHS01_{hash}"))
+    Some(format!("RIHS01_{}", hash(&text)))
 }
 
 fn type_name(of: &str, name: &str) -> String {
@@ -95,11 +89,24 @@ fn field_text(name: &str, id: u32, [capacity, string_capacity]: [u64; 2], nested
     )
 }
 
+/// Returns the hash of a text, independent of its line ends.
+pub(crate) fn hash(text: &str) -> String {
+    let digest = Sha256::digest(text.replace("\r\n", "\n").as_bytes());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use mauve_hir::{Database, Workspace};
 
     use super::*;
+
+    #[test]
+    fn a_hash_is_that_of_sha256sum_and_knows_no_line_ends() {
+        assert_eq!(hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(hash("a\r\nb\r\n"), hash("a\nb\n"));
+        assert_ne!(hash("a\rb"), hash("a\nb"));
+    }
 
     /// As `ros2 topic info --verbose` of Jazzy shows them.
     #[test]
