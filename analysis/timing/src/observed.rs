@@ -12,6 +12,7 @@ use toml::de::{DeTable, DeValue};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table as EditTable};
 
 use crate::table::reader::integer_text;
+use crate::table::update::set;
 use crate::{Rounding, Time, TimeError, TomlKind, Unit};
 
 /// What recordings showed. All times are in nanoseconds.
@@ -222,6 +223,7 @@ impl Observed {
             recordings.push(table);
         }
         document.insert("recording", Item::ArrayOfTables(recordings));
+        let mut put = |path: &[&str], table| set(document.as_table_mut(), path, Item::Table(table));
         for (key, it) in &self.codels {
             let mut table = times(it.executions, "greatest", it.greatest);
             if it.wait > 0 {
@@ -233,26 +235,26 @@ impl Observed {
             if !it.is_wait_known {
                 table.insert("waits", toml_edit::value(UNKNOWN));
             }
-            put(&mut document, &["codel", key], table);
+            put(&["codel", key], table);
         }
         for (section, entries) in [("program", &self.programs), ("access", &self.accesses)] {
             for (key, it) in entries {
-                put(&mut document, &[section, key], times(it.executions, "greatest", it.greatest));
+                put(&[section, key], times(it.executions, "greatest", it.greatest));
             }
         }
         for ((lock, codel), it) in &self.locks {
-            put(&mut document, &["lock", lock, codel], times(it.executions, "held", it.greatest));
+            put(&["lock", lock, codel], times(it.executions, "held", it.greatest));
         }
         for (thread, it) in &self.work {
             let mut table = EditTable::new();
             table.insert("per_second", number(it.per_second));
-            put(&mut document, &["work", thread], table);
+            put(&["work", thread], table);
         }
         for (instance, it) in &self.responses {
             let mut table = times(it.executions, "greatest", it.greatest);
             let later = it.later.iter().filter_map(|it| number(*it).into_value().ok());
             table.insert("later", toml_edit::value(later.collect::<toml_edit::Array>()));
-            put(&mut document, &["response", instance], table);
+            put(&["response", instance], table);
         }
         format!("{HEADER}{document}")
     }
@@ -307,24 +309,6 @@ fn count(count: u64) -> Item {
 fn number(nanos: u64) -> Item {
     let text = Time::from_nanos(nanos).number_in(Unit::Milliseconds);
     text.parse::<toml_edit::Value>().map_or(Item::None, Item::Value)
-}
-
-/// Puts a table at a path; the tables on the way have no header.
-fn put(document: &mut DocumentMut, path: &[&str], entry: EditTable) {
-    let Some((last, sections)) = path.split_last() else { return };
-    let mut table = document.as_table_mut();
-    for section in sections {
-        let new = || {
-            let mut new = EditTable::new();
-            new.set_implicit(true);
-            Item::Table(new)
-        };
-        match table.entry(section).or_insert_with(new) {
-            Item::Table(inner) => table = inner,
-            _ => return,
-        }
-    }
-    table.insert(last, Item::Table(entry));
 }
 
 struct Reader {

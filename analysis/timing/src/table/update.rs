@@ -279,14 +279,14 @@ fn unit_of(document: &DocumentMut) -> Unit {
 }
 
 /// Sets the value at a path, and makes the tables on the way; the comments around an old value stay.
-fn set(table: &mut EditTable, path: &[&str], item: Item) {
+pub(crate) fn set(table: &mut EditTable, path: &[&str], mut item: Item) {
     let Some((last, sections)) = path.split_last() else { return };
     let mut table: &mut dyn TableLike = table;
     for &section in sections {
         let entry = table.entry(section).or_insert_with(|| {
             let mut new = EditTable::new();
-            // `[measured]` has tables only, and needs no header of its own.
-            new.set_implicit(section == "measured");
+            // What has tables only, such as `[measured]`, needs no header of its own.
+            new.set_implicit(item.is_table());
             Item::Table(new)
         });
         match entry.as_table_like_mut() {
@@ -294,7 +294,6 @@ fn set(table: &mut EditTable, path: &[&str], item: Item) {
             None => return,
         }
     }
-    let mut item = item;
     match (table.get_mut(last), item.as_value_mut()) {
         (Some(Item::Value(old)), Some(new)) => {
             *new.decor_mut() = decor_of(old);
