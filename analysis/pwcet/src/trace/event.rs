@@ -51,10 +51,7 @@ pub(super) enum Line<'a> {
 
 /// Reads a line without its line feed.
 pub(super) fn parse(line: &[u8]) -> Line<'_> {
-    match event(line) {
-        Some(line) => line,
-        None => Line::Malformed,
-    }
+    event(line).unwrap_or(Line::Malformed)
 }
 
 fn event(line: &[u8]) -> Option<Line<'_>> {
@@ -103,8 +100,7 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         b"1" => true,
         _ => return None,
     };
-    let cpu_ns = fields.next().filter(|field| field.name == b"cpu_ns")?;
-    let cpu_ns = number(cpu_ns.value)?;
+    let cpu_ns = fields.number("cpu_ns")?;
     let (mut scheduling_of, mut waits, mut lock, mut outcome) = (None, None, None, None);
     match kind {
         SpanKind::Period if !is_end => scheduling_of = scheduling(&mut fields),
@@ -139,11 +135,9 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
 
 /// Reads the scheduling of a thread. None in recordings of earlier versions, and where the system did not say it.
 fn scheduling(fields: &mut Fields<'_>) -> Option<Scheduling> {
-    let priority = fields.next().filter(|field| field.name == b"priority")?;
-    let cpus = fields.next().filter(|field| field.name == b"cpus")?;
     // A negative priority is unknown.
-    let priority = u32::try_from(number(priority.value)?).ok()?;
-    Some(Scheduling { priority, cpus: number(cpus.value)? })
+    let priority = u32::try_from(fields.number("priority")?).ok()?;
+    Some(Scheduling { priority, cpus: fields.number("cpus")? })
 }
 
 /// Reads the names of a span in the text of its event. Returns `None` if the provider is not that of a generated package.

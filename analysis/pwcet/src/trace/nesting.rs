@@ -9,7 +9,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::event::Event;
 use super::names::{NameId, SpanKind};
-use super::{Scheduling, Span, Summary, Thread, is_suspicious};
+use super::{Span, Summary, Thread, is_suspicious};
 
 /// Spans deeper than these are not nested by a generated package: a thread's begins lack their ends.
 const DEEPEST: usize = 256;
@@ -61,17 +61,14 @@ enum Missing {
 
 #[derive(Debug)]
 struct Open {
-    name: NameId,
     kind: SpanKind,
-    order: u64,
-    cpu: Option<u32>,
     time: u64,
     cpu_ns: u64,
-    scheduling: Option<Scheduling>,
     waits: Option<u64>,
-    /// How often, and for how long, the thread waited for locks since the begin.
+    /// How often the thread waited for locks since the begin.
     lock_waits: u64,
-    blocked: u64,
+    /// What is known of the span.
+    span: Span,
 }
 
 impl Nesting {
@@ -134,11 +131,14 @@ impl Nesting {
             return None;
         }
         if !event.is_end {
-            state.begin(event, name, self.begins, summary);
+            let (order, thread) = (self.begins, Some(thread));
+            let (cpu, begin, scheduling) = (event.cpu, Some(event.time), event.scheduling);
+            let span = Span { name, order, thread, cpu, begin, scheduling, ..Span::default() };
+            state.begin(event, span, summary);
             self.begins += 1;
             return None;
         }
-        state.end(event, thread, name, summary)
+        state.end(event, name, summary)
     }
 
     /// Takes the times of a lock that a thread leaves. Returns the innermost open codel of the thread.
@@ -146,9 +146,9 @@ impl Nesting {
         let open = &mut self.threads.get_mut(&thread)?.open;
         for it in open.iter_mut() {
             it.lock_waits = it.lock_waits.saturating_add(waits);
-            it.blocked = it.blocked.saturating_add(blocked);
+            it.span.blocked = it.span.blocked.saturating_add(blocked);
         }
-        open.iter().rev().find(|it| it.kind == SpanKind::Codel).map(|it| it.name)
+        open.iter().rev().find(|it| it.kind == SpanKind::Codel).map(|it| it.span.name)
     }
 
     /// Ends the trace: open spans are cut.
@@ -172,7 +172,7 @@ impl Nesting {
 
 impl State {
     /// Opens a span.
-    fn begin(&mut self, event: &Event<'_>, name: NameId, order: u64, summary: &mut Summary) {
+    fn begin(&mut self, event: &Event<'_>, span: Span, summary: &mut Summary) {
         // No period begins within another span.
         if (event.kind == SpanKind::Period && !self.open.is_empty()) || self.open.len() >= DEEPEST {
             summary.unbalanced += self.drop();
@@ -180,53 +180,24 @@ impl State {
         if event.kind == SpanKind::Period {
             self.missing = Missing::Nothing;
         }
-        self.open.push(Open {
-            name,
-            kind: event.kind,
-            order,
-            cpu: event.cpu,
-            time: event.time,
-            cpu_ns: event.cpu_ns,
-            scheduling: event.scheduling,
-            waits: event.waits,
-            lock_waits: 0,
-            blocked: 0,
-        });
+        let Event { kind, time, cpu_ns, waits, .. } = *event;
+        self.open.push(Open { kind, time, cpu_ns, waits, lock_waits: 0, span });
     }
 
     /// Closes the innermost span, if the event is its end. Returns the span.
-    fn end(
-        &mut self,
-        event: &Event<'_>,
-        thread: Thread,
-        name: NameId,
-        summary: &mut Summary,
-    ) -> Option<Span> {
+    fn end(&mut self, event: &Event<'_>, name: NameId, summary: &mut Summary) -> Option<Span> {
         match self.open.pop() {
-            Some(begin) if begin.name == name && begin.kind == event.kind => {
+            Some(begin) if begin.span.name == name && begin.kind == event.kind => {
                 let (execution, elapsed) = (event.cpu_ns - begin.cpu_ns, event.time - begin.time);
                 if is_suspicious(execution, elapsed) {
                     summary.suspicious += 1;
                 }
-                Some(Span {
-                    name,
-                    order: begin.order,
-                    thread: Some(thread),
-                    cpu: begin.cpu,
-                    begin: Some(begin.time),
-                    end: Some(event.time),
-                    elapsed: Some(elapsed),
-                    execution,
-                    release: None,
-                    scheduling: begin.scheduling,
-                    waits: begin
-                        .waits
-                        .zip(event.waits)
-                        .map(|(before, after)| after.saturating_sub(before).saturating_sub(begin.lock_waits)),
-                    blocked: begin.blocked,
-                    outcome: event.outcome,
-                    number: None,
-                })
+                let (end, outcome) = (Some(event.time), event.outcome);
+                let waits = begin
+                    .waits
+                    .zip(event.waits)
+                    .map(|(before, after)| after.saturating_sub(before).saturating_sub(begin.lock_waits));
+                Some(Span { end, elapsed: Some(elapsed), execution, waits, outcome, ..begin.span })
             }
             // The begin of this end, or the end of that begin, is missing: which of both is unknown.
             Some(begin) => {
