@@ -94,24 +94,18 @@ fn symbol_of_item(db: &dyn ModelDb, item: &ast::Item) -> Option<Symbol> {
             named(it, it.name(), Kind::Component).with(&parts.collect::<Vec<_>>().join(", "), [])
         }
         ast::Item::Architecture(it) => {
-            let instances = it.architecture_items().filter_map(|item| match item {
-                ast::ArchitectureItem::Instance(it) => {
-                    db.unwind_if_revision_cancelled();
-                    Some(named(&it, it.name(), Kind::Instance).with(&typed(it.ty()), []))
-                }
-                _ => None,
+            let instances = it.syntax().children().filter_map(ast::Instance::cast).map(|it| {
+                db.unwind_if_revision_cancelled();
+                named(&it, it.name(), Kind::Instance).with(&typed(it.ty()), [])
             });
             named(it, it.name(), Kind::Architecture).with("", instances)
         }
         ast::Item::Deployment(it) => {
-            let activities = it.deployment_items().filter_map(|item| match item {
-                ast::DeploymentItem::Activity(it) => {
-                    db.unwind_if_revision_cancelled();
-                    let fields: Vec<String> = it.fields().map(|field| line(field.syntax())).collect();
-                    let name = it.name_ref().map(|name| name.syntax().clone());
-                    Some(symbol(it.syntax(), name, Kind::Activity).with(&fields.join(" "), []))
-                }
-                _ => None,
+            let activities = it.syntax().children().filter_map(ast::Activity::cast).map(|it| {
+                db.unwind_if_revision_cancelled();
+                let fields: Vec<String> = it.fields().map(|field| line(field.syntax())).collect();
+                let name = it.name_ref().map(|name| name.syntax().clone());
+                symbol(it.syntax(), name, Kind::Activity).with(&fields.join(" "), [])
             });
             let target = it.target().and_then(|target| target.ty());
             let detail = target.map(|ty| format!("of {}", line(ty.syntax()))).unwrap_or_default();
@@ -149,9 +143,8 @@ fn of_core(db: &dyn ModelDb, item: &ast::CoreItem) -> Vec<Symbol> {
         }
         ast::CoreItem::OperationDefinition(it) => vec![named(it, it.name(), SymbolKind::Operation)],
         ast::CoreItem::Hook(it) => {
-            let keyword = it.keyword();
             let mut hook = symbol(it.syntax(), None, SymbolKind::Hook);
-            if let Some(keyword) = keyword {
+            if let Some(keyword) = it.keyword() {
                 (hook.name, hook.name_range) = (keyword.text().to_owned(), keyword.text_range());
             }
             vec![hook]
@@ -162,13 +155,9 @@ fn of_core(db: &dyn ModelDb, item: &ast::CoreItem) -> Vec<Symbol> {
                 ast::StateMachineItem::Var(it) => variable(&it),
                 ast::StateMachineItem::State(it) => {
                     db.unwind_if_revision_cancelled();
-                    let transitions = it.state_items().filter_map(|item| match item {
-                        ast::StateItem::Transition(it) => {
-                            let to = it.name_ref().map(|to| format!("to {}", to.syntax().text()));
-                            let to = to.unwrap_or_default();
-                            Some(named(&it, it.name(), SymbolKind::Transition).with(&to, []))
-                        }
-                        ast::StateItem::Method(_) => None,
+                    let transitions = it.syntax().children().filter_map(ast::Transition::cast).map(|it| {
+                        let to = it.name_ref().map(|to| format!("to {}", to.syntax().text()));
+                        named(&it, it.name(), SymbolKind::Transition).with(&to.unwrap_or_default(), [])
                     });
                     let initial = if it.initial_token().is_some() { "initial" } else { "" };
                     named(&it, it.name(), SymbolKind::State).with(initial, transitions)

@@ -8,6 +8,7 @@ use mauve_hir::{
     CONFIG_FILE, File, ModelDb, Workspace, config_file, config_of, include_candidates, includes, is_model,
     normalised, relative_path, source_map,
 };
+use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_wcrt::{pattern_of_path, table_pattern};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -78,14 +79,13 @@ impl Moving<'_> {
     /// `after`: the paths of files after the rename.
     fn model(&self, workspace: Workspace, file: File, after: &FxHashSet<PathBuf>, change: &mut Change) {
         let db = self.db;
-        let tree = mauve_hir::parse(db, file).file();
-        let written = tree.items().filter_map(|item| match item {
-            mauve_syntax::ast::Item::Include(include) => Some(include.path()),
-            _ => None,
-        });
+        let written = mauve_hir::parse(db, file).syntax().children().filter_map(ast::Include::cast);
         let old_place = file.path(db);
         let new_place = self.moved(old_place);
-        let found = includes(db, workspace, file).iter().zip(&source_map(db, file).includes).zip(written);
+        let found = includes(db, workspace, file)
+            .iter()
+            .zip(&source_map(db, file).includes)
+            .zip(written.map(|it| it.path()));
         for ((target, &range), path) in found {
             let (Some(target), Some(path)) = (target, path) else { continue };
             let known = workspace.files(db);

@@ -25,11 +25,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     };
     let Some(ty) = ty.filter(|ty| ty != "void") else { return };
     let name = &text[at];
-    let mut variables = of.core_items().filter_map(|it| match it {
-        ast::CoreItem::Var(it) => Some(it),
-        _ => None,
-    });
-    let last = variables.by_ref().last().map(|it| it.syntax().text_range());
+    let last = of.syntax().children().filter_map(ast::Var::cast).last().map(|it| it.syntax().text_range());
     let Some(brace) = of.l_curly_token().map(|it| it.text_range()) else { return };
     actions.offer_fix(finding, format!("Create variable `{name}: {ty}`"), || {
         let indent = match last {

@@ -77,19 +77,12 @@ impl Conversion<'_, '_> {
     fn to_update(&self, core: &ast::Core, machine: &ast::StateMachine) -> Option<Result<Change, String>> {
         let (db, file) = (self.db, self.file);
         let refused = |why: &str| Some(Err(why.to_owned()));
-        let items: Vec<ast::StateMachineItem> = machine.state_machine_items().collect();
-        let states: Vec<&ast::State> = items
-            .iter()
-            .filter_map(|it| match it {
-                ast::StateMachineItem::State(state) => Some(state),
-                ast::StateMachineItem::Var(_) => None,
-            })
-            .collect();
+        let states: Vec<ast::State> = machine.syntax().children().filter_map(ast::State::cast).collect();
         let [state] = states.as_slice() else { return refused("the state machine has several states") };
         if behaviours(core) != 1 || state.initial_token().is_none() {
             return None;
         }
-        if items.len() > 1 {
+        if machine.state_machine_items().count() > 1 {
             return refused("its variables would become visible in the other programs of the core");
         }
         let mut method = None;

@@ -40,11 +40,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let libraries: Vec<Libraries<'_>> =
         actions.projects.iter().map(|&project| libraries_of(db, project)).collect();
     let source = parse.file();
-    let outer: Vec<ast::Use> = source.items().filter_map(as_use).collect();
+    let outer = uses_in(source.syntax());
     edits.extend(organise(file.text(db), &outer, |_| false));
-    for item in source.items() {
-        let ast::Item::Library(library) = item else { continue };
-        let uses: Vec<ast::Use> = library.items().filter_map(as_use).collect();
+    for library in source.syntax().children().filter_map(ast::Library::cast) {
+        let uses = uses_in(library.syntax());
         let (Some(name), false) = (library.name(), uses.is_empty()) else { continue };
         let name = Name::from(name.syntax().text().to_string());
         let needed: Option<Vec<BTreeSet<Name>>> = actions
@@ -69,11 +68,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
 }
 
-fn as_use(item: ast::Item) -> Option<ast::Use> {
-    match item {
-        ast::Item::Use(it) => Some(it),
-        _ => None,
-    }
+fn uses_in(node: &SyntaxNode) -> Vec<ast::Use> {
+    node.children().filter_map(ast::Use::cast).collect()
 }
 
 /// The libraries of a project.

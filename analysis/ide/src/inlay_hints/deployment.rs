@@ -38,11 +38,9 @@ pub(super) fn of_deployment<'db>(
     let report = response_times(db, project, deployment, query);
     let text = deployment.file(db).text(db);
     let activities = &system_of(db, project, deployment).activities;
-    let nodes = node.deployment_items().filter_map(|item| match item {
-        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
-        _ => None,
-    });
-    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
+    let nodes = node.syntax().children().filter_map(ast::Activity::cast);
+    let named = |it: ast::Activity| Some((it.name_ref()?.syntax().text_range().start(), it));
+    let nodes: HashMap<TextSize, ast::Activity> = nodes.filter_map(named).collect();
     let offset_of = |resolved: &ResolvedActivity<'_>| {
         // A duplicate, or an instance without an activity, has a diagnostic instead.
         let at = resolved.at.range(db);
