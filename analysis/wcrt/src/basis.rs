@@ -58,7 +58,7 @@ pub fn basis_of<'db>(
         let times = timetable_of(db, tables);
         let found = match of {
             Timed::Codel(codel) => {
-                let wait = times.wait(*codel, level);
+                let wait = times.time(&Timed::Wait(*codel), level);
                 basis.waits +=
                     usize::from(matches!(wait, Lookup::Known(wait) if wait > mauve_timing::Time::ZERO));
                 times.codel_time(db, *codel, level)

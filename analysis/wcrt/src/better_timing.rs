@@ -505,7 +505,7 @@ mod tests {
             activity c { priority = 3 period = 50 }";
         let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
         let query = Query::shown(&db, project, of);
-        let mut search = TimingSearch::new(&db, project, of, query).unwrap();
+        let search = TimingSearch::new(&db, project, of, query).unwrap();
         assert!(!search.now.schedulable());
         let found = search.optimal().unwrap();
         let BetterTiming::Change(TimingChange::OptimalPriorities, fields) = found else {

@@ -38,10 +38,7 @@ pub fn execution_times<'db>(
     level: Level,
 ) -> ExecutionTimes<'db> {
     let times = timetable_of(db, tables_of_host(db, project, deployment, host));
-    let known = |found: Lookup<'db>| match found {
-        Lookup::Known(time) | Lookup::Assumed(time) if times.incomplete.is_none() => Some(time),
-        _ => None,
-    };
+    let known = |found: Lookup<'db>| found.time().filter(|_| times.incomplete.is_none());
     let activities = &system_of(db, project, deployment).activities;
     let here = activities.iter().filter(|it| host.is_none() || it.host == host);
     let components: FxHashSet<Decl<'db>> = here.filter_map(|it| it.component).collect();
@@ -50,7 +47,7 @@ pub fn execution_times<'db>(
         || components.iter().filter_map(|&component| Some((component, core_of(db, project, component)?)));
     let codels = cores().flat_map(|(_, core)| &uses_of(db, project, core).codels).copied().collect();
     let codels = sorted(db, codels);
-    let wait = |&codel: &Decl<'db>| Some((codel, known(times.wait(codel, level))?));
+    let wait = |&codel: &Decl<'db>| Some((codel, known(times.time(&Timed::Wait(codel), level))?));
     let waits = codels.iter().filter_map(wait).filter(|(_, wait)| *wait > Time::ZERO).collect();
     let mut accesses = Vec::new();
     for &component in &components {
@@ -70,7 +67,7 @@ pub fn execution_times<'db>(
     for (component, core) in cores() {
         let behaviour = behaviour_of(db, project, core);
         for program in behaviour.programs.iter().chain(&behaviour.operations) {
-            let time = known(times.program_time(component, &program.id, level));
+            let time = known(times.time(&Timed::Program(component, program.id.in_table()), level));
             programs.extend(time.map(|time| (component, program.id.clone(), time)));
         }
     }

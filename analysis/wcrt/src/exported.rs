@@ -46,36 +46,18 @@ pub fn task_set_of<'db>(
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
         let always = resolved.refusals.iter().map(|it| always(message(&it.reason)));
         TaskEntry {
-            name: resolved.instance.to_string(),
             component: resolved.component_name.to_string(),
-            period: resolved.period.map(Number::from),
             deadline: resolved.deadline.map(Number::from),
-            jitter: Some(resolved.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
-            sporadic: resolved.is_sporadic,
-            burst: burst(&resolved.task),
             thread: resolved.thread.map(|_| resolved.activity.to_string()),
             offset: resolved.offset.map(Number::from),
             clock: Some(resolved.clock).filter(|clock| *clock > 0).map(|clock| Number::Whole(clock.into())),
-            priority: match resolved.priority {
-                Priority::RealTime(priority) => Some(Number::Whole(priority.into())),
-                Priority::Background => Some(Number::Text("background".to_owned())),
-                Priority::Unknown => None,
-            },
-            cpus: resolved.cpus.map(Numbers::of_cpus),
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).chain(of_operations).collect(),
-            ..executed(&psms)
+            ..scheduled(&resolved.task, executed(&psms))
         }
     };
-    let other = |it: &Task| TaskEntry {
-        name: it.name.to_string(),
-        period: it.period.map(Number::from),
-        sporadic: it.is_sporadic,
-        burst: burst(it),
-        jitter: Some(it.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
-        priority: it.priority.real_time().map(|priority| Number::Whole(priority.into())),
-        cpus: it.cpus.map(Numbers::of_cpus),
-        time: Numbers::of_times(&[it.greatest_cost()]),
-        ..TaskEntry::default()
+    let other = |it: &Task| {
+        let time = Numbers::of_times(&[it.greatest_cost()]);
+        scheduled(it, TaskEntry { time, ..TaskEntry::default() })
     };
     let workspace = project.workspace(db);
     let platform = platform_of(db, workspace);
@@ -92,8 +74,22 @@ pub fn task_set_of<'db>(
     }
 }
 
-fn burst(task: &Task) -> Option<Number> {
-    Some(task.burst()).filter(|burst| *burst > 1).map(Number::Whole)
+/// Enters when and where a task runs.
+fn scheduled(task: &Task, entry: TaskEntry) -> TaskEntry {
+    TaskEntry {
+        name: task.name.to_string(),
+        period: task.period.map(Number::from),
+        jitter: Some(task.jitter).filter(|jitter| *jitter > Time::ZERO).map(Number::from),
+        sporadic: task.is_sporadic,
+        burst: Some(task.burst()).filter(|burst| *burst > 1).map(Number::Whole),
+        priority: match task.priority {
+            Priority::RealTime(priority) => Some(Number::Whole(priority.into())),
+            Priority::Background => Some(Number::Text("background".to_owned())),
+            Priority::Unknown => None,
+        },
+        cpus: task.cpus.map(Numbers::of_cpus),
+        ..entry
+    }
 }
 
 /// Returns the locks, with the times for which their users hold them at each level. Their users are the same at all levels.
@@ -285,21 +281,9 @@ pub fn psm_at<'db>(set: &TaskSet, task: &TaskEntry, level: Level) -> Option<Psm<
         then: Vec::new(),
     };
     let all = machine.edges().iter().zip(names).map(edge).collect();
-    Some(Psm {
-        initial: initial.unwrap_or_default(),
-        edges: Arc::new(Edges { all, first: vec![Vec::new(); states.len()] }),
-        states: states.into_iter().map(Into::into).collect(),
-        machine,
-        product: None,
-        waits,
-        programs: Vec::new(),
-        greatest: Vec::new(),
-        operations: Vec::new(),
-        overhead: Time::ZERO,
-        component_time: whole,
-        unusable_component_time: None,
-        assumed: Vec::new(),
-    })
+    let edges = Edges { all, first: vec![Vec::new(); states.len()] };
+    let psm = Psm::of_machine(states.into_iter().map(Into::into).collect(), machine, edges);
+    Some(Psm { initial: initial.unwrap_or_default(), waits, component_time: whole, ..psm })
 }
 
 impl<'db> DeployedTasks<'db> {

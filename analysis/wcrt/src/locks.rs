@@ -179,7 +179,8 @@ pub(crate) fn locks_of<'db>(
                 refuse(LockReason::TwoLocks { codel: codel_name(), locks });
             }
             let times = timetable_of(db, activity.tables);
-            let waits = !matches!(times.wait(*codel, level), Lookup::Absent | Lookup::Known(Time::ZERO));
+            let wait = times.time(&Timed::Wait(*codel), level);
+            let waits = !matches!(wait, Lookup::Absent | Lookup::Known(Time::ZERO));
             if let Some(lock) = its().find(|lock| waits && lock.held.is_none()) {
                 refuse(LockReason::WaitsWithLock { codel: codel_name(), lock: lock.name.clone() });
             }
@@ -222,14 +223,8 @@ fn held_by<'db>(
     level: Level,
     what_if: OtherTimes<'_, 'db>,
 ) -> Option<Time> {
-    let time = || match what_if(&Timed::Codel(codel)) {
-        Some(time) => Some(time),
-        None => match times.codel_time(db, codel, level) {
-            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
-            Lookup::Absent | Lookup::Unusable(_) => None,
-        },
-    };
-    let held = lock.held.or_else(time)?;
+    let of_tables = || times.codel_time(db, codel, level).time();
+    let held = lock.held.or_else(|| what_if(&Timed::Codel(codel)).or_else(of_tables))?;
     match lock.protocol {
         Protocol::Ceiling => Some(held),
         Protocol::Inheritance | Protocol::None => held.checked_add(times.switches(level)?),

@@ -65,19 +65,17 @@ enum Role {
     Period,
     /// The number of the program in the state machine.
     Program(u32),
-    Operation,
     /// `configure`, `start`, `stop` or `cleanup`: the state is unknown afterwards.
     Hook,
     UnknownProgram,
-    /// A program of an instance whose behaviour is unknown, or that the deployment does not have.
-    AnyProgram,
     OtherComponent,
     Codel,
     UnknownCodel {
         is_known: bool,
     },
-    Access,
-    Lock,
+    /// An access to a port, a lock, an operation; a program of an instance whose behaviour is unknown, or that the deployment does not
+    /// have.
+    Other,
 }
 
 /// The executions of one name.
@@ -140,12 +138,8 @@ impl Instance {
     }
 }
 
-/// Where a response time comes from.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Cause {
-    /// The instance, the number of periods and their execution time.
-    others: BTreeMap<usize, (u64, u64)>,
-}
+/// Where a response time comes from: of each other instance, the number of periods and their execution time.
+type Cause = BTreeMap<usize, (u64, u64)>;
 
 /// A period that was recorded, to say who delayed others.
 #[derive(Debug, Clone, Copy)]
@@ -205,17 +199,15 @@ impl Observer {
         let name = names.get(id);
         let instance = self.by_name.get(&name.instance).copied();
         let of_model = instance.and_then(|index| self.expected.instances.get(index));
-        let mut time = None;
+        let known = self
+            .expected
+            .times
+            .get(&name.key)
+            .filter(|_| !matches!(name.kind, SpanKind::Period | SpanKind::Lock));
         let role = match name.kind {
             SpanKind::Period => Role::Period,
-            SpanKind::Access => {
-                time = self.expected.accesses.get(&name.key).copied();
-                Role::Access
-            }
-            SpanKind::Lock => Role::Lock,
+            SpanKind::Access | SpanKind::Lock => Role::Other,
             SpanKind::Codel => {
-                let known = self.expected.codels.get(&name.key);
-                time = known.copied().flatten();
                 let is_called = match of_model {
                     Some(it) => it.codels.as_ref().is_none_or(|codels| codels.contains(&name.key)),
                     None => known.is_some() || !name.instance.is_empty(),
@@ -223,7 +215,6 @@ impl Observer {
                 if is_called { Role::Codel } else { Role::UnknownCodel { is_known: known.is_some() } }
             }
             SpanKind::Program => {
-                time = self.expected.programs.get(&name.key).copied();
                 let (component, program) = name.key.rsplit_once('/').unwrap_or_default();
                 let machine = of_model.and_then(|it| it.machine.as_ref());
                 let number = instance.and_then(|index| self.programs.get(index)?.get(program)).copied();
@@ -236,8 +227,8 @@ impl Observer {
                         Role::OtherComponent
                     }
                     (_, Some(number)) => Role::Program(number),
-                    (None, None) => Role::AnyProgram,
-                    (Some(machine), None) if machine.operations.contains(program) => Role::Operation,
+                    (None, None) => Role::Other,
+                    (Some(machine), None) if machine.operations.contains(program) => Role::Other,
                     (Some(_), None) if is_hook => Role::Hook,
                     (Some(_), None) => Role::UnknownProgram,
                 }
@@ -247,6 +238,7 @@ impl Observer {
             SpanKind::Period => Vec::new(),
             _ => self.expected.levels.iter().map(|it| (it.times.get(&name.key).copied(), 0)).collect(),
         };
+        let time = known.copied().flatten();
         Series { role, instance, time, executions: 0, exceeded: 0, of_levels, first: None, greatest: None }
     }
 
@@ -462,12 +454,12 @@ fn count<T: Ord>(counts: &mut BTreeMap<T, Seen>, value: Option<T>, span: &Span) 
 /// Returns what the others executed between two times.
 fn cause_of(recent: &[Recent], instance: usize, from: i64, to: i64) -> Cause {
     let (Ok(from), Ok(to)) = (u64::try_from(from), u64::try_from(to)) else { return Cause::default() };
-    let mut others: BTreeMap<usize, (u64, u64)> = BTreeMap::new();
+    let mut others = Cause::new();
     for it in recent.iter().filter(|it| it.instance != instance && it.begin < to && it.end > from) {
         let overlap = it.end.min(to).saturating_sub(it.begin.max(from));
         let (jobs, execution) = others.entry(it.instance).or_default();
         *jobs += 1;
         *execution += it.execution.min(overlap);
     }
-    Cause { others }
+    others
 }

@@ -104,6 +104,25 @@ struct Executed {
 pub(crate) type PsmResult<'db> = Result<Psm<'db>, Vec<Refusal<'db>>>;
 
 impl<'db> Psm<'db> {
+    /// A machine without programs.
+    pub(crate) fn of_machine(states: Vec<Name>, machine: StateMachine, edges: Edges) -> Psm<'db> {
+        Psm {
+            states,
+            initial: 0,
+            machine,
+            product: None,
+            waits: None,
+            edges: Arc::new(edges),
+            programs: Vec::new(),
+            greatest: Vec::new(),
+            operations: Vec::new(),
+            overhead: Time::ZERO,
+            component_time: None,
+            unusable_component_time: None,
+            assumed: Vec::new(),
+        }
+    }
+
     /// Returns the name of a state.
     pub fn state(&self, number: usize) -> &str {
         self.states.get(number).map_or("", Name::as_str)
@@ -222,8 +241,8 @@ pub(crate) fn psm_with<'db>(
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
     let behaviour = behaviour_behind(db, tables.project(db), of)?;
     let times = times_of(db, tables, of);
-    if let Some(unusable) = times.unusable_component(of) {
-        return Err(vec![Refusal::new(Reason::Table(unusable), Location::name_of(of))]);
+    if let Some(unusable) = times.wrong_programs.get(&of) {
+        return Err(vec![Refusal::new(Reason::Table(unusable.clone()), Location::name_of(of))]);
     }
     let project = tables.project(db);
     let product = core_of(db, project, of).and_then(|core| product_of(db, project, core).clone());
@@ -317,6 +336,9 @@ fn errors_behind<'db>(
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
     errors.map(Refusal::of_model).chain(damaged).take(MOST_REASONS).collect()
 }
+
+/// What a part of a cost takes that has no parts.
+type OfPart<'c, 'a, 'db> = &'c dyn Fn(&mut Evaluator<'a, 'db>, &Cost<'db>) -> Option<Taken>;
 
 struct Evaluator<'a, 'db> {
     db: &'db dyn ModelDb,
@@ -438,12 +460,9 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             Some(product) => self.with_values(product, overhead)?,
             None => self.without_values(&taken, programs)?,
         };
-        let (component_time, unusable_component_time) =
-            match self.times.component_time(self.component, self.level) {
-                Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
-                Lookup::Absent => (None, None),
-                Lookup::Unusable(why) => (None, Some(why)),
-            };
+        let whole = self.times.time(&Timed::Component(self.component), self.level);
+        let component_time = whole.time();
+        let unusable_component_time = if let Lookup::Unusable(why) = whole { Some(why) } else { None };
         let id = |program: &TimedProgram<'db>| program.id.clone();
         let operations = self.operations.into_iter().map(|it| it.map(|it| it.execution));
         Ok(Psm {
@@ -510,10 +529,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     /// Returns what each cost of a product takes, where an edge needs it.
     fn product(&mut self, product: &Product<'db>) -> Vec<Option<Taken>> {
         let behaviour = self.behaviour;
-        let timed = |it: &TimedProgram<'db>| match self.in_table(&it.id) {
-            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
-            Lookup::Absent | Lookup::Unusable(_) => None,
-        };
+        let timed = |it: &TimedProgram<'db>| self.in_table(&it.id).time();
         let programs: Vec<Option<Time>> = behaviour.programs.iter().map(timed).collect();
         let operations: Vec<Option<Time>> = behaviour.operations.iter().map(timed).collect();
         let in_table = |cost: &ProductCost<'db>| match cost {
@@ -638,13 +654,17 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
+    /// Returns the time of a subject of the tables.
+    fn time(&self, of: &Timed<'db>) -> Lookup<'db> {
+        match (self.what_if)(of) {
+            Some(time) => Lookup::Known(time),
+            None => self.times.time(of, self.level),
+        }
+    }
+
     /// Returns the time of a whole program in the tables.
     fn in_table(&self, program: &ProgramId) -> Lookup<'db> {
-        let timed = Timed::Program(self.component, program.in_table());
-        match (self.what_if)(&timed) {
-            Some(time) => Lookup::Known(time),
-            None => self.times.time(&timed, self.level),
-        }
+        self.time(&Timed::Program(self.component, program.in_table()))
     }
 
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Taken> {
@@ -670,32 +690,19 @@ impl<'a, 'db> Evaluator<'a, 'db> {
 
     /// Returns the waits along the worst paths of a program.
     fn waits_in(&mut self, cost: &Cost<'db>) -> Option<Taken> {
-        match cost {
-            Cost::Codel(codel) => self.wait(*codel),
+        self.folded(cost, &|evaluator, part| match part {
+            Cost::Codel(codel) => evaluator.wait(*codel),
             Cost::Operation(index) => {
-                let taken = self.operations.get(*index).copied().flatten()?;
+                let taken = evaluator.operations.get(*index).copied().flatten()?;
                 Some(Taken { execution: Time::ZERO, total: taken.wait, ..taken })
             }
-            Cost::Send(_) | Cost::Access(_) => Some(Taken::NOTHING),
-            Cost::Sum(costs) => {
-                let waits = costs.iter().map(|cost| self.waits_in(cost));
-                let waits: Vec<Option<Taken>> = waits.collect();
-                waits.into_iter().try_fold(Taken::NOTHING, |sum, waits| sum.then(waits?))
-            }
-            Cost::Greatest(costs) => {
-                let waits: Vec<Option<Taken>> = costs.iter().map(|cost| self.waits_in(cost)).collect();
-                waits.into_iter().try_fold(Taken::NOTHING, |greatest, waits| Some(greatest.or(waits?)))
-            }
-        }
+            _ => Some(Taken::NOTHING),
+        })
     }
 
     /// Returns the wait of a call of a codel.
     fn wait(&mut self, codel: Decl<'db>) -> Option<Taken> {
-        let lookup = match (self.what_if)(&Timed::Wait(codel)) {
-            Some(time) => Lookup::Known(time),
-            None => self.times.wait(codel, self.level),
-        };
-        match lookup {
+        match self.time(&Timed::Wait(codel)) {
             Lookup::Absent | Lookup::Known(Time::ZERO) => Some(Taken::NOTHING),
             Lookup::Known(wait) | Lookup::Assumed(wait) => {
                 Some(Taken { execution: Time::ZERO, wait, total: wait, waits: self.times.waits(codel) })
@@ -709,12 +716,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
 
     /// Returns what a read or a write of a port takes: nothing, unless a table says so.
     fn access(&mut self, port: &Name) -> Option<Taken> {
-        let of = Timed::Access(self.component, port.clone());
-        let lookup = match (self.what_if)(&of) {
-            Some(time) => Lookup::Known(time),
-            None => self.times.time(&of, self.level),
-        };
-        match lookup {
+        match self.time(&Timed::Access(self.component, port.clone())) {
             Lookup::Absent => Some(Taken::NOTHING),
             Lookup::Known(time) | Lookup::Assumed(time) => Some(Taken::executing(time)),
             Lookup::Unusable(why) => {
@@ -725,32 +727,32 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     fn cost(&mut self, cost: &Cost<'db>) -> Option<Taken> {
-        match cost {
-            Cost::Codel(codel) => self.codel(*codel),
-            Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
-            Cost::Send(_) => Some(Taken::NOTHING),
-            Cost::Access(port) => self.access(port),
-            // All codels are visited, so that all missing times are reported together.
-            Cost::Sum(costs) => {
-                let (mut sum, mut is_too_long) = (Some(Taken::NOTHING), false);
-                for cost in costs {
-                    let both = sum.zip(self.cost(cost));
-                    sum = both.and_then(|(sum, taken)| sum.then(taken));
-                    is_too_long |= both.is_some() && sum.is_none();
-                }
-                if is_too_long {
-                    self.refuse(Reason::TooLong(TooLong::Program));
-                }
-                sum
-            }
-            Cost::Greatest(costs) => {
-                let mut greatest = Some(Taken::NOTHING);
-                for cost in costs {
-                    greatest = greatest.zip(self.cost(cost)).map(|(greatest, taken)| greatest.or(taken));
-                }
-                greatest
-            }
+        self.folded(cost, &|evaluator, part| match part {
+            Cost::Codel(codel) => evaluator.codel(*codel),
+            Cost::Operation(index) => evaluator.operations.get(*index).copied().flatten(),
+            Cost::Access(port) => evaluator.access(port),
+            _ => Some(Taken::NOTHING),
+        })
+    }
+
+    /// Returns what a cost takes whose parts take what `of` returns. All parts are visited, so that all missing times are reported
+    /// together.
+    fn folded(&mut self, cost: &Cost<'db>, of: OfPart<'_, 'a, 'db>) -> Option<Taken> {
+        let (costs, join): (_, fn(Taken, Taken) -> Option<Taken>) = match cost {
+            Cost::Sum(costs) => (costs, Taken::then),
+            Cost::Greatest(costs) => (costs, |one, other| Some(one.or(other))),
+            part => return of(self, part),
+        };
+        let (mut all, mut is_too_long) = (Some(Taken::NOTHING), false);
+        for cost in costs {
+            let both = all.zip(self.folded(cost, of));
+            all = both.and_then(|(all, taken)| join(all, taken));
+            is_too_long |= both.is_some() && all.is_none();
         }
+        if is_too_long {
+            self.refuse(Reason::TooLong(TooLong::Program));
+        }
+        all
     }
 
     fn codel(&mut self, codel: Decl<'db>) -> Option<Taken> {
@@ -811,13 +813,11 @@ pub fn worst_path<'db>(
         return path_of_product(db, psm, product, &costs, program);
     }
     let times = timetable_of(db, tables);
-    let is_in_table = |it: &ProgramId| times.program_time(component, it, level) != Lookup::Absent;
+    let is_in_table =
+        |it: &ProgramId| times.time(&Timed::Program(component, it.in_table()), level) != Lookup::Absent;
     let program = behaviour_of(db, project, core).programs.get(program).filter(|it| !is_in_table(&it.id));
     let time = |cost: &Cost<'db>| match cost {
-        Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
-            Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),
-            _ => None,
-        },
+        Cost::Codel(codel) => Some((codel.qualified(db), times.codel_time(db, *codel, level).time()?)),
         Cost::Operation(index) => {
             psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
         }

@@ -134,6 +134,13 @@ impl Deref for ActivityReport<'_> {
     }
 }
 
+impl ActivityReport<'_> {
+    /// Returns the time between its response and its deadline, where that is met.
+    pub fn slack(&self) -> Option<Time> {
+        self.deadline?.checked_sub(self.response?)
+    }
+}
+
 /// The interference in the response times of a report. It is computed on request: the lists of all activities together grow
 /// with the square of their number.
 pub struct ReportBreakdown<'a> {

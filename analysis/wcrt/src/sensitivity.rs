@@ -163,7 +163,7 @@ pub fn period_sensitivity<'db>(
 ) -> Option<ActivitySensitivity> {
     let activity = system_of(db, project, deployment).activities.get(index)?;
     let report = response_times(db, project, deployment, query).activities.get(index)?;
-    let slack = report.deadline.zip(report.response).and_then(|(deadline, it)| deadline.checked_sub(it));
+    let slack = report.slack();
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
     let base = variants.with_times(&FxHashSet::default(), &|_| None);
     // Those of one thread have one period.
@@ -194,14 +194,11 @@ impl<'db> ExecutedTime<'db> {
     pub fn time(&self, db: &'db dyn ModelDb, level: Level) -> Option<Time> {
         let in_tables = |tables: &TableSet<'db>| {
             let times = timetable_of(db, *tables);
-            let lookup = match &self.of {
+            let found = match &self.of {
                 Timed::Codel(codel) => times.codel_time(db, *codel, level),
                 program => times.time(program, level),
             };
-            match lookup {
-                Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
-                Lookup::Absent | Lookup::Unusable(_) => None,
-            }
+            found.time()
         };
         self.tables.iter().map(in_tables).reduce(|one, other| Some(one?.max(other?))).flatten()
     }

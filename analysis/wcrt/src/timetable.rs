@@ -25,10 +25,9 @@ use crate::reason::{
 use crate::table_set::{TableSet, all_tables_of, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
-    CONFIG_FILE, Config, Decl, DeploymentTables, File, HostConfig, Located, Location, Mistake, ModelDb,
-    OwnerOfTables, ProgramId, ProgramKey, Project, Workspace, all_roots, behaviour_of, config_file,
-    config_of, core_of, declarations, errors_in, features_of, is_core_for, names_of, normalised,
-    owner_of_tables, ros2_of, shell_of, similar, uses_of,
+    CONFIG_FILE, Decl, File, Located, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey,
+    Project, Workspace, all_roots, behaviour_of, config_file, config_of, core_of, declarations, errors_in,
+    features_of, is_core_for, names_of, normalised, owner_of_tables, ros2_of, shell_of, similar, uses_of,
 };
 
 /// Reads a table.
@@ -73,21 +72,7 @@ const OBSERVED_SUFFIX: &str = ".observed.toml";
 
 /// Returns the files of a set of tables, sorted by their paths.
 pub fn files_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db [File] {
-    let workspace = tables.project(db).workspace(db);
-    &files_of_section(db, workspace, tables.section(db).clone(), tables.host(db).clone()).files
-}
-
-/// Finds the tables that a section of the configuration names.
-#[salsa::tracked(returns(ref))]
-fn files_of_section(
-    db: &dyn ModelDb,
-    workspace: Workspace,
-    section: Option<Name>,
-    host: Option<Name>,
-) -> TableFiles {
-    let config = config_of(db, workspace);
-    let patterns = chosen(config, (section, host), &config.tables, |it| &it.tables, |it| &it.tables);
-    without_observed(db, files_named(db, workspace, patterns.iter()))
+    &files_in(db, tables, false).files
 }
 
 /// Finds all files of `[timing] observed`, for whatever deployments.
@@ -96,40 +81,35 @@ pub fn observed_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     files_named(db, workspace, config_of(db, workspace).all_observed())
 }
 
-/// Returns the files with what recordings showed that count beside these tables.
-fn observed_beside<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db TableFiles {
-    let workspace = tables.project(db).workspace(db);
-    observed_of_section(db, workspace, tables.section(db).clone(), tables.host(db).clone())
+/// Returns the files of a set of tables, or those with what recordings showed that count beside them.
+fn files_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, is_observed: bool) -> &'db TableFiles {
+    let (section, host) = (tables.section(db).clone(), tables.host(db).clone());
+    files_of_section(db, tables.project(db).workspace(db), section, host, is_observed)
 }
 
-/// Finds the files with what recordings showed that a section of the configuration names.
+/// Finds the files that count: those of the host if it has any, otherwise those of the section of a deployment, or the general
+/// ones without a section.
 #[salsa::tracked(returns(ref))]
-fn observed_of_section(
+fn files_of_section(
     db: &dyn ModelDb,
     workspace: Workspace,
     section: Option<Name>,
     host: Option<Name>,
+    is_observed: bool,
 ) -> TableFiles {
     let config = config_of(db, workspace);
-    let patterns = chosen(config, (section, host), &config.observed, |it| &it.observed, |it| &it.observed);
-    files_named(db, workspace, patterns.iter())
-}
-
-/// Returns the patterns that count: those of the host if it has any, otherwise those of the section of a deployment, or the general
-/// ones without a section.
-fn chosen<'a>(
-    config: &'a Config,
-    (section, host): (Option<Name>, Option<Name>),
-    general: &'a [Located],
-    of_deployment: fn(&DeploymentTables) -> &Vec<Located>,
-    of_host: fn(&HostConfig) -> &Vec<Located>,
-) -> &'a [Located] {
-    let host = host.and_then(|name| config.hosts.iter().find(|it| name == *it.name)).map(of_host);
-    if let Some(own) = host.filter(|it| !it.is_empty()) {
-        return own;
-    }
-    let Some(section) = section else { return general };
-    config.deployment_tables.get(section.as_str()).map_or(&[], |it| of_deployment(it))
+    let either = |tables, observed| -> &[Located] { if is_observed { observed } else { tables } };
+    let host = host.and_then(|name| config.hosts.iter().find(|it| name == *it.name));
+    let of_host = host.map(|it| either(&it.tables, &it.observed)).filter(|it| !it.is_empty());
+    let of_section = || match section {
+        Some(section) => {
+            let found = config.deployment_tables.get(section.as_str());
+            found.map_or(&[] as &[_], |it| either(&it.tables, &it.observed))
+        }
+        None => either(&config.tables, &config.observed),
+    };
+    let found = files_named(db, workspace, of_host.unwrap_or_else(of_section).iter());
+    if is_observed { found } else { without_observed(db, found) }
 }
 
 /// Finds the tables that patterns name.
@@ -238,7 +218,8 @@ pub struct Timetable<'db> {
     pub(crate) slots: FxHashMap<Timed<'db>, Vec<Slot>>,
     /// The entries of ambiguous keys: they may be for something that has no other entry.
     ambiguous: FxHashMap<Timed<'db>, UnusableTime<'db>>,
-    /// The entries of components for programs that they do not have: such an entry may be for any of their programs.
+    /// The entries of components for programs that they do not have: such an entry may be for any of their programs, so that the
+    /// component is not analysed.
     pub(crate) wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
     /// Subjects without an entry that an unknown key may refer to, with the entry of that key.
     pub(crate) misspelt: FxHashMap<Timed<'db>, StrayEntry>,
@@ -300,7 +281,7 @@ pub(crate) fn times_of<'db>(
     let of_codels = codels().flat_map(|codel| [Timed::Codel(codel), Timed::Wait(codel)]);
     let read: Vec<Timed<'db>> =
         of_codels.chain(programs).chain(accesses).chain([Timed::Component(component)]).collect();
-    let wrong = all.unusable_component(component).map(|wrong| (component, wrong));
+    let wrong = all.wrong_programs.get(&component).map(|wrong| (component, wrong.clone()));
     let stray = |codel: Decl<'db>| all.strays.get_key_value(codel.name(db));
     Timetable {
         slots: part(&all.slots, &read),
@@ -363,9 +344,9 @@ pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>
 
 #[salsa::tracked(returns(ref), no_eq)]
 fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
-    let (project, section) = (tables.project(db), tables.section(db));
+    let project = tables.project(db);
     let workspace = project.workspace(db);
-    let found = files_of_section(db, workspace, section.clone(), tables.host(db).clone());
+    let (found, observed) = (files_in(db, tables, false), files_in(db, tables, true));
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
     let mut builder = TimetableBuilder {
@@ -383,19 +364,19 @@ fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, 
         {
             builder.incomplete(file, TableFault::Configuration(kind.clone()));
         }
-        for (error, _) in found.errors.iter().chain(&observed_beside(db, tables).errors) {
+        for (error, _) in found.errors.iter().chain(&observed.errors) {
             builder.incomplete(file, TableFault::Files(error.clone()));
         }
         if let Some(fault) = unclear_section(db, tables) {
             builder.incomplete(file, fault);
         }
     }
-    let (observed, host) = (&observed_beside(db, tables).files, tables.host(db).as_ref());
+    let host = tables.host(db).as_ref();
     let tables: Vec<(File, &Table)> = found.files.iter().map(|&file| (file, table(db, file))).collect();
     for &(file, table) in &tables {
         builder.table(file, table);
     }
-    builder.observed(observed, host);
+    builder.observed(&observed.files, host);
     builder.unknown_keys();
     builder.report_repeated();
     builder.times.index_programs();
@@ -795,6 +776,16 @@ impl<'db> TimetableBuilder<'db> {
     }
 }
 
+impl Lookup<'_> {
+    /// Returns the time, if there is one.
+    pub fn time(&self) -> Option<Time> {
+        match self {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(*time),
+            Lookup::Absent | Lookup::Unusable(_) => None,
+        }
+    }
+}
+
 impl<'db> Timetable<'db> {
     fn index_programs(&mut self) {
         let unclear = self.ambiguous.keys().chain(self.misspelt.keys()).chain(self.refuted.keys());
@@ -824,26 +815,6 @@ impl<'db> Timetable<'db> {
         }
     }
 
-    /// Returns the time of a program in the tables, not summed over its codels.
-    pub(crate) fn program_time(
-        &self,
-        component: Decl<'db>,
-        program: &ProgramId,
-        level: Level,
-    ) -> Lookup<'db> {
-        self.time(&Timed::Program(component, program.in_table()), level)
-    }
-
-    /// Returns the time of a component, for the classic method.
-    pub fn component_time(&self, component: Decl<'db>, level: Level) -> Lookup<'db> {
-        self.time(&Timed::Component(component), level)
-    }
-
-    /// Returns an entry for which a component is not analysed, whatever the times of its codels.
-    pub(crate) fn unusable_component(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
-        self.wrong_programs.get(&component).cloned()
-    }
-
     /// Returns the time of dispatch and two context switches, for each job; none where they have no time at this level.
     pub fn overhead(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
@@ -856,11 +827,6 @@ impl<'db> Timetable<'db> {
     pub(crate) fn switches(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
         at_level(&overhead.context_switch, levels, level)?.checked_mul(2)
-    }
-
-    /// Returns the greatest time that a call of a codel waits; 0 where no table has one.
-    pub(crate) fn wait(&self, codel: Decl<'db>, level: Level) -> Lookup<'db> {
-        self.time(&Timed::Wait(codel), level)
     }
 
     /// Returns how often a call of a codel waits, at most, if a table has that.

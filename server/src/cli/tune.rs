@@ -212,26 +212,21 @@ impl Tune {
                 _ => None,
             };
         }
-        let what = match (self.cpus, self.periods) {
-            (_, true) => "no periods up to 64 times the present ones meet every deadline",
-            (true, false) => "no CPUs and priorities meet every deadline",
-            (false, false) => "no order of priorities meets every deadline",
+        let (what, meet) = match (self.cpus, self.periods) {
+            (_, true) => ("periods up to 64 times the present ones", "meet"),
+            (true, false) => ("CPUs and priorities", "meet"),
+            (false, false) => ("order of priorities", "meets"),
         };
+        let found = format!("found no {what} that {meet} every deadline");
         let mut out = match tuned.search {
-            SearchKind::Exact => what.to_owned(),
+            SearchKind::Exact => format!("no {what} {meet} every deadline"),
             SearchKind::Heuristic => format!(
-                "{}, as far as the search went: some may exist, because response times depend on each other (operations, waits, several \
-                 CPUs), and the orders and placements are too many to analyse all",
-                what.replacen("no ", "found no ", 1)
-                    .replace("meets", "that meets")
-                    .replace(" meet ", " that meet ")
+                "{found}, as far as the search went: some may exist, because response times depend on each other (operations, waits, \
+                 several CPUs), and the orders and placements are too many to analyse all"
             ),
-            SearchKind::Exhausted => format!(
-                "{}, and the budget of the search is exhausted: some may exist",
-                what.replacen("no ", "found no ", 1)
-                    .replace("meets", "that meets")
-                    .replace(" meet ", " that meet ")
-            ),
+            SearchKind::Exhausted => {
+                format!("{found}, and the budget of the search is exhausted: some may exist")
+            }
         };
         if let Some(conflict) = &tuned.conflict {
             out += &conflict_text(conflict);

@@ -22,8 +22,8 @@ use mauve_diagnostics::{
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
+use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
@@ -42,13 +42,13 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) && !actions.wants(ActionKind::QuickFix) {
         return;
     }
-    let Some(node) = actions.node::<ast::Deployment>() else { return };
-    let Some(deployment) = deployment_of(actions, node.syntax().text_range().start()) else { return };
+    let Some(deployment) = deployment_at(actions) else { return };
     let activity = actions.node::<ast::Activity>();
     let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
     let db = actions.db;
     let Some(project) = actions.project else { return };
     let query = Query::shown(db, project, deployment);
+    let now = response_times(db, project, deployment, query);
     let activities = &system_of(db, project, deployment).activities;
     let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
     let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
@@ -74,7 +74,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 // A file may be part of several projects, with other execution times.
                 let outcomes: Vec<&Outcome<'_>> = actions.projects.iter().map(|it| outcome(*it)).collect();
                 let outcome = outcome(project);
-                let effect = outcome.effect(subject.as_deref());
+                let effect = outcome.effect(now, subject.as_deref());
                 let title = title_with(change, fields, outcome, &effect);
                 if let Some(action) = action(change, title, &effect, &outcomes, &diagnostics) {
                     let rank = Rank {
@@ -84,7 +84,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                         has_warnings: !outcome.new_warnings.is_empty(),
                         kind: kind_of(change),
                         values: fields.len(),
-                        response: effect.subject.map(|it| it.after),
+                        response: effect.subject.map(|it| response(it.then)),
                     };
                     ranked.push((rank, action, fields));
                 }
@@ -105,7 +105,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         }
     }
     if let Some(names) = impossible.filter(|_| !is_solved) {
-        let why = no_priorities(response_times(db, project, deployment, query), names);
+        let why = no_priorities(now, names);
         actions.refuse(ActionKind::Rewrite, why.clone(), why);
     }
 }
@@ -188,8 +188,9 @@ fn title_with(
     })
 }
 
-/// The deployment that begins there.
-fn deployment_of<'db>(actions: &Actions<'_, 'db>, start: TextSize) -> Option<Decl<'db>> {
+/// Returns the deployment at the cursor.
+pub(super) fn deployment_at<'db>(actions: &Actions<'_, 'db>) -> Option<Decl<'db>> {
+    let start = actions.node::<ast::Deployment>()?.syntax().text_range().start();
     let found = declaration_at(actions.db, actions.question.file, TextRange::empty(start))?;
     deployment(actions.db, found).map(|_| found)
 }
@@ -282,13 +283,7 @@ fn no_priorities(report: &Report<'_>, names: &[Name]) -> String {
 /// What a change gives.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 struct Outcome<'db> {
-    /// The real-time activities.
-    activities: Vec<ActivityOutcome>,
-    /// The number of met deadlines before the change.
-    met_now: usize,
-    deadlines: Deadlines,
-    /// Whether a time is assumed, not measured.
-    is_assumed: bool,
+    then: Report<'db>,
     new_warnings: BTreeSet<&'static str>,
     /// Whether the change loses a met deadline or a bound, or leaves no slack.
     loses: bool,
@@ -296,27 +291,21 @@ struct Outcome<'db> {
     diagnostics: Vec<(&'static str, Location<'db>)>,
 }
 
-/// An activity before and after a change.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-struct ActivityOutcome {
-    instance: Name,
-    is_met_now: bool,
-    slack_now: Option<Time>,
-    before: Response,
-    after: Response,
-    is_met: bool,
-    /// The deadline after the change.
-    deadline: Option<Time>,
+/// A real-time activity before and after a change.
+#[derive(Clone, Copy)]
+struct Changed<'a> {
+    now: &'a ActivityReport<'a>,
+    then: &'a ActivityReport<'a>,
 }
 
-impl ActivityOutcome {
-    fn becomes_met(&self) -> bool {
-        self.is_met && !self.is_met_now
+impl Changed<'_> {
+    fn becomes_met(self) -> bool {
+        self.then.verdict.is_met() && !self.now.verdict.is_met()
     }
 }
 
 /// The response time of an activity, ordered: the best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, salsa::SalsaValue)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Response {
     Bound(Time),
     Unbounded,
@@ -325,7 +314,7 @@ enum Response {
 
 /// The effect of a change on the activity that the title names, and on the number of met deadlines.
 struct Effect<'a> {
-    subject: Option<&'a ActivityOutcome>,
+    subject: Option<Changed<'a>>,
     met_now: usize,
     deadlines: Deadlines,
 }
@@ -346,30 +335,8 @@ fn outcome_of<'db>(
     let new_warnings = after.iter().filter(|it| !before.contains(it)).map(|(code, _)| *code).collect();
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
     after.extend(late.filter_map(|it| Some(("deadline-missed", it.at.clone()?))));
-    Outcome {
-        activities: activities(now, &then),
-        met_now: now.deadlines().met,
-        deadlines: then.deadlines(),
-        is_assumed: then.activities.iter().any(|it| !it.assumed.is_empty()),
-        new_warnings,
-        loses: !is_no_worse(now, &then) || !keeps_slack(now, &then),
-        diagnostics: after,
-    }
-}
-
-fn activities(now: &Report<'_>, then: &Report<'_>) -> Vec<ActivityOutcome> {
-    let is_real_time = |(_, then): &(_, &ActivityReport<'_>)| then.verdict != Status::Background;
-    let both = now.activities.iter().zip(&then.activities).filter(is_real_time);
-    let of_both = both.map(|(now, then)| ActivityOutcome {
-        instance: now.instance.clone(),
-        is_met_now: now.verdict.is_met(),
-        slack_now: now.deadline.zip(now.response).and_then(|(deadline, it)| deadline.checked_sub(it)),
-        before: response(now),
-        after: response(then),
-        is_met: then.verdict.is_met(),
-        deadline: then.deadline,
-    });
-    of_both.collect()
+    let loses = !is_no_worse(now, &then) || !keeps_slack(now, &then);
+    Outcome { then, new_warnings, loses, diagnostics: after }
 }
 
 fn response(activity: &ActivityReport<'_>) -> Response {
@@ -380,23 +347,30 @@ fn response(activity: &ActivityReport<'_>) -> Response {
     }
 }
 
-impl Outcome<'_> {
+impl<'db> Outcome<'db> {
     /// Returns the effect on the activity of this name, or on one that meets its deadline only then. Without a name, or where
     /// nothing changes there, on the activity that needs it most: one that misses its deadline, or that has the least slack.
-    fn effect(&self, subject: Option<&str>) -> Effect<'_> {
-        let named = self.activities.iter().find(|it| Some(it.instance.as_str()) == subject);
-        let neediest = |is_it: &dyn Fn(&&ActivityOutcome) -> bool| {
-            let key =
-                |it: &&ActivityOutcome| (it.before == Response::NotAnalysed, it.is_met_now, it.slack_now);
-            self.activities.iter().filter(|it| is_it(it)).min_by_key(key)
+    fn effect<'a>(&'a self, now: &'a Report<'db>, subject: Option<&str>) -> Effect<'a> {
+        let both = now.activities.iter().zip(&self.then.activities);
+        let all = both.map(|(now, then)| Changed { now, then });
+        let all = all.filter(|it| it.then.verdict != Status::Background);
+        let named = all.clone().find(|it| Some(it.now.instance.as_str()) == subject);
+        let neediest = |is_it: fn(&Changed<'_>) -> bool| {
+            let is_unknown = |it: &Changed<'_>| response(it.now) == Response::NotAnalysed;
+            let key = |it: &Changed<'_>| (is_unknown(it), it.now.verdict.is_met(), it.now.slack());
+            all.clone().filter(is_it).min_by_key(key)
         };
-        let gaining = named.filter(|it| it.becomes_met()).or_else(|| neediest(&|it| it.becomes_met()));
-        let subject = gaining.or(named).or_else(|| neediest(&|_| true));
-        Effect { subject, met_now: self.met_now, deadlines: self.deadlines }
+        let gaining = named.filter(|it| it.becomes_met()).or_else(|| neediest(|it| it.becomes_met()));
+        let subject = gaining.or(named).or_else(|| neediest(|_| true));
+        Effect { subject, met_now: now.deadlines().met, deadlines: self.then.deadlines() }
     }
 
     fn remarks(&self) -> String {
-        let mut text = if self.is_assumed { ", assumed".to_owned() } else { String::new() };
+        let mut text = if self.then.activities.iter().any(|it| !it.assumed.is_empty()) {
+            ", assumed".to_owned()
+        } else {
+            String::new()
+        };
         text += match self.new_warnings.len() {
             0 => "",
             1 => ", 1 warning",
@@ -408,7 +382,7 @@ impl Outcome<'_> {
 
 impl Effect<'_> {
     fn is_better(&self) -> bool {
-        self.meets_more() || self.subject.is_some_and(|it| it.after < it.before)
+        self.meets_more() || self.subject.is_some_and(|it| response(it.then) < response(it.now))
     }
 
     fn meets_more(&self) -> bool {
@@ -422,16 +396,18 @@ impl Effect<'_> {
 
     /// Returns `✓ 62 → 40 / 50 ms`, behind the name of the activity unless it is `named`; nothing where nothing changes.
     fn figure(&self, named: Option<&str>) -> String {
-        let changes = |it: &&ActivityOutcome| it.before != it.after || it.becomes_met();
-        let Some(it) = self.subject.filter(changes) else { return String::new() };
-        let (Some(before), Some(after), Some(deadline)) = (it.before.bound(), it.after.bound(), it.deadline)
+        let Some(it) = self.subject else { return String::new() };
+        let responses = [it.now, it.then].map(response);
+        let changes = responses[0] != responses[1] || it.becomes_met();
+        let Some(deadline) =
+            it.then.deadline.filter(|_| changes && !responses.contains(&Response::NotAnalysed))
         else {
             return String::new();
         };
-        let figure = changed_figure((before, after), deadline);
-        match named == Some(it.instance.as_str()) {
+        let figure = changed_figure((it.now.response, it.then.response), deadline);
+        match named == Some(it.now.instance.as_str()) {
             true => figure,
-            false => format!("{} {figure}", shortened(&it.instance, MOST_OF_NAME)),
+            false => format!("{} {figure}", shortened(&it.now.instance, MOST_OF_NAME)),
         }
     }
 
@@ -442,17 +418,6 @@ impl Effect<'_> {
             0 => format!("{met} of {all} met"),
             _ if unknown == all => String::new(),
             _ => format!("{met} of {} met, {unknown} unknown", all - unknown),
-        }
-    }
-}
-
-impl Response {
-    /// Returns the bound, if there is one; the outer `None` where it is not analysed.
-    fn bound(self) -> Option<Option<Time>> {
-        match self {
-            Response::Bound(time) => Some(Some(time)),
-            Response::Unbounded => Some(None),
-            Response::NotAnalysed => None,
         }
     }
 }

@@ -4,13 +4,13 @@
 //! deployment, if it meets every deadline and improves something: more deadlines, more slack, or shorter periods. It is dropped if it
 //! loses a deadline that is met in another project with the file.
 
-use mauve_hir::{Decl, ModelDb, Project, declaration_at, deployment};
-use mauve_syntax::TextRange;
-use mauve_syntax::ast::{self, AstNode as _};
+use mauve_hir::{Decl, ModelDb, Project};
+use mauve_syntax::ast;
 use mauve_wcrt::better_timing::is_no_worse;
 use mauve_wcrt::tune::{TuneAim, TuneRequest, Tuned, tune};
 use mauve_wcrt::{Query, Report, response_times, response_times_if, system_of};
 
+use super::timing::deployment_at;
 use super::{ActionKind, Actions, CodeAction};
 use crate::what_if::edit_of_fields;
 
@@ -19,13 +19,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) || actions.node::<ast::Activity>().is_some() {
         return;
     }
-    let (Some(node), Some(project)) = (actions.node::<ast::Deployment>(), actions.project) else { return };
+    let (Some(of), Some(project)) = (deployment_at(actions), actions.project) else { return };
     let db = actions.db;
-    let start = TextRange::empty(node.syntax().text_range().start());
-    let Some(of) = declaration_at(db, actions.question.file, start) else { return };
-    if deployment(db, of).is_none() {
-        return;
-    }
     let now = response_times(db, project, of, Query::shown(db, project, of));
     let has_cpus = system_of(db, project, of).cpus.len() > 1;
     let mut known = Vec::new();
@@ -51,27 +46,17 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
 
 /// Returns what may be asked of a deployment, with the titles.
 fn requests(now: &Report<'_>, has_cpus: bool) -> Vec<(&'static str, TuneRequest)> {
-    let request = |priorities, cpus, periods, aim| TuneRequest {
-        priorities,
-        cpus,
-        periods,
-        aim,
-        pins: Vec::new(),
-        most_steps: TuneRequest::STEPS_OF_EDITOR,
-    };
-    match now.schedulable() {
-        true => vec![
-            ("Balance the slack", request(true, false, false, TuneAim::Slack)),
-            ("Shorten all periods", request(false, false, true, TuneAim::Deadlines)),
-        ],
-        false => {
-            let mut all = vec![("Assign priorities", request(true, false, false, TuneAim::Deadlines))];
-            if has_cpus {
-                all.push(("Assign CPUs and priorities", request(true, true, false, TuneAim::Deadlines)));
-            }
-            all
-        }
+    let all = TuneRequest { most_steps: TuneRequest::STEPS_OF_EDITOR, ..TuneRequest::default() };
+    let priorities = TuneRequest { priorities: true, ..all.clone() };
+    if now.schedulable() {
+        return vec![
+            ("Balance the slack", TuneRequest { aim: TuneAim::Slack, ..priorities }),
+            ("Shorten all periods", TuneRequest { periods: true, ..all }),
+        ];
     }
+    let cpus = TuneRequest { cpus: true, ..priorities.clone() };
+    let cpus = has_cpus.then_some(("Assign CPUs and priorities", cpus));
+    [("Assign priorities", priorities)].into_iter().chain(cpus).collect()
 }
 
 /// Searches once, although editors ask at every movement of the cursor.

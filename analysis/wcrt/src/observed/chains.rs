@@ -72,38 +72,22 @@ struct Connection {
 /// What the spans of a name mean.
 #[derive(Debug, Clone, Copy)]
 enum Role {
-    Period {
-        chain: usize,
-        step: usize,
-    },
+    /// For a step of a chain.
+    Step { chain: usize, step: usize, what: StepRole },
+    /// A write of a connection, or a read.
+    Connection(usize),
+}
+
+#[derive(Debug, Clone, Copy)]
+enum StepRole {
+    Period,
     /// The instance is configured, started or stopped.
-    Restart {
-        chain: usize,
-        step: usize,
-    },
+    Restart,
     /// In another state than those that are assumed.
-    OtherState {
-        chain: usize,
-        step: usize,
-    },
-    Answer {
-        chain: usize,
-        step: usize,
-    },
-    Enters {
-        chain: usize,
-        step: usize,
-    },
-    Leaves {
-        chain: usize,
-        step: usize,
-    },
-    Write {
-        connection: usize,
-    },
-    Read {
-        connection: usize,
-    },
+    OtherState,
+    Answer,
+    Enters,
+    Leaves,
 }
 
 /// Follows the data of a recording.
@@ -137,20 +121,15 @@ impl ChainObserver {
         let roles = place.get_or_insert_with(|| roles_of(expected, names.get(span.name)));
         for role in roles.iter() {
             match *role {
-                Role::Write { connection } | Role::Read { connection } => {
+                Role::Connection(connection) => {
                     let size = expected.connections.get(connection).and_then(|it| it.buffer);
                     let found = self.connections.get_mut(connection);
                     found.into_iter().for_each(|it| it.access(span, size.is_some()));
                 }
-                Role::Period { chain, .. }
-                | Role::Restart { chain, .. }
-                | Role::OtherState { chain, .. }
-                | Role::Answer { chain, .. }
-                | Role::Enters { chain, .. }
-                | Role::Leaves { chain, .. } => {
+                Role::Step { chain, step, what } => {
                     let bound = expected.chains.get(chain).and_then(|it| it.bound.or(it.limit));
                     let found = self.chains.get_mut(chain);
-                    found.into_iter().for_each(|it| it.span(*role, span, bound));
+                    found.into_iter().for_each(|it| it.span(step, what, span, bound));
                 }
             }
         }
@@ -188,45 +167,47 @@ fn roles_of(expected: &Expected, name: &trace::Name) -> Vec<Role> {
     let mut roles = Vec::new();
     for (chain, it) in expected.chains.iter().enumerate() {
         for (step, it) in it.steps.iter().enumerate().filter(|(_, it)| it.instance == name.instance) {
+            let mut add = |what| roles.push(Role::Step { chain, step, what });
             let is = |end: &ExpectedEnd| end.kind == name.kind && end.key == name.key;
             let program = name.key.rsplit_once('/').map_or("", |(_, program)| program);
             match name.kind {
-                SpanKind::Period => roles.push(Role::Period { chain, step }),
+                SpanKind::Period => add(StepRole::Period),
                 SpanKind::Program => match program.split_once('.') {
                     Some((state, _)) if !it.states.is_empty() && !it.states.iter().any(|it| it == state) => {
-                        roles.push(Role::OtherState { chain, step });
+                        add(StepRole::OtherState);
                     }
                     None if ["configure", "start", "stop", "cleanup"].contains(&program) => {
-                        roles.push(Role::Restart { chain, step });
+                        add(StepRole::Restart);
                     }
                     _ => {}
                 },
                 _ => {}
             }
-            roles.extend(it.answers.iter().any(is).then_some(Role::Answer { chain, step }));
-            roles.extend(is(&it.from).then_some(Role::Enters { chain, step }));
-            roles.extend(is(&it.to).then_some(Role::Leaves { chain, step }));
+            let ends = [
+                (it.answers.iter().any(is), StepRole::Answer),
+                (is(&it.from), StepRole::Enters),
+                (is(&it.to), StepRole::Leaves),
+            ];
+            ends.into_iter().filter(|(is_it, _)| *is_it).for_each(|(_, what)| add(what));
         }
     }
     for (connection, it) in expected.connections.iter().enumerate().filter(|_| name.kind == SpanKind::Access)
     {
         let is = |(instance, key): &(String, String)| *instance == name.instance && *key == name.key;
-        let [source, target] = &it.ends;
-        roles.extend(is(source).then_some(Role::Write { connection }));
-        roles.extend(is(target).then_some(Role::Read { connection }));
+        roles.extend(it.ends.iter().filter(|it| is(it)).map(|_| Role::Connection(connection)));
     }
     roles
 }
 
 impl Followed {
-    fn span(&mut self, role: Role, span: &Span, bound: Option<u64>) {
+    fn span(&mut self, step: usize, what: StepRole, span: &Span, bound: Option<u64>) {
         let (Some(begin), Some(end)) = (span.begin, span.end) else {
             // Its place in time is unknown.
             return self.lose(self.now);
         };
         self.now = self.now.max(end);
-        match role {
-            Role::Period { step, .. } => {
+        match what {
+            StepRole::Period => {
                 let Some(step) = self.steps.get_mut(step) else { return };
                 if !std::mem::replace(&mut step.has_begun, true) {
                     self.valid_from = self.valid_from.max(begin);
@@ -237,26 +218,24 @@ impl Followed {
                 }
                 step.since_read = step.since_read.map(|periods| periods.saturating_add(1));
             }
-            Role::Restart { step, .. } => {
+            StepRole::Restart => {
                 self.lose(end);
                 self.steps.get_mut(step).into_iter().for_each(|it| it.has_begun = false);
             }
-            Role::OtherState { step, .. } => self.doubt(step),
-            Role::Answer { step, .. } => {
+            StepRole::OtherState => self.doubt(step),
+            StepRole::Answer => {
                 if matches!(span.outcome, Some(Outcome::False | Outcome::NoData | Outcome::OldData)) {
                     self.doubt(step);
                 }
             }
-            Role::Enters { step: 0, .. } => {
+            StepRole::Enters if step == 0 => {
                 self.newest = Sample { number: self.newest.number + 1, at: begin };
                 let newest = self.newest;
                 self.steps.first_mut().into_iter().for_each(|it| it.take(newest));
             }
-            Role::Enters { step, .. } if span.outcome == Some(Outcome::NewData) => {
-                self.read(step, span.number)
-            }
-            Role::Leaves { step, .. } => self.leaves(step, span, end, bound),
-            Role::Enters { .. } | Role::Write { .. } | Role::Read { .. } => {}
+            StepRole::Enters if span.outcome == Some(Outcome::NewData) => self.read(step, span.number),
+            StepRole::Leaves => self.leaves(step, span, end, bound),
+            StepRole::Enters => {}
         }
     }
 
@@ -540,7 +519,10 @@ mod tests {
             key: key.to_owned(),
             instance: "wheel".to_owned(),
         };
-        assert!(matches!(roles_of(&expected, &name("D/stop"))[..], [Role::Restart { chain: 0, step: 1 }]));
+        assert!(matches!(
+            roles_of(&expected, &name("D/stop"))[..],
+            [Role::Step { chain: 0, step: 1, what: StepRole::Restart }]
+        ));
         assert!(roles_of(&expected, &name("D/update")).is_empty());
     }
 }

@@ -112,18 +112,15 @@ impl Observer {
 
 /// Returns what was observed of codels and of programs with times of their own.
 fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
-    let new = |key: &str, is_program, time| ObservedTime {
-        key: key.to_owned(),
-        is_program,
-        time,
+    let new = |(key, time): (&String, &Option<u64>)| ObservedTime {
+        key: key.clone(),
+        is_program: SpanKind::of(key) == SpanKind::Program,
+        time: *time,
         probability: 1.0,
         ..ObservedTime::default()
     };
-    let codels = expected.codels.iter().map(|(key, time)| new(key, false, *time));
-    let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
-    let accesses = expected.accesses.iter().map(|(key, time)| new(key, false, Some(*time)));
-    let mut found: BTreeMap<String, ObservedTime> =
-        codels.chain(programs).chain(accesses).map(|it| (it.key.clone(), it)).collect();
+    let all_times = expected.times.iter().map(new);
+    let mut found: BTreeMap<String, ObservedTime> = all_times.map(|it| (it.key.clone(), it)).collect();
     let mut of_levels: BTreeMap<&str, Vec<(Option<u64>, u64)>> = BTreeMap::new();
     for (id, series) in all {
         let name = names.get(*id);
@@ -365,7 +362,6 @@ impl Finish<'_> {
 
     fn interference(&self, cause: &Cause) -> Vec<Interferer> {
         let mut all: Vec<Interferer> = cause
-            .others
             .iter()
             .filter_map(|(&index, &(jobs, execution))| {
                 let instance = self.all.instances.get(index)?.instance.clone();

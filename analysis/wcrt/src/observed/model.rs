@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, hosts_of, uses_of};
-use mauve_pwcet::trace::{SpanKind, access_key};
+use mauve_pwcet::trace::access_key;
 use mauve_timing::{CpuSet, Level, Priority, Time};
 
 use super::chain_model::{ExpectedChain, ExpectedConnection, expected_chains, expected_connections};
@@ -32,12 +32,9 @@ pub struct Expected {
     pub chains: Vec<ExpectedChain>,
     /// Its connections between ports.
     pub connections: Vec<ExpectedConnection>,
-    /// The codels that its components may call, with their times.
-    pub codels: BTreeMap<String, Option<u64>>,
-    /// The programs with times of their own, by their keys in a timing table.
-    pub programs: BTreeMap<String, u64>,
-    /// The ports and topics whose accesses have times, by their keys in a recording.
-    pub accesses: BTreeMap<String, u64>,
+    /// The codels that its components may call, with their times, and the programs with times of their own, by their keys in a timing
+    /// table; the ports and topics whose accesses have times, by their keys in a recording.
+    pub times: BTreeMap<String, Option<u64>>,
     /// The waits of codels in the tables.
     pub waits: BTreeMap<String, u64>,
     /// The probability with which an execution may exceed its time.
@@ -180,23 +177,16 @@ pub fn expected<'db>(
         let times = codels.chain(programs).chain(accesses).chain(topics).collect();
         ExpectedLevel { level: level.as_f64(), times }
     };
-    let now = of_level(query.level);
-    let of_kind = |kind: SpanKind| -> BTreeMap<String, u64> {
-        let all = now.times.iter().filter(|(key, _)| SpanKind::of(key) == kind);
-        all.map(|(key, time)| (key.clone(), *time)).collect()
-    };
-    let codels = of_kind(SpanKind::Codel);
+    let known = times.codels.iter().map(|(codel, _)| (codel.qualified(db), None));
+    let timed = of_level(query.level).times.into_iter().map(|(key, time)| (key, Some(time)));
     let waits = times.waits.iter().map(|(codel, wait)| (codel.qualified(db), wait.as_nanos()));
-    let known = times.codels.iter().map(|(codel, _)| codel.qualified(db));
     let connections = expected_connections(db, project, deployment).into_iter();
     let connections = connections.filter(|it| it.ends.iter().all(|(instance, _)| is_here(instance)));
     Expected {
         instances: instances.collect(),
         chains: expected_chains(db, project, deployment, query, MOST_CHAINS),
         connections: connections.collect(),
-        codels: known.map(|key| (key.clone(), codels.get(&key).copied())).collect(),
-        programs: of_kind(SpanKind::Program),
-        accesses: of_kind(SpanKind::Access),
+        times: known.chain(timed).collect(),
         waits: waits.collect(),
         level: query.level.as_f64(),
         levels: levels.into_iter().map(of_level).collect(),

@@ -9,7 +9,7 @@ use mauve_timing::{
     LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
 };
 
-use super::{IMPROBABLE, Slot, TimetableBuilder, observed_beside, topics_of};
+use super::{IMPROBABLE, Slot, TimetableBuilder, files_in, topics_of};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{PREFIX_OF_TOPICS, TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
@@ -23,7 +23,7 @@ pub fn observed_in(db: &dyn ModelDb, file: File) -> (Arc<Observed>, Vec<Observed
 
 /// Returns what recordings showed of the response times of an instance, by the files of `[timing] observed` beside these tables.
 pub fn observed_responses<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, instance: &str) -> ObservedTimes {
-    let files = observed_beside(db, tables);
+    let files = files_in(db, tables, true);
     let mut all = ObservedTimes::default();
     let found = files.files.iter().filter_map(|&file| observed_in(db, file).0.responses.get(instance));
     found.for_each(|it| all.add(it));
