@@ -62,8 +62,8 @@ pub enum BetterTiming {
 pub enum TimingChange {
     /// One activity gets this priority.
     Priority(u32),
-    /// The priorities of two activities are swapped.
-    SwapPriorities(Name, Name),
+    /// The priorities of two activities are swapped: those of the two values.
+    SwapPriorities,
     /// Priorities are deadline-monotonic.
     PrioritiesByDeadline,
     /// Priorities are those that Audsley's algorithm finds.
@@ -260,8 +260,7 @@ impl<'db> TimingSearch<'db> {
     fn swap(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         let other = inverted(&self.system.activities, activity)?;
         let fields = vec![priority_of(activity, priority(other)), priority_of(other, priority(activity))];
-        let swap = TimingChange::SwapPriorities(activity.instance.clone(), other.instance.clone());
-        Some(BetterTiming::Change(swap, fields))
+        Some(BetterTiming::Change(TimingChange::SwapPriorities, fields))
     }
 
     fn priorities(&self) -> Vec<BetterTiming> {

@@ -31,23 +31,22 @@ impl<'db> Figure<'db> for Multiset<'_, 'db> {
     }
 
     fn sum(&self, parts: &[Self::Value]) -> Self::Value {
-        let mut all = BTreeMap::new();
-        for (entry, count) in parts.iter().flatten() {
-            let sum: &mut u64 = all.entry(*entry).or_default();
-            *sum = sum.saturating_add(*count);
-        }
-        all
+        joined(parts, u64::saturating_add)
     }
 
     /// Whichever is executed: no entry more often than in one of them.
     fn greatest(&self, parts: &[Self::Value]) -> Self::Value {
-        let mut all = BTreeMap::new();
-        for (entry, count) in parts.iter().flatten() {
-            let greatest: &mut u64 = all.entry(*entry).or_default();
-            *greatest = (*greatest).max(*count);
-        }
-        all
+        joined(parts, u64::max)
     }
+}
+
+fn joined(parts: &[BTreeMap<usize, u64>], join: fn(u64, u64) -> u64) -> BTreeMap<usize, u64> {
+    let mut all: BTreeMap<usize, u64> = BTreeMap::new();
+    for (entry, count) in parts.iter().flatten() {
+        let known = all.entry(*entry).or_default();
+        *known = join(*known, *count);
+    }
+    all
 }
 
 impl<'db> JobExecutions<'db> {

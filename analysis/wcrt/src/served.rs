@@ -38,23 +38,9 @@ struct Sent<'a> {
 }
 
 impl<'db> Served<'db> {
-    fn refuse(&mut self, system: &System<'db>, provider: usize, reason: Reason<'db>) {
+    fn refuse(&mut self, system: &System<'db>, provider: usize, why: CallsReason) {
         let Some(at) = system.activities.get(provider).map(|it| it.at.clone()) else { return };
-        self.add(provider, Refusal::new(reason, at));
-    }
-
-    /// Refuses all providers.
-    fn refuse_all(&mut self, system: &System<'db>, reason: &Reason<'db>) {
-        for connected in &system.connected {
-            self.refuse(system, connected.provider, reason.clone());
-        }
-    }
-
-    /// Refuses the providers of a ring of calls: each of them may be called without end.
-    fn refuse_ring(&mut self, system: &System<'db>, chain: Vec<(usize, Name)>, operation: &Name) {
-        for (provider, _) in chain {
-            self.refuse(system, provider, Reason::Calls(CallsReason::Ring(operation.clone())));
-        }
+        self.add(provider, Refusal::new(Reason::Calls(why), at));
     }
 
     fn add(&mut self, provider: usize, refusal: Refusal<'db>) {
@@ -110,7 +96,8 @@ pub(crate) fn served_in<'db>(
     while let Some(Sent { connected, sends, during, mut chain }) = open.pop() {
         visited += 1;
         if visited > MOST_OPERATIONS {
-            found.refuse_all(system, &Reason::Calls(CallsReason::ManyChains));
+            let providers = system.connected.iter().map(|it| it.provider);
+            providers.for_each(|it| found.refuse(system, it, CallsReason::ManyChains));
             return found;
         }
         let Some(provider) = system.activities.get(connected.provider) else { continue };
@@ -131,21 +118,23 @@ pub(crate) fn served_in<'db>(
         }
         let link = (connected.provider, operation.clone());
         if chain.contains(&link) {
-            found.refuse_ring(system, chain, &operation);
+            // Each provider of a ring of calls may be called without end.
+            for (provider, _) in chain {
+                found.refuse(system, provider, CallsReason::Ring(operation.clone()));
+            }
             continue;
         }
         chain.push(link);
         let index = match (sends, executed.time) {
             (None, _) => {
                 let client = client.instance.clone();
-                let why = CallsReason::NotAnalysed { operation, client };
-                found.refuse(system, connected.provider, Reason::Calls(why));
+                found.refuse(system, connected.provider, CallsReason::NotAnalysed { operation, client });
                 None
             }
             _ if client.priority == Priority::Background || client.period.is_none() => {
                 let client = client.instance.clone();
                 let why = CallsReason::ClientWithoutPeriod { operation, client };
-                found.refuse(system, connected.provider, Reason::Calls(why));
+                found.refuse(system, connected.provider, why);
                 None
             }
             (Some(_), Err(refusals)) => {

@@ -171,8 +171,7 @@ fn title_with(
     outcome: &Outcome<'_>,
     effect: &Effect<'_>,
 ) -> String {
-    let named = fields.first().filter(|_| !matches!(change, TimingChange::SwapPriorities(..)));
-    let named = named.filter(|_| fields.iter().all(|it| Some(&it.instance) == named.map(|it| &it.instance)));
+    let named = fields.first().filter(|first| fields.iter().all(|it| it.instance == first.instance));
     let change = title(change, fields);
     let end = format!("{}{}", effect.met(), outcome.remarks());
     let with = |more: &[&str]| {
@@ -235,7 +234,7 @@ fn kind_of(change: &TimingChange) -> ChangeKind {
     match change {
         TimingChange::Priority(_) => ChangeKind::OnePriority,
         TimingChange::Cpu(_) => ChangeKind::Cpu,
-        TimingChange::SwapPriorities(..)
+        TimingChange::SwapPriorities
         | TimingChange::PrioritiesByDeadline
         | TimingChange::OptimalPriorities => ChangeKind::Priorities,
         TimingChange::Period { .. } => ChangeKind::Period,
@@ -248,12 +247,12 @@ const MOST_OF_NAME: usize = 20;
 
 /// Returns what a change does, in words.
 fn title(change: &TimingChange, fields: &[WhatIfField]) -> String {
-    let name = fields.first().map_or_else(String::new, |it| shortened(&it.instance, MOST_OF_NAME));
+    let mut names = fields.iter().map(|it| shortened(&it.instance, MOST_OF_NAME));
+    let name = names.next().unwrap_or_default();
     match change {
         TimingChange::Priority(number) => format!("Give {name} priority {number}"),
-        TimingChange::SwapPriorities(one, other) => {
-            let [one, other] = [one, other].map(|it| shortened(it, MOST_OF_NAME));
-            format!("Swap the priorities of {one} and {other}")
+        TimingChange::SwapPriorities => {
+            format!("Swap the priorities of {name} and {}", names.next().unwrap_or_default())
         }
         TimingChange::PrioritiesByDeadline => "Order priorities by deadline".to_owned(),
         TimingChange::OptimalPriorities => format!("Reorder {} priorities", fields.len()),

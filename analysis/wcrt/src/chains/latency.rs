@@ -6,8 +6,8 @@ use mauve_hir::{
     SkipCause, Topic, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
-    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status,
-    Task, Time, TriggerWriter,
+    ChainBuffer, ChainLatency, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
+    TriggerWriter,
 };
 use rustc_hash::FxHashMap;
 
@@ -304,11 +304,26 @@ impl<'db> Sums<'db> {
         let steps = self.steps(&stages, None, &mut reasons);
         let found = self.sum(&steps, &stages, &mut reasons);
         let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
-        let report = |(stage, found): (&Stage<'_, 'db>, &Option<ChainStep>)| ChainStepReport {
-            releases: found.as_ref().map(|it| it.releases),
-            timed: found.clone(),
-            part: parts.next().copied().unwrap_or_default(),
-            ..self.stage_report(stage)
+        let report = |(stage, found): (&Stage<'_, 'db>, &Option<ChainStep>)| {
+            let (instance, connection, passage) = match stage {
+                Stage::Step(step) => {
+                    let instance = self.flat.instances.get(step.instance).map(|it| it.name.clone());
+                    (instance.unwrap_or_default(), step.connection, step.ends.clone())
+                }
+                Stage::Gateway { topic, .. } => {
+                    let port = PassageEnd::Port(topic.port.1.clone());
+                    (self.ros2.gateway(topic.host), None, [port.clone(), port])
+                }
+            };
+            ChainStepReport {
+                activity: self.activities.get(&instance).copied(),
+                instance,
+                connection,
+                passage,
+                releases: found.as_ref().map(|it| it.releases),
+                timed: found.clone(),
+                part: parts.next().copied().unwrap_or_default(),
+            }
         };
         ChainReport {
             name: way.name.clone(),
@@ -320,28 +335,6 @@ impl<'db> Sums<'db> {
             steps: stages.iter().zip(&steps).map(report).collect(),
             overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
             reasons,
-        }
-    }
-
-    fn stage_report(&self, stage: &Stage<'_, 'db>) -> ChainStepReport<'db> {
-        let (instance, connection, passage) = match stage {
-            Stage::Step(step) => {
-                let instance = self.flat.instances.get(step.instance);
-                (instance.map(|it| it.name.clone()).unwrap_or_default(), step.connection, step.ends.clone())
-            }
-            Stage::Gateway { topic, .. } => {
-                let port = PassageEnd::Port(topic.port.1.clone());
-                (self.ros2.gateway(topic.host), None, [port.clone(), port])
-            }
-        };
-        ChainStepReport {
-            activity: self.activities.get(&instance).copied(),
-            instance,
-            connection,
-            passage,
-            releases: None,
-            timed: None,
-            part: ChainPart::default(),
         }
     }
 

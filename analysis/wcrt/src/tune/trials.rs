@@ -175,7 +175,10 @@ impl<'db> Trials<'db> {
     ) -> Result<Trials<'db>, Vec<Untunable<'db>>> {
         let system = system_of(db, project, of);
         let Some(data) = deployment(db, of) else { return Err(Vec::new()) };
-        let units = units(db, of, system, request);
+        let others = others_of(db, project.workspace(db), system.cpus);
+        let gateways = || system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
+        let fixed = gateways().map(|(_, it)| &it.task).chain(&others);
+        let fixed = fixed.filter_map(|it| Some((it.priority.real_time()?, it.cpus.unwrap_or(CpuSet::ALL))));
         let mut trials = Trials {
             db,
             project,
@@ -184,20 +187,13 @@ impl<'db> Trials<'db> {
             data,
             system,
             request: request.clone(),
-            units,
-            fixed: Vec::new(),
-            fixed_activities: Vec::new(),
+            units: units(db, of, system, request),
+            fixed: fixed.collect(),
+            fixed_activities: gateways().map(|(index, _)| index).collect(),
             tasks: Tasks::default(),
             left: Cell::new(request.most_steps),
             is_exhausted: Cell::new(false),
         };
-        let others = others_of(db, project.workspace(db), system.cpus);
-        let gateways = system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
-        trials.fixed_activities = gateways.map(|(index, _)| index).collect();
-        let fixed = trials.fixed_activities.iter().filter_map(|it| system.activities.get(*it));
-        let fixed = fixed.map(|it| &it.task).chain(&others);
-        let fixed = fixed.filter_map(|it| Some((it.priority.real_time()?, it.cpus.unwrap_or(CpuSet::ALL))));
-        trials.fixed = fixed.collect();
         let start = trials.start();
         // With a priority, an activity has the CPUs that it may use.
         let (known, deployed) = trials.deployed(&start);
