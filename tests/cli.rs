@@ -30,4 +30,5 @@ mod task_sets;
 mod trace_check;
 mod trace_import;
 mod tune;
+mod waits_and_locks;
 mod what_if;

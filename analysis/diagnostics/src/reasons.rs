@@ -301,7 +301,9 @@ fn lock(why: &LockReason) -> Words {
             (format!("`{codel}` waits while it holds the lock `{lock}`: {remedy}"), "waits with lock")
         }
         LockReason::UnknownTime { lock, holder } => {
-            let remedy = format!("give its codels times, or write `held` in `[locks.{lock}]`");
+            let remedy = format!(
+                "give its codels times, or write `held` in `[locks.{lock}]`, and let none take two locks"
+            );
             (format!("`{holder}` may hold the lock `{lock}` for an unknown time: {remedy}"), "lock unbounded")
         }
         LockReason::SeveralCpus { lock } => {

@@ -110,7 +110,7 @@ impl Tasks {
             json!({
                 "states": machine.states(),
                 "edges": edges.collect::<Vec<_>>(),
-                "waits": task.waits.as_ref().and_then(|waits| waits.times),
+                "waits": task.waits.as_ref().map_or(Some(0), |waits| waits.times),
                 "from": from,
                 "period": period,
                 "gains": gains,

@@ -233,6 +233,13 @@ impl Task {
         self.waits.as_ref().map(|waits| &waits.executed).or(self.demand.machine())
     }
 
+    /// The same, if it also waits in calls that it executes for others, an unknown number of times. The time of a call counts as
+    /// execution.
+    pub fn waiting_in_calls(self) -> Task {
+        let Some(executed) = self.executed().cloned() else { return self };
+        Task { waits: Some(Arc::new(Waits { executed, times: None })), ..self }
+    }
+
     /// Whether a clock releases it, each T after the one before. Otherwise T is the least distance only: it may never be released
     /// again.
     pub fn is_periodic(&self) -> bool {

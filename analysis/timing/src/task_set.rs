@@ -192,8 +192,11 @@ pub struct OperationEntry {
     /// The number of the operation that sends the calls, an earlier one that the client executes, from 0; none for a job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub during: Option<usize>,
-    /// The execution time of one call.
+    /// The execution time of one call, with its waits.
     pub time: Numbers,
+    /// Whether the provider waits while it executes a call.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub waits: bool,
 }
 
 /// A lock that tasks take.

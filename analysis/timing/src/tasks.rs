@@ -12,7 +12,7 @@ pub struct Operation {
     pub client: usize,
     /// The greatest number of calls that a job of the client sends; if `during`, that one execution of that operation sends.
     pub sends: u64,
-    /// The execution time of one call.
+    /// The execution time of one call, with its waits: see [`Task::waiting_in_calls`].
     pub time: Time,
     /// The operation that sends the calls, executed by the client: the index of an earlier one.
     pub during: Option<usize>,

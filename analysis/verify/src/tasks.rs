@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::certificate::{Claim, Operation, System, Task};
+use crate::certificate::{Claim, Machine, Operation, System, Task};
 use crate::demand::{Check, Curve, Work};
 
 const MOST_TASKS: usize = 4096;
@@ -144,8 +144,9 @@ fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>
     let extra = extra.filter(|_| task.cpus.is_some());
     let demand =
         task.machine.as_ref().zip(extra).map(|(of, extra)| Curve::new(of, extra, work)).transpose()?;
-    let waits = task.machine.as_ref().filter(|it| it.edges.iter().any(|edge| edge.3 > 0));
-    let waits = waits.map_or(0, |it| it.waits.unwrap_or(u64::MAX).max(1));
+    // An edge that waits does so once at least.
+    let least = |of: &Machine| of.edges.iter().any(|edge| edge.3 > 0).into();
+    let waits = |of: &Machine| of.waits.unwrap_or(u64::MAX).max(least(of));
     let is_mate = |of: &Task| task.thread.is_some() && task.thread == of.thread;
     let thread = (0..system.tasks.len()).filter(|it| *it == index || is_mate(&system.tasks[*it]));
     let thread: Vec<usize> = thread.collect();
@@ -162,7 +163,7 @@ fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>
         raised: rank,
         cpus,
         demand,
-        waits,
+        waits: task.machine.as_ref().map_or(u64::MAX, waits),
         has_calls: operations().next().is_some(),
         has_locks: false,
         thread,

@@ -119,7 +119,8 @@ fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<OperationEnt
     for (column, served) in served.iter().enumerate() {
         let mut of_level: Vec<usize> = Vec::new();
         let mut seen: HashMap<(&Connected, Option<usize>), usize> = HashMap::new();
-        for (operation, connected) in served.operations.iter().zip(&served.connections) {
+        let operations = served.operations.iter().zip(&served.waits).zip(&served.connections);
+        for ((operation, waits), connected) in operations {
             let during = operation.during.and_then(|during| of_level.get(during)).copied();
             let occurrence = seen.entry((connected, during)).or_default();
             let number = *numbers.entry((connected, during, *occurrence)).or_insert(found.len());
@@ -132,12 +133,14 @@ fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<OperationEnt
                     sends: operation.sends,
                     during,
                     time: Numbers::One(Number::Whole(0)),
+                    waits: false,
                 };
                 found.push((entry, vec![Some(Time::ZERO); levels]));
             }
             of_level.push(number);
-            if let Some(time) = found.get_mut(number).and_then(|(_, times)| times.get_mut(column)) {
-                *time = Some(operation.time);
+            if let Some((entry, times)) = found.get_mut(number) {
+                entry.waits |= *waits;
+                times.get_mut(column).into_iter().for_each(|time| *time = Some(operation.time));
             }
         }
     }

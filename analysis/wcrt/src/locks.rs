@@ -8,7 +8,7 @@ use mauve_hir::{
     Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of,
     core_of, names_of, similar,
 };
-use mauve_timing::{Blocking, Level, Lock, LockUser, Protocol, Time};
+use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Protocol, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{Recorded, TimingFact, TimingFactKind};
@@ -199,7 +199,11 @@ pub(crate) fn locks_of<'db>(
                 Some(codels) => {
                     let mut its = codels.iter().filter(|codel| lock.codels.contains(codel)).peekable();
                     its.peek()?;
-                    let held = its.map(|codel| held_by(db, times, lock, *codel, level, what_if));
+                    let held = its.map(|codel| {
+                        held_by(db, times, lock, *codel, level, what_if).filter(|_| {
+                            never_waits_for_another(db, project, declared, (system, host), *codel)
+                        })
+                    });
                     held.reduce(|one, other| Some(one?.max(other?))).flatten()
                 }
             };
@@ -212,6 +216,24 @@ pub(crate) fn locks_of<'db>(
         });
     }
     found
+}
+
+/// Whether a codel does not wait for a lock while it holds another: it takes only one, or all are ceilings on one CPU.
+fn never_waits_for_another<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    declared: &DeclaredLocks<'db>,
+    (system, host): (&System<'db>, Option<usize>),
+    codel: Decl<'db>,
+) -> bool {
+    let its: Vec<_> = declared.all.iter().filter(|lock| lock.codels.contains(&codel)).collect();
+    let takes_one = |component| match codels_of(db, project, component) {
+        Some(codels) => its.iter().any(|lock| codels.iter().any(|codel| lock.codels.contains(codel))),
+        None => true,
+    };
+    let users = system.activities.iter().filter(|it| it.host == host && it.component.is_some_and(takes_one));
+    let cpus: CpuSet = users.map(|it| it.task.cpus.unwrap_or(CpuSet::ALL)).collect();
+    its.len() < 2 || cpus.is_one() && its.iter().all(|lock| lock.protocol == Protocol::Ceiling)
 }
 
 /// Returns for how long a codel holds a lock, with the two context switches to it and back where another activity waits.

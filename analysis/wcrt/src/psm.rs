@@ -292,6 +292,8 @@ pub(crate) fn is_readable<'db>(db: &'db dyn ModelDb, project: Project<'db>, comp
 pub(crate) struct ExecutedOperation<'db> {
     /// The execution time, with the overhead of a job, which a call between two periods has. Or why it is unknown.
     pub(crate) time: Result<Time, Vec<Refusal<'db>>>,
+    /// Whether its codels wait: that is in the time.
+    pub(crate) waits: bool,
     /// The greatest number of calls that it sends to each required operation.
     pub(crate) sends: Vec<(Name, u64)>,
 }
@@ -314,8 +316,8 @@ pub(crate) fn operation_with<'db>(
     let is_it = |program: &TimedProgram<'db>| matches!(&program.id, ProgramId::Operation(it) if it == name);
     let index = behaviour.operations.iter().position(is_it)?;
     let times = times_of(db, tables, of);
-    let time = Evaluator::new(db, of, behaviour, times, level, what_if).operation(index);
-    Some(ExecutedOperation { time, sends: sends_of_operation(behaviour, index) })
+    let (time, waits) = Evaluator::new(db, of, behaviour, times, level, what_if).operation(index);
+    Some(ExecutedOperation { time, waits, sends: sends_of_operation(behaviour, index) })
 }
 
 /// Returns the errors in the declarations that a component executes: erroneous text may contain a call.
@@ -379,10 +381,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    /// Returns the time of an operation of the core, and of the dispatch and the context switches for it.
-    fn operation(mut self, index: usize) -> Result<Time, Vec<Refusal<'db>>> {
+    /// Returns the time of an operation of the core, and of the dispatch and the context switches for it; and whether it waits.
+    fn operation(mut self, index: usize) -> (Result<Time, Vec<Refusal<'db>>>, bool) {
         self.evaluate_operations(vec![index]);
-        let time = self.operations.get(index).copied().flatten().map(|taken| taken.total);
+        let taken = self.operations.get(index).copied().flatten();
+        let time = taken.map(|taken| taken.total);
         // Between two periods, a call wakes the thread, also for an operation that takes no time.
         let overhead = time.and_then(|_| self.overhead());
         let sum = time.zip(overhead).and_then(|(time, overhead)| time.checked_add(overhead));
@@ -390,7 +393,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             self.refuse(Reason::TooLong(TooLong::Program));
         }
         self.refusals.extend(std::mem::take(&mut self.missing).into_values());
-        sum.ok_or(self.refusals)
+        (sum.ok_or(self.refusals), taken.is_some_and(|taken| taken.wait > Time::ZERO))
     }
 
     /// Returns the overhead of a job, and refuses the component where it is unknown.

@@ -19,6 +19,8 @@ use mauve_hir::{ModelDb, Project};
 pub(crate) struct Served<'db> {
     /// Those that take time, or that send calls to such ones.
     pub(crate) operations: Vec<Operation>,
+    /// Whether each waits.
+    pub(crate) waits: Vec<bool>,
     /// The connection of each.
     pub(crate) connections: Vec<Connected>,
     /// Why activities are not analysed because of operations that they execute.
@@ -145,6 +147,7 @@ pub(crate) fn served_in<'db>(
                 found.connections.push(connected.clone());
                 let (provider, client) = (connected.provider, connected.client);
                 found.operations.push(Operation { provider, client, sends, time, during });
+                found.waits.push(executed.waits);
                 Some(found.operations.len() - 1)
             }
         };

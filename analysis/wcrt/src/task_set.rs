@@ -151,7 +151,10 @@ pub(crate) fn tasks_of<'db>(
         let is_refused = executed.refusals_of(activity, index, method).next().is_some();
         let psm = psm.and_then(|psm| psm.as_ref().ok()).filter(|_| !is_refused);
         let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
-        Task { demand, waits, ..activity.task.clone() }
+        let task = Task { demand, waits, ..activity.task.clone() };
+        let mut calls = executed.served.operations.iter().zip(&executed.served.waits);
+        let waits = calls.any(|(it, waits)| *waits && it.provider == index);
+        if waits { task.waiting_in_calls() } else { task }
     });
     let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
     let others = others_of(db, project.workspace(db), system.cpus);

@@ -99,6 +99,11 @@ impl<'a> Reader<'a> {
         let others = all("other", &self.set.other, Self::other)?;
         let mut read = Tasks::new(activities).with_platform(others, self.set.rt_throttling == Some(true));
         read.operations = self.set.operation.iter().enumerate().map(operation).collect::<Result<_>>()?;
+        for (operation, entry) in read.operations.iter().zip(&self.set.operation) {
+            if let Some(provider) = read.all.get_mut(operation.provider).filter(|_| entry.waits) {
+                *provider = provider.clone().waiting_in_calls();
+            }
+        }
         let lock =
             |entry: &LockEntry| self.lock(entry, &indices).map_err(|error| error.of("lock", &entry.name));
         read.locks = self.set.lock.iter().map(lock).collect::<Result<_>>()?;

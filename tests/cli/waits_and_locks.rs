@@ -1,0 +1,137 @@
+//! Codels that wait and take locks where it is easy to overlook: in operations that are executed for others, and within other locks.
+
+use std::path::PathBuf;
+
+use mauve_tests::{mauve, scratch, test_name, write};
+use serde_json::Value;
+
+use crate::MAUVE;
+
+/// Writes a robot: its components, activities and instances, `[codel]` and what follows in the table, and the configuration.
+fn robot(name: &str, model: &str, times: &str, config: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
+    let config = format!(
+        "timing.tables = [\"times.toml\"]\nplatform = {{ cpus = 2, rt_throttling = false }}\n{config}"
+    );
+    write(&folder, &[("robot.mal", model), ("mauve.toml", &config), ("times.toml", times)]);
+    folder
+}
+
+fn json(folder: &PathBuf, arguments: &[&str]) -> Value {
+    let found = mauve(MAUVE, folder, &[arguments, &["--format", "json"]].concat());
+    serde_json::from_str(&found.out).unwrap_or_else(|_| panic!("{}{}", found.out, found.err))
+}
+
+fn response(folder: &PathBuf, instance: &str) -> Value {
+    let found = json(folder, &["wcrt"]);
+    let all = found[0]["activities"].as_array().unwrap().iter();
+    all.clone().find(|it| it["instance"] == instance).unwrap()["response_ms"].clone()
+}
+
+/// `eye` writes for `wheels`, below it on the CPU, and executes `ask` for `talker`; `high` is above both, and `low` between them.
+const CALLS: &str = "
+codel sense(): int
+codel slow(): int
+codel act(in x: int): void
+codel high(): void
+codel low(): void
+shell Eye { output port out: int  provide ask(): int }
+core EyeCore(Eye) { provide ask(): int = { return slow(); }  update = { write(out, sense()); } }
+component Camera(Eye, EyeCore)
+shell Wheels { input port inp: int }
+core WheelsCore(Wheels) { var x: int; update = { read(inp, x); act(x); } }
+component Base(Wheels, WheelsCore)
+shell Talk { require ask(): int }
+core TalkCore(Talk) { handler h: ask; update = { h = send(ask); } }
+component Talker(Talk, TalkCore)
+shell None {}
+core HighCore(None) { update = { high(); } }
+core LowCore(None) { update = { low(); } }
+component High(None, HighCore)
+component Low(None, LowCore)
+architecture A {
+  instance eye: Camera  instance wheels: Base  instance talker: Talker  instance high: High  instance low: Low
+  connection eye.out -> wheels.inp
+  operation eye.ask -> talker.ask
+}
+deployment Robot {
+  architecture A
+  activity high { affinity = 1 priority = 40 period = 60 }
+  activity eye { affinity = 1 priority = 30 period = 100 }
+  activity low { affinity = 1 priority = 25 period = 50 }
+  activity wheels { affinity = 1 priority = 20 period = 150 }
+  activity talker { affinity = 2 priority = 10 period = 190 }
+}
+";
+
+const TIMES: &str = "unit = \"ms\"\n[codel]\nsense = 1\nslow = 5\nact = 1\nlow = 5\nhigh = 10\n";
+
+/// While `eye` waits in a call, `wheels` may read before it has written: its whole response time counts.
+#[test]
+fn a_call_that_waits_delays_the_write() {
+    let chain = "[chains.drive]\nfrom = 'sense'\nto = 'act'\n";
+    let latency = |name: &str, wait: &str| {
+        let folder = robot(name, CALLS, &format!("{TIMES}{wait}"), chain);
+        json(&folder, &["chains"])[0]["chains"][0]["latency_ms"].as_f64().unwrap()
+    };
+    let run = |name: &str, wait: &str| {
+        let folder = robot(name, CALLS, &format!("{TIMES}{wait}"), chain);
+        response(&folder, "eye").as_f64().unwrap() + response(&folder, "wheels").as_f64().unwrap()
+    };
+    // At most two periods, and the job of `wheels`: `eye` has written before.
+    let wheels = response(&robot("wheels", CALLS, TIMES, chain), "wheels").as_f64().unwrap();
+    assert_eq!(latency("executes", ""), 100.0 + 150.0 + wheels);
+    let wait = "[wait]\nslow = 20\n";
+    assert_eq!(latency("waits", wait), 250.0 + run("times", wait));
+}
+
+/// While `eye` waits in a call, `low` may take the lock again: how often is unknown.
+#[test]
+fn a_call_that_waits_lets_a_lock_be_taken() {
+    let lock = "[locks.bus]\ncodels = ['sense', 'low']\nprotocol = 'inheritance'\n";
+    assert!(response(&robot("executes", CALLS, TIMES, lock), "eye").is_number());
+    let folder = robot("waits", CALLS, &format!("{TIMES}[wait]\nslow = 20\n"), lock);
+    assert!(response(&folder, "eye").is_null());
+    let said = mauve(MAUVE, &folder, &["wcrt"]).out;
+    assert!(said.contains("while `eye` waits, a lower priority may take the lock `bus` again"), "{said}");
+    // A file of the tasks knows it too.
+    let file = mauve(MAUVE, &folder, &["export", "wcrt", "--output", "set.json"]);
+    assert_eq!(file.code, 0, "{}", file.err);
+    let found = mauve(MAUVE, &folder, &["wcrt", "set.json"]).out;
+    assert!(found.contains("while `eye` waits, a lower priority may take the lock `bus` again"), "{found}");
+}
+
+/// `holder` takes two locks at once. While it waits for the one of `other`, it keeps that of `high`.
+#[test]
+fn a_lock_is_held_while_its_holder_waits_for_another() {
+    const MODEL: &str = "
+codel high(): void
+codel holder(): void
+codel other(): void
+shell None {}
+core HighCore(None) { update = { high(); } }
+core HolderCore(None) { update = { holder(); } }
+core OtherCore(None) { update = { other(); } }
+component High(None, HighCore)
+component Holder(None, HolderCore)
+component Other(None, OtherCore)
+architecture A { instance high: High  instance holder: Holder  instance other: Other }
+deployment Robot {
+  architecture A
+  activity high { affinity = 1 priority = 30 period = 100 }
+  activity holder { affinity = 1 priority = 10 period = 300 }
+  activity other { affinity = CPU priority = 5 period = 300 }
+}
+";
+    let times = "unit = \"ms\"\n[codel]\nhigh = 2\nholder = 3\nother = 60\n";
+    for (cpu, protocol, found) in
+        [("1", "ceiling", Some(5.0)), ("2", "ceiling", None), ("1", "inheritance", None)]
+    {
+        let locks = ["a", "b"].map(|lock| {
+            let with = if lock == "a" { "other" } else { "high" };
+            format!("[locks.{lock}]\ncodels = ['holder', '{with}']\nprotocol = '{protocol}'\n")
+        });
+        let folder = robot(&format!("{protocol}-{cpu}"), &MODEL.replace("CPU", cpu), times, &locks.concat());
+        assert_eq!(response(&folder, "high").as_f64(), found, "{protocol} on {cpu}");
+    }
+}
