@@ -1,6 +1,6 @@
 //! Codels that wait and take locks where it is easy to overlook: in operations that are executed for others, and within other locks.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mauve_tests::{mauve, scratch, test_name, write};
 use serde_json::Value;
@@ -17,12 +17,12 @@ fn robot(name: &str, model: &str, times: &str, config: &str) -> PathBuf {
     folder
 }
 
-fn json(folder: &PathBuf, arguments: &[&str]) -> Value {
+fn json(folder: &Path, arguments: &[&str]) -> Value {
     let found = mauve(MAUVE, folder, &[arguments, &["--format", "json"]].concat());
     serde_json::from_str(&found.out).unwrap_or_else(|_| panic!("{}{}", found.out, found.err))
 }
 
-fn response(folder: &PathBuf, instance: &str) -> Value {
+fn response(folder: &Path, instance: &str) -> Value {
     let found = json(folder, &["wcrt"]);
     let all = found[0]["activities"].as_array().unwrap().iter();
     all.clone().find(|it| it["instance"] == instance).unwrap()["response_ms"].clone()

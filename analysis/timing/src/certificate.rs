@@ -56,13 +56,9 @@ impl Tasks {
             let Some(deadline) = self.all[task].deadline.filter(|_| is_met(task)) else { continue };
             let reason = match claims.get(&task) {
                 Some(claim) if claim.response <= deadline.as_nanos() => continue,
-                Some(_) => {
-                    "its deadline is met only by what has no form here: combinations of paths, synchronised clocks, or waits that leave the CPU to others"
-                }
-                None if matches!(found.responses[task].rule, CpuRule::Global(_)) => {
-                    "its jobs may run on several CPUs"
-                }
-                None => "its busy window has too many jobs, or that of a task that it depends on",
+                Some(_) => "no-form",
+                None if matches!(found.responses[task].rule, CpuRule::Global(_)) => "several-cpus",
+                None => "too-many-jobs",
             };
             left_out.push((&*self.all[task].name, reason));
         }

@@ -63,7 +63,21 @@ fn read_text(path: &Path) -> Result<String, String> {
     text.map_err(|error| format!("cannot read `{}`: {error}", path.display()))
 }
 
-/// Lists what is proved of a deployment, and what is not.
+/// Returns why something is not certified.
+fn in_words(reason: &str) -> &str {
+    match reason {
+        "no-form" => {
+            "it is met only by combinations of paths, synchronised clocks, or waits that leave the CPU to others"
+        }
+        "several-cpus" => "its jobs may run on several CPUs",
+        "too-many-jobs" => "its busy window has too many jobs, or that of a task that it depends on",
+        "not-by-steps" => "its steps alone do not show that its latency is within its limit",
+        "not-claimed" => "its deadline is not claimed to be met",
+        other => other,
+    }
+}
+
+/// Lists the proved deadlines and chains of a deployment, and the others.
 fn said(of: &Summary) -> String {
     let proved = counted(of.met.len(), "deadline");
     let mut text = format!("  {} at {}: {proved} proved\n", of.deployment, of.significance);
@@ -71,7 +85,7 @@ fn said(of: &Summary) -> String {
         text += &format!("    {} within their latencies\n", counted(of.chains.len(), "chain"));
     }
     for (name, why) in &of.not_certified {
-        text += &format!("    {name}: not certified: {why}\n");
+        text += &format!("    {name}: not certified: {}\n", in_words(why));
     }
     text
 }
@@ -121,7 +135,7 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
             let met = systems.iter().map(|it| it.met.len()).sum();
             let partial = systems.iter().flat_map(|it| &it.not_certified);
             let partial: Vec<String> =
-                partial.map(|(name, why)| format!("; not certified: {name}, {why}")).collect();
+                partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
             (format!("accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
         }
         Err(Refusal::False(why) | Refusal::Unreadable(why)) => (format!("refused: {why}"), false),
