@@ -33,16 +33,24 @@ pub(crate) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;
     match names {
         [] => "nothing".to_owned(),
-        [one] => one.borrow().to_owned(),
-        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {}", rest.join(", "), last.borrow()),
+        names if names.len() <= SHOWN => all_of(names),
         _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
     }
 }
 
 /// `a`, `a or b`, `a, b or c`
 pub(crate) fn alternatives<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
+    joined(names, "or")
+}
+
+/// `a`, `a and b`, `a, b and c`
+pub fn all_of<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
+    joined(names, "and")
+}
+
+fn joined<S: std::borrow::Borrow<str>>(names: &[S], word: &str) -> String {
     match names {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {}", rest.join(", "), last.borrow()),
+        [rest @ .., last] if !rest.is_empty() => format!("{} {word} {}", rest.join(", "), last.borrow()),
         names => names.concat(),
     }
 }

@@ -11,11 +11,11 @@ use serde_json::{Map, Value, json};
 
 use crate::cycle_mean::Adjacency;
 use crate::lane::Counts;
+use crate::operations::counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
 use crate::{
-    Bound, CpuRule, Method, Operation, Options, Priority, Protocol, SetAnalysis, StateMachine, TaskKind,
-    Tasks, Time,
+    Bound, CpuRule, Method, Options, Priority, Protocol, SetAnalysis, StateMachine, TaskKind, Tasks, Time,
 };
 
 /// The most jobs in the window of a claim.
@@ -142,9 +142,12 @@ impl SetAnalysis {
     ) -> Vec<Option<u64>> {
         let operations = &self.tasks.operations;
         loop {
-            let calls = operations.iter().zip(&self.calls);
-            let is_enough = |calls: u64, of| self.calls_of(of, claims).is_some_and(|least| calls >= least);
-            let calls: Vec<_> = calls.map(|(of, calls)| calls.filter(|it| is_enough(*it, of))).collect();
+            let response = |task| claims.get(&task).map(|it| Time::from_nanos(it.response));
+            let least = counts(&self.tasks, &(0..self.tasks.all.len()).map(response).collect::<Vec<_>>());
+            let proved = operations.iter().zip(&self.calls).zip(least).map(|((of, calls), least)| {
+                calls.filter(|it| of.during.is_none() && least.is_some_and(|least| *it >= least))
+            });
+            let calls: Vec<Option<u64>> = proved.collect();
             let of_unknown = operations.iter().zip(&calls).filter(|it| it.1.is_none());
             let unknown: BTreeSet<usize> = of_unknown.map(|it| it.0.provider).collect();
             let number = claims.len();
@@ -155,21 +158,6 @@ impl SetAnalysis {
                 return calls;
             }
         }
-    }
-
-    /// The calls that a job of the provider may execute, by the claims; none without a bound.
-    fn calls_of(&self, of: &Operation, claims: &BTreeMap<usize, Claim>) -> Option<u64> {
-        let (provider, client) = (&self.tasks.all[of.provider], &self.tasks.all[of.client]);
-        let is_mate = |it: &usize| {
-            *it == of.provider || provider.thread.is_some() && self.tasks.all[*it].thread == provider.thread
-        };
-        let response = |task: usize| Some(claims.get(&task)?.response);
-        let of_thread = (0..self.tasks.all.len())
-            .filter(is_mate)
-            .try_fold(0, |most, it| Some(response(it)?.max(most)))?;
-        let window = response(of.client)?.checked_add(of_thread)?.checked_add(provider.period?.as_nanos())?;
-        let jobs = window.div_ceil(client.period?.as_nanos()).checked_mul(client.burst())?;
-        of.sends.checked_mul(jobs).filter(|_| of.during.is_none())
     }
 }
 

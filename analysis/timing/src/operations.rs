@@ -61,7 +61,7 @@ pub(crate) fn with_calls(
 }
 
 /// Returns the number of calls of each operation that a job of its provider counts, with these response times of the tasks.
-fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>> {
+pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>> {
     let mut counts: Vec<Option<u64>> = Vec::with_capacity(set.operations.len());
     for operation in &set.operations {
         let response = |task: usize| responses.get(task).copied().flatten();

@@ -43,6 +43,15 @@ pub(super) fn time(text: &str) -> Result<Time, String> {
     if time == Time::ZERO { Err("expected a time greater than 0".to_owned()) } else { Ok(time) }
 }
 
+/// How to show what is one table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableFormat {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+}
+
 /// How to show a graph or a state machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum DrawingFormat {

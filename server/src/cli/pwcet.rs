@@ -11,7 +11,6 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use mauve_hir::CONFIG_FILE;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::SpanKind;
@@ -25,7 +24,7 @@ use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::{recording_warnings, shown_key};
 use crate::cli::errors::say_errors;
-use crate::cli::options::Outside;
+use crate::cli::options::{Outside, TableFormat};
 use crate::cli::text::counted;
 use crate::disk;
 use crate::output::{Output, say};
@@ -68,7 +67,7 @@ pub(crate) struct Pwcet {
     bootstraps: u64,
     /// How to show the times.
     #[arg(long, value_enum, default_value = "table")]
-    format: EstimateFormat,
+    format: TableFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -77,14 +76,6 @@ enum Tail {
     Pareto,
     /// Exponential, whatever the data say: the times are too short if the tail is heavier.
     Exponential,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EstimateFormat {
-    /// A line for each codel, with the time at the level of the project or those of --levels.
-    Table,
-    /// One document with all estimates, tests and warnings.
-    Json,
 }
 
 impl Pwcet {
@@ -163,11 +154,11 @@ impl Pwcet {
             say(&format!("`{}` has the report", path.display()));
         }
         match self.format {
-            EstimateFormat::Table => {
+            TableFormat::Table => {
                 let next = next::next(&estimates, &self.samples, &mut files);
                 Ok(Output::escaped(table::table(&estimates, &next), code))
             }
-            EstimateFormat::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
+            TableFormat::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
         }
     }
 

@@ -5,8 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::ValueEnum;
-use mauve_diagnostics::{errors_of_text, timing_reason};
+use mauve_diagnostics::{all_of, errors_of_text, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Project, similar};
 use mauve_ide::{Change, Comparison, Figures, compared, edit_of_fields};
@@ -21,7 +20,7 @@ use crate::analysis_document::{deployments, milliseconds};
 use crate::cli::comparison::{comparison_document, comparison_table};
 use crate::cli::edited_files::EditedFiles;
 use crate::cli::errors::nothing_to;
-use crate::cli::options::{Outside, Paths, level};
+use crate::cli::options::{Outside, Paths, TableFormat, level};
 use crate::harmless::harmless;
 use crate::json::{self, object};
 use crate::load::{load, models_in};
@@ -66,15 +65,7 @@ pub(crate) struct Tune {
     diff: bool,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// For people.
-    Table,
-    /// One document.
-    Json,
+    format: TableFormat,
 }
 
 /// What was found for a deployment.
@@ -110,8 +101,8 @@ impl Tune {
         let is_met = is_complete && all.iter().all(Found::is_met);
         let mut text = match (self.diff, self.format) {
             (true, _) => all.iter().map(|it| harmless(&it.edited.diff(&here))).collect(),
-            (false, Format::Json) => json::one_or_all(all.iter().map(|it| document(it, &here)))?,
-            (false, Format::Table) => {
+            (false, TableFormat::Json) => json::one_or_all(all.iter().map(|it| document(it, &here)))?,
+            (false, TableFormat::Table) => {
                 let texts: Vec<String> = all.iter().map(|it| self.shown(it, &here)).collect();
                 harmless(&texts.join("\n"))
             }
@@ -126,7 +117,7 @@ impl Tune {
                     code = 2;
                 }
             }
-            if self.format == Format::Table {
+            if self.format == TableFormat::Table {
                 let files: Vec<String> = written.into_iter().collect();
                 text += &match files.as_slice() {
                     [] => "\nnothing is written\n".to_owned(),
@@ -285,7 +276,8 @@ fn conflict_text(conflict: &Conflict) -> String {
                 ConflictKind::Minimal => "without any one of them, the others can be",
                 ConflictKind::Some => "fewer of them may be such a set",
             };
-            format!(": {} cannot be scheduled together ({smallest})", listed(all))
+            let all: Vec<String> = all.iter().map(|it| format!("`{it}`")).collect();
+            format!(": {} cannot be scheduled together ({smallest})", all_of(&all))
         }
     };
     let lines: Vec<String> = remedies.iter().filter_map(remedy_text).collect();
@@ -305,15 +297,6 @@ fn remedy_text(of: &Remedy) -> Option<String> {
     let period = of.period.map(|[now, least]| format!("has a period of at least {} instead of {now}", least));
     let both: Vec<String> = time.into_iter().chain(period).collect();
     (!both.is_empty()).then(|| format!("`{}` {}", of.instance, both.join(", or ")))
-}
-
-fn listed(names: &[Name]) -> String {
-    let quoted: Vec<String> = names.iter().map(|it| format!("`{it}`")).collect();
-    match quoted.split_last() {
-        Some((last, [])) => last.clone(),
-        Some((last, others)) => format!("{} and {last}", others.join(", ")),
-        None => String::new(),
-    }
 }
 
 fn document(found: &Found, here: &Path) -> impl Serialize + use<> {

@@ -11,8 +11,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-
+use crate::cli::options::TableFormat;
 use crate::json::{self, object};
 use crate::output::Output;
 
@@ -20,18 +19,10 @@ use crate::output::Output;
 pub(crate) struct Check {
     /// How to show the properties.
     #[arg(long, value_enum, default_value = "table")]
-    format: PlatformFormat,
+    format: TableFormat,
     /// Read the files of the kernel below this folder, for tests.
     #[arg(long, hide = true, default_value = "/")]
     root: PathBuf,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PlatformFormat {
-    /// A line for each property.
-    Table,
-    /// One document.
-    Json,
 }
 
 impl Check {
@@ -39,8 +30,8 @@ impl Check {
         let properties = properties(&Kernel { root: self.root });
         let code = u8::from(properties.iter().any(|it| it.state == State::Bad));
         match self.format {
-            PlatformFormat::Table => Ok(Output::escaped(table(&properties), code)),
-            PlatformFormat::Json => {
+            TableFormat::Table => Ok(Output::escaped(table(&properties), code)),
+            TableFormat::Json => {
                 let checks = properties.iter().map(|it| {
                     object! { property: it.name, state: it.state.word(), found: it.found.clone(), mend: it.mend }
                 });

@@ -9,7 +9,6 @@ mod table;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use mauve_diagnostics::errors_of;
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
 use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
@@ -21,7 +20,7 @@ use self::checked::Checked;
 use self::overhead::Overheads;
 use super::import::messages::{still_recording, trace_error};
 use crate::cli::errors::{host_called, only_deployment, say_errors};
-use crate::cli::options::{Outside, level};
+use crate::cli::options::{Outside, TableFormat, level};
 use crate::json;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -45,15 +44,7 @@ pub(crate) struct Check {
     significance: Option<Level>,
     /// How to show the comparison.
     #[arg(long, value_enum, default_value = "table")]
-    format: TraceCheckFormat,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TraceCheckFormat {
-    /// For people.
-    Table,
-    /// One document.
-    Json,
+    format: TableFormat,
 }
 
 impl Check {
@@ -89,15 +80,15 @@ impl Check {
         let name = deployment.name(&db).to_string();
         let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };
         let mut text = match self.format {
-            TraceCheckFormat::Table => table::text(&checked),
-            TraceCheckFormat::Json => json::text(&document::document(&checked))?,
+            TableFormat::Table => table::text(&checked),
+            TableFormat::Json => json::text(&document::document(&checked))?,
         };
         say_errors(errors);
         let code = u8::from(!checked.is_fine() || errors > 0);
         let (overheads, level) = (Overheads::of(&checked), checked.level);
         // The analysis with another table ends the present one.
         drop(checked);
-        if self.format == TraceCheckFormat::Table {
+        if self.format == TableFormat::Table {
             let recorded = (self.deployment.as_deref(), self.host.as_deref());
             text.extend(overheads.advice(&mut db, &workspaces, recorded, level));
         }
