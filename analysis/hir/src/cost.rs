@@ -3,6 +3,7 @@
 //! A path ends at a `return`. A constant condition selects one branch; with any other condition, both branches are possible.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::ModelDb;
@@ -40,36 +41,32 @@ impl Default for Cost<'_> {
     }
 }
 
+impl<'db> Cost<'db> {
+    /// Returns the parts of sums and maxima, in their order, with repetitions.
+    pub fn leaves(&self) -> Vec<&Cost<'db>> {
+        match self {
+            Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(Cost::leaves).collect(),
+            leaf => vec![leaf],
+        }
+    }
+}
+
 /// Returns the codels in a cost, with repetitions.
 pub fn codels_in<'db>(cost: &Cost<'db>) -> Vec<Decl<'db>> {
-    match cost {
-        Cost::Codel(codel) => vec![*codel],
-        Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => Vec::new(),
-        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(codels_in).collect(),
-    }
+    let codel = |it: &Cost<'db>| if let Cost::Codel(codel) = it { Some(*codel) } else { None };
+    cost.leaves().into_iter().filter_map(codel).collect()
 }
 
 /// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
-    match cost {
-        Cost::Codel(_) | Cost::Send(_) | Cost::Access(_) => Vec::new(),
-        Cost::Operation(index) => vec![*index],
-        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
-    }
+    let index = |it: &Cost<'_>| if let Cost::Operation(index) = it { Some(*index) } else { None };
+    cost.leaves().into_iter().filter_map(index).collect()
 }
 
 /// Returns the required operations that a cost sends calls to, each once, without those of the operations that it executes.
-pub fn sends_in<'a>(cost: &'a Cost<'_>) -> Vec<&'a Name> {
-    let mut found: Vec<&Name> = Vec::new();
-    let mut open = vec![cost];
-    while let Some(cost) = open.pop() {
-        match cost {
-            Cost::Send(name) if !found.contains(&name) => found.push(name),
-            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => {}
-            Cost::Sum(costs) | Cost::Greatest(costs) => open.extend(costs),
-        }
-    }
-    found
+pub fn sends_in<'a>(cost: &'a Cost<'_>) -> BTreeSet<&'a Name> {
+    let name = |it: &'a Cost<'_>| if let Cost::Send(name) = it { Some(name) } else { None };
+    cost.leaves().into_iter().filter_map(name).collect()
 }
 
 /// The cost of a program or guard of a body.

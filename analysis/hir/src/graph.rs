@@ -22,12 +22,7 @@ pub fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
 /// Returns, for each node, whether it is reachable from one of these.
 pub(crate) fn reachable(successors: &[Vec<usize>], starts: impl IntoIterator<Item = usize>) -> Vec<bool> {
     let mut reached = vec![false; successors.len()];
-    let mut open: Vec<usize> = starts.into_iter().collect();
-    while let Some(node) = open.pop() {
-        if !std::mem::replace(&mut reached[node], true) {
-            open.extend(&successors[node]);
-        }
-    }
+    closure(starts, |node| successors[node].iter().copied()).into_iter().for_each(|it| reached[it] = true);
     reached
 }
 

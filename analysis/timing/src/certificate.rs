@@ -14,9 +14,7 @@ use crate::lane::Counts;
 use crate::operations::counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
-use crate::{
-    Bound, CpuRule, Method, Options, Priority, Protocol, SetAnalysis, StateMachine, TaskKind, Tasks, Time,
-};
+use crate::{Bound, CpuRule, Method, Options, Priority, SetAnalysis, StateMachine, TaskKind, Tasks, Time};
 
 /// The most jobs in the window of a claim.
 const MOST_JOBS: usize = 1 << 14;
@@ -218,11 +216,6 @@ fn claim(lanes: &mut Lanes<'_>, found: &SetAnalysis, task: usize) -> Option<Clai
 }
 
 fn lock_value(lock: &crate::Lock) -> Value {
-    let protocol = match lock.protocol {
-        Protocol::Inheritance => "inheritance",
-        Protocol::Ceiling => "ceiling",
-        Protocol::None => "none",
-    };
     let users: Vec<_> = lock.users.iter().map(|user| (user.task, user.held.map(Time::as_nanos))).collect();
-    json!({ "name": &*lock.name, "protocol": protocol, "users": users })
+    json!({ "name": &*lock.name, "protocol": lock.protocol, "users": users })
 }

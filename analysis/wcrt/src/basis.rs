@@ -3,7 +3,7 @@
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size};
 use mauve_timing::Level;
-use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
 use crate::reason::Timed;
 use crate::sensitivity::executed_times;
@@ -106,21 +106,13 @@ fn large_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl
         return Vec::new();
     };
     let behaviour = behaviour_of(db, project, core);
-    let mut ports: FxHashSet<Name> = FxHashSet::default();
-    let mut open: Vec<&Cost<'db>> = behaviour.executed().map(|it| &*it.cost).collect();
-    while let Some(cost) = open.pop() {
-        match cost {
-            Cost::Access(port) => _ = ports.insert(port.clone()),
-            Cost::Sum(costs) | Cost::Greatest(costs) => open.extend(costs),
-            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => {}
-        }
-    }
+    let costs = behaviour.executed().flat_map(|it| it.cost.leaves());
+    let port = |cost: &Cost<'db>| if let Cost::Access(port) = cost { Some(port.clone()) } else { None };
+    let ports: BTreeSet<Name> = costs.filter_map(port).collect();
     let features = features_of(db, project, shell);
     let is_large = |port: &Name| {
         let ty = features.get(port).map(|feature| feature.ty(db, project));
         ty.is_some_and(|ty| value_size(db, project, &ty).is_none_or(|size| size > SMALL_VALUE))
     };
-    let mut ports: Vec<Name> = ports.into_iter().filter(is_large).collect();
-    ports.sort();
-    ports
+    ports.into_iter().filter(is_large).collect()
 }

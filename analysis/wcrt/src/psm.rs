@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use mauve_timing::{Demand, Entry, Level, StateMachine, Time, Waits};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
 use crate::sends::sends_of_operation;
@@ -13,7 +13,7 @@ use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Assumption, Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, Passage, PassageEnd, Product,
-    ProductCost, ProgramId, Project, TimedProgram, Written, behaviour_of, codel, component, core_of,
+    ProductCost, ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component, core_of,
     errors_in, features_of, is_core_for, operations_in, passages_of, product_of, shell_of, uses_of,
 };
 
@@ -630,16 +630,12 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Evaluates these operations and those that they call.
-    fn evaluate_operations(&mut self, mut open: Vec<usize>) {
+    fn evaluate_operations(&mut self, needed: Vec<usize>) {
         let behaviour = self.behaviour;
-        let mut needed = vec![false; behaviour.operations.len()];
-        while let Some(index) = open.pop() {
-            let Some(operation) = behaviour.operations.get(index) else { continue };
-            if !std::mem::replace(&mut needed[index], true) {
-                open.extend(operations_in(&operation.cost));
-            }
-        }
-        for &index in behaviour.order.iter().filter(|&&index| needed[index]) {
+        let called = |index: usize| behaviour.operations.get(index).map(|it| operations_in(&it.cost));
+        let needed: FxHashSet<usize> =
+            closure(needed, |index| called(index).into_iter().flatten()).into_iter().collect();
+        for &index in behaviour.order.iter().filter(|index| needed.contains(*index)) {
             if let Some(operation) = behaviour.operations.get(index) {
                 self.operations[index] = self.program(operation);
             }

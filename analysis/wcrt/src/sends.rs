@@ -1,5 +1,7 @@
 //! How many calls a component sends to each of its required operations.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use mauve_hir::item_tree::Name;
@@ -32,12 +34,8 @@ pub(crate) fn sends_of<'db>(
 
 /// Returns the greatest number of calls that one execution of an operation sends, by required operation.
 pub(crate) fn sends_of_operation(behaviour: &Behaviour<'_>, operation: usize) -> Vec<(Name, u64)> {
-    let mut names: Vec<&Name> = Vec::new();
-    for name in behaviour.operations.iter().flat_map(|program| sends_in(&program.cost)) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let names: BTreeSet<&Name> =
+        behaviour.operations.iter().flat_map(|program| sends_in(&program.cost)).collect();
     let calls = |name: &Name| calls_of_operations(behaviour, name).get(operation).copied().unwrap_or(0);
     names.into_iter().map(|name| (name.clone(), calls(name))).filter(|(_, calls)| *calls > 0).collect()
 }

@@ -246,8 +246,7 @@ pub fn executed_times<'db>(
                 of_activity.push(timed);
                 continue;
             }
-            let mut costs: Vec<&Cost<'db>> = vec![&*program.cost];
-            while let Some(cost) = costs.pop() {
+            for cost in program.cost.leaves() {
                 match cost {
                     Cost::Codel(codel) => of_activity.push(Timed::Codel(*codel)),
                     Cost::Operation(operation) if operations.insert(*operation) => {
@@ -257,8 +256,7 @@ pub fn executed_times<'db>(
                         let access = Timed::Access(component, port.clone());
                         of_activity.extend(Some(access).filter(|it| times.time(it, level) != Lookup::Absent));
                     }
-                    Cost::Operation(_) | Cost::Send(_) => {}
-                    Cost::Sum(parts) | Cost::Greatest(parts) => costs.extend(parts.iter().rev()),
+                    _ => {}
                 }
             }
         }

@@ -11,6 +11,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use mauve_hir::CONFIG_FILE;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::SpanKind;

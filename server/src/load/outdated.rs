@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{File, ModelDb, Workspace, include_candidates, includes, is_model, named_packages};
+use mauve_hir::{File, ModelDb, Workspace, closure, include_candidates, includes, is_model, named_packages};
 
 use super::packages::Places;
 
@@ -32,12 +32,8 @@ fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
         return false;
     }
     let own = known.iter().filter(|(path, file)| !included.contains(*path) && is_model(file.path(db)));
-    let mut open: Vec<File> = own.map(|(_, file)| *file).collect();
-    let mut seen: HashSet<File> = open.iter().copied().collect();
-    while let Some(file) = open.pop() {
-        let new = includes(db, workspace, file).iter().flatten().filter(|file| seen.insert(**file));
-        open.extend(new.copied().collect::<Vec<_>>());
-    }
+    let included_by = |file| includes(db, workspace, file).iter().flatten().copied();
+    let seen: HashSet<File> = closure(own.map(|(_, file)| *file), included_by).into_iter().collect();
     included.iter().any(|path| known.get(path).is_some_and(|file| !seen.contains(file)))
 }
 

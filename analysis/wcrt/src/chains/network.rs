@@ -10,8 +10,8 @@ use std::collections::VecDeque;
 
 use mauve_hir::item_tree::{Direction, Name, Parameter};
 use mauve_hir::{
-    Assumption, Decl, Flat, Link, ModelDb, PassageEnd, Passages, Project, Type, codel, core_of, passages_of,
-    type_of,
+    Assumption, Decl, Flat, Link, ModelDb, PassageEnd, Passages, Project, Type, closure, codel, core_of,
+    passages_of, type_of,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -246,14 +246,8 @@ impl<'db> Network<'db> {
         for ((from, _), all) in &self.leaving {
             all.iter().for_each(|(_, (next, _))| before.entry(*next).or_default().push(*from));
         }
-        let mut found = FxHashSet::default();
-        let mut open = to.to_vec();
-        while let Some(instance) = open.pop() {
-            if found.insert(instance) {
-                open.extend(before.get(&instance).into_iter().flatten());
-            }
-        }
-        found
+        let before = |instance| before.get(&instance).into_iter().flatten().copied();
+        closure(to.iter().copied(), before).into_iter().collect()
     }
 
     /// Returns the steps that may follow a way, to instances that are not closed.
