@@ -50,28 +50,28 @@ impl Tasks {
             found.tasks.all.iter().map(|it| growth(it.demand.machine()?, interrupt)).collect();
         let calls = found.keep_proved(&mut claims, &growths);
         let (mut all, mut left_out) = (Vec::new(), Vec::new());
-        for task in 0..self.activities {
-            let Some(deadline) = self.all[task].deadline.filter(|_| is_met(task)) else { continue };
-            let reason = match claims.get(&task) {
-                Some(claim) if claim.response <= deadline.as_nanos() => continue,
-                Some(_) => "no-form",
-                None if matches!(found.responses[task].rule, CpuRule::Global(_)) => "several-cpus",
-                None => "too-many-jobs",
-            };
-            left_out.push((&*self.all[task].name, reason));
-        }
-        for (task, claim) in &claims {
-            let met =
-                self.all[*task].deadline.is_some_and(|it| is_met(*task) && claim.response <= it.as_nanos());
-            all.push(json!({
-                "task": task,
-                "response": claim.response,
-                "met": met,
-                "cpu": claim.cpu,
-                "blocking": found.tasks.all[*task].blocking.as_nanos(),
-                "ends": claim.ends,
-                "closes": claim.closes,
-            }));
+        for (task, of) in self.all.iter().enumerate() {
+            let (claim, deadline) = (claims.get(&task), of.deadline.filter(|_| is_met(task)));
+            let met = claim.zip(deadline).is_some_and(|(claim, it)| claim.response <= it.as_nanos());
+            if let Some(claim) = claim {
+                all.push(json!({
+                    "task": task,
+                    "response": claim.response,
+                    "met": met,
+                    "cpu": claim.cpu,
+                    "blocking": found.tasks.all[task].blocking.as_nanos(),
+                    "ends": claim.ends,
+                    "closes": claim.closes,
+                }));
+            }
+            if deadline.is_some() && !met {
+                let reason = match (claim, found.responses[task].rule) {
+                    (Some(_), _) => "no-form",
+                    (None, CpuRule::Global(_)) => "several-cpus",
+                    _ => "too-many-jobs",
+                };
+                left_out.push((&*of.name, reason));
+            }
         }
         let tasks = growths.iter().enumerate().map(|(task, growth)| self.task_value(task, growth.as_ref()));
         let operations = self.operations.iter().zip(&calls).map(|(of, calls)| {

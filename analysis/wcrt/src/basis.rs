@@ -1,9 +1,11 @@
 //! What the figures of a deployment rest on: the execution times of its codels, measured or assumed, and what is counted as nothing.
 
+use std::collections::BTreeSet;
+
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size};
 use mauve_timing::Level;
-use std::collections::BTreeSet;
+use rustc_hash::FxHashSet;
 
 use crate::reason::Timed;
 use crate::sensitivity::executed_times;

@@ -1,6 +1,6 @@
 //! `mauve verify FILE…`: checks certificates of response times; `mauve wcrt --certificate FILE` writes them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_verify::{Refusal, Summary, verify};
 use mauve_wcrt::{certificate_of, certificate_of_file};
@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use crate::analysis_document::{Deployed, Origin};
 use crate::cli::text::counted;
-use crate::disk::{LONGEST, read};
+use crate::disk::{LONGEST, read, text_in};
 use crate::output::Output;
 
 /// The longest certificate; it has a number for each job of each busy window.
@@ -29,7 +29,10 @@ impl Verify {
         let (mut text, mut code) = (String::new(), 0);
         for path in &self.files {
             let shown = path.display();
-            let json = read_text(path)?;
+            let (json, problem) = text_in(read(path, LONGEST_CERTIFICATE));
+            if let Some(problem) = problem {
+                return Err(format!("`{shown}`: {problem}"));
+            }
             match verify(&json) {
                 Ok(systems) => {
                     let is_partial = systems.iter().any(|it| !it.not_certified.is_empty());
@@ -55,12 +58,6 @@ impl Verify {
         text += "Checked: each inequality, from the task set in the file. Not checked: the execution times and the model are taken from the file.\n";
         Ok(Output::escaped(text, code))
     }
-}
-
-fn read_text(path: &Path) -> Result<String, String> {
-    let bytes = read(path, LONGEST_CERTIFICATE);
-    let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
-    text.map_err(|error| format!("cannot read `{}`: {error}", path.display()))
 }
 
 /// Returns why something is not certified.
