@@ -25,6 +25,8 @@ const MOST_STEPS: u64 = 1 << 14;
 /// Throttling delays all priorities.
 const THROTTLING: u64 = 1 << 32;
 
+type Claims = BTreeMap<usize, Claim>;
+
 /// No job ends later than this.
 struct Claim {
     response: u64,
@@ -45,7 +47,7 @@ impl Tasks {
         let found = set.response_times(&options, interrupt);
         let mut lanes = Lanes::new(&found.tasks.all, &options, interrupt);
         let claim = |task: usize| Some((task, claim(&mut lanes, &found, task)?));
-        let mut claims: BTreeMap<usize, Claim> = (0..self.all.len()).filter_map(claim).collect();
+        let mut claims: Claims = (0..self.all.len()).filter_map(claim).collect();
         let growths: Vec<_> =
             found.tasks.all.iter().map(|it| growth(it.demand.machine()?, interrupt)).collect();
         let calls = found.keep_proved(&mut claims, &growths);
@@ -133,11 +135,7 @@ impl Tasks {
 impl SetAnalysis {
     /// Leaves out the claims that rely on what is not claimed, and returns how many calls of each operation a job counts; none if
     /// that is not proved.
-    fn keep_proved(
-        &self,
-        claims: &mut BTreeMap<usize, Claim>,
-        growths: &[Option<Growth>],
-    ) -> Vec<Option<u64>> {
+    fn keep_proved(&self, claims: &mut Claims, growths: &[Option<Growth>]) -> Vec<Option<u64>> {
         let operations = &self.tasks.operations;
         loop {
             let response = |task| claims.get(&task).map(|it| Time::from_nanos(it.response));

@@ -18,10 +18,7 @@ pub(crate) fn sends_of<'db>(
     let behaviour = behaviour_of(db, project, core);
     let costs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &*program.cost);
     let mut sends: FxHashMap<Name, u64> = FxHashMap::default();
-    for name in costs.flat_map(sends_in) {
-        if sends.contains_key(name) {
-            continue;
-        }
+    for name in costs.flat_map(sends_in).collect::<BTreeSet<_>>() {
         let of_operations = calls_of_operations(behaviour, name);
         let count = |program: &TimedProgram<'db>| calls(&program.cost, name, &of_operations);
         let of_programs: Vec<u64> = behaviour.programs.iter().map(count).collect();

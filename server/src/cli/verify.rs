@@ -131,9 +131,9 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
         Ok(systems) => {
             let met = systems.iter().map(|it| it.met.len()).sum();
             let partial = systems.iter().flat_map(|it| &it.not_certified);
-            let partial: Vec<String> =
+            let partial: String =
                 partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
-            (format!("accepted, {} proved{}", counted(met, "deadline"), partial.concat()), true)
+            (format!("accepted, {} proved{}", counted(met, "deadline"), partial), true)
         }
         Err(Refusal::False(why) | Refusal::Unreadable(why)) => (format!("refused: {why}"), false),
     })

@@ -81,7 +81,7 @@ fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
 /// Returns the greatest execution time of the jobs of an activity now, and the greatest with which every deadline is met.
 fn time(trials: &Trials<'_>, start: &Plan, activity: usize) -> Option<[Time; 2]> {
     let now = trials.time_of(activity)?;
-    let step = rounded(now);
+    let step = step_of(now);
     let holds = |number: Time| {
         let cap = Some((activity, Time::from_nanos(number.as_nanos() * step)));
         is_solvable(trials, &Plan { cap, ..start.clone() })
@@ -106,13 +106,4 @@ fn period(trials: &Trials<'_>, start: &Plan, unit: usize) -> Option<[Time; 2]> {
     let longer = Boundary::above(now.as_nanos() / step, holds)??;
     let found = Boundary::between(longer.good, longer.bad, holds);
     found.is_complete().then(|| [now, Time::from_nanos(found.good * step)])
-}
-
-/// Returns the step of a readable time: the greatest power of ten that is at most a hundredth of it.
-fn rounded(time: Time) -> u64 {
-    let mut step = 1;
-    while step <= time.as_nanos() / 1000 {
-        step *= 10;
-    }
-    step
 }
