@@ -112,9 +112,12 @@ const LINE: f64 = 17.0;
 fn svg(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) -> String {
     let mut out = String::new();
     let mut y = 48.0;
+    let soft = |out: &mut String, y: f64, line: &str| {
+        let line = svg_text(&fitted(line, PLOT, 12.0, false));
+        let _ = writeln!(out, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{y:.1}\">{line}</text>");
+    };
     if !with.is_empty() {
-        let with = fitted(with, PLOT, 12.0, false);
-        let _ = writeln!(out, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{y}\">{}</text>", svg_text(&with));
+        soft(&mut out, y, with);
         y += LINE + 4.0;
     }
     for &row in rows {
@@ -122,8 +125,7 @@ fn svg(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) -
     }
     y += 4.0;
     for line in below {
-        let line = fitted(line, PLOT, 12.0, false);
-        let _ = writeln!(out, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{y:.1}\">{}</text>", svg_text(&line));
+        soft(&mut out, y, line);
         y += LINE;
     }
     // What the bars mean.

@@ -162,9 +162,6 @@ type Growth = (u64, u64, Vec<u64>);
 
 /// Returns the closed form of the demand of a machine, by the state in which its jobs end; none if it is not found.
 fn growth(machine: &StateMachine, interrupt: &dyn Fn()) -> Option<Growth> {
-    if machine.states() == 1 {
-        return Some((0, 1, vec![machine.greatest_cost().as_nanos()]));
-    }
     machine.greatest_cost().as_nanos().checked_mul(MOST_STEPS)?;
     let mut recurrence = Recurrence::new(Adjacency::reversed(machine));
     for _ in 0..MOST_STEPS {
