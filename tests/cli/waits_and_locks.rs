@@ -22,10 +22,10 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_str(&found.out).unwrap_or_else(|_| panic!("{}{}", found.out, found.err))
 }
 
-fn response(folder: &Path, instance: &str) -> Value {
+fn response(folder: &Path, instance: &str) -> Option<f64> {
     let found = json(folder, &["wcrt"]);
-    let all = found[0]["activities"].as_array().unwrap().iter();
-    all.clone().find(|it| it["instance"] == instance).unwrap()["response_ms"].clone()
+    let mut all = found["results"][0]["activities"].as_array().unwrap().iter();
+    all.find(|it| it["instance"] == instance).unwrap()["response"].as_f64()
 }
 
 /// `eye` writes for `wheels`, below it on the CPU, and executes `ask` for `talker`; `high` is above both, and `low` between them.
@@ -72,32 +72,31 @@ fn a_call_that_waits_delays_the_write() {
     let chain = "[chains.drive]\nfrom = 'sense'\nto = 'act'\n";
     let latency = |name: &str, wait: &str| {
         let folder = robot(name, CALLS, &format!("{TIMES}{wait}"), chain);
-        json(&folder, &["chains"])[0]["chains"][0]["latency_ms"].as_f64().unwrap()
-    };
-    let run = |name: &str, wait: &str| {
-        let folder = robot(name, CALLS, &format!("{TIMES}{wait}"), chain);
-        response(&folder, "eye").as_f64().unwrap() + response(&folder, "wheels").as_f64().unwrap()
+        let found = json(&folder, &["chains"])["chains"][0]["latency"].as_f64().unwrap();
+        let [eye, wheels] = ["eye", "wheels"].map(|it| response(&folder, it).unwrap());
+        (found, eye, wheels)
     };
     // At most two periods, and the job of `wheels`: `eye` has written before.
-    let wheels = response(&robot("wheels", CALLS, TIMES, chain), "wheels").as_f64().unwrap();
-    assert_eq!(latency("executes", ""), 100.0 + 150.0 + wheels);
-    let wait = "[wait]\nslow = 20\n";
-    assert_eq!(latency("waits", wait), 250.0 + run("times", wait));
+    let (found, _, wheels) = latency("executes", "");
+    assert_eq!(found, 100.0 + 150.0 + wheels);
+    let (found, eye, wheels) = latency("waits", "[wait]\nslow = 20\n");
+    assert_eq!(found, 100.0 + eye + 150.0 + wheels);
 }
 
 /// While `eye` waits in a call, `low` may take the lock again: how often is unknown.
 #[test]
 fn a_call_that_waits_lets_a_lock_be_taken() {
     let lock = "[locks.bus]\ncodels = ['sense', 'low']\nprotocol = 'inheritance'\n";
-    assert!(response(&robot("executes", CALLS, TIMES, lock), "eye").is_number());
+    assert!(response(&robot("executes", CALLS, TIMES, lock), "eye").is_some());
     let folder = robot("waits", CALLS, &format!("{TIMES}[wait]\nslow = 20\n"), lock);
-    assert!(response(&folder, "eye").is_null());
+    assert!(response(&folder, "eye").is_none());
     let said = mauve(MAUVE, &folder, &["wcrt"]).out;
     assert!(said.contains("while `eye` waits, a lower priority may take the lock `bus` again"), "{said}");
-    // A file of the tasks knows it too.
-    let file = mauve(MAUVE, &folder, &["export", "wcrt", "--output", "set.json"]);
-    assert_eq!(file.code, 0, "{}", file.err);
-    let found = mauve(MAUVE, &folder, &["wcrt", "set.json"]).out;
+    // The file of the tasks knows it too.
+    let generated = mauve(MAUVE, &folder, &["generate", "--out", "generated"]);
+    assert_eq!(generated.code, 0, "{}", generated.err);
+    let set = std::fs::read_dir(folder.join("generated")).unwrap().next().unwrap().unwrap();
+    let found = mauve(MAUVE, &set.path(), &["wcrt", "models/Robot.json"]).out;
     assert!(found.contains("while `eye` waits, a lower priority may take the lock `bus` again"), "{found}");
 }
 
@@ -132,6 +131,6 @@ deployment Robot {
             format!("[locks.{lock}]\ncodels = ['holder', '{with}']\nprotocol = '{protocol}'\n")
         });
         let folder = robot(&format!("{protocol}-{cpu}"), &MODEL.replace("CPU", cpu), times, &locks.concat());
-        assert_eq!(response(&folder, "high").as_f64(), found, "{protocol} on {cpu}");
+        assert_eq!(response(&folder, "high"), found, "{protocol} on {cpu}");
     }
 }

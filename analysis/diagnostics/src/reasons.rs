@@ -335,7 +335,7 @@ fn lock(why: &LockReason) -> Words {
         LockReason::UnknownWaits { lock, waiting } => (
             format!(
                 "while `{waiting}` waits, a lower priority may take the lock `{lock}` again, and how often it waits is unknown: \
-                 write that in `[wait]`, as in `{{ time = 0.8, times = 1 }}`"
+                 write that in `[wait]`, as in `{{ time = 0.8, times = 1 }}`; of operations for others, it is never known"
             ),
             "waits unknown",
         ),

@@ -136,14 +136,14 @@ mod tests {
         json!({
             "name": name, "is_activity": true, "is_real_time": true, "priority": priority, "period": period,
             "deadline": period, "jitter": 0, "burst": 1, "sporadic": false, "thread": null, "cpus": [0],
-            "machine": { "states": 2, "edges": edges, "waits": null, "from": 1, "period": 2, "gains": gains },
+            "machine": { "states": 2, "edges": edges, "waits": 0, "from": 1, "period": 2, "gains": gains },
         })
     }
 
     /// A task whose jobs all execute for `time`.
     fn simple(name: &str, priority: u64, period: u64, time: u64) -> Value {
         let mut task = task(name, priority, period, json!([[0, 0, time, 0]]), [0, 0]);
-        task["machine"] = json!({ "states": 1, "edges": [[0, 0, time, 0]], "waits": null, "from": 0, "period": 1, "gains": [time] });
+        task["machine"] = json!({ "states": 1, "edges": [[0, 0, time, 0]], "waits": 0, "from": 0, "period": 1, "gains": [time] });
         task
     }
 
