@@ -437,7 +437,9 @@ mod tests {
             ),
             "accepted"
         );
-        for (place, value) in [("tasks/1/sporadic", json!(true)), ("tasks/0/period", json!(null))] {
+        let unbound =
+            [("tasks/1/sporadic", json!(true)), ("tasks/1/burst", json!(2)), ("tasks/0/period", json!(null))];
+        for (place, value) in unbound {
             assert!(
                 changed(&robot, &[(place, value)]).contains("nothing bounds when they are executed"),
                 "{place}"
@@ -653,6 +655,13 @@ mod tests {
             changed(&robot, &[("tasks/1/sporadic", json!(true))])
                 .contains("`pilot` is not released by a clock")
         );
+        let twice = [
+            ("tasks/1/burst", json!(2)),
+            ("claims/1/ends", json!([15, 28])),
+            ("claims/1/response", json!(28)),
+        ];
+        assert_eq!(changed(&robot, &twice), "`see`: `pilot` is not released by a clock");
+        assert_eq!(changed(&robot, &[("chains/0/limit", json!(55))]), "accepted");
         let without = changed(&robot, &[("claims", json!([claim(0, &[4])]))]);
         assert!(without.contains("relies on the response time of `pilot`, which has no claim"), "{without}");
     }
