@@ -339,7 +339,7 @@ deployment D { architecture A
             draw_comparison(&compared(&["eye.priority=1"]), &["eye.priority=1".to_owned()], Drawing::Svg);
         let from = svg.find("<text class=\"soft\"").unwrap();
         expect![[r#"
-            <text class="soft" x="16" y="48">with eye.priority=1</text>
+            <text class="soft" x="16" y="48.0">with eye.priority=1</text>
             <g class="box missed" data-row="0"><title>eye: ✗ 4 → 14 / 10 ms, no longer met; priority 3 → 1</title>
             <rect class="row" x="8" y="52.0" width="404" height="42.0" rx="3"/>
             <text class="name" x="16" y="69.0">eye</text>

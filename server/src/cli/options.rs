@@ -43,7 +43,7 @@ pub(super) fn time(text: &str) -> Result<Time, String> {
     if time == Time::ZERO { Err("expected a time greater than 0".to_owned()) } else { Ok(time) }
 }
 
-/// How to show what is one table.
+/// How to show figures that are one table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum TableFormat {
     /// For people.
