@@ -197,7 +197,7 @@ fn succeeded(output: std::io::Result<Output>) -> Result<Vec<u8>, String> {
     Err(line.trim_start_matches("fatal: ").to_owned())
 }
 
-/// The contents of files: a git that answers a line about each object that it is asked for, its bytes and a line break.
+/// The contents of files. Git is asked for one object after another; it answers with a line about the object, its bytes and a line break.
 #[derive(Debug)]
 pub(crate) struct Contents<'a> {
     repository: &'a Repository,

@@ -4,8 +4,7 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Link, ModelDb, Overwrite, Skip, SkipCause};
 use mauve_wcrt::chains::{ChainProblem, ChainReason, ChainReport};
 
-use super::lists::each_once;
-use super::lists::enumerated;
+use super::lists::{each_once, enumerated};
 use super::reasons::{short_reason, timing_reason};
 
 /// Returns the reasons why a chain has no latency, each once.

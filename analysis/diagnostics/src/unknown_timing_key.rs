@@ -23,6 +23,7 @@
 //! Fix: replace the key by the similar one. Where several keys name the same unknown library, that is one message.
 
 use super::*;
+
 /// See [`report`] for `fixed`. `known`: all topics, which are named where none is similar.
 pub(super) fn of_topic<'db>(
     at: Location<'db>,

@@ -1,8 +1,8 @@
 //! What n jobs of a state machine demand at most.
 //!
 //! Each job takes one edge. zₙ\[s\] is the greatest sum of at most n edges in a row that end in s. It follows from
-//! z₀ = 0 and zₙ₊₁\[t\] = max over the edges (s, t) of zₙ\[s\] + their time; a state that nothing enters keeps 0. Then n jobs, of which
-//! the last one executes for at most r, demand at most max over s of zₙ₋₁\[s\] + min(the longest edge out of s, r).
+//! z₀ = 0 and zₙ₊₁\[t\] = max over the edges (s, t) of zₙ\[s\] + their time; a state that nothing enters keeps 0. Let the last of n
+//! jobs execute for at most r. Then they demand at most max over s of zₙ₋₁\[s\] + min(the longest edge out of s, r).
 //!
 //! **Closed form.** Let zₘ₊꜀\[s\] ≤ zₘ\[s\] + K\[s\] for each state at one m, and K\[s\] ≤ K\[t\] on each edge (s, t). Then it is so
 //! for m + 1: zₘ₊₁₊꜀\[t\] is some zₘ₊꜀\[s\] + time ≤ zₘ\[s\] + K\[s\] + time ≤ zₘ₊₁\[t\] + K\[t\]. So two rows and the edges are

@@ -61,7 +61,7 @@ function declaration<Answer>(
   };
 }
 
-/** A kind of panel about an instance of a deployment, which has these words in the choice; `subjectOf` is the one that stays chosen. */
+/** A kind of panel about an instance of a deployment. The choice of an instance shows these words; `subjectOf` names the chosen one. */
 function ofInstance<Answer extends Schedule | Probability>(
   title: string,
   method: string,
