@@ -227,16 +227,14 @@ fn never_waits_for_another<'db>(
     codel: Decl<'db>,
 ) -> bool {
     let its: Vec<_> = declared.all.iter().filter(|lock| lock.codels.contains(&codel)).collect();
-    if its.len() < 2 {
-        return true;
-    }
     let takes_one = |component| match codels_of(db, project, component) {
         Some(codels) => its.iter().any(|lock| codels.iter().any(|codel| lock.codels.contains(codel))),
         None => true,
     };
     let users = system.activities.iter().filter(|it| it.host == host && it.component.is_some_and(takes_one));
-    let cpus: CpuSet = users.map(|it| it.task.cpus.unwrap_or(CpuSet::ALL)).collect();
-    cpus.is_one() && its.iter().all(|lock| lock.protocol == Protocol::Ceiling)
+    let cpus = users.map(|it| it.task.cpus.unwrap_or(CpuSet::ALL));
+    its.len() < 2
+        || cpus.collect::<CpuSet>().is_one() && its.iter().all(|lock| lock.protocol == Protocol::Ceiling)
 }
 
 /// Returns for how long a codel holds a lock, with the two context switches to it and back where another activity waits.
