@@ -408,10 +408,10 @@ mod tests {
     use mauve_wcrt::Query;
 
     use super::*;
-    use crate::figure::TIGHT_SLACK;
     use crate::fixture::Fixture;
     use crate::graph::graph;
     use crate::graph::tests::MODEL;
+    use mauve_diagnostics::figure::TIGHT_SLACK;
 
     fn drawn(name: &str, drawing: Drawing) -> String {
         made(name, |db, graph| draw_graph(db, graph, drawing))

@@ -18,8 +18,8 @@ use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, response_times};
 
 use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
-use crate::figure::{HintStatus, chain_figure};
 use crate::text_canvas::cells;
+use mauve_diagnostics::figure::{HintStatus, chain_figure};
 
 /// The chains of a deployment as they are drawn.
 #[derive(Debug, Clone)]
@@ -81,7 +81,7 @@ pub fn drawn_chains<'db>(
     let (config, file) = (config_of(db, project.workspace(db)), config_file(db, project.workspace(db)));
     let links = deployed(db, project, of).map_or(&[] as &[_], |(flat, _)| &flat.links);
     let drawn = |chain: &ChainReport<'db>| {
-        let (figures, status) = chain_figure((chain.latency, chain.limit), "no bound", tight_slack);
+        let forms = chain_figure((chain.latency, chain.limit), "no bound", tight_slack);
         let steps = chain.steps.iter().map(|step| {
             let link = step.connection.and_then(|index| links.get(index)).map(|link| link.at.clone());
             let activity = || report.activities.get(step.activity?)?.at.clone();
@@ -97,8 +97,8 @@ pub fn drawn_chains<'db>(
         });
         DrawnChain {
             name: chain.name.to_string(),
-            figure: figures.into_iter().next().unwrap_or_default(),
-            status,
+            figure: forms.text().to_owned(),
+            status: forms.status,
             declared,
             latency: chain.latency,
             limit: chain.limit,

@@ -21,7 +21,7 @@ use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use crate::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure, met};
+use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure, met};
 
 /// All figures of a deployment in one state.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -183,7 +183,7 @@ impl Figures {
         let report = response_times(db, project, deployment, query);
         let is_assumed = report.with_assumptions();
         let activity = |(it, is_assumed): (&ActivityReport<'db>, bool)| {
-            let (shown, hint) = figure(db, it, is_assumed, TIGHT_SLACK);
+            let forms = figure(db, it, is_assumed, TIGHT_SLACK);
             let mut fields = vec![it.component_name.to_string()];
             if (it.priority, it.period, it.deadline) != (Priority::Unknown, None, None) {
                 let priority = match it.priority {
@@ -201,8 +201,8 @@ impl Figures {
                 status: it.verdict,
                 time: it.response,
                 limit: it.deadline.filter(|_| it.verdict != Status::Background),
-                shown: shown.into_iter().next().unwrap_or_default(),
-                hint,
+                shown: forms.text().to_owned(),
+                hint: forms.status,
                 reasons: if it.response.is_some() { Vec::new() } else { reasons_of(db, it) },
                 fields,
                 way: Vec::new(),
@@ -211,7 +211,7 @@ impl Figures {
         let chain = |it: &ChainReport<'db>| {
             let reasons = reasons_of_chain(db, it);
             let reason = reasons.first().map_or("", String::as_str);
-            let (shown, hint) = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
+            let forms = chain_figure((it.latency, it.limit), reason, TIGHT_SLACK);
             let end = |it: &ChainEnd<'db>| {
                 [it.instance.to_string(), it.shown(db).replacen(it.instance.as_str(), "", 1)]
             };
@@ -230,8 +230,8 @@ impl Figures {
                 },
                 time: it.latency,
                 limit: it.limit,
-                shown: shown.into_iter().next().unwrap_or_default(),
-                hint,
+                shown: forms.text().to_owned(),
+                hint: forms.status,
                 reasons,
                 fields: Vec::new(),
                 way,

@@ -17,8 +17,8 @@ use mauve_timing::Unit;
 
 use crate::comparison::{Compared, Comparison, Figure, FigureChange};
 use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
-use crate::figure::HintStatus;
 use crate::text_canvas::cells;
+use mauve_diagnostics::figure::HintStatus;
 
 impl Comparison {
     /// Returns the rows of a drawing: all activities, then the chains that changed or have a limit.

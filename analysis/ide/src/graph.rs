@@ -14,7 +14,7 @@ use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of_host};
 
 use crate::drawing::drawn_name;
-use crate::figure::figure;
+use mauve_diagnostics::figure::figure;
 
 /// A graph of instances and connections.
 #[derive(Debug, Clone)]
@@ -177,11 +177,9 @@ pub fn graph<'db>(
     let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.with_assumptions()));
     let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, String)> = BTreeMap::new();
     for (activity, is_assumed) in reported {
-        let (texts, _) = figure(db, activity, is_assumed, tight_slack);
+        let forms = figure(db, activity, is_assumed, tight_slack);
         // Of several activities of one instance, the first one is shown.
-        figures
-            .entry(&activity.instance)
-            .or_insert_with(|| (activity, texts.into_iter().next().unwrap_or_default()));
+        figures.entry(&activity.instance).or_insert_with(|| (activity, forms.text().to_owned()));
     }
     let flat = flat_of(db, project, target);
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();

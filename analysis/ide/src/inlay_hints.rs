@@ -25,7 +25,7 @@ use mauve_hir::item_tree::{HookKind, Name};
 use mauve_syntax::TextSize;
 
 use self::label::Texts;
-use crate::figure::{HintStatus, TIGHT_SLACK};
+use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
 
 /// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -71,7 +71,6 @@ mod drawing;
 mod exceedance;
 mod execution_report;
 mod explanation;
-mod figure;
 #[cfg(test)]
 mod fixture;
 mod folding_ranges;
@@ -124,7 +123,6 @@ pub use drawing::Drawing;
 pub use exceedance::{CodelOf, Exceedance, draw_exceedance, exceedance, selected_codel};
 pub use execution_report::{ExecutionReport, Measured, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
-pub use figure::{HintStatus, TIGHT_SLACK, chain_figure, figure};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use gantt::{draw_schedule, to_micros};

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, names_of, projects};
-use mauve_ide::{Drawing, MachineTitle, TIGHT_SLACK, draw_graph, draw_state_machine, graph, state_machine};
+use mauve_ide::{Drawing, MachineTitle, draw_graph, draw_state_machine, graph, state_machine};
 use mauve_timing::Level;
 use mauve_wcrt::{Query, first_tables};
 

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use mauve_diagnostics::figure::HintStatus;
 use mauve_diagnostics::{Extent, findings_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, File, Workspace, names_of, projects};
 use mauve_ide::{
-    ActionKind, ActionQuestion, Changes, CodeAction, EarlierFigures, HintOptions, HintStatus, InlayHint,
-    code_actions, hash_of_hints, inlay_hints,
+    ActionKind, ActionQuestion, Changes, CodeAction, EarlierFigures, HintOptions, InlayHint, code_actions,
+    hash_of_hints, inlay_hints,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, fixture, models, random_model, texts_moved};

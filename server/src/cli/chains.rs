@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_diagnostics::{errors_of, errors_of_text, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
-use mauve_ide::{Drawing, TIGHT_SLACK, draw_chains, drawn_chains};
+use mauve_ide::{Drawing, draw_chains, drawn_chains};
 use mauve_timing::{ChainRule, Level, Time};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
 use mauve_wcrt::{Query, basis_of, response_times};

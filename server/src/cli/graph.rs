@@ -3,10 +3,11 @@
 
 use std::collections::HashSet;
 
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_diagnostics::{errors_of, errors_of_text};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, target_of};
-use mauve_ide::{TIGHT_SLACK, draw_graph, graph, no_chain};
+use mauve_ide::{draw_graph, graph, no_chain};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 

@@ -34,8 +34,8 @@ use mauve_wcrt::{
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
-use crate::figure::changed_figure;
 use crate::what_if::edit_of_fields;
+use mauve_diagnostics::figure::changed_figure;
 
 /// Offers the changes of the deployment and of the activity at the cursor, the best first.
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {

@@ -19,9 +19,9 @@ use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, system_of};
 
 use crate::connections::{Connected, connections_in};
-use crate::figure::{TIGHT_SLACK, chain_figure, short};
 use crate::markdown;
 use crate::occurrences::grouped;
+use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure, short};
 
 /// The most chains that are shown.
 const MOST_CHAINS: usize = 3;
@@ -145,8 +145,8 @@ fn chain_text<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> String {
         let reasons: Vec<String> = reasons.collect();
         return format!("chain {name}: no latency\n{}", reasons.concat());
     };
-    let (figure, _) = chain_figure((chain.latency, chain.limit), "", TIGHT_SLACK);
-    let mut out = format!("chain {name}: {}\n", figure.first().map_or("", String::as_str));
+    let figure = chain_figure((chain.latency, chain.limit), "", TIGHT_SLACK).full();
+    let mut out = format!("chain {name}: {figure}\n");
     let sums: Vec<(Time, String)> = chain
         .steps
         .iter()

@@ -6,8 +6,8 @@ use mauve_hir::{Decl, ModelDb, Project};
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, InlayHint, Subject, column, end_of_line};
 use crate::connections::{Connected, connections_in};
-use crate::figure::{HintStatus, MOST_CHARACTERS, TIGHT_SLACK, chain_figure, cut, short};
 use crate::occurrences::grouped;
+use mauve_diagnostics::figure::{Forms, HintStatus, MOST_CHARACTERS, TIGHT_SLACK, chain_figure, short};
 
 pub(super) fn of_connections<'db>(
     db: &'db dyn ModelDb,
@@ -18,7 +18,7 @@ pub(super) fn of_connections<'db>(
     let text = architecture.file(db).text(db);
     let connected = connections_in(db, project, architecture).into_iter();
     for (at, all) in grouped(connected.map(|it| (&it.link.at, it))) {
-        let Some((texts, status)) = shown(db, &all) else { continue };
+        let Some(Forms { texts, status, .. }) = shown(db, &all) else { continue };
         let range = at.range(db);
         let offset = end_of_line(text, range.end());
         let room = most_at(column(text, offset));
@@ -33,22 +33,20 @@ pub(super) fn of_connections<'db>(
 }
 
 /// Returns what is shown of a connection, in fewer and fewer words: what is wrong in some deployment, or the greatest latency.
-fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<(Vec<String>, HintStatus)> {
+fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<Forms> {
+    let of = |texts: Vec<String>, status| Some(Forms { texts, bar: None, status });
     if let Some(by) = all.iter().find_map(|it| it.report.overwritten.as_ref()) {
         let short = "may be overwritten";
-        return Some((vec![format!("{short} in {}", by.state), short.to_owned()], HintStatus::Unknown));
+        return of(vec![format!("{short} in {}", by.state), short.to_owned()], HintStatus::Unknown);
     }
     if let Some(age) = all.iter().filter_map(|it| it.report.stays_full).max() {
         let texts = [format!("stays full, ≥ {} old", short(age)), "stays full".to_owned()];
-        return Some((texts.to_vec(), HintStatus::Tight));
+        return of(texts.to_vec(), HintStatus::Tight);
     }
     if let Some(it) = all.iter().find(|it| it.report.latency.is_none()) {
         let reason = it.report.reason.as_ref()?;
         let (_, words) = connection_reason(db, it.link, reason);
-        return Some((
-            vec![cut(&format!("? {words}"), MOST_CHARACTERS), "?".to_owned()],
-            HintStatus::Unknown,
-        ));
+        return Some(chain_figure((None, None), &words, TIGHT_SLACK));
     }
     let latency = all.iter().filter_map(|it| it.report.latency).max()?;
     Some(chain_figure((Some(latency), None), "", TIGHT_SLACK))

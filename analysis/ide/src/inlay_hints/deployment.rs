@@ -11,7 +11,7 @@ use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, res
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
-use crate::figure::{HintStatus, MOST_CHARACTERS, figure};
+use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS, figure};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
 const HIGH_LOAD: u32 = 90;
@@ -101,8 +101,8 @@ impl Shown {
         is_assumed: bool,
         tight_slack: u32,
     ) -> Shown {
-        let (texts, status) = figure(db, activity, is_assumed, tight_slack);
-        let texts = Texts::of(texts);
+        let forms = figure(db, activity, is_assumed, tight_slack);
+        let (texts, status) = (Texts::of_forms(&forms), forms.status);
         let is_known = activity.verdict != Status::NotAnalysed;
         let figure = is_known.then(|| Figure::complete(texts.clone()));
         Shown { texts, status, figure }

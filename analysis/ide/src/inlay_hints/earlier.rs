@@ -15,7 +15,7 @@ use super::declaration::{hash_of_declaration, of_declaration};
 use super::figures::{Figures, PATIENCE, is_newer, older};
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line, hash_of, programs};
-use crate::figure::{HintStatus, MOST_CHARACTERS};
+use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use super::{Figure, HintOf, InlayHint, Subject};
-use crate::figure::HintStatus;
+use mauve_diagnostics::figure::HintStatus;
 
 /// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);

@@ -8,8 +8,8 @@ use super::declaration::{hash_of_declaration, of_declaration};
 use super::earlier::{EarlierFigures, Owner, of_lost_activities};
 use super::figures::{missing_loads, with_earlier};
 use super::{HintOf, HintOptions, InlayHint, Subject, hash_of, programs};
-use crate::figure::{MOST_CHARACTERS, cut};
 use crate::occurrences::each_once;
+use mauve_diagnostics::figure::{MOST_CHARACTERS, cut};
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;

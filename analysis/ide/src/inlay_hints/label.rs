@@ -1,6 +1,6 @@
 //! The texts of hints: short enough for an editor that is split in two.
 
-use crate::figure::{MOST_CHARACTERS, cut};
+use mauve_diagnostics::figure::{Forms, MOST_CHARACTERS, cut};
 
 /// The columns that an editor shows on a small screen, beside its lists of files and its map. Editors that know better choose among
 /// the texts themselves.
@@ -16,7 +16,11 @@ pub(super) fn most_at(column: usize) -> usize {
 
 /// Texts that say the same in fewer and fewer words, each of at most [`MOST_CHARACTERS`].
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Texts(Vec<String>);
+pub(super) struct Texts {
+    texts: Vec<String>,
+    /// Longer ones with a bar, for editors that know how much room there is.
+    with_bar: Vec<String>,
+}
 
 impl Texts {
     /// Returns those of `texts` that are short enough; if there is none, the last one without its end.
@@ -32,18 +36,25 @@ impl Texts {
             texts.extend(last);
         }
         texts.dedup();
-        Texts(texts)
+        Texts { texts, with_bar: Vec::new() }
+    }
+
+    /// Returns the forms of a figure.
+    pub(super) fn of_forms(forms: &Forms) -> Texts {
+        let mut all = forms.all();
+        let texts = all.split_off(all.len().saturating_sub(forms.texts.len()));
+        Texts { with_bar: all, ..Texts::of(texts) }
     }
 
     /// Returns the first text of at most `room` characters, otherwise the last one.
     pub(super) fn within(&self, room: usize) -> &str {
-        let fits = self.0.iter().find(|text| text.chars().count() <= room);
-        fits.or(self.0.last()).map_or("", String::as_str)
+        let fits = self.texts.iter().find(|text| text.chars().count() <= room);
+        fits.or(self.texts.last()).map_or("", String::as_str)
     }
 
     /// Returns the texts with the mark of older figures, `…`, in the place of their own.
     pub(super) fn as_older(&self) -> Texts {
-        let older = self.0.iter().map(|text| {
+        let older = self.texts.iter().map(|text| {
             let mut words = text.splitn(2, ' ');
             match (words.next(), words.next()) {
                 (Some("✓" | "!" | "✗" | "–"), rest) => format!("… {}", rest.unwrap_or_default()),
@@ -54,8 +65,9 @@ impl Texts {
         Texts::of(older.into_iter().chain(["…".to_owned()]))
     }
 
+    /// Returns all of them, the longest first.
     pub(super) fn into_all(self) -> Vec<String> {
-        self.0
+        self.with_bar.into_iter().chain(self.texts).collect()
     }
 }
 

@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 use super::figures::{Figures, with_earlier};
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, InlayHint, Place, Subject, column, end_of_line, hash_of};
-use crate::figure::{HintStatus, short};
+use mauve_diagnostics::figure::{HintStatus, short};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(

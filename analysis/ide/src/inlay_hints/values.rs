@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::label::Texts;
 use super::{HintOf, InlayHint, end_of_line};
-use crate::figure::{HintStatus, MOST_CHARACTERS, cut};
+use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS, cut};
 
 pub(super) fn of_values<'db>(
     db: &'db dyn ModelDb,

@@ -9,7 +9,8 @@
 //! | `load` | the utilisation of a CPU in percent, if the hint shows it |
 //! | `at` | what the server needs to resolve the hint |
 
-use mauve_ide::{EarlierFigures, HintStatus};
+use mauve_diagnostics::figure::HintStatus;
+use mauve_ide::EarlierFigures;
 use serde::Deserialize as _;
 use serde_json::json;
 use tower_lsp::jsonrpc::Result;

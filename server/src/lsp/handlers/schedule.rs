@@ -13,7 +13,7 @@
 //! `data-activity` holds the index of an activity in `activities`. Without a schedule, there are `reasons`, and no drawing.
 //! `incomplete` is whether a text has syntax errors.
 
-use mauve_diagnostics::{reasons_of, times_of};
+use mauve_diagnostics::{figure, reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
@@ -43,12 +43,12 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
     let instances = report.activities.iter().zip(report.with_assumptions());
     let has_response = |it: &ActivityReport<'_>| it.response.is_some() && it.verdict != Status::Background;
     let instances = instances.filter(|(it, _)| has_response(it)).map(|(it, is_assumed)| {
-        let (figure, _) = mauve_ide::figure(db, it, is_assumed, tight_slack);
+        let figure = figure::figure(db, it, is_assumed, tight_slack);
         json!({
             "instance": it.instance.to_string(),
             "response": it.response.map(milliseconds),
             "deadline": it.deadline.map(milliseconds),
-            "figure": figure.first(),
+            "figure": figure.text(),
             "status": it.verdict.name(),
         })
     });

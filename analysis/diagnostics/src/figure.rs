@@ -1,13 +1,21 @@
-//! The one form of a figure: a mark, the response time, the deadline and their unit.
+//! The one form of a figure: a mark, the response time, the deadline and their unit, and where there is room a bar and per cent.
+//!
+//! ```text
+//! ✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %    ! 997 / 1000 ms    ✗ 113 / 100 ms    ✗ CPU 1 overloaded (101.7 %)    ? no time for astar
+//! ```
+//!
+//! Hints, hovers, tables, drawings, actions and messages take it from here. Slack is a figure of its own, in hovers and in
+//! `--sensitivity`.
 
-use mauve_diagnostics::short_reason;
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time, Unit};
 use mauve_wcrt::ActivityReport;
 use serde::{Deserialize, Serialize};
 
+use crate::short_reason;
+
 /// The maximum length of a hint, in characters.
-pub(crate) const MOST_CHARACTERS: usize = 32;
+pub const MOST_CHARACTERS: usize = 32;
 
 /// Slack below this share of the deadline, in percent, is [`HintStatus::Tight`], unless the user sets another share.
 pub const TIGHT_SLACK: u32 = 10;
@@ -46,39 +54,112 @@ impl HintStatus {
     }
 }
 
-/// Returns what is shown of an activity, in fewer and fewer words: without the unit, without the deadline, and at last the mark alone;
-/// or why it has no response time. Slack below `tight_slack` percent of the deadline is [`HintStatus::Tight`].
-///
-/// ```text
-/// ✓ 53 / 100 ms    ! 997 / 1000 ms    ✗ 113 / 100 ms    ✗ CPU 1 overloaded (101.7 %)    ? no time for astar
-/// ```
+/// A figure in fewer and fewer words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Forms {
+    /// `✓ 53 / 100 ms` and what remains of it as room shrinks: without the unit, without the deadline, and at last the mark alone.
+    pub texts: Vec<String>,
+    /// `▰▰▰▱▱▱` and `53 %`, where there is a time and a limit.
+    pub bar: Option<[String; 2]>,
+    /// What it says, for its colour.
+    pub status: HintStatus,
+}
+
+impl Forms {
+    /// A figure without a bar.
+    fn of_texts(texts: impl IntoIterator<Item = String>, status: HintStatus) -> Forms {
+        Forms { texts: texts.into_iter().collect(), bar: None, status }
+    }
+
+    /// Returns the forms of a time beside its limit. Slack below `tight_slack` percent of the limit is [`HintStatus::Tight`].
+    ///
+    /// ```
+    /// use mauve_diagnostics::figure::Forms;
+    /// use mauve_timing::Time;
+    ///
+    /// let ms = |time: u64| Time::from_nanos(time * 1_000_000);
+    /// let forms = Forms::of(ms(53), ms(100), 10);
+    /// assert_eq!((forms.text(), &*forms.full()), ("✓ 53 / 100 ms", "✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %"));
+    /// assert_eq!(Forms::of(ms(113), ms(100), 10).full(), "✗ 113 / 100 ms ▰▰▰▰▰▰ 113 %");
+    /// ```
+    pub fn of(time: Time, limit: Time, tight_slack: u32) -> Forms {
+        Forms::with("", time, limit, false, tight_slack)
+    }
+
+    fn with(at_most: &str, time: Time, limit: Time, is_assumed: bool, tight_slack: u32) -> Forms {
+        let (mark, status) = match time > limit {
+            true => ("✗", HintStatus::Missed),
+            false => met(time, limit, tight_slack),
+        };
+        let texts = response_texts(&format!("{mark}{at_most}"), compared(time, limit), is_assumed);
+        Forms { texts, bar: Some(bar(time, limit)), status }
+    }
+
+    /// Its form within a sentence: `✓ 53 / 100 ms`.
+    pub fn text(&self) -> &str {
+        self.texts.first().map_or("", String::as_str)
+    }
+
+    /// Its longest form: `✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %`.
+    pub fn full(&self) -> String {
+        self.all().swap_remove(0)
+    }
+
+    /// All forms, the longest first.
+    pub fn all(&self) -> Vec<String> {
+        let text = self.text();
+        let bar = self
+            .bar
+            .iter()
+            .flat_map(|[bar, percent]| [format!("{text} {bar} {percent}"), format!("{text} {bar}")]);
+        bar.chain(self.texts.iter().cloned()).chain(self.texts.is_empty().then(String::new)).collect()
+    }
+}
+
+/// The number of cells of a bar.
+const CELLS: u64 = 6;
+
+/// Returns the share of a limit as a bar and in per cent, rounded up. A bar is full where the limit is reached, and only there.
+fn bar(time: Time, limit: Time) -> [String; 2] {
+    let (time, limit) = (u128::from(time.as_nanos()), u128::from(limit.as_nanos()).max(1));
+    let cells = (time * u128::from(CELLS) / limit).clamp(u128::from(time > 0), u128::from(CELLS)) as usize;
+    let bar = "▰".repeat(cells) + &"▱".repeat(CELLS as usize - cells);
+    // The last per cents before a limit count.
+    let tenths = (time * 1000).div_ceil(limit);
+    let is_whole = tenths < 900 || tenths > 1100 || tenths % 10 == 0;
+    let percent =
+        if is_whole { tenths.div_ceil(10).to_string() } else { format!("{}.{}", tenths / 10, tenths % 10) };
+    [bar, format!("{percent} %")]
+}
+
+/// Returns the forms of an activity's response time, or why it has none. Slack below `tight_slack` percent of the deadline is
+/// [`HintStatus::Tight`].
 pub fn figure<'db>(
     db: &'db dyn ModelDb,
     activity: &ActivityReport<'db>,
     is_assumed: bool,
     tight_slack: u32,
-) -> (Vec<String>, HintStatus) {
+) -> Forms {
     let deadline = activity.deadline.unwrap_or_default();
     let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
-    let with_response = |mark, response| response_texts(mark, compared(response, deadline), is_assumed);
     match (activity.verdict, activity.response) {
-        (Status::Background, _) => (["– not real-time", "–"].map(str::to_owned).to_vec(), HintStatus::Time),
-        (Status::Met, Some(response)) => {
-            let (mark, status) = met(response, deadline, tight_slack);
-            (with_response(mark, response), status)
+        (Status::Background, _) => {
+            Forms::of_texts(["– not real-time", "–"].map(str::to_owned), HintStatus::Time)
         }
-        (Status::Missed, Some(response)) => (with_response("✗", response), HintStatus::Missed),
+        (Status::Met | Status::Missed, Some(response)) => {
+            Forms::with("", response, deadline, is_assumed, tight_slack)
+        }
         (Status::NotAnalysed, _) => {
             let reason = cut(&format!("? {}", reason()), MOST_CHARACTERS);
-            (vec![reason, "?".to_owned()], HintStatus::Unknown)
+            Forms::of_texts([reason, "?".to_owned()], HintStatus::Unknown)
         }
         (Status::Unbounded, _) => {
             let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
-            (vec![long, short, "✗ overloaded".to_owned(), "✗".to_owned()], HintStatus::Missed)
+            Forms::of_texts([long, short, "✗ overloaded".to_owned(), "✗".to_owned()], HintStatus::Missed)
         }
         (_, _) => {
             let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
-            (texts.to_vec(), HintStatus::Missed)
+            Forms::of_texts(texts, HintStatus::Missed)
         }
     }
 }
@@ -89,7 +170,7 @@ pub fn figure<'db>(
 /// ```text
 /// ✓ 60 → 20 / 50 ms    ! unbounded → 49 / 50 ms    ✗ 120 → 113 / 100 ms    ✓ 70 / 71 ms
 /// ```
-pub(crate) fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: Time) -> String {
+pub fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: Time) -> String {
     let Some(after) = after else { return "✗ unbounded".to_owned() };
     let mark = if after > deadline { "✗" } else { met(after, deadline, TIGHT_SLACK).0 };
     let figure = compared(after, deadline).swap_remove(0);
@@ -104,31 +185,24 @@ pub(crate) fn changed_figure((before, after): (Option<Time>, Option<Time>), dead
     format!("{mark} {before}{figure}")
 }
 
-/// Returns the latency of a chain beside its limit in fewer and fewer words, or why it has none. Slack is as in [`figure`].
+/// Returns the forms of a chain's latency beside its limit, or why it has none. Slack is as in [`figure`].
 ///
 /// ```text
 /// ✓ ≤ 526 / 600 ms    ✗ ≤ 526 / 500 ms    ≤ 526 ms    ? guidance may skip it
 /// ```
-pub fn chain_figure(
-    (latency, limit): (Option<Time>, Option<Time>),
-    reason: &str,
-    tight_slack: u32,
-) -> (Vec<String>, HintStatus) {
-    let Some(latency) = latency else {
-        return (vec![cut(&format!("? {reason}"), MOST_CHARACTERS), "?".to_owned()], HintStatus::Unknown);
-    };
-    let Some(limit) = limit else {
-        return (vec![format!("≤ {}", short(latency))], HintStatus::Time);
-    };
-    let (mark, status) = match latency > limit {
-        true => ("✗", HintStatus::Missed),
-        false => met(latency, limit, tight_slack),
-    };
-    (response_texts(&format!("{mark} ≤"), compared(latency, limit), false), status)
+pub fn chain_figure((latency, limit): (Option<Time>, Option<Time>), reason: &str, tight_slack: u32) -> Forms {
+    match (latency, limit) {
+        (Some(latency), Some(limit)) => Forms::with(" ≤", latency, limit, false, tight_slack),
+        (Some(latency), None) => Forms::of_texts([format!("≤ {}", short(latency))], HintStatus::Time),
+        (None, _) => {
+            let reason = cut(&format!("? {reason}"), MOST_CHARACTERS);
+            Forms::of_texts([reason, "?".to_owned()], HintStatus::Unknown)
+        }
+    }
 }
 
 /// Returns the mark of a deadline that is met, and its colour.
-pub(crate) fn met(response: Time, deadline: Time, tight_slack: u32) -> (&'static str, HintStatus) {
+pub fn met(response: Time, deadline: Time, tight_slack: u32) -> (&'static str, HintStatus) {
     let slack = deadline.checked_sub(response).unwrap_or_default();
     match is_tight(slack, deadline, tight_slack) {
         true => ("!", HintStatus::Tight),
@@ -160,7 +234,7 @@ fn without_percent(reason: &str) -> &str {
 }
 
 /// Returns a text of at most `most` characters: itself, or its beginning and `…`.
-pub(crate) fn cut(text: &str, most: usize) -> String {
+pub fn cut(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();
     }
@@ -169,7 +243,7 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
 }
 
 /// Returns a time with at most six digits: `53 ms`, `991.4 ms`, `1234.56 ms`, `98765.5 s`. Longer ones are rounded up.
-pub(crate) fn short(time: Time) -> String {
+pub fn short(time: Time) -> String {
     let unit = unit_of(time);
     format!("{} {unit}", rounded(time, Round::Up).number_in(unit))
 }
@@ -233,11 +307,36 @@ mod tests {
         let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
         let of =
             |latency, limit| chain_figure((latency, limit), "guidance may skip it for ever, or longer", 10);
-        assert_eq!(of(ms(526), ms(600)).0, ["✓ ≤ 526 / 600 ms", "✓ ≤ 526 / 600", "✓ ≤ 526", "✓ ≤"]);
-        assert_eq!(of(ms(526), ms(526)).1, HintStatus::Tight);
-        assert_eq!(of(ms(526), ms(500)).0[0], "✗ ≤ 526 / 500 ms");
-        assert_eq!(of(ms(526), None), (vec!["≤ 526 ms".to_owned()], HintStatus::Time));
-        assert_eq!(of(None, ms(500)).0, ["? guidance may skip it for ever…", "?"]);
+        assert_eq!(
+            of(ms(526), ms(600)).all(),
+            [
+                "✓ ≤ 526 / 600 ms ▰▰▰▰▰▱ 88 %",
+                "✓ ≤ 526 / 600 ms ▰▰▰▰▰▱",
+                "✓ ≤ 526 / 600 ms",
+                "✓ ≤ 526 / 600",
+                "✓ ≤ 526",
+                "✓ ≤"
+            ]
+        );
+        assert_eq!(of(ms(526), ms(526)).status, HintStatus::Tight);
+        assert_eq!(of(ms(526), ms(500)).text(), "✗ ≤ 526 / 500 ms");
+        assert_eq!(of(ms(526), None).all(), ["≤ 526 ms"]);
+        assert_eq!(of(None, ms(500)).all(), ["? guidance may skip it for ever…", "?"]);
+    }
+
+    #[test]
+    fn a_bar_is_full_only_at_the_limit() {
+        let of = |time, limit| bar(Time::from_nanos(time), Time::from_nanos(limit)).join(" ");
+        assert_eq!(of(0, 100), "▱▱▱▱▱▱ 0 %");
+        assert_eq!(of(1, 1_000_000), "▰▱▱▱▱▱ 1 %");
+        assert_eq!(of(530, 1000), "▰▰▰▱▱▱ 53 %");
+        assert_eq!(of(940, 1000), "▰▰▰▰▰▱ 94 %");
+        assert_eq!(of(997, 1000), "▰▰▰▰▰▱ 99.7 %");
+        assert_eq!(of(1000, 1000), "▰▰▰▰▰▰ 100 %");
+        assert_eq!(of(100_001, 100_000), "▰▰▰▰▰▰ 100.1 %");
+        assert_eq!(of(63, 50), "▰▰▰▰▰▰ 126 %");
+        assert_eq!(of(5, 0), "▰▰▰▰▰▰ 500 %");
+        assert!(of(u64::MAX, 1).starts_with("▰▰▰▰▰▰ "));
     }
 
     #[test]
