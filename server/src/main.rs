@@ -27,6 +27,7 @@ mod output;
 mod replace;
 mod revision;
 mod signals;
+mod verdict;
 
 use std::io::Write as _;
 use std::process::ExitCode;

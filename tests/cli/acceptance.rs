@@ -226,11 +226,7 @@ fn an_acceptance_holds_until_its_ceiling() {
         "{}",
         found.out
     );
-    assert!(
-        found.out.contains("response time 10 ms > 9 ms") && !found.out.contains("1 accepted"),
-        "{}",
-        found.out
-    );
+    assert!(found.out.contains("✗ 10 / 9 ms") && !found.out.contains("1 accepted"), "{}", found.out);
     assert!(found.out.contains("; accepted until 9.999 ms only, by mauve.toml"), "{}", found.out);
     // Without a bound, nothing says that it is at most the ceiling: overloaded, and without a time.
     let found = with("overloaded", "1 s", &TIMES.replace("5 ms", "6 ms"));

@@ -75,7 +75,7 @@ fn check_as_json_and_for_people_say_the_same() {
     assert_eq!(diagnostic["severity"], "error");
     assert_eq!(
         diagnostic["message"],
-        "`back` misses its deadline: response time 10 ms > 9 ms; largest interference: `front`, 5 ms (1 job)"
+        "`back` misses its deadline: ✗ 10 / 9 ms; largest interference: `front`, 5 ms (1 job)"
     );
     assert!(diagnostic["file"].as_str().unwrap().ends_with("/robot.mal"));
     let place = |line: u64, column: u64| serde_json::json!({ "line": line, "column": column });
@@ -88,7 +88,7 @@ fn check_as_json_and_for_people_say_the_same() {
     let shown = run_in("late", &LATE, &["check"]);
     assert_eq!(shown.code, 1);
     assert!(
-        shown.out.contains("error[deadline-missed]: `back` misses its deadline: response time 10 ms > 9 ms"),
+        shown.out.contains("error[deadline-missed]: `back` misses its deadline: ✗ 10 / 9 ms"),
         "{}",
         shown.out
     );
@@ -427,7 +427,7 @@ fn wcrt_as_csv_and_explained() {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
     let checked = run_in("late-job", &late, &["check"]);
-    let message = "`b` misses its deadline: response time 118 ms > 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`";
+    let message = "`b` misses its deadline: ✗ 118 / 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`";
     assert!(checked.out.contains(message), "{}", checked.out);
 }
 

@@ -314,15 +314,15 @@ deployment D { architecture A  activity a { priority = 2 period = 10 }  activity
         client.idle();
         let status = client.call("mauve/status", Value::Null).unwrap();
         if !status["verdict"].is_null() {
-            return status["verdict"].clone();
+            return status["verdict"]["text"].clone();
         }
     };
     let mut table = client.open_file(&folder.join("t.toml"));
-    assert_eq!(verdict(&mut client), "✗ 1 of 2 deadlines not proved");
+    assert_eq!(verdict(&mut client), "✗ 1 late");
     client.edit(&mut table, "6", "30");
-    assert_eq!(verdict(&mut client), "✗ 2 of 2 deadlines not proved");
+    assert_eq!(verdict(&mut client), "✗ 2 late");
     client.edit(&mut table, "30", "5");
-    assert_eq!(verdict(&mut client), "✓ 2 deadlines proved");
+    assert_eq!(verdict(&mut client), "! 2 met · 1 tight");
     client.edit(&mut table, "f = 5", "f = ");
-    assert_eq!(verdict(&mut client), "✗ 2 of 2 deadlines not proved");
+    assert_eq!(verdict(&mut client), "✗ 1 error · 2 unknown");
 }

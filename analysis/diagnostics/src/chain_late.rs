@@ -32,6 +32,7 @@
 //! and its response time. Shorten the greatest of these, or raise the limit. `mauve chains` shows all of them.
 
 use super::*;
+use super::figure::{TIGHT_SLACK, chain_figure};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport};
 
 pub(super) fn report<'db>(
@@ -51,7 +52,8 @@ pub(super) fn report<'db>(
     let advice = advice.into_iter().rev().max_by_key(|(time, _)| *time).map_or("", |(_, advice)| advice);
     let sum: Vec<String> = chain.steps.iter().map(|it| format!("{} {}", it.instance, it.total())).collect();
     let message = format!(
-        "chain `{name}` is too slow: latency {latency} > {limit}; largest part: `{instance}`, {} of {}: {advice}",
+        "chain `{name}` is too slow: {}; largest part: `{instance}`, {} of {}: {advice}",
+        chain_figure((Some(latency), Some(limit)), "", TIGHT_SLACK).text(),
         greatest.total(),
         sum.join(" + ")
     );

@@ -51,6 +51,7 @@
 //! An editor offers such changes, each with the response times that it gives: first other priorities and CPUs, then longer periods
 //! and a later deadline, which relax what the model requires.
 
+use super::figure::{Forms, TIGHT_SLACK};
 use super::*;
 use mauve_timing::THROTTLING;
 use mauve_wcrt::{Missed, Overload, Unbounded, file_name};
@@ -93,7 +94,8 @@ pub(super) fn report<'db>(
                 Time::ZERO => String::new(),
                 blocking => format!("; lower priorities that hold locks delay it by {blocking}"),
             };
-            format!("`{name}` misses its deadline: response time {response} > {deadline}{heaviest}{blocking}")
+            let figure = Forms::of(*response, deadline, TIGHT_SLACK);
+            format!("`{name}` misses its deadline: {}{heaviest}{blocking}", figure.text())
         }
         Missed::NoBound(reasons) => {
             let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();

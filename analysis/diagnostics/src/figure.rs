@@ -126,7 +126,7 @@ fn bar(time: Time, limit: Time) -> [String; 2] {
     let bar = "▰".repeat(cells) + &"▱".repeat(CELLS as usize - cells);
     // The last per cents before a limit count.
     let tenths = (time * 1000).div_ceil(limit);
-    let is_whole = tenths < 900 || tenths > 1100 || tenths % 10 == 0;
+    let is_whole = !(900..=1100).contains(&tenths) || tenths % 10 == 0;
     let percent =
         if is_whole { tenths.div_ceil(10).to_string() } else { format!("{}.{}", tenths / 10, tenths % 10) };
     [bar, format!("{percent} %")]

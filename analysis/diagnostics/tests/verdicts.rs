@@ -1625,7 +1625,7 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
     // The deadline is its own 4 ms, and then less.
     let late = |deadline: &str| found(FINE.0, FINE.1, &format!("{} deadline = {deadline}", FINE.2), TIMES);
     expect![[r#"
-        /model.mal "c" deadline-missed: `c` misses its deadline: response time 7 ms > 4 ms; largest interference: `b`, 2 ms (1 job)
+        /model.mal "c" deadline-missed: `c` misses its deadline: ✗ 7 / 4 ms; largest interference: `b`, 2 ms (1 job)
         /model.mal "1" not-deadline-monotonic: `c` has a shorter deadline than `a` (4 < 10 ms) but a lower priority (1 < 3)
     "#]].assert_eq(&late("4"));
     expect![[r#"
@@ -1636,7 +1636,7 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
     let lehoczky =
         found("priority = 2 period = 70", "priority = 1 period = 100", "priority = background", &times);
     expect![[r#"
-        /model.mal "b" deadline-missed: `b` misses its deadline: response time 118 ms > 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`
+        /model.mal "b" deadline-missed: `b` misses its deadline: ✗ 118 / 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`
     "#]].assert_eq(&lehoczky);
     // 40 % and 100 %; then 10 % more. `b` has the greatest part, and alone it would have a bound.
     let overloaded = |b: &str, config: &str| {

@@ -847,7 +847,7 @@ codel.drive = 4
             expect![[r#"
                 pilot
                 ---
-                **Deadline met: 12 ms ≤ 100 ms, 88 ms slack** at 1e-4, times of Sea
+                **✓ 12 / 100 ms** ▰▱▱▱▱▱ 12 %, slack 88 ms at 1e-4, times of Sea
 
                 |  | priority | jobs | time |  |
                 | :-- | :-: | --: | --: | :-- |
@@ -867,7 +867,7 @@ codel.drive = 4
                 ```
 
 
-                - [`Land`](file:///model.mal#L7): 7 ms ≤ 100 ms, 93 ms slack at 1e-4
+                - [`Land`](file:///model.mal#L7): ✓ 7 / 100 ms ▰▱▱▱▱▱ 7 % at 1e-4
 
             "#]],
         );

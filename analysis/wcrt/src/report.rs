@@ -139,6 +139,14 @@ impl ActivityReport<'_> {
     pub fn slack(&self) -> Option<Time> {
         self.deadline?.checked_sub(self.response?)
     }
+
+    /// Returns its response time as a part of its deadline: of two activities, the one with more has less slack. `None` for background
+    /// activities, and without a response time.
+    pub fn used(&self) -> Option<f64> {
+        let (response, deadline) = self.response.zip(self.deadline)?;
+        let is_real_time = self.verdict != Status::Background;
+        is_real_time.then(|| response.as_nanos() as f64 / deadline.as_nanos().max(1) as f64)
+    }
 }
 
 /// The interference in the response times of a report. It is computed on request: the lists of all activities together grow

@@ -11,6 +11,7 @@
 //! | **response time** |      |           | **53 ms** |                  |
 //! ```
 
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{Query, Report, Share, TableSet};
@@ -66,13 +67,18 @@ fn verdict(facts: &Explanation<'_, '_>) -> String {
     let deadline = activity.deadline.unwrap_or_default();
     let first = facts.reasons.first().map(|why| inline(&why.text)).unwrap_or_default();
     let after = |from: Time, to: Time| to.checked_sub(from).unwrap_or_default();
+    let figure = |response: Time, deadline: Time, slack: &str| {
+        let forms = Forms::of(response, deadline, TIGHT_SLACK);
+        let bar = forms.bar.as_ref().map(|bar| bar.join(" ")).unwrap_or_default();
+        format!("**{}** {bar}, {slack}", forms.text())
+    };
     let said = match (activity.verdict, activity.response) {
         (Status::Background, _) => return "**Background**: not real-time, not analysed\n".to_owned(),
         (Status::Met, Some(response)) => {
-            format!("**Deadline met: {response} ≤ {deadline}, {} slack**", after(response, deadline))
+            figure(response, deadline, &format!("slack {}", after(response, deadline)))
         }
         (Status::Missed, Some(response)) => {
-            format!("**Deadline missed by {}: {response} > {deadline}**", after(deadline, response))
+            figure(response, deadline, &format!("missed by {}", after(deadline, response)))
         }
         (Status::Unbounded, _) => format!("**{first}**: no bounded response time"),
         (Status::NotAnalysed, _) => format!("**Not analysed**: {first}"),

@@ -2,6 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_hir::ModelDb;
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Status, Time};
@@ -48,9 +49,18 @@ fn print(facts: &Explanation<'_, '_>) -> String {
         return out + "  background: not real-time, not analysed\n";
     }
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
-    let (response, deadline) = (time(activity.response), time(activity.deadline));
-    let (verdict, period) = (activity.verdict.name(), time(activity.period));
-    let _ = write!(out, "  {verdict}: response time {response}, deadline {deadline}, period {period}");
+    let period = time(activity.period);
+    let _ = match activity.response.zip(activity.deadline) {
+        Some((response, deadline)) => {
+            write!(out, "  {}, period {period}", Forms::of(response, deadline, TIGHT_SLACK).full())
+        }
+        None => write!(
+            out,
+            "  {}: no response time, deadline {}, period {period}",
+            activity.verdict.name(),
+            time(activity.deadline)
+        ),
+    };
     out.extend(facts.released.iter().map(|released| format!(" ({released})")));
     if activity.jitter > Time::ZERO {
         let _ = write!(out, ", jitter {}", activity.jitter);

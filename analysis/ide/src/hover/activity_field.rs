@@ -299,7 +299,7 @@ platform.cpu_sets.big = [2]
             expect![[r#"
                 pilot
                 ---
-                **Deadline met: 4 ms ≤ 14.285714 ms, 10.285714 ms slack** at 1e-4, with assumed times
+                **✓ 4 / 14.2857 ms** ▰▱▱▱▱▱ 29 %, slack 10.285714 ms at 1e-4, with assumed times
 
                 |  | priority | jobs | time |  |
                 | :-- | :-: | --: | --: | :-- |

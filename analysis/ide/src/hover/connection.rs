@@ -227,7 +227,7 @@ assume.codel = \"1 ms\"
             "  40 ms  until the next release of base: its period\n",
             "   1 ms  base executes up to its write\n",
             "with the assumptions of chain follow\n",
-            "chain follow: ✓ ≤ 53 / 60 ms\n",
+            "chain follow: ✓ ≤ 53 / 60 ms ▰▰▰▰▰▱ 89 %\n",
             "  12 ms  camera: 10 ms until its release + 2 ms until its write\n",
             "  41 ms  base: 40 ms until its release + 1 ms until its write\n",
         ] {

@@ -1,10 +1,11 @@
 //! What a hover shows of the names of deployments, architectures, components and instances: a summary of each fact that stands in
 //! another place, with the name of the deployment where deployments differ.
 
+use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
 use mauve_diagnostics::{supported, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, shell_of};
-use mauve_timing::{Status, Time};
+use mauve_timing::Status;
 use mauve_wcrt::{
     ActivityReport, Deadlines, Query, TableSet, level_shown, psm_of, response_times, support, table_sets,
 };
@@ -88,12 +89,12 @@ fn deployment<'db>(
         Some(at) => format.link(db, &it.instance, at),
         None => code(&it.instance),
     };
-    let slack = |it: &ActivityReport<'_>| {
-        Some(i128::from(it.deadline?.as_nanos()) - i128::from(it.response?.as_nanos()))
-    };
-    let bounded = report.activities.iter().zip(with_assumptions).filter(|(it, _)| slack(it).is_some());
-    let least = bounded.min_by_key(|(it, _)| slack(it));
-    lines.extend(least.map(|(it, assumed)| format!("least slack: {}, {}", name(it), verdict(it, assumed))));
+    let bounded = report.activities.iter().zip(with_assumptions);
+    let bounded = bounded.filter_map(|(it, assumed)| Some((it.used()?, it, assumed)));
+    let least = bounded.max_by(|one, other| one.0.total_cmp(&other.0));
+    lines.extend(
+        least.map(|(_, it, assumed)| format!("least slack: {}, {}", name(it), verdict(db, it, assumed))),
+    );
     let unbounded = report.activities.iter().filter(|it| it.verdict != Status::Background);
     let unbounded: Vec<String> = unbounded.filter(|it| it.response.is_none()).map(name).collect();
     if !unbounded.is_empty() {
@@ -102,18 +103,9 @@ fn deployment<'db>(
     lines
 }
 
-/// Returns `997 ms ≤ 1000 ms, 3 ms slack`, or why there is no such figure.
-fn verdict(it: &ActivityReport<'_>, is_assumed: bool) -> String {
-    let assumed = if is_assumed { ", with assumed times" } else { "" };
-    let (response, deadline) = match (it.verdict, it.response, it.deadline) {
-        (Status::Background, ..) => return "not real-time".to_owned(),
-        (_, Some(response), Some(deadline)) => (response, deadline),
-        (status, ..) => return status.name().replace('-', " "),
-    };
-    match (deadline.checked_sub(response), response.checked_sub(deadline).unwrap_or(Time::ZERO)) {
-        (Some(slack), _) => format!("{response} ≤ {deadline}, {slack} slack{assumed}"),
-        (None, by) => format!("{response} > {deadline}, missed by {by}{assumed}"),
-    }
+/// Returns `✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %`, or why there is no such figure.
+fn verdict(db: &dyn ModelDb, it: &ActivityReport<'_>, is_assumed: bool) -> String {
+    figure(db, it, is_assumed, TIGHT_SLACK).full()
 }
 
 /// The number of instances and connections, and the deployments.
@@ -218,7 +210,7 @@ pub(super) fn of_instance<'db>(
                 let at = it.at.clone().unwrap_or_else(|| Location::name_of(deployment));
                 let level =
                     if it.response.is_some() { format!(" at {}", query.level) } else { String::new() };
-                (at, format!("{}{level}{of_which}", verdict(it, assumed)))
+                (at, format!("{}{level}{of_which}", verdict(db, it, assumed)))
             }
             None => (Location::name_of(deployment), "no activity".to_owned()),
         };
@@ -311,7 +303,7 @@ codel.work = 3
 
                 - 3 of 3 deadlines met at 1e-4
                 - utilisation: CPU 1 70.0 %
-                - least slack: [`arm`](file:///model.mal#L10), 9 ms ≤ 12 ms, 3 ms slack
+                - least slack: [`arm`](file:///model.mal#L10), ✓ 9 / 12 ms ▰▰▰▰▱▱ 75 %
 
             "#]],
         );
@@ -363,7 +355,7 @@ codel.work = 3
                 back.next -> arm.goal
                 ```
 
-                - [`Land`](file:///model.mal#L10): 9 ms ≤ 12 ms, 3 ms slack at 1e-4
+                - [`Land`](file:///model.mal#L10): ✓ 9 / 12 ms ▰▰▰▰▱▱ 75 % at 1e-4
 
             "#]],
         );
@@ -371,7 +363,7 @@ codel.work = 3
         check(
             "$6",
             expect![[r#"
-                **Deadline met: 6 ms ≤ 20 ms, 14 ms slack** at 1e-4
+                **✓ 6 / 20 ms** ▰▱▱▱▱▱ 30 %, slack 14 ms at 1e-4
 
                 |  | priority | jobs | time |  |
                 | :-- | :-: | --: | --: | :-- |
@@ -397,14 +389,14 @@ codel.work = 3
                 back.next -> front.goal in Sea
                 ```
 
-                - [`Sea`](file:///model.mal#L12): 3 ms ≤ 20 ms, 17 ms slack at 1e-4
+                - [`Sea`](file:///model.mal#L12): ✓ 3 / 20 ms ▰▱▱▱▱▱ 15 % at 1e-4
 
             "#]],
         );
         check(
             "$5",
             expect![[r#"
-                **Deadline met: 9 ms ≤ 12 ms, 3 ms slack** at 1e-4
+                **✓ 9 / 12 ms** ▰▰▰▰▱▱ 75 %, slack 3 ms at 1e-4
 
                 |  | priority | jobs | time |  |
                 | :-- | :-: | --: | --: | :-- |

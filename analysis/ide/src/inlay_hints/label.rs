@@ -43,6 +43,7 @@ impl Texts {
     pub(super) fn of_forms(forms: &Forms) -> Texts {
         let mut all = forms.all();
         let texts = all.split_off(all.len().saturating_sub(forms.texts.len()));
+        all.retain(|text| text.chars().count() <= MOST_CHARACTERS);
         Texts { with_bar: all, ..Texts::of(texts) }
     }
 

@@ -15,7 +15,7 @@
 //! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG;
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
 //! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
-//! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
+//! `significance`, `cpus`, a `verdict` (as in `mauve/status`) and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
 //! reasons why something may be missing. `tree` lists the instances below their CPUs, in lines of text. `incomplete` is whether a
 //! text has syntax errors, such as one that is being typed.
 
@@ -26,9 +26,11 @@ use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 
 use super::DrawingParams;
+use crate::analysis_document::Deployed;
 use crate::graph_document::graph_document;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
+use crate::verdict::Verdict;
 
 /// Returns the graphs of the architectures or deployments that the parameters select.
 pub(crate) fn graph(snapshot: &Snapshot, params: &DrawingParams) -> Result<Vec<Value>> {
@@ -88,6 +90,10 @@ fn document(
         graph.light(db, (project, of, query), chain);
     }
     let mut document = graph_document(db, (project, of), query, &graph);
+    if graph.report.is_some() {
+        let deployed = Deployed::of_model(db, project, of, std::iter::once(query));
+        document["verdict"] = Verdict::of(&[deployed], snapshot.settings.hints.tight_slack).document();
+    }
     let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
     for (document, node) in nodes.zip(&graph.nodes) {

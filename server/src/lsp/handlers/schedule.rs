@@ -17,7 +17,7 @@ use mauve_diagnostics::{figure, reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
-use mauve_timing::{Status, Unit};
+use mauve_timing::Status;
 use mauve_wcrt::{ActivityReport, DeployedTasks, Query, Report, response_times};
 use salsa::Database as _;
 use serde_json::{Value, json};
@@ -166,11 +166,6 @@ fn at_position(
 
 /// Returns the index of the activity with the greatest response time as a part of its deadline.
 fn least_slack(activities: &[ActivityReport<'_>]) -> Option<usize> {
-    let parts = activities.iter().enumerate().filter_map(|(index, activity)| {
-        let of = |time: Option<mauve_timing::Time>| time.map(|time| time.as_f64(Unit::Milliseconds));
-        let (response, deadline) = (of(activity.response)?, of(activity.deadline)?);
-        let is_real_time = activity.verdict != Status::Background;
-        (is_real_time && deadline > 0.0).then_some((response / deadline, index))
-    });
+    let parts = activities.iter().enumerate().filter_map(|(index, it)| Some((it.used()?, index)));
     parts.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, index)| index)
 }

@@ -6,23 +6,23 @@
 //! | `documents` | the number of open documents |
 //! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
-//! | `verdict` | how many deadlines of all deployments are proved at the level that is shown, in closed files too, and where execution times come from if any is measured or assumed, as a text for a status line: `✗ 2 of 10 deadlines not proved · 21 of 24 execution times measured, 3 assumed`. Null where `settled` is |
+//! | `verdict` | the verdict on all deployments at the level that is shown, in closed files too: `text` for a status line, such as `✗ 1 late · 2 unknown · 9 measured`, where the last part says where execution times come from; and `status`, that of its worst part: `missed`, `unknown`, `tight`, `met`, or `time` where there are no deadlines. Null where `settled` is |
 //! | `jobs` | the number of running jobs, this request not counted |
 //! | `searched` | how many folders were searched since the start, each as often as it was |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
 use std::sync::atomic::Ordering;
 
-use mauve_diagnostics::origins;
 use mauve_hir::{config_of, projects};
 use mauve_timing::Level;
-use mauve_wcrt::{Basis, level_shown};
+use mauve_wcrt::level_shown;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
-use crate::analysis_document::{Deployed, Proved, at_shown_level};
+use crate::analysis_document::at_shown_level;
 use crate::lsp::snapshot::Snapshot;
 use crate::memory::resident;
+use crate::verdict::Verdict;
 
 /// Returns the state of the server.
 pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
@@ -54,17 +54,8 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
     }))
 }
 
-/// Returns how many deadlines are proved. The server has analysed all deployments for their diagnostics.
-fn verdict(snapshot: &Snapshot) -> String {
+/// Returns the verdict. The server has analysed all deployments for their diagnostics.
+fn verdict(snapshot: &Snapshot) -> Value {
     let deployed = at_shown_level(&snapshot.db, &snapshot.workspaces).unwrap_or_default();
-    let mut basis = Basis::default();
-    deployed.iter().filter_map(Deployed::basis).for_each(|it| basis.add(it));
-    let origins = origins(&basis).map_or_else(String::new, |it| format!(" · {it}"));
-    let Proved { all, proved, .. } = Proved::of(&deployed);
-    let deadlines = if all == 1 { "deadline" } else { "deadlines" };
-    match all - proved {
-        _ if all == 0 => "no deadlines".to_owned(),
-        0 => format!("✓ {all} {deadlines} proved{origins}"),
-        open => format!("✗ {open} of {all} {deadlines} not proved{origins}"),
-    }
+    Verdict::of(&deployed, snapshot.settings.hints.tight_slack).document()
 }
