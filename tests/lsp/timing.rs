@@ -243,3 +243,21 @@ fn of_the_robot_navigation_may_run_a_little_more_often_and_nowhere_else() {
     let titles: Vec<&str> = titles.filter(|title| title.ends_with(" met")).collect();
     assert_eq!(titles, ["Shorten the period and deadline of navigation to 998 ms: 9 of 9 met"]);
 }
+
+#[test]
+fn a_timing_table_shows_the_limit_of_each_time() {
+    let folder = robot("limits_in_tables");
+    let mut client = good(&folder);
+    let mut table = client.open_file(&folder.join("times.toml"));
+    // A limit is searched for: the client is told to ask again.
+    client.wait_for_hint(&table, "plan = ", |hint| hint == "✗ ≤ 30 ms · 1 use");
+    client.wait_for_hint(&table, "drive = ", |hint| hint == "✗ ≤ 10 ms · 1 use");
+    client.edit(&mut table, "[30, 40]", "[20, 28]");
+    client.wait_for_hint(&table, "plan = ", |hint| hint == "! ≤ 30 ms · 1 use");
+    // The limit changes with a period in another text.
+    let mut model = client.open_file(&folder.join("robot.mal"));
+    client.hint(&model, "activity planner");
+    client.edit(&mut model, "deadline = 100", "deadline = 25");
+    client.wait("a refresh", |message| message["method"] == "workspace/inlayHint/refresh");
+    client.wait_for_hint(&table, "plan = ", |hint| hint == "✗ ≤ 25 ms · 1 use");
+}

@@ -201,6 +201,18 @@ pub fn chain_figure((latency, limit): (Option<Time>, Option<Time>), reason: &str
     }
 }
 
+/// Returns the greatest time with which every deadline is still met, with the mark of the time `now`: `✓ ≤ 467 ms`.
+pub fn limit_figure(now: Option<Time>, limit: Time, are_met: bool, tight_slack: u32) -> Forms {
+    let (mark, status) = match now {
+        _ if !are_met => ("✗", HintStatus::Missed),
+        Some(now) => met(now, limit, tight_slack),
+        None => ("?", HintStatus::Unknown),
+    };
+    let unit = unit_of(limit);
+    let text = format!("{mark} ≤ {} {unit}", rounded(limit, Round::Down).number_in(unit));
+    Forms::of_texts([text, mark.to_owned()], status)
+}
+
 /// Returns the mark of a deadline that is met, and its colour.
 pub fn met(response: Time, deadline: Time, tight_slack: u32) -> (&'static str, HintStatus) {
     let slack = deadline.checked_sub(response).unwrap_or_default();

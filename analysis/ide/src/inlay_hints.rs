@@ -1,6 +1,6 @@
 //! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), how long data
-//! takes on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), and values in
-//! effect (`inlay_hints/values.rs`). While a text is incomplete, the figures of the last complete one are shown, marked as older
+//! takes on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), values in
+//! effect (`inlay_hints/values.rs`), and the limits of the times in timing tables (`inlay_hints/tables.rs`). While a text is incomplete, the figures of the last complete one are shown, marked as older
 //! (`inlay_hints/earlier.rs`).
 
 mod connections;
@@ -11,11 +11,13 @@ mod figures;
 mod in_file;
 mod label;
 mod programs;
+mod tables;
 mod values;
 
 pub use earlier::EarlierFigures;
 pub use in_file::{hash_of_hints, inlay_hints};
 pub(crate) use programs::components_of;
+pub use tables::{hash_of_table, table_hints};
 
 use mauve_timing::CpuSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};
@@ -110,6 +112,8 @@ enum Subject {
     Program(Place),
     /// The connection to this port.
     Connection(Name),
+    /// The time with this key in a timing table.
+    Time(Name),
 }
 
 impl Subject {
@@ -117,7 +121,7 @@ impl Subject {
     fn name(&self) -> Option<&str> {
         match self {
             Subject::Deadlines | Subject::Cpus(_) => None,
-            Subject::Activity(name) | Subject::Connection(name) => Some(name),
+            Subject::Activity(name) | Subject::Connection(name) | Subject::Time(name) => Some(name),
             Subject::Program(place) => Some(place.name()),
         }
     }

@@ -130,7 +130,9 @@ pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selecte
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
-pub use inlay_hints::{EarlierFigures, HintOptions, InlayHint, hash_of_hints, inlay_hints};
+pub use inlay_hints::{
+    EarlierFigures, HintOptions, InlayHint, hash_of_hints, hash_of_table, inlay_hints, table_hints,
+};
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::{Links, code as markdown_code};
 pub use probability::draw_probability;

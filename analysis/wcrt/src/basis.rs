@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 use crate::reason::Timed;
 use crate::sensitivity::executed_times;
 use crate::system::system_of;
+use crate::table_set::TableSet;
 use crate::timetable::{Lookup, timetable_of};
 
 /// Values of ports with more bytes, or of variable size, are not copied for nothing.
@@ -58,25 +59,50 @@ pub fn basis_of<'db>(
     let executed = executed_times(db, project, deployment, level).iter();
     for (of, tables) in executed.flat_map(|it| it.tables.iter().map(|tables| (&it.of, *tables))) {
         let times = timetable_of(db, tables);
-        let found = match of {
+        match of {
             Timed::Codel(codel) => {
                 let wait = times.time(&Timed::Wait(*codel), level);
                 basis.waits +=
                     usize::from(matches!(wait, Lookup::Known(wait) if wait > mauve_timing::Time::ZERO));
-                times.codel_time(db, *codel, level)
             }
             // Its times are those of reads and writes.
             Timed::Access(..) | Timed::Topic(_) => continue,
-            of => times.time(of, level),
-        };
+            _ => {}
+        }
         basis.times += 1;
-        let is_known = matches!(found, Lookup::Known(_));
-        let is_measured = is_known && times.is_measured(of);
-        let is_assumed = matches!(found, Lookup::Assumed(_)) || is_known && times.is_assumed(of);
-        basis.measured += usize::from(is_measured);
-        basis.assumed += usize::from(is_assumed && !is_measured);
+        match origin_of(db, tables, of, level) {
+            Origin::Measured => basis.measured += 1,
+            Origin::Assumed => basis.assumed += 1,
+            Origin::Given => {}
+        }
     }
     basis
+}
+
+/// Where a time comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// `mauve pwcet` has estimated it from measurements.
+    Measured,
+    /// That of `[assume]`, or an entry that says `# assumed`.
+    Assumed,
+    /// Any other entry.
+    Given,
+}
+
+/// Returns where the time of a codel or a program comes from.
+pub fn origin_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, of: &Timed<'db>, level: Level) -> Origin {
+    let times = timetable_of(db, tables);
+    let found = match of {
+        Timed::Codel(codel) => times.codel_time(db, *codel, level),
+        of => times.time(of, level),
+    };
+    match found {
+        Lookup::Known(_) if times.is_measured(of) => Origin::Measured,
+        Lookup::Known(_) if times.is_assumed(of) => Origin::Assumed,
+        Lookup::Assumed(_) => Origin::Assumed,
+        _ => Origin::Given,
+    }
 }
 
 /// Returns the ports that the activities of a deployment read or write, with values that are large or of variable size, and for

@@ -190,6 +190,11 @@ pub struct ExecutedTime<'db> {
 }
 
 impl<'db> ExecutedTime<'db> {
+    /// The number of real-time activities that execute it.
+    pub fn uses(&self) -> usize {
+        self.activities.len()
+    }
+
     /// Returns the time at a level: that of the slowest host.
     pub fn time(&self, db: &'db dyn ModelDb, level: Level) -> Option<Time> {
         let in_tables = |tables: &TableSet<'db>| {

@@ -164,7 +164,7 @@ export class Figures implements vscode.Disposable {
 
   private async updateDocument(document: vscode.TextDocument): Promise<void> {
     const key = document.uri.toString();
-    if (document.languageId !== "mauve") {
+    if (!["mauve", "toml"].includes(document.languageId)) {
       return;
     }
     if (!isDrawn(document)) {

@@ -23,6 +23,7 @@ use super::event::{Event, Job};
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
+use super::handlers::inlay_hints::Hints;
 use super::handlers::*;
 use super::outbox::PATIENCE;
 use super::progress::Shown;
@@ -30,6 +31,7 @@ use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 use super::trace::Trace;
+use super::typing;
 use crate::json::object;
 
 /// The number of attempts of a request that changes cancel.
@@ -624,12 +626,20 @@ impl Backend {
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
         let main_loop = self.main_loop.clone();
         self.hints(move |snapshot| {
-            let (hints, figures) = inlay_hints::inlay_hints(snapshot, &params)?;
+            let Hints { list, figures, missing } = inlay_hints::inlay_hints(snapshot, &params)?;
             // Before the answer: an edit that follows cancels the comparison, which would have found them.
             if !figures.is_empty() {
                 let _ = main_loop.send(Event::FiguresShown(snapshot.generation, figures));
             }
-            Ok(hints)
+            if let Some(missing) = missing {
+                let (main_loop, generation) = (main_loop.clone(), snapshot.generation);
+                // Not while the user types.
+                tokio::spawn(async move {
+                    tokio::time::sleep(typing::PAUSE).await;
+                    let _ = main_loop.send(Event::LimitsMissing(generation, missing));
+                });
+            }
+            Ok(Some(list))
         })
         .await
     }

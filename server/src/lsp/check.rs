@@ -206,6 +206,11 @@ pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
         // Computed in advance, so that the first request is fast.
         mauve_hir::line_index(db, document.file);
     }
+    let is_table = |document: &Document| !is_model(document.file.path(db));
+    for (url, document) in snapshot.documents.iter().filter(|(_, it)| !snapshot.is_stopped && is_table(it)) {
+        let hash = mauve_ide::hash_of_table(db, &snapshot.answering(document.file), document.file, options);
+        hints.insert(url.clone(), hash);
+    }
     let meaning = |url: Url| {
         let document = snapshot.documents.get(&url)?;
         Some((url, (document.version, snapshot.meanings(document.file))))

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use mauve_hir::File;
 use mauve_ide::EarlierFigures;
+use mauve_syntax::TextRange;
 use mauve_timing::Level;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
 
@@ -73,6 +75,10 @@ pub(crate) enum Event {
     HintsGiven(Option<u64>),
     /// Hints of this generation showed these figures, which were in none before.
     FiguresShown(u64, EarlierFigures),
+    /// Hints of this generation were given for a part of a timing table, without all limits.
+    LimitsMissing(u64, (File, TextRange)),
+    /// These limits were found, or a change cancelled the search.
+    LimitsSearched(Result<(), Failure>),
     /// Changes cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
     /// A check of this generation found diagnostics.

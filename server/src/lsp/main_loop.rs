@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_ide::EarlierFigures;
+use mauve_syntax::TextRange;
 use salsa::Database as _;
 use salsa::plumbing::current_revision;
 use tokio::runtime::Handle;
@@ -28,6 +29,7 @@ use super::check::{Checked, Compared, check, compare};
 use super::diagnostics::url_of;
 use super::documents::{Documents, Open};
 use super::event::{Event, Job};
+use super::handlers::inlay_hints::search_limits;
 use super::outbox::Refresh;
 use super::progress::{self, Work};
 use super::publisher::{Publisher, replace};
@@ -247,6 +249,16 @@ impl MainLoop {
                     Arc::make_mut(&mut self.earlier).add(figures);
                 }
             }
+            Event::LimitsMissing(generation, part) => {
+                self.apply_changes();
+                match generation == self.staleness.generation() {
+                    true => self.search_limits(part),
+                    false => self.publisher.refresh(Refresh::Hints),
+                }
+            }
+            Event::LimitsSearched(Err(Failure::Panicked(message))) => self.panicked(&message),
+            // After a change, the client gets the limits of other texts.
+            Event::LimitsSearched(_) => self.publisher.refresh(Refresh::Hints),
             Event::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
             Event::Checked(generation, checked) => {
                 self.apply_changes();
@@ -770,6 +782,16 @@ impl MainLoop {
         if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
             self.publisher.refresh(Refresh::Tokens);
         }
+    }
+
+    /// Searches limits that hints of a timing table lack.
+    fn search_limits(&self, part: (File, TextRange)) {
+        let (snapshot, sender) = (self.snapshot(), self.sender.clone());
+        self.spawn(move || {
+            let searched = attempt(|| search_limits(&snapshot, part));
+            drop(snapshot);
+            let _ = sender.send(Event::LimitsSearched(searched));
+        });
     }
 
     /// Has the current texts checked again after a while, since hints and diagnostics depend on the time since the last edit.

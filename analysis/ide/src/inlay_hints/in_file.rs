@@ -88,7 +88,7 @@ fn hints_of<'db>(
 }
 
 /// Returns the hints at one position, with the names of their subjects where there are several.
-fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
+pub(super) fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
     let shown = each_once(found);
     let mut names = shown.iter().filter_map(|found| found.subject.as_ref()?.name());
     let first = names.next();

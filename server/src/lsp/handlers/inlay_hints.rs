@@ -9,8 +9,12 @@
 //! | `load` | the utilisation of a CPU in percent, if the hint shows it |
 //! | `at` | what the server needs to resolve the hint |
 
+use std::time::{Duration, Instant};
+
 use mauve_diagnostics::figure::HintStatus;
+use mauve_hir::{File, is_model};
 use mauve_ide::EarlierFigures;
+use mauve_syntax::TextRange;
 use serde::Deserialize as _;
 use serde_json::json;
 use tower_lsp::jsonrpc::Result;
@@ -28,23 +32,41 @@ type Explained = (Url, Option<i32>, u32, u32);
 const OLDER: &str =
     "The figure is that of the last complete text: this one has an error, or is being edited.";
 
-/// Returns the hints of a range, and their figures that were in none before. Tooltips are computed when the client resolves them.
-pub(crate) fn inlay_hints(
-    snapshot: &Snapshot,
-    params: &InlayHintParams,
-) -> Result<(Option<Vec<lsp_types::InlayHint>>, EarlierFigures)> {
+/// For so long, limits in a timing table are searched before its hints are given; those that are missing follow.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// The hints of a range.
+#[derive(Default)]
+pub(crate) struct Hints {
+    pub(crate) list: Vec<lsp_types::InlayHint>,
+    /// Their figures that were in none before.
+    pub(crate) figures: EarlierFigures,
+    /// The timing table whose limits are missing, and the range.
+    pub(crate) missing: Option<(File, TextRange)>,
+}
+
+/// Returns the hints of a range. Tooltips are computed when the client resolves them.
+pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Result<Hints> {
     if snapshot.is_stopped {
-        return Ok((Some(Vec::new()), EarlierFigures::default()));
+        return Ok(Hints::default());
     }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let range = lines.text_range(params.range);
     let (db, options) = (&snapshot.db, snapshot.settings.hints);
-    let of_project = |project| mauve_ide::inlay_hints(db, project, file, range, options, &snapshot.earlier);
-    let project = snapshot.project(file);
-    let hints = project.map(of_project).unwrap_or_default();
-    let of_project = |it| snapshot.earlier.shown(db, (file, it), range, options, snapshot.are_saved);
-    let figures = project.map(of_project).unwrap_or_default();
+    let (hints, figures, is_incomplete) = if is_model(file.path(db)) {
+        let of_project =
+            |project| mauve_ide::inlay_hints(db, project, file, range, options, &snapshot.earlier);
+        let project = snapshot.project(file);
+        let hints = project.map(of_project).unwrap_or_default();
+        let of_project = |it| snapshot.earlier.shown(db, (file, it), range, options, snapshot.are_saved);
+        (hints, project.map(of_project).unwrap_or_default(), false)
+    } else {
+        let end = snapshot.capabilities.hint_refresh.then(|| Instant::now() + PATIENCE);
+        let (hints, is_incomplete) =
+            mauve_ide::table_hints(db, &snapshot.answering(file), file, range, options, end);
+        (hints, EarlierFigures::default(), is_incomplete)
+    };
     let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
         let mut data = json!({ "status": hint.status.name() });
@@ -70,7 +92,13 @@ pub(crate) fn inlay_hints(
             data: Some(data),
         }
     });
-    Ok((Some(hints.collect()), figures))
+    Ok(Hints { list: hints.collect(), figures, missing: is_incomplete.then_some((file, range)) })
+}
+
+/// Searches the limits that hints of a timing table lack: salsa keeps them for the next request.
+pub(crate) fn search_limits(snapshot: &Snapshot, (file, range): (File, TextRange)) {
+    let (db, options) = (&snapshot.db, snapshot.settings.hints);
+    mauve_ide::table_hints(db, &snapshot.answering(file), file, range, options, None);
 }
 
 /// A hint with its explanation.
