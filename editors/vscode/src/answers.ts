@@ -10,6 +10,12 @@ interface Drawn {
   incomplete: boolean;
 }
 
+/** The verdict on deployments in one line, and its worst part; `time` without a deadline. */
+export interface Verdict {
+  status: "missed" | "unknown" | "tight" | "met" | "time";
+  text: string;
+}
+
 /** An instance of an architecture; times are in milliseconds. */
 export interface GraphNode {
   instance: string;
@@ -36,6 +42,7 @@ export interface Graph extends Drawn {
   root: string;
   /** Only deployments have it. */
   significance: number | null;
+  verdict?: Verdict | null;
   nodes: GraphNode[];
   edges: { location: Location | null }[];
   cpus: { host?: string; mask: number; utilisation: number | null; complete: boolean }[];

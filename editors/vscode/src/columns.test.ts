@@ -7,7 +7,7 @@ const activity = "    activity p3dx_driver { affinity = 1  priority = 10  period
 
 test("editors show so many columns", () => {
   // The first ones as VS Code on Linux shows them.
-  const of = (more: Partial<Look>) => columns({ ...look, ...more });
+  const of = (more: Partial<Look>) => Math.floor(columns({ ...look, ...more }));
   assert.equal(of({ width: 1082 }), 104);
   assert.equal(of({}), 47);
   assert.equal(of({ width: 781 }), 72);

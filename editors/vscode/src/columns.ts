@@ -26,7 +26,7 @@ const [widestMap, besideMap] = [128, 8];
 /** The columns on a screen of 1440 pixels, beside the explorer and the minimap. */
 const ofSmallScreen = 104;
 
-/** The columns of text that an editor shows. */
+/** The columns of text that an editor shows: VS Code shows, and wraps at, the whole ones. */
 export function columns({ width, fontFamily, fontSize, hasMinimap }: Look): number {
   if (width === undefined) {
     return ofSmallScreen;
@@ -35,17 +35,17 @@ export function columns({ width, fontFamily, fontSize, hasMinimap }: Look): numb
   const text = width - folding - fontSize * lineHeight - digits * column - scrollBar;
   // The map has a pixel for each column of the text.
   const map = hasMinimap ? Math.min(widestMap, text / (column + 1) + besideMap) : 0;
-  return Math.max(1, Math.floor((text - map) / column));
+  return Math.max(1, (text - map) / column);
 }
 
-/** So many columns more or less may be shown. */
-const unsure = 1;
+/** So many columns more or less may be shown: fonts differ. */
+const unsure = 0.25;
 
 /** The columns behind the end of a line that are in sight: less than none where the line is longer than the editor is wide. */
 export function room(line: string, look: Look): number {
   const shown = columns(look);
-  const wrappedAt = look.isWrapped ? [shown - unsure, shown, shown + unsure] : [Infinity];
-  return shown - Math.max(...wrappedAt.map((at) => lastRow(line, at, look.tabSize)));
+  const wrappedAt = look.isWrapped ? [shown - unsure, shown + unsure].map(Math.floor) : [Infinity];
+  return Math.floor(shown) - Math.max(...wrappedAt.map((at) => lastRow(line, at, look.tabSize)));
 }
 
 function widthAt(column: number, text: string, tabSize: number): number {

@@ -5,39 +5,31 @@ import { showMenu } from "./menu";
 import { newProject, showCreated } from "./project";
 import { Panels } from "./panels";
 import { languageOf } from "./recognise";
-import { Server, State } from "./server";
+import { Server } from "./server";
 import { Tree } from "./tree";
+import { Verdict } from "./verdict";
 import { openWalkthrough, watchSteps } from "./walkthrough";
 
 let server: Server;
 
 export async function activate(context: vscode.ExtensionContext): Promise<void> {
   const log = vscode.window.createOutputChannel("MAUVE", "log");
-  const status = vscode.window.createStatusBarItem("mauve.server", vscode.StatusBarAlignment.Left);
-  status.name = "MAUVE Server";
-  status.command = "mauve.showMenu";
-  status.show();
-  server = new Server(context.extensionPath, log, (state) => showState(status, state), {
+  const verdict: Verdict = new Verdict(() => server);
+  server = new Server(context.extensionPath, log, (state) => verdict.showState(state), {
     // The server's own would leave the files to be saved by the user.
     "mauve.generateOrocos": (uri: string, deployment?: string) => generate(server, uri, deployment),
   });
-
-  let due: NodeJS.Timeout | undefined;
-  const askVerdict = () => {
-    clearTimeout(due);
-    due = setTimeout(() => void showVerdict(status, askVerdict), 300);
-  };
 
   // A project begins and ends with its mauve.toml: which TOML files the server gets depends on it.
   const projects = vscode.workspace.createFileSystemWatcher("**/mauve.toml", false, true, false);
   context.subscriptions.push(
     log,
-    status,
+    verdict,
     projects,
     watchSteps(),
     new Panels(server, context.extensionUri),
     new Tree(server),
-    vscode.languages.onDidChangeDiagnostics(askVerdict),
+    vscode.languages.onDidChangeDiagnostics(() => verdict.update()),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
@@ -53,7 +45,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
-    vscode.commands.registerCommand("mauve.showMenu", () => showMenu(server)),
+    vscode.commands.registerCommand("mauve.showMenu", () => showMenu(server, verdict.text)),
     vscode.workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("mauve.server")) {
         void server.restart();
@@ -110,29 +102,4 @@ async function recognise(document: vscode.TextDocument): Promise<void> {
     recognised.add(uri);
     await vscode.languages.setTextDocumentLanguage(document, "mauve");
   }
-}
-
-/** Shows how many deadlines of all deployments are proved, in closed files too; again later, while the server works. */
-async function showVerdict(item: vscode.StatusBarItem, again: () => void): Promise<void> {
-  try {
-    const { verdict } = await server.request<{ verdict: string | null }>("mauve/status");
-    if (verdict === null) {
-      again();
-      return;
-    }
-    item.text = `$(${verdict.startsWith("✗") ? "warning" : "check"}) MAUVE ${verdict}`;
-    item.accessibilityInformation = { label: `MAUVE server: running, ${verdict.replace(/^[✓✗] /, "")}` };
-  } catch {
-    // A server that stops shows its state.
-  }
-}
-
-function showState(item: vscode.StatusBarItem, state: State): void {
-  const icon = { starting: "loading~spin", running: "check", stopped: "circle-slash", error: "error" }[state.kind];
-  item.text = `$(${icon}) MAUVE`;
-  item.backgroundColor = state.kind === "error" ? new vscode.ThemeColor("statusBarItem.errorBackground") : undefined;
-  const detail =
-    state.kind === "running" ? `${state.path} ${state.version ?? ""}` : state.kind === "error" ? state.problem : "";
-  item.tooltip = `MAUVE server: ${state.kind}\n${detail}\nClick for its menu.`;
-  item.accessibilityInformation = { label: `MAUVE server: ${state.kind}` };
 }

@@ -1,33 +1,69 @@
 import * as vscode from "vscode";
-import { Server } from "./server";
+import { entriesOf, Entry, fixesOf, mostWithFixes, Problem, problemsOf } from "./problems";
+import { messageOf, Server } from "./server";
 import { openServerSetting } from "./settings";
 
-interface Entry extends vscode.QuickPickItem {
-  run?: () => unknown;
+/** Shows what the item in the status bar stands for: the problems with their fixes, then the server and what one does with it. */
+export async function showMenu(server: Server, verdict: string): Promise<void> {
+  const picker = vscode.window.createQuickPick<Entry>();
+  const menu = menuOf(server);
+  picker.title = verdict === "" ? `MAUVE server: ${server.current.kind}` : `MAUVE ${verdict}`;
+  picker.placeholder = "Go to a problem, apply a fix, or choose a command";
+  picker.matchOnDescription = true;
+  picker.keepScrollPosition = true;
+  picker.items = menu;
+  let isOpen = true;
+  picker.onDidHide(() => {
+    isOpen = false;
+    picker.dispose();
+  });
+  picker.onDidAccept(() => {
+    const [chosen] = picker.selectedItems;
+    picker.hide();
+    Promise.resolve(chosen?.run?.()).catch((error) => vscode.window.showErrorMessage(messageOf(error)));
+  });
+  picker.show();
+  if (server.current.kind !== "running") {
+    return;
+  }
+  picker.busy = true;
+  const problems = await problemsOf(server);
+  const none = { label: verdict === "" ? "The models are being analysed" : "No problems" };
+  const fixes = new Map<Problem, vscode.CodeAction[]>();
+  const show = () => {
+    const [active] = picker.activeItems;
+    picker.items = [...(problems.length === 0 ? [none] : entriesOf(problems, fixes)), ...menu];
+    // The row that the user has reached stays the active one.
+    picker.activeItems = picker.items.filter(({ label }) => fixes.size > 0 && label === active?.label).slice(0, 1);
+  };
+  show();
+  for (const problem of problems.slice(0, mostWithFixes)) {
+    fixes.set(problem, isOpen ? await fixesOf(problem) : []);
+    if (isOpen) {
+      show();
+    }
+  }
+  picker.busy = false;
 }
 
-/** Shows the menu of the item in the status bar: the server that runs, and what one does with it. */
-export async function showMenu(server: Server): Promise<void> {
+function menuOf(server: Server): Entry[] {
   const command = (icon: string, label: string, name: string): Entry => ({
     label: `$(${icon}) ${label}`,
     run: () => vscode.commands.executeCommand(name),
   });
-  const chosen = await vscode.window.showQuickPick<Entry>(
-    [
-      serverEntry(server),
-      { label: "", kind: vscode.QuickPickItemKind.Separator },
-      command("debug-restart", "Restart Server", "mauve.restartServer"),
-      command("output", "Show Log", "mauve.showLog"),
-      command("type-hierarchy", "Show Architecture", "mauve.showArchitecture"),
-      command("lightbulb", "What If…", "mauve.whatIf"),
-      command("settings", "Choose Significance Level", "mauve.chooseSignificance"),
-      command("refresh", "Reload Models", "mauve.reloadModels"),
-      command("package", "Generate Orocos Packages", "mauve.generatePackages"),
-      { label: "$(gear) Open Settings", run: openServerSetting },
-    ],
-    { title: `MAUVE server: ${server.current.kind}` },
-  );
-  await chosen?.run?.();
+  return [
+    { label: "Show", kind: vscode.QuickPickItemKind.Separator },
+    command("type-hierarchy", "Show Architecture", "mauve.showArchitecture"),
+    command("lightbulb", "What If…", "mauve.whatIf"),
+    command("settings", "Choose Significance Level", "mauve.chooseSignificance"),
+    command("package", "Generate Orocos Packages", "mauve.generatePackages"),
+    { label: "Server", kind: vscode.QuickPickItemKind.Separator },
+    serverEntry(server),
+    command("debug-restart", "Restart Server", "mauve.restartServer"),
+    command("output", "Show Log", "mauve.showLog"),
+    command("refresh", "Reload Models", "mauve.reloadModels"),
+    { label: "$(gear) Open Settings", run: openServerSetting },
+  ];
 }
 
 /** The path and the version of the server, copied when chosen; the problem where no server runs. */

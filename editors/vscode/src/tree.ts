@@ -3,20 +3,23 @@ import type { Location } from "vscode-languageclient/node";
 import type { Graph, GraphNode } from "./answers";
 import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
-import { cpus, percent, rows, statusOf, summary } from "./panel/figures";
+import { cpus, percent, Row, rows, statusOf } from "./panel/figures";
 import { showLocation } from "./panels";
 import { Server } from "./server";
 
 /** So many projects are shown at most. */
 const mostProjects = 20;
-const icons = { met: "pass", missed: "error", unknown: "question", none: "circle-outline" } as const;
+/** The icons of the statuses. */
+export const icons: Record<Row["status"], string> = { missed: "error", unknown: "question", tight: "warning", met: "pass", none: "circle-outline" };
+/** A CPU that is used so far is nearly full: the colour of its hints. */
+const nearlyFull = 0.9;
 
 /** An element of the tree. */
 interface Entry {
   id: string;
   label: string;
   description: string;
-  status: keyof typeof icons;
+  status: Row["status"];
   icon?: string;
   tooltip?: string;
   location?: Location | null;
@@ -120,7 +123,7 @@ export class Tree implements vscode.TreeDataProvider<Entry>, vscode.Disposable {
 }
 
 /** The files whose projects are shown: all with a mauve.toml, otherwise that of the text in the active editor. */
-async function documents(): Promise<string[]> {
+export async function documents(): Promise<string[]> {
   const projects = await vscode.workspace.findFiles("**/mauve.toml", undefined, mostProjects);
   const active = vscode.window.activeTextEditor?.document;
   const uris = projects.filter(({ scheme }) => scheme === "file").map((uri) => uri.toString()).sort();
@@ -129,7 +132,7 @@ async function documents(): Promise<string[]> {
 
 function deployment(id: string, graph: Graph): Entry {
   const sorted = rows(graph.nodes);
-  const { status, text } = summary(sorted);
+  const text = graph.verdict?.text ?? "";
   const places = new Map(graph.nodes.map(({ host, affinity: mask }) => [`${host ?? ""} ${mask}`, { host, mask }]));
   const order = (it: { host: string | null; mask: number | null }) => it.mask ?? Infinity;
   const sortedPlaces = [...places.values()].sort((one, other) => (one.host ?? "").localeCompare(other.host ?? "") || order(one) - order(other));
@@ -140,12 +143,17 @@ function deployment(id: string, graph: Graph): Entry {
       id: `${id} ${host === null ? "" : `${host} `}${mask}`,
       label: mask === null || mask === 0 ? "No CPU" : cpus(mask, host),
       description: utilisation === null ? "" : `${load?.complete ? "" : "≥ "}${percent(utilisation)} utilisation`,
-      status: utilisation === null ? "none" : utilisation > 1 ? "missed" : "met",
+      status: utilisation === null ? "none" : utilisation > 1 ? "missed" : utilisation > nearlyFull ? "tight" : "met",
       icon: "chip",
       children: sorted.filter(({ node }) => node.affinity === mask && node.host === host).map(({ index }) => instance(id, graph.nodes[index])),
     };
   });
-  return { id, label: graph.name, description: text, status, icon: "server-process", tooltip: `${graph.name}: ${text}\n${graph.root}`, children };
+  return { id, label: graph.name, description: text, status: partOf(graph), icon: "server-process", tooltip: `${graph.name}: ${text}\n${graph.root}`, children };
+}
+
+/** The worst part of a deployment's verdict. */
+function partOf({ verdict }: Graph): Row["status"] {
+  return verdict === null || verdict === undefined || verdict.status === "time" ? "none" : verdict.status;
 }
 
 function instance(id: string, { instance, component, figure, status, reasons, activity, location }: GraphNode): Entry {
@@ -154,7 +162,7 @@ function instance(id: string, { instance, component, figure, status, reasons, ac
     id: `${id} ${instance}`,
     label: instance,
     description,
-    status: statusOf(status),
+    status: statusOf(status, figure),
     tooltip: [`${instance}: ${component}`, description, ...reasons].join("\n"),
     location: activity ?? location,
     children: [],

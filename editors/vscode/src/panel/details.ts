@@ -204,7 +204,7 @@ function programs({ states, edges }: Machine, selected?: Item): HTMLElement {
 
 function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], actions: Actions): HTMLElement[] {
   const part = ({ response, deadline }: Scheduled) => (deadline === null ? 0 : response / Math.max(deadline, Number.MIN_VALUE));
-  const row = (it: Scheduled) => choosable(it, instance, actions, response(it.figure, statusOf(it.status), part(it)));
+  const row = (it: Scheduled) => choosable(it, instance, actions, response(it.figure, statusOf(it.status, it.figure), part(it)));
   const sorted = [...instances].sort((one, other) => part(other) - part(one));
   const caption = "Response times, the worst first: show the schedule of";
   const columns = { Instance: "", "Response / deadline": "figure" } as const;

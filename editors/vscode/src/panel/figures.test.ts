@@ -13,7 +13,7 @@ const node = (instance: string, status: string, response: number | null, deadlin
   period: 100,
   deadline,
   response,
-  figure: `${response} / ${deadline} ms`,
+  figure: `${response !== null && deadline !== null && response > 0.9 * deadline ? "!" : "✓"} ${response} / ${deadline} ms`,
   status,
   reasons: [],
   location: null,
@@ -28,9 +28,10 @@ test("the worst activity is first", () => {
     node("a", "met", 50, 100),
     node("endless", "unbounded", null, 100),
     node("new", "not-analysed", null, 100),
+    node("near", "met", 91, 100),
   ];
   const sorted = rows(nodes).map(({ node, index }) => [node.instance, index]);
-  assert.deepEqual(sorted, [["endless", 4], ["new", 5], ["late", 2], ["a", 3], ["b", 0], ["idle", 1]]);
+  assert.deepEqual(sorted, [["endless", 4], ["late", 2], ["new", 5], ["near", 6], ["a", 3], ["b", 0], ["idle", 1]]);
 });
 
 test("a row has the response time as a part of the deadline", () => {
@@ -42,7 +43,7 @@ test("a row has the response time as a part of the deadline", () => {
 
 test("the summary names missed deadlines, then unknown ones, then the least slack as a part of the deadline", () => {
   const met = [node("a", "met", 9, 10), node("b", "met", 997, 1000)];
-  assert.equal(summary(rows(met)).text, "All 2 deadlines are met; least slack: b, 997 / 1000 ms");
+  assert.equal(summary(rows(met)).text, "All 2 deadlines are met; least slack: b, ! 997 / 1000 ms");
   const missed = summary(rows([...met, node("c", "missed", 101, 100), node("d", "not-analysed", null, 1)]));
   assert.deepEqual(missed, { status: "missed", text: "1 deadline missed: c; 1 not analysed: d" });
   assert.equal(summary(rows([])).status, "none");

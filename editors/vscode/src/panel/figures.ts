@@ -6,7 +6,7 @@ export interface Row {
   index: number;
   node: GraphNode;
   /** A class of the styles. */
-  status: "met" | "missed" | "unknown" | "none";
+  status: "missed" | "unknown" | "tight" | "met" | "none";
   /** The response time as a part of the deadline; infinite without a bound. */
   part: number;
 }
@@ -35,31 +35,35 @@ export function cpus(mask: number | null, host?: string | null): string {
   return `CPUs ${names.slice(0, -1).join(", ")} and ${names.at(-1)}${of}`;
 }
 
-/** The status of a deadline as a class; a response time without a bound misses its deadline. */
-export function statusOf(status: string | null): Row["status"] {
-  const others = { met: "met", "not-analysed": "unknown", background: "none" } as const;
+/** The status of a deadline as a class; a response time without a bound misses its deadline. The figure's mark says what is tight. */
+export function statusOf(status: string | null, figure?: string | null): Row["status"] {
+  const others = { met: figure?.startsWith("!") ? "tight" : "met", "not-analysed": "unknown", background: "none" } as const;
   return status === null ? "none" : (others[status as keyof typeof others] ?? "missed");
 }
 
-export const signs: Record<Row["status"], string> = { met: "✓", missed: "✗", unknown: "?", none: "–" };
+/** The marks of the statuses, the worst first. */
+export const signs: Record<Row["status"], string> = { missed: "✗", unknown: "?", tight: "!", met: "✓", none: "–" };
 
-/** The rows of the activities, the worst first: those without a bound, then by the response time as a part of the deadline. */
+/** The rows of the activities, the worst first: by their statuses, then by the response time as a part of the deadline. */
 export function rows(nodes: GraphNode[]): Row[] {
   const found = nodes.map((node, index): Row => {
     const { response, deadline } = node;
     const isKnown = response !== null && deadline !== null;
-    const status = statusOf(node.status);
+    const status = statusOf(node.status, node.figure);
     const part = status === "none" ? -1 : isKnown ? response / Math.max(deadline, Number.MIN_VALUE) : Infinity;
     return { index, node, status, part };
   });
+  const order = Object.keys(signs);
+  const byStatus = (one: Row, other: Row) => order.indexOf(one.status) - order.indexOf(other.status);
+  const byPart = (one: Row, other: Row) => (one.part === other.part ? 0 : one.part > other.part ? -1 : 1);
   const byName = (one: Row, other: Row) => one.node.instance.localeCompare(other.node.instance);
-  return found.sort((one, other) => (one.part === other.part ? byName(one, other) : one.part > other.part ? -1 : 1));
+  return found.sort((one, other) => byStatus(one, other) || byPart(one, other) || byName(one, other));
 }
 
 /** The deployment in one sentence, and its status. */
 export function summary(all: Row[]): { status: Row["status"]; text: string } {
   const of = (status: Row["status"]) => all.filter((row) => row.status === status);
-  const [missed, unknown, met] = [of("missed"), of("unknown"), of("met")];
+  const [missed, unknown, met] = [of("missed"), of("unknown"), [...of("tight"), ...of("met")]];
   const names = (rows: Row[]) => {
     const shown = rows.slice(0, 3).map(({ node }) => node.instance).join(", ");
     return rows.length > 3 ? `${shown} and ${rows.length - 3} more` : shown;
@@ -80,7 +84,7 @@ export function summary(all: Row[]): { status: Row["status"]; text: string } {
   }
   const least = met.reduce((one, other) => (other.part > one.part ? other : one));
   const deadlinesMet = met.length === 1 ? "The deadline is met" : `All ${met.length} deadlines are met`;
-  return { status: "met", text: `${deadlinesMet}; least slack: ${least.node.instance}, ${least.node.figure}` };
+  return { status: least.status, text: `${deadlinesMet}; least slack: ${least.node.instance}, ${least.node.figure}` };
 }
 
 /** A step of the worst periods: the same edge several times in a row is one. */
