@@ -23,14 +23,11 @@ const [folding, scrollBar] = [26, 16];
 /** The widest minimap, and what it has beside its text, in pixels. */
 const [widestMap, besideMap] = [128, 8];
 
-/** The columns on a screen of 1440 pixels, beside the explorer and the minimap. */
-const ofSmallScreen = 104;
+/** The width of a group on a screen of 1440 pixels, beside the explorer. */
+const ofSmallScreen = 1082;
 
 /** The columns of text that an editor shows: VS Code shows, and wraps at, the whole ones. */
-export function columns({ width, fontFamily, fontSize, hasMinimap }: Look): number {
-  if (width === undefined) {
-    return ofSmallScreen;
-  }
+export function columns({ width = ofSmallScreen, fontFamily, fontSize, hasMinimap }: Look): number {
   const column = fontSize * (fontFamily.startsWith("Consolas") ? consolas : usual);
   const text = width - folding - fontSize * lineHeight - digits * column - scrollBar;
   // The map has a pixel for each column of the text.

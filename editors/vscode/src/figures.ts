@@ -15,6 +15,8 @@ const margin = 300;
 const endOfLine = 2 ** 31 - 1;
 /** So many milliseconds after a change without new figures, those on the screen are marked as older. */
 const patience = 500;
+/** So often, in milliseconds, the widths of editors are asked for: VS Code does not tell when they change. */
+const pace = 1000;
 /** So many milliseconds after the start the first figures wait for the first code lenses, which move the text. */
 const together = 450;
 
@@ -50,7 +52,9 @@ export class Figures implements vscode.Disposable {
   ) {
     this.start = Promise.race([lenses, new Promise((resolve) => setTimeout(resolve, together))]);
     void this.measure();
+    const timer = setInterval(() => this.shown.size > 0 && vscode.window.state.focused && void this.measure(), pace);
     this.listeners = vscode.Disposable.from(
+      { dispose: () => clearInterval(timer) },
       vscode.window.onDidChangeVisibleTextEditors(() => {
         void this.measure();
         this.update();
@@ -128,7 +132,13 @@ export class Figures implements vscode.Disposable {
 
   /** Asks VS Code how wide the editors are. */
   private async measure(): Promise<void> {
-    const layout = await vscode.commands.executeCommand<{ orientation: number; groups: Layout[] }>("vscode.getEditorLayout");
+    const ask = () => vscode.commands.executeCommand<{ orientation: number; groups: Layout[] }>("vscode.getEditorLayout");
+    let layout = await ask();
+    if (layout.orientation === 1 && layout.groups.length === 1 && layout.groups[0].groups === undefined) {
+      // It says how high the only group is. That it stands beside others, of which there are none, changes nothing but this.
+      await vscode.commands.executeCommand("vscode.setEditorLayout", { orientation: 0, groups: [{}] });
+      layout = await ask();
+    }
     const groups = widths(layout);
     if (groups.join() !== this.groups.join()) {
       this.groups = groups;

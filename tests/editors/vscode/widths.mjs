@@ -70,6 +70,8 @@ export async function checkWidths({ page, expect, command, openAt, selectToEnd, 
     }
     for (const size of SIZES) {
       await page.setViewportSize(size);
+      await openAt("deployment.mal", "deployment P3dxDeployment");
+      await expect(`${size.width}×${size.height}, ${editors} editor(s): the figures of the deployment, none cut`, () => seen(page), (all) => all.every(({ cut }) => cut.length === 0));
       for (const [name, text, control] of texts) {
         await openAt("deployment.mal", "control  ");
         if (text !== undefined) {
