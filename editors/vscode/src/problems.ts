@@ -39,7 +39,8 @@ export async function problemsOf(server: Server): Promise<Problem[]> {
     }
     const { start, end } = at.range;
     const place = new vscode.Location(vscode.Uri.parse(at.uri), new vscode.Range(start.line, start.character, end.line, end.character));
-    const isAt = (uri: vscode.Uri, range: vscode.Range) => uri.toString() === place.uri.toString() && place.range.contains(range.start);
+    const isAt = (uri: vscode.Uri, { start }: vscode.Range) =>
+      uri.toString() === place.uri.toString() && place.range.start.line <= start.line && start.line <= place.range.end.line;
     const why = reported.filter(
       ({ uri, it }) => isAt(uri, it.range) || it.relatedInformation?.some(({ location }) => isAt(location.uri, location.range)),
     );

@@ -117,7 +117,7 @@ async function check() {
   await page.waitForSelector(".editor-instance .view-line");
 
   await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running");
-  await expect("the status bar: the verdict", statusItems, (label) => label === "MAUVE server: running, 9 deadlines proved");
+  await expect("the status bar: the verdict", statusItems, (label) => label === "MAUVE server: running, ! 9 met · 1 tight");
   await expect("the hint at navigation: ! 997 / 1000", () => activity("navigation"), (line) => line.includes("! 997 / 1000"));
   await expect("nothing underlined", underlined, (lines) => lines.length === 0);
 
