@@ -24,6 +24,16 @@ impl Output {
     }
 }
 
+/// Returns the columns of the terminal that standard output goes to; none if it goes elsewhere. The variable `COLUMNS` overrides them.
+pub(crate) fn terminal_columns() -> Option<usize> {
+    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    #[cfg(unix)]
+    let of_terminal = || rustix::termios::tcgetwinsize(std::io::stdout()).ok().map(|size| size.ws_col.into());
+    #[cfg(not(unix))]
+    let of_terminal = || None;
+    set.or_else(of_terminal).filter(|columns: &usize| *columns > 0)
+}
+
 /// Prints a message to standard error.
 pub(crate) fn say(message: &str) {
     let _ = writeln!(anstream::stderr(), "mauve: {}", harmless(message));

@@ -16,7 +16,8 @@ use crate::drawing::{
     text_width, too_large,
 };
 use crate::graph::{Graph, GraphNode};
-use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Side, Slot, Spacing, place};
+use crate::lanes::{NetEnd, draw_lanes};
+use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Placement, Side, Slot, Spacing, place};
 use crate::text_canvas::{TextCanvas, cells};
 
 /// Draws a graph.
@@ -30,7 +31,7 @@ pub fn draw_graph(db: &dyn ModelDb, graph: &Graph<'_>, drawing: Drawing) -> Stri
     let drawn = match drawing {
         Drawing::Dot => Some(dot(graph)),
         Drawing::Svg => svg(graph, &interrupt),
-        Drawing::Text => text(graph, &interrupt),
+        Drawing::Text(columns) => text(graph, columns, &interrupt),
     };
     drawn.unwrap_or_else(|| {
         let content = format!("{} instances and {} connections", graph.nodes.len(), graph.edges.len());
@@ -331,7 +332,7 @@ fn svg_box(
 const CELLS: Spacing =
     Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, line: 1.0 };
 
-fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
+fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
         let lit = if node.is_lit { "» " } else { "" };
         let name = format!("{lit}{}: {}", node.instance, node.component);
@@ -352,6 +353,11 @@ fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
         }
     });
     let placement = place(&diagram, CELLS, interrupt)?;
+    if let Some(columns) = columns.filter(|columns| placement.width > *columns as f64)
+        && let Some(drawn) = narrow(graph, &placement, columns, interrupt)
+    {
+        return Some(drawn);
+    }
     let mut canvas = TextCanvas::of(&placement)?;
     for (line, edge) in placement.lines.iter().zip(&graph.edges) {
         canvas.tip(&line.points, edge.operation);
@@ -371,6 +377,60 @@ fn text(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
         }
     }
     Some(format!("{}\n\n{}", graph.title, canvas.finish()))
+}
+
+/// Draws a graph in few columns: a row for each instance, in the order of the columns of the wide drawing, and below it one for each
+/// of its ports with connections.
+fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize, interrupt: &dyn Fn()) -> Option<String> {
+    // By instance: whether data leaves, the port, its net, and the tip of the arrow. A port has a row for each source that writes to it.
+    let mut ends = vec![BTreeSet::new(); graph.nodes.len()];
+    for edge in &graph.edges {
+        let tip = if edge.operation { "◃" } else { "◂" };
+        let of_edge = [(&edge.source, None), (&edge.target, Some(tip))];
+        for ((node, port), tip) in of_edge {
+            ends.get_mut(*node).into_iter().for_each(|of_node| {
+                of_node.insert((tip.is_none(), port, &edge.source, tip));
+            });
+        }
+    }
+    let mut order: Vec<(&GraphNode<'_>, usize, Area)> = graph
+        .nodes
+        .iter()
+        .zip(&wide.boxes)
+        .enumerate()
+        .map(|(index, (it, placed))| (it, index, placed.area))
+        .collect();
+    order.sort_by(|(.., one), (.., other)| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
+    let mut smallest = None;
+    for (has_components, distance) in [(true, 2.0), (false, 2.0), (false, 1.0)] {
+        interrupt();
+        let name_of = |node: &GraphNode<'_>| {
+            let lit = if node.is_lit { "» " } else { "" };
+            if has_components {
+                format!("{lit}{}: {}", node.instance, node.component)
+            } else {
+                format!("{lit}{}", node.instance)
+            }
+        };
+        let names = order.iter().map(|(node, ..)| cells(&name_of(node))).fold(0.0, f64::max);
+        let (mut rows, mut nets) = (Vec::new(), BTreeMap::<&(usize, Name), Vec<NetEnd>>::new());
+        for (node, index, _) in &order {
+            let name = name_of(node);
+            let space = " ".repeat((names - cells(&name)) as usize);
+            let figures = Figures::of(graph, node).map(|it| it.with_load()).unwrap_or_default();
+            rows.push(format!("{name}{space}  {figures}").trim_end().to_owned());
+            for (_, port, net, tip) in ends.get(*index).into_iter().flatten() {
+                nets.entry(net).or_default().push(NetEnd { row: rows.len(), tip: *tip });
+                rows.push(format!("  {port}"));
+            }
+        }
+        let (drawn, width) = draw_lanes(&rows, &nets.into_values().collect::<Vec<_>>(), distance)?;
+        smallest = Some(format!("{}\n\n{drawn}", graph.title));
+        if width <= columns as f64 {
+            break;
+        }
+    }
+    smallest
 }
 
 /// Returns the names of CPUs, with their host if the graph is of a deployment on several.
@@ -467,7 +527,7 @@ mod tests {
         );
         check(
             "A",
-            Drawing::Text,
+            Drawing::Text(None),
             expect![[r#"
                 A
 
@@ -504,7 +564,7 @@ mod tests {
         );
         check(
             "D",
-            Drawing::Text,
+            Drawing::Text(None),
             expect![[r#"
                 D at 1e-4: response times and deadlines in ms, CPU utilisation
 
@@ -526,8 +586,46 @@ mod tests {
     }
 
     #[test]
+    fn in_few_columns() {
+        check(
+            "D",
+            Drawing::Text(Some(60)),
+            expect![[r#"
+            D at 1e-4: response times and deadlines in ms, CPU utilisation
+
+            laser: Laser    ✓ 20 / 100 ms · 20.0 %
+              scan ───────────────────────────────────┐
+            spare: Unknown  – not real-time           │
+            pilot: Pilot    ✗ 50 / 40 ms · 30.0 %     │
+              back ◂────────────────────────────────┐ │
+              scan ◂────────────────────────────────┼─┘
+              go ───────────────────────────────────┘
+        "#]],
+        );
+        check(
+            "WithCall",
+            Drawing::Text(Some(30)),
+            expect![[r#"
+            WithCall
+
+            spare: Unknown
+            laser: Laser
+              scan ─────────────┐
+              stop ───────────┐ │
+            pilot: Pilot      │ │
+              back ◂────────┐ │ │
+              scan ◂────────┼─┼─┘
+              stop ◃────────┼─┘
+              go ───────────┘
+        "#]],
+        );
+        let most = |drawn: &str| drawn.lines().map(|line| line.chars().count()).max();
+        assert!(most(&drawn("A", Drawing::Text(Some(20)))) <= Some(20));
+    }
+
+    #[test]
     fn an_edit_cancels_a_drawing() {
-        for drawing in [Drawing::Svg, Drawing::Text] {
+        for drawing in [Drawing::Svg, Drawing::Text(None)] {
             let cancelled = || {
                 made("D", |db, graph| {
                     db.cancellation_token().cancel();
@@ -540,7 +638,7 @@ mod tests {
 
     #[test]
     fn calls_are_dashed() {
-        assert!(drawn("WithCall", Drawing::Text).contains("▹┤ stop"));
+        assert!(drawn("WithCall", Drawing::Text(None)).contains("▹┤ stop"));
         let svg = drawn("WithCall", Drawing::Svg);
         assert!(svg.contains("<title>laser.stop → pilot.stop</title><path class=\"wire call\""), "{svg}");
     }

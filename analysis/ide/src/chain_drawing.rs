@@ -18,7 +18,7 @@ use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, response_times};
 
 use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
-use crate::text_canvas::cells;
+use crate::text_canvas::{cells, in_columns};
 use mauve_diagnostics::figure::{HintStatus, chain_figure};
 
 /// The chains of a deployment as they are drawn.
@@ -154,7 +154,8 @@ pub fn draw_chains(chains: &DrawnChains<'_>, drawing: Drawing) -> String {
     let more = if more == 0 { String::new() } else { format!("and {more} more") };
     match drawing {
         Drawing::Svg => svg(title, shown, longest, &more),
-        Drawing::Text | Drawing::Dot => text(title, shown, longest, &more),
+        Drawing::Text(columns) => text(title, shown, longest, &more, columns),
+        Drawing::Dot => text(title, shown, longest, &more, None),
     }
 }
 
@@ -291,17 +292,21 @@ fn wrapped(text: &str, size: f64, is_bold: bool) -> Vec<String> {
     lines.into_iter().map(|line| fitted(&line, PLOT, size, is_bold)).collect()
 }
 
-fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> String {
-    const COLUMNS: u128 = 60;
-    let column = |time: Time| {
-        (u128::from(time.as_nanos()) * COLUMNS).div_ceil(u128::from(longest.as_nanos().max(1))) as usize
-    };
+fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str, columns: Option<usize>) -> String {
+    /// The most columns of the bars, and those of the time behind them.
+    const MOST: usize = 60;
+    const TIME: usize = 13;
     let names =
         chains.iter().flat_map(|chain| &chain.steps).map(|step| cells(&drawn_name(&step.instance)) as usize);
     let names = names.max().unwrap_or_default();
+    let bars = columns.map_or(MOST, |columns| columns.saturating_sub(names + TIME).clamp(10, MOST));
+    let column = |time: Time| {
+        (u128::from(time.as_nanos()) * bars as u128).div_ceil(u128::from(longest.as_nanos().max(1))) as usize
+    };
     let mut out = format!("{title}\n");
     for chain in chains {
-        let _ = writeln!(out, "\n{}: {}", drawn_name(&chain.name), chain.figure);
+        let name = in_columns(&format!("{}: {}", drawn_name(&chain.name), chain.figure), columns, "  ");
+        let _ = writeln!(out, "\n{name}");
         let mut passed = Time::ZERO;
         for step in &chain.steps {
             let mut row = " ".repeat(column(passed));
@@ -315,13 +320,15 @@ fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> St
             let space = " ".repeat(names - cells(&name) as usize);
             let _ = writeln!(out, "  {name}{space} {row} {}", step.total);
         }
-        out.extend(chain.reasons.iter().map(|reason| format!("  {reason}\n")));
+        out.extend(
+            chain.reasons.iter().map(|reason| in_columns(&format!("  {reason}"), columns, "    ") + "\n"),
+        );
     }
     if !more.is_empty() {
         let _ = writeln!(out, "\n{more}");
     }
     let legend: Vec<String> = KINDS.iter().map(|(_, letter, what)| format!("{letter} {what}")).collect();
-    out + "\n" + &legend.join("  ") + "\n"
+    out + "\n" + &in_columns(&legend.join("  "), columns, "") + "\n"
 }
 
 #[cfg(test)]
@@ -404,7 +411,36 @@ mod tests {
             and 3 more
 
             ░ waits for a release  ▓ in the buffer  ▒ periods before the write  █ runs until the write
-        "#]].assert_eq(&draw(chains(), 3, Drawing::Text));
+        "#]].assert_eq(&draw(chains(), 3, Drawing::Text(None)));
+    }
+
+    #[test]
+    fn bars_and_reasons_fit_the_columns() {
+        expect![[r#"
+            Robot: chains
+
+            avoid: ✗ ≤ 526 / 500 ms
+              hokuyo       ░░░░░███ 153 ms
+              guidance             ░░░░░▒▒▒▒█ 220 ms
+              switch                         ░░░▓▓█ 103 ms
+              p3dx<driver>                        ░░█ 50 ms
+
+            joy.commands -> p3dx_driver.aria_drive (through
+              teleop, switch, and a very long list of others):
+              ? may skip
+              `switch` may never write `out`: in state
+                `Automatic`, it writes what `guidance` sends
+
+            stop: ✓ ≤ 30 / 100 ms
+              bumper       ░█ 11 ms
+              p3dx_driver   ░█ 19 ms
+
+            and 3 more
+
+            ░ waits for a release  ▓ in the buffer  ▒ periods
+            before the write  █ runs until the write
+        "#]]
+        .assert_eq(&draw(chains(), 3, Drawing::Text(Some(50))));
     }
 
     #[test]
@@ -450,7 +486,7 @@ mod tests {
                 ..step("b", [0; 4])
             },
         ];
-        for drawing in [Drawing::Svg, Drawing::Text] {
+        for drawing in [Drawing::Svg, Drawing::Text(None)] {
             let drawn = draw(vec![chain.clone()], 0, drawing);
             assert!(!drawn.contains("NaN") && drawn.len() < 100_000, "{drawn}");
         }

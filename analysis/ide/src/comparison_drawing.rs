@@ -17,7 +17,7 @@ use mauve_timing::Unit;
 
 use crate::comparison::{Compared, Comparison, Figure, FigureChange};
 use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
-use crate::text_canvas::cells;
+use crate::text_canvas::{cells, in_columns};
 use mauve_diagnostics::figure::HintStatus;
 
 impl Comparison {
@@ -87,7 +87,8 @@ pub fn draw_comparison(of: &Comparison, values: &[String], drawing: Drawing) -> 
     let with = if values.is_empty() { String::new() } else { format!("with {}", values.join(", ")) };
     match drawing {
         Drawing::Svg => svg(&of.title(), &with, shown, &below),
-        Drawing::Text | Drawing::Dot => text(&of.title(), &with, shown, &below),
+        Drawing::Text(columns) => text(&of.title(), &with, shown, &below, columns),
+        Drawing::Dot => text(&of.title(), &with, shown, &below, None),
     }
 }
 
@@ -215,7 +216,13 @@ fn svg_bars(out: &mut String, [before, after]: [Option<f64>; 2], y: f64) {
     }
 }
 
-fn text(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) -> String {
+fn text(
+    title: &str,
+    with: &str,
+    rows: &[(usize, &Compared)],
+    below: &[String],
+    columns: Option<usize>,
+) -> String {
     const LIMIT: f64 = 20.0;
     let most = (LIMIT * MOST_PART) as usize;
     let column = |part: f64| ((LIMIT * part).ceil() as usize).min(most);
@@ -238,25 +245,28 @@ fn text(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) 
     let names = rows.iter().map(|(_, row)| cells(&drawn_name(row.name())) as usize).max().unwrap_or_default();
     let figures = rows.iter().map(|(_, row)| cells(&row.figure()) as usize).max().unwrap_or_default();
     let space = |text: &str, width: usize| " ".repeat(width.saturating_sub(cells(text) as usize));
-    let mut out = format!("{title}\n");
+    let words = rows.iter().map(|(_, row)| cells(&row.words()) as usize).max().unwrap_or_default();
+    // The figures before the bars.
+    let has_bars = columns.is_none_or(|columns| names + most + figures + words + 9 <= columns);
+    let mut out = in_columns(title, columns, "  ") + "\n";
     if !with.is_empty() {
-        let _ = writeln!(out, "{with}");
+        let _ = writeln!(out, "{}", in_columns(with, columns, "  "));
     }
     out.push('\n');
     for (_, row) in rows {
         let (name, figure) = (drawn_name(row.name()), row.figure());
         let line = format!(
-            "  {name}{} {}  {figure}{}  {}",
+            "  {name}{} {}{figure}{}  {}",
             space(&name, names),
-            bars(row),
+            if has_bars { bars(row) + "  " } else { " ".to_owned() },
             space(&figure, figures),
             row.words()
         );
         let _ = writeln!(out, "{}", line.trim_end());
     }
     out.push('\n');
-    out.extend(below.iter().map(|line| format!("  {line}\n")));
-    out + "\n█ now  ░ before  ▓ more than before  │ deadline\n"
+    out.extend(below.iter().map(|line| in_columns(&format!("  {line}"), columns, "    ") + "\n"));
+    if has_bars { out + "\n█ now  ░ before  ▓ more than before  │ deadline\n" } else { out }
 }
 
 #[cfg(test)]
@@ -296,7 +306,7 @@ deployment D { architecture A
     }
 
     fn text(of: &Comparison) -> String {
-        draw_comparison(of, &["eye.priority=1".to_owned()], Drawing::Text)
+        draw_comparison(of, &["eye.priority=1".to_owned()], Drawing::Text(None))
     }
 
     #[test]
@@ -385,7 +395,7 @@ deployment D { architecture A
         let svg = draw_comparison(&it, &[], Drawing::Svg);
         assert!(svg.matches("data-row").count() == 100 && svg.contains("and 80 more"), "{svg}");
         it.after.as_mut().unwrap().errors = 2;
-        let text = draw_comparison(&it, &[], Drawing::Text);
+        let text = draw_comparison(&it, &[], Drawing::Text(None));
         assert!(text.contains("\n  not proved: the project has 2 errors\n"), "{text}");
         let nothing = draw_comparison(&Comparison::of(None, None), &[], Drawing::Svg);
         assert!(nothing.ends_with("</svg>\n"), "{nothing}");

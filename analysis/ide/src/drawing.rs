@@ -18,8 +18,9 @@ pub enum Drawing {
     Svg,
     /// For Graphviz.
     Dot,
-    /// For a terminal: lines of characters, boxes of box-drawing characters.
-    Text,
+    /// For a terminal: lines of characters, boxes of box-drawing characters. At most so many columns wide where that is possible;
+    /// none for any width.
+    Text(#[serde(skip)] Option<usize>),
 }
 
 /// The letters of a name in a drawing.
@@ -55,7 +56,7 @@ pub(crate) fn too_large(drawing: Drawing, title: &str, content: &str, command: &
             let head = svg_head(size, "x=\"24\" y=\"30\"", title);
             format!("{head}<text class=\"soft\" x=\"24\" y=\"60\">{}</text>\n</svg>\n", svg_text(&why))
         }
-        Drawing::Dot | Drawing::Text => format!("{title}\n\n{why}\n"),
+        Drawing::Dot | Drawing::Text(_) => format!("{title}\n\n{why}\n"),
     }
 }
 

@@ -105,7 +105,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>)
 /// Draws the execution times of a codel. In SVG, each level has `data-level` with its index.
 pub fn draw_exceedance(of: &Exceedance, drawing: Drawing) -> String {
     match drawing {
-        Drawing::Text | Drawing::Dot => text(of),
+        Drawing::Text(_) | Drawing::Dot => text(of),
         Drawing::Svg => svg(of),
     }
 }
@@ -181,7 +181,7 @@ codel.see = [20, 23, 30.5]
                 1e-4  ██████████████████████████████████████ 23 ms (current level)
                 1e-9  ██████████████████████████████████████████████████ 30.5 ms
         "#]]
-        .assert_eq(&draw_exceedance(&found, Drawing::Text));
+        .assert_eq(&draw_exceedance(&found, Drawing::Text(None)));
         let svg = draw_exceedance(&found, Drawing::Svg);
         for part in ["30.5 ms at 1e-9", "class=\"level worst\" data-level=\"1\"", "execution time in ms"] {
             assert!(svg.contains(part), "{part} in {svg}");
@@ -200,7 +200,7 @@ codel.see = [20, 23, 30.5]
             no time at 1e-4
             no time at 1e-9
         "#]]
-        .assert_eq(&draw_exceedance(&found, Drawing::Text));
+        .assert_eq(&draw_exceedance(&found, Drawing::Text(None)));
         let svg = draw_exceedance(&found, Drawing::Svg);
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
         assert_eq!(of(|_| CodelOf::Name("missing")), None);

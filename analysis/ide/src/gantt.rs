@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 
 use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
 use crate::occurrences::grouped;
-use crate::text_canvas::cells;
+use crate::text_canvas::{cells, in_columns};
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
@@ -27,7 +27,8 @@ pub fn draw_schedule(
     let chart = Chart::new(&lanes, deployment, (schedule, way));
     match drawing {
         Drawing::Svg => chart.draw(title, interrupt),
-        Drawing::Text | Drawing::Dot => chart.text(title),
+        Drawing::Text(columns) => chart.text(title, columns),
+        Drawing::Dot => chart.text(title, None),
     }
 }
 
@@ -183,15 +184,18 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// Draws the schedule in characters, the times in columns of one length.
-    fn text(&self, title: &str) -> String {
-        const COLUMNS: usize = 100;
+    fn text(&self, title: &str, columns: Option<usize>) -> String {
+        const MOST: usize = 100;
+        /// Of the last mark of the axis.
+        const LABEL: usize = 7;
         let end = self.schedule.end.as_nanos().max(1);
-        let column = |time: Time| (u128::from(time.as_nanos()) * COLUMNS as u128 / u128::from(end)) as usize;
         let longest = self.lanes.iter().map(|lane| cells(&lane.shown) as usize).max().unwrap_or_default();
         let left = longest + 6;
-        let mut out = format!("{title}; times in ms\n");
+        let plot = columns.map_or(MOST, |columns| columns.saturating_sub(left + LABEL).clamp(20, MOST));
+        let column = |time: Time| (u128::from(time.as_nanos()) * plot as u128 / u128::from(end)) as usize;
+        let mut out = in_columns(&format!("{title}; times in ms"), columns, "  ") + "\n";
         // The marks of the axis, where they do not touch.
-        let mut axis = vec![' '; left + COLUMNS + 12];
+        let mut axis = vec![' '; left + plot + 12];
         let mut free = 0;
         for time in marks(end) {
             let start = left + column(time);
@@ -208,7 +212,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         for lanes in self.groups() {
             let _ = writeln!(out, "{}", self.deployment.hosts.names(lanes[0].cpus));
             for lane in lanes {
-                let mut row = vec![' '; COLUMNS + 1];
+                let mut row = vec![' '; plot + 1];
                 let mut fill = |from: Time, to: Time, letter: char| {
                     // What is shorter than a column is shown, too.
                     let (from, to) = (column(from), column(to).max(column(from) + 1));
@@ -239,7 +243,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             out += "● data arrives  ◆ it is written\n";
         }
         let left_out = self.left_out();
-        if left_out.is_empty() { out } else { format!("{out}{left_out}\n") }
+        if left_out.is_empty() { out } else { out + &in_columns(&left_out, columns, "  ") + "\n" }
     }
 
     /// Returns the lanes by their CPUs.
@@ -591,7 +595,13 @@ rt_throttling = false
             not simulated, and may delay others: spare; not simulated, in the background: logger
         "#]];
         check(|deployment, schedule| {
-            expected.assert_eq(&draw_schedule("D", &deployment, (schedule, &[]), Drawing::Text, &|| ()));
+            expected.assert_eq(&draw_schedule(
+                "D",
+                &deployment,
+                (schedule, &[]),
+                Drawing::Text(None),
+                &|| (),
+            ));
         });
     }
 

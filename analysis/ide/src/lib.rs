@@ -81,6 +81,7 @@ mod hierarchy;
 mod hover;
 mod implementation;
 mod inlay_hints;
+mod lanes;
 mod layout;
 mod machine_view;
 mod markdown;

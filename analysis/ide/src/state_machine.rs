@@ -63,7 +63,7 @@ pub fn draw_state_machine<'db>(
     let drawn = match drawing {
         Drawing::Dot => Some(machine.dot(&drawn_name(title.component))),
         Drawing::Svg => machine.svg(&interrupt),
-        Drawing::Text => machine.text(&interrupt),
+        Drawing::Text(columns) => machine.text(columns, &interrupt),
     };
     drawn.unwrap_or_else(|| {
         let content = format!("{} states and {} transitions", machine.states.len(), view.edges.len());
@@ -283,7 +283,8 @@ impl Machine {
         Some(out + "</svg>\n")
     }
 
-    fn text(&self, interrupt: &dyn Fn()) -> Option<String> {
+    /// Draws the states and the arrows between them; lists them where they do not fit.
+    fn text(&self, columns: Option<usize>, interrupt: &dyn Fn()) -> Option<String> {
         let size = |state: &DrawnState| (cells(&self.shown(state)) + 4.0, 3.0);
         let label = |arrow: &Arrow| {
             let widths = arrow.edges.iter().map(|edge| cells(&edge.label));
@@ -292,6 +293,9 @@ impl Machine {
         let spacing =
             Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 2.0, label: 0.0, margin: 0.0, line: 1.0 };
         let placement = self.place(spacing, 1.0, size, label, interrupt)?;
+        if columns.is_some_and(|columns| placement.width > columns as f64) {
+            return Some(format!("{}\n\n{}\n{}\n", self.title, self.list(), self.legend()));
+        }
         let mut canvas = TextCanvas::of(&placement)?;
         for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
             canvas.tip(&line.points, false);
@@ -306,13 +310,35 @@ impl Machine {
             let name = self.shown(state);
             canvas.text(x + ((width - cells(&name)) / 2.0).floor(), y + (height / 2.0).floor(), &name);
         }
-        let has_worst = self.arrows.iter().any(Arrow::is_worst);
-        let legend = if has_worst {
-            "> the initial state   * in the periods with the greatest total"
-        } else {
-            "> the initial state"
-        };
-        Some(format!("{}\n\n{}\n{legend}\n", self.title, canvas.finish()))
+        Some(format!("{}\n\n{}\n{}\n", self.title, canvas.finish(), self.legend()))
+    }
+
+    /// Lists the states, each with its arrows: `  asked: 0  ▸ Planning`.
+    fn list(&self) -> String {
+        let labels = self.arrows.iter().flat_map(|arrow| &arrow.edges);
+        let width = labels.map(|edge| cells(&edge.label) as usize + 1).max().unwrap_or_default();
+        let mut out = String::new();
+        for (number, state) in self.states.iter().enumerate() {
+            let _ = writeln!(out, "{}", self.shown(state));
+            for arrow in self.arrows.iter().filter(|arrow| arrow.source == number) {
+                for edge in &arrow.edges {
+                    let label = format!("{}{}", edge.label, if edge.is_worst { "*" } else { "" });
+                    let space = " ".repeat(width - cells(&label).min(width as f64) as usize);
+                    let target = self.states.get(arrow.target).map_or("", |it| it.name.as_str());
+                    let to =
+                        if arrow.target == number { "◂ stays".to_owned() } else { format!("▸ {target}") };
+                    let _ = writeln!(out, "    {label}{space}  {to}");
+                }
+            }
+        }
+        out
+    }
+
+    fn legend(&self) -> &'static str {
+        match self.arrows.iter().any(Arrow::is_worst) {
+            true => "> the initial state   * in the periods with the greatest total",
+            false => "> the initial state",
+        }
     }
 
     fn shown(&self, state: &DrawnState) -> String {
@@ -377,7 +403,7 @@ codel = "1.5 ms"
 
     #[test]
     fn an_edit_cancels_a_drawing() {
-        for drawing in [Drawing::Svg, Drawing::Text, Drawing::Dot] {
+        for drawing in [Drawing::Svg, Drawing::Text(None), Drawing::Dot] {
             let cancelled = || drawn_after(drawing, |db| salsa::Database::cancellation_token(db).cancel());
             let cancelled = std::panic::AssertUnwindSafe(cancelled);
             assert!(salsa::Cancelled::catch(cancelled).is_err(), "{drawing:?} is drawn to its end");
@@ -397,6 +423,22 @@ codel = "1.5 ms"
             }
         "#]]
         .assert_eq(&drawn(Drawing::Dot));
+    }
+
+    #[test]
+    fn states_are_listed_in_few_columns() {
+        expect![[r#"
+            Pilot at 1e-4: execution times per period in ms, some of them assumed
+
+            > Waiting
+                1.5       ◂ stays
+                go: 1.5*  ▸ Moving
+            Moving
+                done: 3*  ▸ Waiting
+
+            > the initial state   * in the periods with the greatest total
+        "#]]
+        .assert_eq(&drawn(Drawing::Text(Some(20))));
     }
 
     #[test]

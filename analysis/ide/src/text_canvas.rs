@@ -156,6 +156,25 @@ pub(crate) fn cells(text: &str) -> f64 {
     text.chars().filter_map(UnicodeWidthChar::width).sum::<usize>() as f64
 }
 
+/// Returns a text in lines of at most so many columns, each line but the first with this indentation. Words are not broken.
+pub(crate) fn in_columns(text: &str, columns: Option<usize>, indentation: &str) -> String {
+    let most = columns.unwrap_or(usize::MAX);
+    let (mut out, mut width) = (String::new(), 0);
+    for (index, word) in text.split(' ').enumerate() {
+        let of_word = cells(word) as usize;
+        if index > 0 && width + 1 + of_word > most {
+            out = out + "\n" + indentation;
+            width = cells(indentation) as usize;
+        } else if index > 0 {
+            out.push(' ');
+            width += 1;
+        }
+        out.push_str(word);
+        width += of_word;
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

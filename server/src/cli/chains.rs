@@ -22,7 +22,7 @@ use crate::cli::wcrt::shown_tables;
 use crate::harmless::harmless;
 use crate::json::{object, one_or_all};
 use crate::load::load;
-use crate::output::Output;
+use crate::output::{Output, terminal_columns};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ChainsCommand {
@@ -96,7 +96,7 @@ impl ChainsCommand {
                 _ => return Err(several_of(&db, Kind::Deployment, &found)),
             },
             Format::Text => {
-                let drawn = all.iter().map(|it| self.drawing(it, Drawing::Text));
+                let drawn = all.iter().map(|it| self.drawing(it, Drawing::Text(terminal_columns())));
                 harmless(&drawn.collect::<Vec<_>>().join("\n"))
             }
         };

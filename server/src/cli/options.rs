@@ -7,6 +7,8 @@ use mauve_diagnostics::time_error_message;
 use mauve_ide::Drawing;
 use mauve_timing::{Level, Rounding, Time};
 
+use crate::output::terminal_columns;
+
 /// The paths that most commands take.
 #[derive(Debug, clap::Args)]
 pub(super) struct Paths {
@@ -69,7 +71,7 @@ impl DrawingFormat {
     /// Returns the kind of drawing; none for a document.
     pub(super) fn drawing(self) -> Option<Drawing> {
         match self {
-            DrawingFormat::Text => Some(Drawing::Text),
+            DrawingFormat::Text => Some(Drawing::Text(terminal_columns())),
             DrawingFormat::Svg => Some(Drawing::Svg),
             DrawingFormat::Dot => Some(Drawing::Dot),
             DrawingFormat::Json => None,

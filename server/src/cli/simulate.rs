@@ -25,7 +25,7 @@ use crate::cli::options::{Outside, Paths, level, time};
 use crate::cli::text::{self, columns, counted, number};
 use crate::json;
 use crate::load::load;
-use crate::output::{Output, say};
+use crate::output::{Output, say, terminal_columns};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Simulate {
@@ -229,7 +229,8 @@ impl Simulate {
                 let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
-                let drawing = if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text };
+                let drawing =
+                    if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text(terminal_columns()) };
                 draw_schedule(&title, &it.deployment, (&it.schedule, it.passes()), drawing, &|| ())
             }
             Format::Perfetto => trace_events::text(only(all)?),

@@ -57,6 +57,17 @@ pub(crate) struct DrawingParams {
     before: Option<String>,
     #[serde(default)]
     drawing: Drawing,
+    columns: Option<usize>,
+}
+
+impl DrawingParams {
+    /// Returns the format; that for terminals with its width.
+    fn drawing(&self) -> Drawing {
+        match self.drawing {
+            Drawing::Text(_) => Drawing::Text(self.columns),
+            other => other,
+        }
+    }
 }
 
 /// Returns a document as JSON; an error for a path that is not UTF-8.

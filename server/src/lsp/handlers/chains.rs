@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `textDocument`, `position`, `deployment`, `significance` | as in `mauve/schedule` |
 //! | `drawing` | `"svg"` (if left out) or `"text"` |
+//! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! Of the result, `chains` has the declared chains, then those from each source to each effect. Of each, `figure` is its latency beside
 //! its limit, `location` the name in `mauve.toml`, otherwise the activity of its first component, and `reasons` are why it has no
@@ -61,6 +62,6 @@ pub(crate) fn chains(snapshot: &Snapshot, params: &DrawingParams) -> Result<Valu
         "leftOut": drawn.left_out,
         "reasons": [],
         "incomplete": snapshot.has_syntax_errors(project),
-        "drawing": draw_chains(&drawn, params.drawing),
+        "drawing": draw_chains(&drawn, params.drawing()),
     }))
 }

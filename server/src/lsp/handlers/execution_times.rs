@@ -54,6 +54,6 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
         "location": to_proto::location(snapshot, &location),
         "reasons": times.reasons,
         "incomplete": snapshot.has_syntax_errors(project),
-        "drawing": draw_exceedance(&times, params.drawing),
+        "drawing": draw_exceedance(&times, params.drawing()),
     }))
 }

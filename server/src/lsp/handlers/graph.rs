@@ -8,6 +8,7 @@
 //! | `chain` | the name of a chain, to light in each deployment that has it: its nodes and edges are `lit` |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
+//! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! The result is a list with a document for each selected deployment or architecture, at least one; for a table or `mauve.toml`,
 //! for those of each project that has it. `root` is the path of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
@@ -105,7 +106,7 @@ fn document(
     for (document, edge) in edges.zip(&graph.edges) {
         document["location"] = location(&edge.at);
     }
-    document["drawing"] = draw_graph(db, &graph, params.drawing).into();
+    document["drawing"] = draw_graph(db, &graph, params.drawing()).into();
     document["tree"] = instance_tree(&graph).into();
     document["incomplete"] = snapshot.has_syntax_errors(project).into();
     Ok(Some(document))

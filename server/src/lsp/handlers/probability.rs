@@ -44,7 +44,7 @@ pub(crate) fn probability(snapshot: &Snapshot, params: &DrawingParams) -> Result
         report.activities.iter().position(|it| it.instance == greatest.instance)
     };
     let index = asked(snapshot, params, of, &report.activities)?.filter(is_known).or_else(greatest);
-    let drawing = index.and_then(|index| draw_probability(db, project, of, index, params.drawing));
+    let drawing = index.and_then(|index| draw_probability(db, project, of, index, params.drawing()));
     let reason = drawing
         .is_none()
         .then(|| format!("no time of an analysed activity of {} depends on the level", of.name(db)));

@@ -7,6 +7,7 @@
 //! | `instance` | the instance; if left out, the one of the activity at `position`, otherwise the one with the greatest response time as a part of its deadline |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out) or `"text"` |
+//! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! Of the result, `instances` has the real-time instances of the deployment, as far as they have a response time, and `bound` is
 //! the response time of `instance`, `response` that of the schedule, and `note` says how they compare. In the SVG,
@@ -83,7 +84,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            let drawing = draw_schedule(&title, &deployment, (&schedule, &[]), params.drawing, &interrupt);
+            let drawing = draw_schedule(&title, &deployment, (&schedule, &[]), params.drawing(), &interrupt);
             document["drawing"] = drawing.into();
         }
         Err(why) => {

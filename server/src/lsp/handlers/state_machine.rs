@@ -7,6 +7,7 @@
 //! | `deployment` | instead of the deployment at `position`: the name of one, whose times are shown |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
+//! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! Of the result, `times` is the section of `mauve.toml` with the deployment's own timing tables, or null, and `otherTimes` has
 //! those that other deployments use. `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the
@@ -65,7 +66,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &DrawingParams) -> Resu
     let others = table_sets(db, project).iter().filter(|it| **it != tables);
     let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
     let title = MachineTitle { component: &name, level, times: times.as_deref() };
-    let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing);
+    let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing());
     Ok(json!({
         "component": name,
         "times": times,

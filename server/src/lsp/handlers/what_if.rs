@@ -6,6 +6,7 @@
 //! | `values` | other values, which the text does not have: `INSTANCE.FIELD=VALUE` or `CODEL=TIME`, as in `mauve wcrt --set`; may be left out |
 //! | `before` | the state to compare with: what an earlier answer has; if left out, or that of another deployment, the text as it is |
 //! | `drawing` | `"svg"` (if left out) or `"text"` |
+//! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! A wrong value is an error with a message for the user: a client keeps its last figures.
 //!
@@ -98,6 +99,6 @@ pub(crate) fn what_if(snapshot: &Snapshot, params: &DrawingParams) -> Result<Val
         "edit": edit,
         "reasons": comparison.after.as_ref().map_or(&[][..], |it| &*it.not_analysed),
         "incomplete": snapshot.has_syntax_errors(project),
-        "drawing": draw_comparison(&comparison, &params.values, params.drawing),
+        "drawing": draw_comparison(&comparison, &params.values, params.drawing()),
     }))
 }
