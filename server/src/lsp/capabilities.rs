@@ -96,7 +96,11 @@ capabilities! {
         draws_chains: bool,
         /// Whether it implements the one that shows figures beside those with other values.
         draws_what_if: bool,
+        /// Whether it breaks lines as if the addresses of links, which it hides, were in sight.
+        counts_addresses: bool,
         encoding: Encoding,
+        /// Whether it puts the spaces before the hints of a position before the first of them.
+        gathers_padding: bool,
         /// Whether it keeps an empty line after text that is inserted into an empty file.
         keeps_last_line: bool,
         /// Whether it requests diagnostics of all files correctly.
@@ -147,7 +151,9 @@ impl Capabilities {
             draws: LENS_DRAWINGS.into_iter().all(draws),
             draws_chains: draws(LensDrawing::Chains),
             draws_what_if: draws(LensDrawing::WhatIf),
+            counts_addresses: name == "Neovim",
             encoding: Encoding::negotiated(knows),
+            gathers_padding: name == "helix",
             keeps_last_line: name == "Neovim",
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
             // what it gets for files that it has shown.

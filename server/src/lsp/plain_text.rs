@@ -23,11 +23,60 @@ pub(crate) fn plain_text(markdown: &str) -> String {
     out.join("\n").trim().to_owned()
 }
 
+/// Returns Markdown whose tables have columns of one width: most editors in terminals show the text of a table, without its signs.
+pub(crate) fn with_columns(markdown: &str) -> String {
+    let (mut out, mut table, mut in_code) = (String::new(), Vec::<&str>::new(), false);
+    for line in markdown.split_inclusive('\n') {
+        in_code ^= line.trim_start().starts_with("```");
+        if line.starts_with('|') && !in_code {
+            table.push(line);
+        } else {
+            out += &padded(&std::mem::take(&mut table));
+            out += line;
+        }
+    }
+    out + &padded(&table)
+}
+
+/// Returns the rows of a table, whose cells are as wide as the longest one of their column: numbers at the right.
+fn padded(lines: &[&str]) -> String {
+    let table: Vec<Vec<String>> = lines.iter().map(|line| raw_cells(line)).collect();
+    let is_rule =
+        |row: &&Vec<String>| row.iter().all(|it| it.contains('-') && it.trim_matches(['-', ':']).is_empty());
+    let Some(rule) = table.get(1).filter(is_rule) else { return lines.concat() };
+    let width = |cell: &String| inline(cell).chars().count();
+    let mut out = String::new();
+    for (number, row) in table.iter().enumerate() {
+        for (column, cell) in row.iter().enumerate() {
+            let others = table.iter().enumerate().filter(|(number, _)| *number != 1);
+            let widest =
+                others.filter_map(|(_, row)| row.get(column)).map(width).max().unwrap_or_default().max(3);
+            let rule = rule.get(column).map_or("", String::as_str);
+            let space = " ".repeat(widest.saturating_sub(width(cell)));
+            out += &match (number, rule.starts_with(':'), rule.ends_with(':')) {
+                (1, left, right) => {
+                    let [first, last] = [left, right].map(|it| if it { ":" } else { "-" });
+                    format!("| {first}{}{last} ", "-".repeat(widest - 2))
+                }
+                (_, false, true) => format!("| {space}{cell} "),
+                _ => format!("| {cell}{space} "),
+            };
+        }
+        out += "|\n";
+    }
+    out
+}
+
 /// Returns the texts of the cells of a row.
 fn cells(row: &str) -> Vec<String> {
+    raw_cells(row).iter().map(|cell| inline(&cell.replace("\\|", "|"))).collect()
+}
+
+/// Returns the cells of a row. A bar in a cell has a backslash.
+fn raw_cells(row: &str) -> Vec<String> {
     let inner = row.trim().trim_start_matches('|').trim_end_matches('|');
     let cells = inner.replace("\\|", "\0");
-    cells.split('|').map(|cell| inline(cell.replace('\0', "|").trim())).collect()
+    cells.split('|').map(|cell| cell.replace('\0', "\\|").trim().to_owned()).collect()
 }
 
 /// Returns the rows of a table below each other, without the line under its head.
@@ -121,6 +170,23 @@ mod tests {
         ] {
             assert_eq!(plain_text(markdown), text.trim(), "{markdown:?}");
         }
+    }
+
+    #[test]
+    fn columns_of_tables_have_one_width() {
+        let table = "a\n| | `jobs` |\n|:--|--:|\n| **long\\|er** | 10 |\n| x | 1 |\n\n```\n| a |\n|---|\n```\n| no table";
+        let expected = "a
+|         | `jobs` |
+| :------ | ---: |
+| **long\\|er** |   10 |
+| x       |    1 |
+
+```
+| a |
+|---|
+```
+| no table";
+        assert_eq!(with_columns(table), expected);
     }
 
     #[test]

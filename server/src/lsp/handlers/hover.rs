@@ -7,7 +7,7 @@ use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
 use crate::lsp::address::file_of;
-use crate::lsp::plain_text::plain_text;
+use crate::lsp::plain_text::{plain_text, with_columns};
 use crate::lsp::snapshot::Snapshot;
 
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
@@ -27,7 +27,7 @@ pub(super) fn hover_at(
 ) -> Option<(TextRange, MarkupContent)> {
     let address = |db: &dyn ModelDb, at: &Location<'_>| {
         let (file, range) = (at.file(db), at.range(db));
-        let mut url = snapshot.url(file)?;
+        let mut url = snapshot.url(file).filter(|_| !snapshot.capabilities.counts_addresses)?;
         // A fragment changes the address of a document without a file.
         if file_of(&url).is_some() {
             let at = snapshot.lines(file).position(range.start());
@@ -55,7 +55,7 @@ pub(super) fn hover_at(
 /// Returns Markdown, or its text for a client that shows no Markdown.
 fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
     match snapshot.capabilities.markdown {
-        true => MarkupContent { kind: MarkupKind::Markdown, value: markdown },
+        true => MarkupContent { kind: MarkupKind::Markdown, value: with_columns(&markdown) },
         false => MarkupContent { kind: MarkupKind::PlainText, value: plain_text(&markdown) },
     }
 }

@@ -68,7 +68,9 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
         (hints, EarlierFigures::default(), is_incomplete)
     };
     let version = snapshot.version(&params.text_document.uri);
+    let mut last = None;
     let hints = hints.into_iter().map(|hint| {
+        let follows = last.replace(hint.offset) == Some(hint.offset) && snapshot.capabilities.gathers_padding;
         let mut data = json!({ "status": hint.status.name() });
         if hint.labels.len() > 1 {
             data["labels"] = json!(hint.labels);
@@ -82,12 +84,12 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
         }
         lsp_types::InlayHint {
             position: lines.position(hint.offset),
-            label: InlayHintLabel::String(hint.label),
+            label: InlayHintLabel::String(if follows { format!(" · {}", hint.label) } else { hint.label }),
             kind: None,
             text_edits: None,
             // Other hints are explained when they are resolved.
             tooltip: (hint.status == HintStatus::Older).then(|| InlayHintTooltip::String(OLDER.to_owned())),
-            padding_left: Some(true),
+            padding_left: Some(!follows),
             padding_right: None,
             data: Some(data),
         }
