@@ -23,6 +23,10 @@
   :type 'string
   :risky t)
 
+(defcustom mauve-show-verdict t
+  "Whether the header line shows the verdict on the deadlines of all deployments."
+  :type 'boolean)
+
 (defcustom mauve-start-server t
   "Whether the modes start the language server."
   :type 'boolean)
@@ -166,10 +170,11 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
 ;; requests a refresh, which Eglot does not support for all servers.
 (defvar eglot-server-programs)
 (declare-function eglot-current-server "eglot")
+(declare-function jsonrpc-async-request "jsonrpc")
 
 (with-eval-after-load 'eglot
-  (defclass mauve-server (eglot-lsp-server) ()
-    "The MAUVE language server.")
+  (defclass mauve-server (eglot-lsp-server) ((verdict :initform nil) (timer :initform nil))
+    "The MAUVE language server, with its last verdict and the timer of the next request for one.")
 
   (cl-defmethod eglot-client-capabilities ((_server mauve-server))
     "Return the capabilities of Eglot, with the refresh of inlay hints."
@@ -185,17 +190,85 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
           ;; Else Eglot does not repeat a request for the region of the last one.
           (setq-local eglot--outstanding-inlay-hints-last-region nil)
           (jit-lock-refontify))))
+    (mauve--request-verdict server)
     nil)
+
+  (cl-defmethod eglot-handle-notification :after
+    ((server mauve-server) (_method (eql textDocument/publishDiagnostics)) &rest _)
+    "Request the verdict: the diagnostics of SERVER come with each analysis."
+    (mauve--request-verdict server))
 
   (add-to-list 'eglot-server-programs
                `((mauve-mode (mauve-toml-mode :language-id "toml"))
                  . ,(lambda (&rest _) (list 'mauve-server mauve-program "lsp")))))
+
+;;; The verdict
+
+(defun mauve--request-verdict (server)
+  "Request the verdict of SERVER soon, again while it works, and show it in the header lines."
+  (unless (slot-value server 'timer)
+    (setf (slot-value server 'timer)
+          (run-with-timer
+           0.3 nil
+           (lambda ()
+             (setf (slot-value server 'timer) nil)
+             (when (jsonrpc-running-p server)
+               (jsonrpc-async-request
+                server :mauve/status nil
+                :success-fn (lambda (status)
+                              (if-let* ((verdict (plist-get status :verdict)))
+                                  (progn (setf (slot-value server 'verdict) verdict)
+                                         (force-mode-line-update t))
+                                (mauve--request-verdict server)))
+                :error-fn #'ignore)))))))
+
+(defvar mauve--header-map
+  (let ((map (make-sparse-keymap)))
+    (define-key map [header-line mouse-1] #'flymake-show-project-diagnostics)
+    map)
+  "What a click on the verdict does.")
+
+(defun mauve--header ()
+  "Return the verdict as a header line."
+  (when-let* ((server (and (fboundp 'eglot-current-server) (eglot-current-server)))
+              ((slot-exists-p server 'verdict))
+              (verdict (slot-value server 'verdict)))
+    (propertize (concat " MAUVE " (string-replace "%" "%%" (plist-get verdict :text)))
+                'face (pcase (plist-get verdict :status)
+                        ("missed" 'error) ("unknown" 'font-lock-keyword-face) ("tight" 'warning) ("met" 'success))
+                'help-echo "mouse-1: list the problems of all files"
+                'local-map mauve--header-map)))
+
+;;; The command line
+
+(defun mauve--compile (command arguments)
+  "Run COMMAND of `mauve' with ARGUMENTS in the folder of the project, and show its output."
+  (let ((default-directory (or (locate-dominating-file default-directory "mauve.toml") default-directory)))
+    (compile (string-join (list (shell-quote-argument mauve-program) command arguments) " "))))
+
+;;;###autoload
+(defun mauve-run (arguments)
+  "Run the deployment of this project on this computer: its response times beside their bounds.
+ARGUMENTS are those of `mauve run'."
+  (interactive (list (read-string "mauve run " "--for 10s --simulate-time")))
+  (mauve--compile "run" arguments))
+
+;;;###autoload
+(defun mauve-trace (arguments)
+  "Import a recording, or check one against the model of this project.
+ARGUMENTS are those of `mauve trace'."
+  (interactive (list (read-string "mauve trace " "check ")))
+  (mauve--compile "trace" arguments))
+
+;;; The modes start the server
 
 (declare-function eglot-ensure "eglot")
 
 (defun mauve--start ()
   "Start the language server for this buffer, unless the user has switched it off."
   (add-hook 'project-find-functions #'mauve--project nil t)
+  (when mauve-show-verdict
+    (setq-local header-line-format '((:eval (mauve--header)))))
   (when (and mauve-start-server buffer-file-name)
     (if (executable-find mauve-program)
         (eglot-ensure)
