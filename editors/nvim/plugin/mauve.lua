@@ -42,12 +42,16 @@ vim.api.nvim_create_autocmd('LspDetach', {
 })
 
 vim.api.nvim_create_autocmd({ 'WinResized', 'BufWinEnter' }, { group = group, callback = figures.redraw })
+vim.api.nvim_create_autocmd('OptionSet', { group = group, pattern = 'wrap', callback = figures.redraw })
 
 -- The diagnostics come with each analysis, also with one of another file.
-vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'DiagnosticChanged' }, {
+vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'DiagnosticChanged', 'WinResized' }, {
   group = group,
   callback = function(event)
-    if package.loaded['mauve.drawings'] and vim.list_contains({ 'mauve', 'toml' }, vim.bo[event.buf].filetype) then
+    -- A buffer that is being wiped out has no options.
+    local is_ours = event.event == 'WinResized' or vim.api.nvim_buf_is_loaded(event.buf)
+      and vim.list_contains({ 'mauve', 'toml' }, vim.bo[event.buf].filetype)
+    if package.loaded['mauve.drawings'] and is_ours then
       require('mauve.drawings').update()
     end
   end,
@@ -80,6 +84,7 @@ local commands = {
   generate = function(deployment)
     require('mauve.generate').run(deployment)
   end,
+  problems = mauve.clicked,
   reload = mauve.reload,
   restart = mauve.restart,
   significance = mauve.choose_significance,
@@ -92,6 +97,12 @@ end
 
 commands.whatif = function(...)
   require('mauve.drawings').what_if({ ... })
+end
+
+for _, name in ipairs({ 'measure', 'pwcet', 'run', 'trace' }) do
+  commands[name] = function(...)
+    require('mauve.terminal').run(name, { ... })
+  end
 end
 
 vim.api.nvim_create_user_command('Mauve', function(command)
@@ -112,7 +123,9 @@ end, {
     elseif line:find('Mauve%s+%a+%s') and require('mauve.drawings').kinds[line:match('Mauve%s+(%a+)%s')] then
       known = { 'split', 'float', 'browser' }
     elseif line:find('Mauve%s+%S+%s') then
-      known = {}
+      local words = require('mauve.terminal').commands[line:match('Mauve%s+(%S+)')]
+      local is_first = line:find('^%s*%S+%s+%S+%s+%S*$')
+      known = words and (is_first and #words > 0 and words or vim.fn.getcompletion(lead, 'file')) or {}
     end
     return vim.tbl_filter(function(name)
       return vim.startswith(name, lead)

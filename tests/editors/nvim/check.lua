@@ -37,7 +37,8 @@ local function drawn(buffer, text)
   local first, last = { number - 1, 0 }, { number - 1, -1 }
   for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, first, last, { details = true })) do
     -- Nothing but text that is typed at the end of the line moves a figure.
-    equal(true, mark[4].virt_text_pos == 'eol' or mark[3] == #vim.api.nvim_buf_get_lines(buffer, number - 1, number, false)[1])
+    local pos = mark[4].virt_text_pos
+    equal(true, pos == 'eol' or pos == 'overlay' or mark[3] == #vim.api.nvim_buf_get_lines(buffer, number - 1, number, false)[1])
     for _, chunk in ipairs(mark[4].virt_text or {}) do
       table.insert(result, { text = vim.trim(chunk[1]), group = chunk[2] })
     end
@@ -251,7 +252,7 @@ check('figures are whole in windows of any width', function()
       local text = wait(('the hint of %s in %d columns'):format(activity, width), function()
         return { drawn(deployment, 'activity ' .. activity)[1].text, screen(window) }
       end, function(seen)
-        return seen[2]:find(' ' .. seen[1], 1, true)
+        return seen[2]:find('%s' .. vim.pesc(seen[1]))
       end)[1]
       shown[text] = true
       shortest = shortest + (text == '✓' and 1 or 0)
@@ -261,6 +262,22 @@ check('figures are whole in windows of any width', function()
   -- Response times where there is room for them, and less in narrow windows.
   equal({ true, true }, { shown['✓ 53 / 100 ms'], shortest > 0 }, vim.inspect(shown))
   vim.cmd('normal! gg')
+  wait_for_hint('hokuyo', '✓ 53 / 100')
+end)
+
+check('in lines that go on beyond the window, the mark is in the indentation', function()
+  vim.wo.wrap = false
+  vim.cmd('vertical botright new | wincmd p | vertical resize 60')
+  vim.api.nvim_exec_autocmds('WinResized', {})
+  local window = vim.api.nvim_get_current_win()
+  for activity, mark in pairs({ navigation = '!', hokuyo = '✓' }) do
+    wait('the mark of ' .. activity, function()
+      return screen(window)
+    end, function(text)
+      return text:find(mark .. '   activity ' .. activity, 1, true)
+    end)
+  end
+  vim.cmd('only | set wrap')
   wait_for_hint('hokuyo', '✓ 53 / 100')
 end)
 

@@ -64,7 +64,7 @@ local graph
 check('the architecture, with response times', function()
   vim.cmd('Mauve graph')
   graph = wait_for_drawing('graph')
-  wait_for_text(graph, 'P3dxDeployment at 1e-4', '│ navigation: Navigation', '! 997 / 1000 ms · 29.4 %')
+  wait_for_text(graph, 'P3dxDeployment at 1e-4', 'navigation: Navigation', '! 997 / 1000 ms · 29.4 %')
   equal(false, vim.wo.wrap)
   equal(false, vim.bo.modifiable)
 end)
@@ -109,6 +109,42 @@ check('an edit changes the drawing, and nothing moves', function()
   vim.api.nvim_exec_autocmds('TextChanged', { buffer = source })
   wait_for_text(graph, '70 / 100 ms · 7.0 %')
   equal(before, vim.api.nvim_buf_get_lines(graph, 0, -1, false))
+end)
+
+--- The columns of the widest line.
+local function widest(buffer)
+  local widths = vim.tbl_map(vim.fn.strdisplaywidth, vim.api.nvim_buf_get_lines(buffer, 0, -1, false))
+  return math.max(unpack(widths))
+end
+
+check('the drawing fits its window', function()
+  for _, columns in ipairs({ 80, 100, 400, 60 }) do
+    vim.o.columns = columns
+    vim.api.nvim_exec_autocmds('WinResized', {})
+    wait(('a drawing for %d columns'):format(columns), function()
+      return { widest(graph), text_of(graph) }
+    end, function(seen)
+      -- With boxes where there is room for them.
+      return seen[1] <= math.max(columns, 75) and (seen[2]:find('│ navigation: Navigation', 1, true) ~= nil) == (columns == 400)
+    end)
+  end
+  vim.o.columns = 80
+end)
+
+check('a schedule of the instance at the cursor of a drawing, and of the deployment that it draws', function()
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(graph)[1])
+  put_cursor('hokuyo')
+  vim.cmd('Mauve schedule')
+  local schedule = wait_for_drawing('schedule')
+  wait_for_text(schedule, 'of hokuyo responds in 53 ms')
+  equal(true, widest(schedule) <= 80, text_of(schedule))
+  put_cursor('executes')
+  vim.cmd('Mauve chains')
+  local chains = wait_for_drawing('chains')
+  wait_for_text(chains, 'P3dxDeployment at 1e-4')
+  press('q')
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(schedule)[1])
+  press('q')
 end)
 
 check('q closes it', function()
@@ -160,6 +196,12 @@ end)
 check('the chains of the deployment', function()
   vim.api.nvim_set_current_win(source_window)
   vim.cmd.edit(vim.fs.joinpath(checking.folder, 'mauve.toml'))
+  local project = vim.api.nvim_get_current_buf()
+  wait('a client for it', function()
+    return #vim.lsp.get_clients({ bufnr = project, name = 'mauve' })
+  end, function(count)
+    return count == 1
+  end)
   vim.api.nvim_buf_set_lines(0, -1, -1, false, {
     '[chains.avoid]',
     'from = "drivers.hokuyo_sweep"',
@@ -190,6 +232,9 @@ check('the chains of the deployment', function()
     return seen:find('exploration_architecture.mal: .*guidance%.scan')
   end)
   vim.cmd.buffer(source)
+  vim.api.nvim_buf_call(project, function()
+    vim.cmd('silent undo')
+  end)
   vim.api.nvim_set_current_win(vim.fn.win_findbuf(chains)[1])
   press('q')
 end)
@@ -279,6 +324,76 @@ check('how probable it is that the activity at the cursor is late', function()
   wait_for_text(probability, 'late at most 1.5e-4 times an hour')
   vim.api.nvim_set_current_win(vim.fn.win_findbuf(probability)[1])
   press('q')
+end)
+
+check('problems, the worst first, with fixes', function()
+  local mauve = require('mauve')
+  vim.api.nvim_set_current_win(source_window)
+  equal(vim.fn.readfile(file), vim.api.nvim_buf_get_lines(source, 0, -1, false))
+  vim.o.statusline = "%{%v:lua.require'mauve'.statusline()%}"
+  local function wait_for_verdict(text, group)
+    wait('the verdict ' .. text, function()
+      return vim.api.nvim_eval_statusline(vim.o.statusline, { highlights = true })
+    end, function(seen)
+      local highlight = seen.highlights[#seen.highlights > 1 and #seen.highlights - 1 or 1]
+      return seen.str:find('MAUVE ' .. text, 1, true) and highlight.group == group
+    end)
+  end
+  wait_for_verdict('! 9 met', 'MauveTight')
+  replace('period = 1000  deadline = 1000 }', 'period = 1000  deadline = 990 }')
+  replace('activity hokuyo      { affinity = 1  priority = 9   period = 100   deadline = 100', 'activity hokuyo      { affinity = 1  priority = 9   period = 100   deadline = 30')
+  wait_for_verdict('✗ 2 late', 'MauveMissed')
+  mauve.clicked(0, 1, 'l', '    ')
+  local problems = wait_for_drawing('problems')
+  wait_for_text(problems, '✗ navigation 997 / 990 ms  ', '    → ')
+  local text = text_of(problems)
+  -- hokuyo has the least slack relative to its deadline.
+  local order = { 'MAUVE ✗ 2 late', '✗ hokuyo 53 / 30 ms', '`hokuyo` misses', '✗ navigation 997 / 990 ms' }
+  local at = 0
+  for _, part in ipairs(order) do
+    local found = text:find(part, at + 1, true)
+    equal(true, found ~= nil, part .. '\n' .. text)
+    at = found
+  end
+  put_cursor('✗ navigation')
+  press('<CR>')
+  wait('the activity', vim.api.nvim_get_current_line, function(line)
+    return line:find('activity navigation', 1, true)
+  end)
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(problems)[1])
+  wait_for_text(problems, 'Relax the deadline of navigation')
+  put_cursor('→ Relax the deadline of navigation')
+  press('<CR>')
+  wait_for_verdict('✗ 1 late', 'MauveMissed')
+  wait('a shorter list', function()
+    return text_of(problems)
+  end, function(seen)
+    return not seen:find('✗ navigation', 1, true) and seen:find('✗ hokuyo', 1, true)
+  end)
+  vim.api.nvim_buf_call(source, function()
+    vim.cmd('silent earlier 1f')
+  end)
+  wait_for_verdict('! 9 met', 'MauveTight')
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(problems)[1])
+  press('q')
+  vim.api.nvim_set_current_win(source_window)
+end)
+
+check('a recording is compared with the model in a terminal', function()
+  local recording = vim.fs.joinpath(vim.fs.dirname(checking.folder), 'recording.csv')
+  vim.fn.writefile({ 'codel,execution_ns,instance', 'navigation.astar,400000000,navigation' }, recording)
+  vim.cmd('Mauve trace check ' .. recording)
+  equal('terminal', vim.bo.buftype)
+  local terminal = vim.api.nvim_get_current_buf()
+  wait_for_text(terminal, 'P3dxDeployment: a recording beside the model')
+  wait('the end', function()
+    return vim.fn.execute('messages')
+  end, function(text)
+    return text:find('mauve trace ended with findings (exit code 1)', 1, true)
+  end)
+  press('q')
+  equal(false, vim.api.nvim_buf_is_valid(terminal))
+  equal({ 'check', 'export', 'import' }, vim.fn.getcompletion('Mauve trace ', 'cmdline'))
 end)
 
 check('the drawing in the browser', function()

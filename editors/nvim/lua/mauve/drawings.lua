@@ -71,7 +71,7 @@ local function places_of(answer)
 end
 
 --- The drawings in windows, by their buffers.
----@type table<integer, { kind: string, source: integer, params: table, places: table, from: integer }>
+---@type table<integer, { kind: string, source: integer, params: table, places: table, from: integer, deployment: string? }>
 local shown = {}
 
 local namespace = vim.api.nvim_create_namespace('mauve.drawings')
@@ -84,7 +84,7 @@ local function colour(buffer)
     vim.cmd([[
       syntax clear
       syntax match MauveMet /✓ [^│┤├·]*/
-      syntax match MauveTight /! [0-9][^│┤├·]*/
+      syntax match MauveTight /\(! [0-9≤]\|^! \)[^│┤├·]*/
       syntax match MauveMissed /✗ [^│┤├·]*/
       syntax match MauveUnknown /? [^│┤├·]*/
       syntax match MauveMissed /!\+/
@@ -94,7 +94,8 @@ local function colour(buffer)
   end)
 end
 
-local function write(buffer, lines)
+--- Replaces the lines of a buffer that is not edited.
+function M.write(buffer, lines)
   local current = vim.api.nvim_buf_get_lines(buffer, 0, -1, false)
   if not vim.deep_equal(lines, current) then
     vim.bo[buffer].modifiable = true
@@ -113,6 +114,11 @@ local function mark(buffer, why)
       virt_text_pos = 'eol',
     })
   end
+end
+
+--- The columns of a window that a drawing may have.
+local function columns_of(window)
+  return window and vim.api.nvim_win_get_width(window) or vim.o.columns
 end
 
 --- Updates a drawing. One request runs at a time; after a change during a request, another one follows.
@@ -148,13 +154,14 @@ local function update(buffer)
       update(buffer)
     end
   end
+  drawing.params.columns = columns_of(vim.fn.win_findbuf(buffer)[1])
   mauve.request(client, kind.method, drawing.params, function(answer)
     answered(function()
       local views = {}
       for _, window in ipairs(vim.fn.win_findbuf(buffer)) do
         views[window] = vim.api.nvim_win_call(window, vim.fn.winsaveview)
       end
-      write(buffer, lines_of(kind, answer))
+      M.write(buffer, lines_of(kind, answer))
       for window, view in pairs(views) do
         vim.api.nvim_win_call(window, function()
           vim.fn.winrestview(view)
@@ -196,21 +203,24 @@ function M.light()
   end
 end
 
---- Goes to the source of the word at the cursor, in the window that the drawing was opened from.
-local function go_to_source(buffer)
-  local drawing = shown[buffer]
+--- The source of the word at the cursor of a drawing, otherwise of the first one in this line that has a source.
+local function place_at_cursor(drawing)
   local line, column = vim.api.nvim_get_current_line(), vim.fn.col('.')
   local place
-  -- The word at the cursor, otherwise the only one in this line that has a place.
   for from, word in line:gmatch('()([%w_]+)') do
     local found = drawing.places[word]
     if found and (column >= from and column < from + #word) then
-      place = found
-      break
-    elseif found and not place then
-      place = found
+      return found
     end
+    place = place or found
   end
+  return place
+end
+
+--- Goes to the source of the word at the cursor, in the window that the drawing was opened from.
+local function go_to_source()
+  local drawing = shown[vim.api.nvim_get_current_buf()]
+  local place = place_at_cursor(drawing)
   if not place then
     vim.notify('mauve: nothing with a source here', vim.log.levels.INFO)
     return
@@ -219,13 +229,7 @@ local function go_to_source(buffer)
   if vim.api.nvim_win_is_valid(window) and window ~= vim.api.nvim_get_current_win() then
     vim.api.nvim_set_current_win(window)
   end
-  local client = vim.lsp.get_clients({ name = 'mauve' })[1]
-  local encoding = client and client.offset_encoding or 'utf-16'
-  if vim.lsp.util.show_document then
-    vim.lsp.util.show_document(place, encoding, { focus = true })
-  else
-    vim.lsp.util.jump_to_location(place, encoding, true)
-  end
+  mauve.go_to(place)
 end
 
 --- Opens a window for a drawing.
@@ -242,13 +246,29 @@ local function open(buffer, kind, where, height)
       border = 'rounded',
       title = ' MAUVE ' .. kind .. ' ',
     }
-  elseif M.kinds[kind].is_tree then
+  elseif kind == 'tree' then
     config = { split = 'left', win = -1, width = 44 }
   else
     config = { split = 'below', win = -1, height = math.max(3, math.min(height, math.floor(vim.o.lines / 2))) }
   end
   config.style = 'minimal'
   vim.wo[vim.api.nvim_open_win(buffer, true, config)][0].wrap = false
+end
+
+--- Opens a buffer with lines that are not edited, in a window of its own; `go` is called by <CR> and a double click.
+---@return integer
+function M.new(kind, where, height, go)
+  local buffer = vim.api.nvim_create_buf(false, true)
+  vim.bo[buffer].bufhidden = 'wipe'
+  vim.api.nvim_buf_set_name(buffer, ('mauve://%s/%d'):format(kind, buffer))
+  open(buffer, kind, where, height)
+  vim.bo[buffer].filetype = 'mauve-drawing'
+  colour(buffer)
+  vim.keymap.set('n', 'q', '<Cmd>close<CR>', { buffer = buffer, nowait = true, desc = 'Close the window' })
+  for _, key in ipairs({ '<CR>', '<2-LeftMouse>' }) do
+    vim.keymap.set('n', key, go, { buffer = buffer, desc = 'Go to the source of the word at the cursor' })
+  end
+  return buffer
 end
 
 --- Draws in the browser instead.
@@ -277,39 +297,44 @@ function M.show(kind, where, values)
     vim.notify(('mauve: no place "%s"; there are: split, float, browser'):format(where), vim.log.levels.ERROR)
     return
   end
-  local source = vim.api.nvim_get_current_buf()
+  local source, from = vim.api.nvim_get_current_buf(), vim.api.nvim_get_current_win()
+  local within = shown[source]
   local client = mauve.client(source)
   if not client then
     return
   end
-  local params = { textDocument = vim.lsp.util.make_text_document_params(source), drawing = 'text', values = values }
-  if M.kinds[kind].at_cursor then
-    params.position = vim.lsp.util.make_position_params(0, client.offset_encoding).position
+  local params = { drawing = 'text', values = values, columns = vim.o.columns }
+  if within then
+    -- In a drawing: of what the word at the cursor stands for, otherwise of the deployment that is drawn.
+    local place = M.kinds[kind].at_cursor and place_at_cursor(within)
+    source, from = within.source, within.from
+    params.textDocument = place and { uri = place.uri } or within.params.textDocument
+    params.position = place and place.range.start or nil
+    local name = M.kinds[kind].at_cursor and 'deployment' or 'name'
+    params[name] = not place and (within.deployment or within.params.deployment) or nil
+  else
+    params.textDocument = vim.lsp.util.make_text_document_params(source)
+    if M.kinds[kind].at_cursor then
+      params.position = vim.lsp.util.make_position_params(0, client.offset_encoding).position
+    end
   end
   if where == 'browser' and not M.kinds[kind].is_tree then
     browse(client, kind, params)
     return
   end
-  local from = vim.api.nvim_get_current_win()
   mauve.request(client, M.kinds[kind].method, params, function(answer)
-    local buffer = vim.api.nvim_create_buf(false, true)
-    vim.bo[buffer].bufhidden = 'wipe'
-    vim.api.nvim_buf_set_name(buffer, ('mauve://%s/%d'):format(kind, buffer))
     local lines = lines_of(M.kinds[kind], answer)
-    open(buffer, kind, where, #lines)
-    vim.bo[buffer].filetype = 'mauve-drawing'
-    colour(buffer)
-    write(buffer, lines)
+    local buffer = M.new(kind, where, #lines, go_to_source)
+    M.write(buffer, lines)
     -- By their names, since edits move positions.
     for _, name in ipairs(M.kinds[kind].names or {}) do
       params[name], params.position = answer[name] ~= vim.NIL and answer[name] or nil, nil
     end
     shown[buffer] = { kind = kind, source = source, params = params, places = places_of(answer), from = from }
-    vim.keymap.set('n', 'q', '<Cmd>close<CR>', { buffer = buffer, nowait = true, desc = 'Close the drawing' })
-    for _, key in ipairs({ '<CR>', '<2-LeftMouse>' }) do
-      vim.keymap.set('n', key, function()
-        go_to_source(buffer)
-      end, { buffer = buffer, desc = 'Go to the source of the word at the cursor' })
+    -- That of a graph is called `name`.
+    shown[buffer].deployment = answer.deployment or each(answer)[1].name
+    if columns_of(vim.api.nvim_get_current_win()) ~= params.columns then
+      update(buffer)
     end
     vim.keymap.set('n', 'gx', function()
       if not M.kinds[kind].is_tree then
@@ -346,6 +371,12 @@ function M.what_if(words)
     end
   end
   M.show('whatif', where, given)
+end
+
+--- The file that a drawing is of; a buffer that is none stands for itself.
+---@param buffer integer
+function M.source(buffer)
+  return shown[buffer] and shown[buffer].source or buffer
 end
 
 --- Draws again what is shown, soon: several changes are drawn once.

@@ -40,6 +40,12 @@ function M.link()
   end
 end
 
+--- The highlight group of a status.
+---@param status string
+function M.group(status)
+  return (groups[status] or groups.value)[1]
+end
+
 --- The windows with a buffer: the columns of their text, and whether lines are wrapped.
 local function views_of(buffer)
   return vim.tbl_map(function(window)
@@ -87,7 +93,7 @@ local function chunks_of(hints, room, is_late)
         label, status = by > #labels and '…' or as_older(label), 'older'
       end
       has_mark = has_mark or marks[label]
-      shown[index] = { ' ' .. label .. ' ', (groups[status] or groups.value)[1] }
+      shown[index] = { ' ' .. label .. ' ', M.group(status) }
       width = width + vim.fn.strdisplaywidth(shown[index][1])
     end
     return shown, width, has_mark
@@ -127,10 +133,17 @@ local function draw(buffer)
     local line = vim.api.nvim_buf_get_lines(buffer, number, number + 1, false)[1]
     if line then
       local chunks, fits = chunks_of(of_line, room_behind(line, views), state.late)
-      -- Where the last row of the line is full, the figure begins the next row, as a part of the text.
-      state.marks[number] = vim.api.nvim_buf_set_extmark(buffer, namespace, number, fits and 0 or #line, {
+      -- Where the last row of the line is full, the figure stands in the indentation; without one, it begins the next row, as a
+      -- part of the text.
+      local indent = vim.fn.strdisplaywidth(line:match('^%s*'))
+      local is_before = not fits and indent > 1
+      if is_before then
+        local first = chunks_of(of_line, indent, state.late)[1]
+        chunks = { { vim.trim(first[1]), first[2] } }
+      end
+      state.marks[number] = vim.api.nvim_buf_set_extmark(buffer, namespace, number, (fits or is_before) and 0 or #line, {
         virt_text = chunks,
-        virt_text_pos = fits and 'eol' or 'inline',
+        virt_text_pos = is_before and 'overlay' or fits and 'eol' or 'inline',
         hl_mode = 'combine',
         -- Less than that of diagnostics, whose messages follow.
         priority = 1000,

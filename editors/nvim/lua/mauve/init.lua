@@ -143,6 +143,18 @@ function M.call(client, name, ...)
   return client[name](...)
 end
 
+--- Goes to a place in the current window.
+---@param place lsp.Location
+function M.go_to(place)
+  local client = vim.lsp.get_clients({ name = 'mauve' })[1]
+  local encoding = client and client.offset_encoding or 'utf-16'
+  if vim.lsp.util.show_document then
+    vim.lsp.util.show_document(place, encoding, { focus = true })
+  else
+    vim.lsp.util.jump_to_location(place, encoding, true)
+  end
+end
+
 --- An edit has overtaken a request: the answer would be about another text.
 local CONTENT_MODIFIED = -32801
 
@@ -201,12 +213,24 @@ function M.choose_significance(level)
   end)
 end
 
-local verdict, is_due = '', false
+local verdict, is_due = { text = '', status = 'time' }, false
 
---- Returns how many deadlines of all deployments are proved, in closed files too: for a status line, as in
---- `vim.o.statusline = "%f %{v:lua.require'mauve'.verdict()}"`.
+--- Returns the verdict on the deadlines of all deployments, in closed files too: `✗ 1 late · 2 unknown · 9 measured`.
 function M.verdict()
-  return verdict
+  return verdict.text
+end
+
+--- Returns the verdict as a part of a status line, in the colour of its worst part; a click lists the problems:
+--- `vim.o.statusline = "%f %= %{%v:lua.require'mauve'.statusline()%}"`.
+function M.statusline()
+  local text = verdict.text:gsub('%%', '%%%%')
+  local group = require('mauve.figures').group(verdict.status)
+  return text == '' and '' or ("%%@v:lua.require'mauve'.clicked@%%#%s#MAUVE %s%%*%%X"):format(group, text)
+end
+
+--- A click on the verdict.
+function M.clicked()
+  require('mauve.problems').show()
 end
 
 --- Asks for the verdict, again later while the server works. The plugin calls it when diagnostics change.
@@ -219,17 +243,20 @@ function M.update_verdict()
     is_due = false
     local client = vim.lsp.get_clients({ name = 'mauve' })[1]
     if not client then
-      verdict = ''
+      verdict = { text = '', status = 'time' }
       return
     end
     M.call(client, 'request', 'mauve/status', nil, function(_, status)
       if type(status) ~= 'table' then
         return
-      elseif type(status.verdict) ~= 'string' then
+      elseif type(status.verdict) ~= 'table' then
         M.update_verdict()
-      elseif status.verdict ~= verdict then
+      elseif not vim.deep_equal(status.verdict, verdict) then
         verdict = status.verdict
         vim.cmd.redrawstatus({ bang = true })
+      end
+      if package.loaded['mauve.problems'] then
+        require('mauve.problems').update()
       end
     end)
   end, 300)
