@@ -20,12 +20,16 @@ const given = (file) => path.resolve(process.env.INIT_CWD ?? process.cwd(), file
 
 // The licences stand at the top of the repository; a package must hold them.
 const licences = ["LICENSE-APACHE", "LICENSE-MIT"];
+// Of the sample project, which the walkthrough shows and opens.
+const pictures = ["architecture.svg", "schedule.svg"];
 const server = path.join(here, "server");
 const program = path.join(server, options.target?.startsWith("win32") ? "mauve.exe" : "mauve");
 process.chdir(here);
 try {
   licences.forEach((file) => copyFileSync(path.join(here, "../..", file), file));
   cpSync("../schemas", "schemas", { recursive: true });
+  cpSync("../../tests/models/p3dx", "sample", { recursive: true });
+  pictures.forEach((file) => copyFileSync(path.join("../../tests/pictures", file), path.join("media/walkthrough", file)));
   if (options.server !== undefined) {
     mkdirSync(server, { recursive: true });
     copyFileSync(given(options.server), program);
@@ -44,7 +48,9 @@ try {
   execFileSync(process.execPath, vsce, { stdio: "inherit" });
 } finally {
   licences.forEach((file) => rmSync(file, { force: true }));
+  pictures.forEach((file) => rmSync(path.join("media/walkthrough", file), { force: true }));
   rmSync("schemas", { recursive: true, force: true });
+  rmSync("sample", { recursive: true, force: true });
   rmSync(server, { recursive: true, force: true });
 }
 

@@ -2,9 +2,10 @@ import * as vscode from "vscode";
 import { checkProject } from "./check";
 import { generate, generatePackages } from "./generate";
 import { showMenu } from "./menu";
-import { newProject, showCreated } from "./project";
+import { newProject, openSample, showCreated } from "./project";
 import { Panels } from "./panels";
 import { languageOf } from "./recognise";
+import { Runs } from "./run";
 import { Server } from "./server";
 import { Tree } from "./tree";
 import { Verdict } from "./verdict";
@@ -29,10 +30,12 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     watchSteps(),
     new Panels(server, context.extensionUri),
     new Tree(server),
+    new Runs(server, context.storageUri ?? context.globalStorageUri),
     vscode.languages.onDidChangeDiagnostics(() => verdict.update()),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
+    vscode.commands.registerCommand("mauve.openSample", () => openSample(context)),
     vscode.commands.registerCommand("mauve.checkProject", () => checkProject(server)),
     vscode.commands.registerCommand("mauve.openWalkthrough", openWalkthrough),
     vscode.commands.registerCommand("mauve.generatePackages", () => generatePackages(server)),

@@ -55,6 +55,7 @@ function menuOf(server: Server): Entry[] {
     { label: "Show", kind: vscode.QuickPickItemKind.Separator },
     command("type-hierarchy", "Show Architecture", "mauve.showArchitecture"),
     command("lightbulb", "What If…", "mauve.whatIf"),
+    command("play", "Run…", "mauve.run"),
     command("settings", "Choose Significance Level", "mauve.chooseSignificance"),
     command("package", "Generate Orocos Packages", "mauve.generatePackages"),
     { label: "Server", kind: vscode.QuickPickItemKind.Separator },

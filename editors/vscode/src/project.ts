@@ -1,5 +1,5 @@
 import { execFile } from "node:child_process";
-import { readdirSync } from "node:fs";
+import { cpSync, existsSync, readdirSync } from "node:fs";
 import { homedir } from "node:os";
 import * as path from "node:path";
 import { promisify } from "node:util";
@@ -50,6 +50,15 @@ export async function newProject(server: Server, context: vscode.ExtensionContex
   await open(folder, context);
 }
 
+/** Opens the sample project: a copy that the user may change. */
+export async function openSample(context: vscode.ExtensionContext): Promise<void> {
+  const folder = vscode.Uri.joinPath(context.globalStorageUri, "p3dx");
+  if (!existsSync(folder.fsPath)) {
+    cpSync(path.join(context.extensionPath, "sample"), folder.fsPath, { recursive: true });
+  }
+  await open(folder, context);
+}
+
 /** Returns why a project cannot be created in a folder of this name, if so. */
 function problemOf(parent: string, name: string): string | undefined {
   if (name === "") {
@@ -72,7 +81,7 @@ async function open(folder: vscode.Uri, context: vscode.ExtensionContext): Promi
   let forceNewWindow = false;
   if (vscode.workspace.workspaceFolders !== undefined) {
     const choice = await vscode.window.showInformationMessage(
-      `The project ${folder.fsPath} was created.`,
+      `The project is in ${folder.fsPath}.`,
       { modal: true },
       "Open",
       "Open in New Window",
@@ -94,7 +103,8 @@ export async function showCreated(context: vscode.ExtensionContext): Promise<voi
     return;
   }
   await context.globalState.update(CREATED, undefined);
-  const [model] = await vscode.workspace.findFiles(new vscode.RelativePattern(folder, "*.mal"), undefined, 1);
+  const models = await vscode.workspace.findFiles(new vscode.RelativePattern(folder, "*.mal"));
+  const model = models.find(({ path }) => path.endsWith("/deployment.mal")) ?? models[0];
   if (model !== undefined) {
     await vscode.window.showTextDocument(model);
   }

@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import * as path from "node:path";
 import { checkFirstRun } from "./firstrun.mjs";
 import { checkPanels } from "./panels.mjs";
+import { checkRecordings } from "./recordings.mjs";
 import { checkSilence } from "./silence.mjs";
 import { checkWhile } from "./typing.mjs";
 import { checkWidths } from "./widths.mjs";
@@ -289,6 +290,7 @@ try {
   await checkWidths(tools);
   await checkSilence(tools);
   await checkPanels(tools);
+  await checkRecordings(tools);
   await checkGeneration();
   await checkInside();
   await checkFirstRun(tools);

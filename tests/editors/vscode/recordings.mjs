@@ -1,0 +1,32 @@
+// A recording beside the model: the panel of `MAUVE: Check Recording…`.
+import { mkdirSync, rmSync, writeFileSync } from "node:fs";
+import * as path from "node:path";
+
+/** The texts of the panel, which is a page inside of others. */
+async function panel(page) {
+  const text = (frame) => frame.evaluate(() => document.querySelector("main")?.innerText).catch(() => undefined);
+  return (await Promise.all(page.frames().map(text))).find((it) => it?.includes("observed")) ?? "no panel";
+}
+
+/** Checks a recording in which pose responds later than its bound. */
+export async function checkRecordings({ page, expect, command, openAt, model }) {
+  const recording = path.join(path.dirname(model), "recording");
+  mkdirSync(recording);
+  const pose = [0, 1, 2].map((job) => `pose,${job}00000000,${job}56000000,${job}58000000,1000000,7,1,0,${job}`);
+  writeFileSync(path.join(recording, "periods.csv"), `instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n${pose.join("\n")}\n`);
+  const codels = [0, 1, 2].map((job) => `localisation.odometry_pose,400000,pose,${job + 1},${job}56500000,${job},,,`);
+  writeFileSync(path.join(recording, "executions.csv"), `codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns,status\n${codels.join("\n")}\n`);
+
+  await openAt("deployment.mal", "activity pose");
+  await command("MAUVE: Check Recording", { asks: true });
+  const row = page.locator(".quick-input-widget .monaco-list-row", { hasText: "Folder" });
+  await row.click();
+  const input = page.locator(".quick-input-widget input").first();
+  await expect("a dialog for the recording", () => input.inputValue(), (text) => text.startsWith("/"));
+  await input.fill(`${recording}/`);
+  await page.locator(".quick-input-widget .monaco-button", { hasText: "Check" }).click();
+  await expect("pose beyond its bound in the panel", () => panel(page), (text) => /pose\s+✗ 58 ms\s+✓ 57 \/ 100 ms/.test(text) && text.includes("contradicts"));
+  await command("View: Close All Editors");
+  await command("Notifications: Clear All Notifications");
+  rmSync(recording, { recursive: true });
+}
