@@ -23,6 +23,8 @@ embedded!(NVIM, "nvim":
     "lua/mauve/generate.lua",
     "lua/mauve/health.lua",
     "lua/mauve/init.lua",
+    "lua/mauve/problems.lua",
+    "lua/mauve/terminal.lua",
     "plugin/mauve.lua",
     "syntax/mauve.vim",
 );
