@@ -33,6 +33,7 @@ return {
   handlers = {
     ['workspace/inlayHint/refresh'] = function(_, _, context)
       figures.update(vim.lsp.get_client_by_id(context.client_id))
+      mauve.update_verdict()
       return vim.NIL
     end,
   },

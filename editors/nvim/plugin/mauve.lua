@@ -54,15 +54,13 @@ vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'Di
     if package.loaded['mauve.drawings'] and is_ours then
       require('mauve.drawings').update()
     end
+    -- Diagnostics that stay may come without an event.
+    if is_ours or event.event == 'DiagnosticChanged' then
+      mauve.update_verdict()
+    end
   end,
 })
 
-vim.api.nvim_create_autocmd('DiagnosticChanged', {
-  group = group,
-  callback = function()
-    require('mauve').update_verdict()
-  end,
-})
 vim.api.nvim_create_autocmd({ 'CursorMoved', 'CursorMovedI' }, {
   group = group,
   callback = function(event)

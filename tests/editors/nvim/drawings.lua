@@ -139,6 +139,13 @@ check('a schedule of the instance at the cursor of a drawing, and of the deploym
   wait_for_text(schedule, 'of hokuyo responds in 53 ms')
   equal(true, widest(schedule) <= 80, text_of(schedule))
   put_cursor('executes')
+  local notify, said = vim.notify, nil
+  vim.notify = function(message)
+    said = message
+  end
+  vim.cmd('Mauve machine')
+  equal('mauve: put the cursor on a name of the drawing', said)
+  vim.notify = notify
   vim.cmd('Mauve chains')
   local chains = wait_for_drawing('chains')
   wait_for_text(chains, 'P3dxDeployment at 1e-4')

@@ -307,6 +307,10 @@ function M.show(kind, where, values)
   if within then
     -- In a drawing: of what the word at the cursor stands for, otherwise of the deployment that is drawn.
     local place = M.kinds[kind].at_cursor and place_at_cursor(within)
+    if place == nil and not vim.list_contains(M.kinds[kind].names, 'deployment') then
+      vim.notify('mauve: put the cursor on a name of the drawing', vim.log.levels.ERROR)
+      return
+    end
     source, from = within.source, within.from
     params.textDocument = place and { uri = place.uri } or within.params.textDocument
     params.position = place and place.range.start or nil

@@ -23,49 +23,46 @@ local ranks = { error = 1, ['✗'] = 2, ['?'] = 3, ['!'] = 4, warning = 5 }
 local function problems_of(graphs, reports)
   local problems, diagnostics = {}, {}
   for _, report in ipairs(reports) do
-    for _, diagnostic in ipairs(report.items or {}) do
-      if diagnostic.severity <= vim.diagnostic.severity.WARN then
-        table.insert(diagnostics, { place = { uri = report.uri, range = diagnostic.range }, it = diagnostic })
+    for _, it in ipairs(report.items or {}) do
+      local places = { { uri = report.uri, range = it.range } }
+      for _, related in ipairs(it.relatedInformation or {}) do
+        table.insert(places, related.location)
+      end
+      if it.severity <= vim.diagnostic.severity.WARN then
+        table.insert(diagnostics, { places = places, it = it })
       end
     end
   end
-  local function is_at(place, other)
-    return place.uri == other.uri and vim.deep_equal(place.range.start, other.range.start)
+  local function add(rank, part, text, place, diagnostic)
+    local why, cause = diagnostic and diagnostic.it.message, diagnostic and diagnostic.places[1] or place
+    table.insert(problems, { order = rank - math.min(part, 1e3) / 1e4, text = text, place = place, why = why, cause = cause })
   end
-  local function concerns(diagnostic, place)
-    return is_at(diagnostic.place, place)
-      or vim.iter(diagnostic.it.relatedInformation or {}):any(function(related)
-        return is_at(related.location, place)
-      end)
-  end
-  for _, node in ipairs(vim.iter(graphs):map(function(graph) return graph.nodes end):flatten():totable()) do
-    local figure = type(node.figure) == 'string' and node.figure or ''
-    local rank = ranks[figure:match('^%S+')]
-    if rank and type(node.activity) == 'table' then
-      local has_part = type(node.response) == 'number' and type(node.deadline) == 'number'
-      local part = has_part and math.min(node.response / math.max(node.deadline, 1e-9), 1e3) or 1e3
-      local text = figure:gsub('^%S+', '%0 ' .. node.instance, 1)
-      local problem = { order = rank - part / 1e4, text = text, place = node.activity, cause = node.activity }
-      for _, diagnostic in ipairs(diagnostics) do
-        if concerns(diagnostic, problem.place) then
-          problem.why = problem.why or diagnostic.it.message
-          problem.cause = diagnostic.is_said and problem.cause or diagnostic.place
-          diagnostic.is_said = true
+  local function add_activity(node, figure)
+    local explanation
+    for _, diagnostic in ipairs(diagnostics) do
+      for _, place in ipairs(diagnostic.places) do
+        if place.uri == node.activity.uri and vim.deep_equal(place.range.start, node.activity.range.start) then
+          explanation, diagnostic.is_said = explanation or diagnostic, true
         end
       end
-      table.insert(problems, problem)
+    end
+    local has_part = type(node.response) == 'number' and type(node.deadline) == 'number'
+    local part = has_part and node.response / math.max(node.deadline, 1e-9) or math.huge
+    local text = figure:gsub('^%S+', '%0 ' .. node.instance, 1)
+    add(ranks[figure:match('^%S+')], part, text, node.activity, explanation)
+  end
+  for _, graph in ipairs(graphs) do
+    for _, node in ipairs(graph.nodes) do
+      if type(node.figure) == 'string' and ranks[node.figure:match('^%S+')] and type(node.activity) == 'table' then
+        add_activity(node, node.figure)
+      end
     end
   end
   for _, diagnostic in ipairs(diagnostics) do
     if not diagnostic.is_said then
       local is_error = diagnostic.it.severity == vim.diagnostic.severity.ERROR
-      table.insert(problems, {
-        order = is_error and ranks.error or ranks.warning,
-        text = (is_error and '✗ ' or '! ') .. tostring(diagnostic.it.code),
-        place = diagnostic.place,
-        why = diagnostic.it.message,
-        cause = diagnostic.place,
-      })
+      local text = (is_error and '✗ ' or '! ') .. tostring(diagnostic.it.code)
+      add(is_error and ranks.error or ranks.warning, 0, text, diagnostic.places[1], diagnostic)
     end
   end
   table.sort(problems, function(one, other)
@@ -141,21 +138,18 @@ end
 --- Goes to the problem at the cursor, or applies the fix.
 local function choose()
   local row = shown.rows[vim.fn.line('.')]
-  if not row then
-    return
+  if row then
+    if vim.api.nvim_win_is_valid(shown.from) then
+      vim.api.nvim_set_current_win(shown.from)
+    end
+    mauve.go_to(row.place)
   end
-  if vim.api.nvim_win_is_valid(shown.from) then
-    vim.api.nvim_set_current_win(shown.from)
+  local function is_chosen(action)
+    return action.title == row.fix
   end
-  mauve.go_to(row.place)
-  if row.fix then
-    vim.lsp.buf.code_action({
-      context = { diagnostics = {}, only = { 'quickfix' } },
-      apply = true,
-      filter = function(action)
-        return action.title == row.fix
-      end,
-    })
+  if row and row.fix then
+    local context = { diagnostics = {}, only = { 'quickfix' } }
+    vim.lsp.buf.code_action({ context = context, apply = true, filter = is_chosen })
   end
 end
 
