@@ -21,7 +21,7 @@
 //!
 //! A table has times at its own levels only: the analysis takes none from another level.
 //!
-//! The message contains the longest time with which all deadlines are met. Write the time of the codel into a table
+//! The message contains the longest time with which all deadlines are met, or no further one is missed where some are missed without it. Write the time of the codel into a table
 //! (`"library.codel" = 3`), or a time for all codels without one under `[assume]` in `mauve.toml`.
 //!
 //! Fix: add an entry that is marked as assumed, with the longest time, or with 1 ms where there is none. Its deadlines hold if a
@@ -42,11 +42,12 @@ pub(super) fn report<'db>(
     // Several deployments may have an activity of one instance.
     let names = each_once(users.iter().map(|(name, _)| format!("`{name}`")));
     let may = match budget {
-        Some(Budget { time: Some(time), alone: true, .. }) => format!("; all deadlines are met up to {time}"),
-        Some(Budget { time: Some(time), .. }) => {
-            format!("; all deadlines are met up to {time} if the other codels without a time take 0 ms")
+        Some(Budget { time: Some(time), alone, further, .. }) => {
+            let met = if *further { "no further deadline is missed" } else { "all deadlines are met" };
+            let condition = if *alone { "" } else { " if the other codels without a time take 0 ms" };
+            format!("; {met} up to {time}{condition}")
         }
-        Some(Budget { time: None, .. }) => "; a deadline is missed with any time".to_owned(),
+        Some(Budget { time: None, .. }) => format!("; {} late with any time", if names.len() == 1 { "it is" } else { "one is" }),
         None => String::new(),
     };
     let verb = if names.len() == 1 { "is" } else { "are" };

@@ -1525,7 +1525,20 @@ fn what_a_codel_without_a_time_may_take() {
         let found = diagnostics(&format!("{ROBOT}{}{times}", activities(FINE.0, FINE.1, c)));
         found.lines().filter(|line| line.contains("missing-time")).collect::<Vec<_>>().join("\n")
     };
-    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; a deadline is missed with any time"#]].assert_eq(&of_two("priority = 1 period = 10 deadline = 3"));
+    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; no further deadline is missed up to 9 ms"#]]
+        .assert_eq(&of_two("priority = 1 period = 10 deadline = 3"));
+    // Alone on another CPU, it has nothing to do with the missed deadline.
+    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; no further deadline is missed up to 9 ms"#]].assert_eq(&of_two("priority = 1 period = 10 deadline = 3 affinity = 2"));
+    // It is late even if `two` takes nothing.
+    let times = TIMES.replace("two = ", "# ");
+    let found = diagnostics(&format!(
+        "{ROBOT}{}{times}",
+        activities(FINE.0, "priority = 2 period = 9 deadline = 0.5", FINE.2)
+    ));
+    expect![[r#"
+        /model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; it is late with any time
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `a` (0.5 < 10 ms) but a lower priority (2 < 3)
+    "#]].assert_eq(&found);
     expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed"#]]
         .assert_eq(&of_two("priority = 1 period = 0"));
     // All activities that execute it are named.

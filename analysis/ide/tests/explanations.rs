@@ -135,8 +135,10 @@ fn check(text: &str, seen: &mut Seen) {
         let line = line.strip_prefix("response time ")?;
         Some(ns(line.strip_prefix("at the critical instant: ").unwrap_or(line).split(" = ").next()?))
     };
-    let Some(response) = text.lines().find_map(total) else { return };
-    let period = ns(between(text, ", period ", "\n").unwrap().split(',').next().unwrap());
+    let Some(response) = text.lines().find_map(total).filter(|_| !text.contains("no response time")) else {
+        return;
+    };
+    let period = ns(between(text, ", period ", "\n").unwrap().split([',', '(']).next().unwrap());
     let jitter = between(text, ", jitter ", "\n").map_or(0, ns);
     let jobs = between(text, "\njob ", " of the busy window").map_or(1, |job| job.parse::<u64>().unwrap());
     let own = match jobs {

@@ -258,8 +258,10 @@ pub struct InterferenceReport {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Budget<'db> {
     pub codel: Decl<'db>,
-    /// `None` if a deadline is missed even with 0.
+    /// The longest time with which it misses no deadline. `None` if an activity that executes it misses its deadline even with 0.
     pub time: Option<Time>,
+    /// Whether other deadlines are missed with any time of it.
+    pub further: bool,
     /// Whether no other codel lacks a time: otherwise the time is only an upper limit.
     pub alone: bool,
 }

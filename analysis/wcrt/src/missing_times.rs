@@ -12,7 +12,7 @@ use crate::response::response_times;
 use crate::system::{System, system_of};
 use crate::table_set::{TableSet, all_tables_of, table_sets};
 use crate::timetable::{incomplete_tables, timetable_of};
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
 
 /// With more codels without a time, the budget of one while all others take nothing is of little use, and each budget needs
@@ -44,8 +44,6 @@ pub fn budgets<'db>(
         .map(|(component, _)| component)
         .collect();
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    // Whether every deadline is proved where `codel` takes `time`; the outer `None` where no steps are left, the inner one where
-    // the deployment is not analysed for another reason too.
     let with = |codel: Decl<'db>, time: Time| {
         let what_if = |of: &Timed<'db>| {
             let is_missing = missing.iter().any(|it| *of == Timed::Codel(it.codel));
@@ -53,29 +51,35 @@ pub fn budgets<'db>(
         };
         variants.with_times(&untimed, &what_if)
     };
-    let holds = |codel: Decl<'db>, time: Time| -> Option<Option<bool>> {
+    // The statuses where `codel` takes `time`; the outer `None` where no steps are left, the inner one where the deployment is not
+    // analysed for another reason too, or where a search was given up, which proves nothing.
+    let with_time = |codel: Decl<'db>, time: Time| -> Option<Option<Vec<Status>>> {
         let set = with(codel, time);
         let statuses = statuses(&set, &variants.analysed(&set, true)?);
-        Some(match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
-            _ if statuses.contains(&Status::NotAnalysed) => None,
-            true => Some(false),
-            // A search that was given up proves neither.
-            false => (!statuses.contains(&Status::NoBound)).then_some(true),
-        })
+        let is_known = |it: &Status| !matches!(it, Status::NotAnalysed | Status::NoBound);
+        Some(statuses.iter().all(is_known).then_some(statuses))
     };
+    let is_late = |it: &Status| matches!(it, Status::Missed | Status::Unbounded);
     let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
     let mut budgets = Vec::new();
-    for &MissingTime { codel, .. } in &missing {
-        let time = match holds(codel, Time::ZERO).flatten() {
-            // The deployment is not analysed for another reason too.
-            None => continue,
-            // The smaller budget may prove less.
-            Some(false) if !variants.is_missed(&with(codel, Time::ZERO)) => continue,
-            Some(false) => None,
-            Some(true) => {
+    for MissingTime { codel, users, .. } in &missing {
+        let codel = *codel;
+        let Some(at_zero) = with_time(codel, Time::ZERO).flatten() else { continue };
+        let is_user = |name: &Name| users.iter().any(|(user, _)| user == name);
+        let late = || system.activities.iter().zip(&at_zero).filter(|(_, it)| is_late(it));
+        let further = late().next().is_some();
+        // The smaller budget may prove less.
+        if further && !variants.is_missed(&with(codel, Time::ZERO)) {
+            continue;
+        }
+        let time = match late().any(|(activity, _)| is_user(&activity.instance)) {
+            true => None,
+            false => {
                 // The analysis is monotone in every time.
                 let found = Boundary::between(0, longest.as_nanos().saturating_add(1), |time| {
-                    Some(holds(codel, time)?.unwrap_or(false))
+                    let Some(statuses) = with_time(codel, time)? else { return Some(false) };
+                    let mut changes = at_zero.iter().zip(&statuses);
+                    Some(!changes.any(|(before, after)| !is_late(before) && is_late(after)))
                 });
                 if !found.is_complete() {
                     return budgets;
@@ -83,7 +87,7 @@ pub fn budgets<'db>(
                 Some(Time::from_nanos(found.good))
             }
         };
-        budgets.push(Budget { codel, time, alone: missing.len() == 1 });
+        budgets.push(Budget { codel, time, further, alone: missing.len() == 1 });
     }
     budgets
 }
@@ -217,6 +221,7 @@ fn missing_codels<'db>(
             *least = least.take().zip(budget).map(|(one, other)| Budget {
                 codel: one.codel,
                 time: one.time.min(other.time),
+                further: one.further || other.further,
                 alone: one.alone && other.alone,
             });
         }
