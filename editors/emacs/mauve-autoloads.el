@@ -11,8 +11,7 @@
 (autoload 'mauve-mode "mauve" "Major mode for MAUVE models." t)
 (autoload 'mauve-toml-mode "mauve" "Major mode for the configuration and the timing table of a MAUVE project." t)
 (autoload 'mauve-recognise "mauve" "Select the major mode of a `.mal' file by its content.")
-(autoload 'mauve-run "mauve" "Run the deployment of this project on this computer." t)
-(autoload 'mauve-trace "mauve" "Import a recording, or check one against the model of this project." t)
+(autoload 'mauve-command "mauve" "Run `mauve' in the folder of the project." t)
 
 (add-to-list 'auto-mode-alist '("\\.mal\\'" . mauve-recognise))
 (add-to-list 'auto-mode-alist '("/\\(?:mauve\\|timing\\)\\.toml\\'" . mauve-toml-mode))

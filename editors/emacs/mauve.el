@@ -23,10 +23,6 @@
   :type 'string
   :risky t)
 
-(defcustom mauve-show-verdict t
-  "Whether the header line shows the verdict on the deadlines of all deployments."
-  :type 'boolean)
-
 (defcustom mauve-start-server t
   "Whether the modes start the language server."
   :type 'boolean)
@@ -235,30 +231,20 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
               (verdict (slot-value server 'verdict)))
     (propertize (concat " MAUVE " (string-replace "%" "%%" (plist-get verdict :text)))
                 'face (pcase (plist-get verdict :status)
-                        ("missed" 'error) ("unknown" 'font-lock-keyword-face) ("tight" 'warning) ("met" 'success))
+                        ("missed" 'error) ("tight" 'warning) ("met" 'success))
                 'help-echo "mouse-1: list the problems of all files"
                 'local-map mauve--header-map)))
 
 ;;; The command line
 
-(defun mauve--compile (command arguments)
-  "Run COMMAND of `mauve' with ARGUMENTS in the folder of the project, and show its output."
+;;;###autoload
+(defun mauve-command (arguments)
+  "Run `mauve' with ARGUMENTS in the folder of the project, and show its output.
+`run' runs the deployment on this computer, its response times beside their bounds; `trace import' and `trace check' read
+recordings."
+  (interactive (list (read-string "mauve " "run --for 10s --simulate-time")))
   (let ((default-directory (or (locate-dominating-file default-directory "mauve.toml") default-directory)))
-    (compile (string-join (list (shell-quote-argument mauve-program) command arguments) " "))))
-
-;;;###autoload
-(defun mauve-run (arguments)
-  "Run the deployment of this project on this computer: its response times beside their bounds.
-ARGUMENTS are those of `mauve run'."
-  (interactive (list (read-string "mauve run " "--for 10s --simulate-time")))
-  (mauve--compile "run" arguments))
-
-;;;###autoload
-(defun mauve-trace (arguments)
-  "Import a recording, or check one against the model of this project.
-ARGUMENTS are those of `mauve trace'."
-  (interactive (list (read-string "mauve trace " "check ")))
-  (mauve--compile "trace" arguments))
+    (compile (concat (shell-quote-argument mauve-program) " " arguments))))
 
 ;;; The modes start the server
 
@@ -267,8 +253,7 @@ ARGUMENTS are those of `mauve trace'."
 (defun mauve--start ()
   "Start the language server for this buffer, unless the user has switched it off."
   (add-hook 'project-find-functions #'mauve--project nil t)
-  (when mauve-show-verdict
-    (setq-local header-line-format '((:eval (mauve--header)))))
+  (setq-local header-line-format '((:eval (mauve--header))))
   (when (and mauve-start-server buffer-file-name)
     (if (executable-find mauve-program)
         (eglot-ensure)

@@ -1,7 +1,6 @@
 //! An architecture as a drawing: a box for each instance with its ports, and a line for each connection. For a deployment, boxes
 //! have the colour of their deadline's status. A chain that is lit has its own colour; its boxes are marked by `»` in characters.
 
-use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
@@ -354,7 +353,7 @@ fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Opti
     });
     let placement = place(&diagram, CELLS, interrupt)?;
     if let Some(columns) = columns.filter(|columns| placement.width > *columns as f64)
-        && let Some(drawn) = narrow(graph, &placement, columns, interrupt)
+        && let Some(drawn) = narrow(graph, &placement, columns)
     {
         return Some(drawn);
     }
@@ -381,56 +380,47 @@ fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Opti
 
 /// Draws a graph in few columns: a row for each instance, in the order of the columns of the wide drawing, and below it one for each
 /// of its ports with connections.
-fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize, interrupt: &dyn Fn()) -> Option<String> {
+fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize) -> Option<String> {
     // By instance: whether data leaves, the port, its net, and the tip of the arrow. A port has a row for each source that writes to it.
     let mut ends = vec![BTreeSet::new(); graph.nodes.len()];
     for edge in &graph.edges {
         let tip = if edge.operation { "◃" } else { "◂" };
-        let of_edge = [(&edge.source, None), (&edge.target, Some(tip))];
-        for ((node, port), tip) in of_edge {
-            ends.get_mut(*node).into_iter().for_each(|of_node| {
-                of_node.insert((tip.is_none(), port, &edge.source, tip));
-            });
+        for ((node, port), tip) in [(&edge.source, None), (&edge.target, Some(tip))] {
+            if let Some(ends) = ends.get_mut(*node) {
+                ends.insert((tip.is_none(), port, &edge.source, tip));
+            }
         }
     }
-    let mut order: Vec<(&GraphNode<'_>, usize, Area)> = graph
-        .nodes
-        .iter()
-        .zip(&wide.boxes)
-        .enumerate()
-        .map(|(index, (it, placed))| (it, index, placed.area))
-        .collect();
-    order.sort_by(|(.., one), (.., other)| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
-    let mut smallest = None;
-    for (has_components, distance) in [(true, 2.0), (false, 2.0), (false, 1.0)] {
-        interrupt();
+    let mut order: Vec<_> = graph.nodes.iter().zip(&ends).zip(&wide.boxes).collect();
+    order.sort_by(|(_, one), (_, other)| {
+        let (one, other) = (one.area, other.area);
+        one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y))
+    });
+    let drawn = |with_components: bool| {
         let name_of = |node: &GraphNode<'_>| {
             let lit = if node.is_lit { "» " } else { "" };
-            if has_components {
-                format!("{lit}{}: {}", node.instance, node.component)
-            } else {
-                format!("{lit}{}", node.instance)
-            }
+            let component = if with_components { format!(": {}", node.component) } else { String::new() };
+            format!("{lit}{}{component}", node.instance)
         };
-        let names = order.iter().map(|(node, ..)| cells(&name_of(node))).fold(0.0, f64::max);
+        let names = order.iter().map(|((node, _), _)| cells(&name_of(node))).fold(0.0, f64::max);
         let (mut rows, mut nets) = (Vec::new(), BTreeMap::<&(usize, Name), Vec<NetEnd>>::new());
-        for (node, index, _) in &order {
+        for ((node, ends), _) in &order {
             let name = name_of(node);
             let space = " ".repeat((names - cells(&name)) as usize);
             let figures = Figures::of(graph, node).map(|it| it.with_load()).unwrap_or_default();
             rows.push(format!("{name}{space}  {figures}").trim_end().to_owned());
-            for (_, port, net, tip) in ends.get(*index).into_iter().flatten() {
+            for (_, port, net, tip) in *ends {
                 nets.entry(net).or_default().push(NetEnd { row: rows.len(), tip: *tip });
                 rows.push(format!("  {port}"));
             }
         }
-        let (drawn, width) = draw_lanes(&rows, &nets.into_values().collect::<Vec<_>>(), distance)?;
-        smallest = Some(format!("{}\n\n{drawn}", graph.title));
-        if width <= columns as f64 {
-            break;
-        }
+        draw_lanes(&rows, nets.values())
+    };
+    let (mut text, width) = drawn(true)?;
+    if width > columns as f64 {
+        text = drawn(false)?.0;
     }
-    smallest
+    Some(format!("{}\n\n{text}", graph.title))
 }
 
 /// Returns the names of CPUs, with their host if the graph is of a deployment on several.
@@ -438,7 +428,7 @@ fn cpus_of(graph: &Graph<'_>, cpus: CpuSet) -> String {
     graph.report.map_or_else(|| cpus.to_string(), |report| report.hosts.names(cpus))
 }
 
-/// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 / 40 ms`.
+/// Lists the instances of a graph below their CPUs, the worst first: `  pilot  ✗ 50 / 40 ms`.
 pub fn instance_tree(graph: &Graph<'_>) -> String {
     let mut groups: BTreeMap<CpuSet, Vec<&GraphNode<'_>>> = BTreeMap::new();
     for node in &graph.nodes {
@@ -449,8 +439,12 @@ pub fn instance_tree(graph: &Graph<'_>) -> String {
         let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.cpus == cpus));
         let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
         let _ = writeln!(out, "  {}{load}", cpus_of(graph, cpus));
-        let priority = |node: &GraphNode<'_>| node.activity.and_then(|it| it.priority.real_time());
-        nodes.sort_by_key(|node| (Reverse(priority(node)), node.instance.as_str()));
+        let mark = |node: &GraphNode<'_>| node.figure.chars().next().and_then(|mark| "✗?!✓–".find(mark));
+        let used = |node: &GraphNode<'_>| node.activity.and_then(|it| it.used()).unwrap_or(f64::INFINITY);
+        nodes.sort_by(|one, other| {
+            let order = mark(one).cmp(&mark(other)).then(used(other).total_cmp(&used(one)));
+            order.then_with(|| one.instance.as_str().cmp(other.instance.as_str()))
+        });
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();
         for node in nodes {
             let verdict = Figures::of(graph, node).map(|figures| figures.verdict).unwrap_or_default();
@@ -494,8 +488,8 @@ mod tests {
         expect![[r#"
             D at 1e-4
               CPU 1  50.0 %
-                laser  ✓ 20 / 100 ms
                 pilot  ✗ 50 / 40 ms
+                laser  ✓ 20 / 100 ms
                 spare  – not real-time
         "#]]
         .assert_eq(&made("D", |_, graph| instance_tree(graph)));

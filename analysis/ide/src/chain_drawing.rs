@@ -154,8 +154,7 @@ pub fn draw_chains(chains: &DrawnChains<'_>, drawing: Drawing) -> String {
     let more = if more == 0 { String::new() } else { format!("and {more} more") };
     match drawing {
         Drawing::Svg => svg(title, shown, longest, &more),
-        Drawing::Text(columns) => text(title, shown, longest, &more, columns),
-        Drawing::Dot => text(title, shown, longest, &more, None),
+        Drawing::Text(_) | Drawing::Dot => text(title, shown, longest, &more, drawing.columns()),
     }
 }
 

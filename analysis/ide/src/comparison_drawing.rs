@@ -87,8 +87,7 @@ pub fn draw_comparison(of: &Comparison, values: &[String], drawing: Drawing) -> 
     let with = if values.is_empty() { String::new() } else { format!("with {}", values.join(", ")) };
     match drawing {
         Drawing::Svg => svg(&of.title(), &with, shown, &below),
-        Drawing::Text(columns) => text(&of.title(), &with, shown, &below, columns),
-        Drawing::Dot => text(&of.title(), &with, shown, &below, None),
+        Drawing::Text(_) | Drawing::Dot => text(&of.title(), &with, shown, &below, drawing.columns()),
     }
 }
 

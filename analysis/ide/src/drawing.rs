@@ -23,6 +23,13 @@ pub enum Drawing {
     Text(#[serde(skip)] Option<usize>),
 }
 
+impl Drawing {
+    /// Returns how wide a text may be; none for any width.
+    pub(crate) fn columns(self) -> Option<usize> {
+        if let Drawing::Text(columns) = self { columns } else { None }
+    }
+}
+
 /// The letters of a name in a drawing.
 const MOST_LETTERS: usize = 100;
 

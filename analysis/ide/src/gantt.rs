@@ -27,8 +27,7 @@ pub fn draw_schedule(
     let chart = Chart::new(&lanes, deployment, (schedule, way));
     match drawing {
         Drawing::Svg => chart.draw(title, interrupt),
-        Drawing::Text(columns) => chart.text(title, columns),
-        Drawing::Dot => chart.text(title, None),
+        Drawing::Text(_) | Drawing::Dot => chart.text(title, drawing.columns()),
     }
 }
 

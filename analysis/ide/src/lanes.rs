@@ -13,43 +13,49 @@ pub(crate) struct NetEnd {
     pub(crate) tip: Option<&'static str>,
 }
 
+/// The columns of a lane.
+const LANE: f64 = 2.0;
+
+/// More lanes are not drawn: no terminal shows them.
+const MOST_LANES: usize = 1000;
+
 /// Draws rows, with a lane for each net; returns the drawing and its width. Each row has at most one net, so that lines which cross
 /// are not connected. Nothing if it is too large.
-pub(crate) fn draw_lanes(rows: &[String], nets: &[Vec<NetEnd>], distance: f64) -> Option<(String, f64)> {
+pub(crate) fn draw_lanes<'a>(
+    rows: &[String],
+    nets: impl Iterator<Item = &'a Vec<NetEnd>>,
+) -> Option<(String, f64)> {
     let left = rows.iter().map(|row| cells(row)).fold(0.0, f64::max) + 2.0;
-    let mut spans: Vec<(usize, usize, &Vec<NetEnd>)> = Vec::new();
-    for net in nets {
-        let rows = || net.iter().map(|end| end.row);
-        spans.extend(rows().min().zip(rows().max()).map(|(first, last)| (first, last, net)));
-    }
+    let rows_of = |net: &'a Vec<NetEnd>| net.iter().map(|end| end.row);
+    let mut spans: Vec<_> =
+        nets.filter_map(|net| Some((rows_of(net).min()?, rows_of(net).max()?, net))).collect();
     // Short ones beside the rows, so that fewer lines cross.
     spans.sort_by_key(|(first, last, _)| (last - first, Reverse(*first)));
     let mut lanes: Vec<Vec<(usize, usize, &Vec<NetEnd>)>> = Vec::new();
     for span in spans {
-        let is_free = |lane: &Vec<(usize, usize, _)>| lane.iter().all(|it| span.1 < it.0 || it.1 < span.0);
-        match lanes.iter_mut().find(|lane| is_free(lane)) {
+        if lanes.len() > MOST_LANES {
+            return None;
+        }
+        match lanes.iter_mut().find(|lane| lane.iter().all(|it| span.1 < it.0 || it.1 < span.0)) {
             Some(lane) => lane.push(span),
             None => lanes.push(vec![span]),
         }
     }
-    let width = left + distance * lanes.len() as f64;
+    let width = left + LANE * lanes.len() as f64;
     let mut canvas = TextCanvas::new(width, rows.len() as f64)?;
     for (lane, spans) in lanes.iter().enumerate() {
-        let x = left + distance * lane as f64;
+        let x = left + LANE * lane as f64;
         for (first, last, net) in spans {
             canvas.line(&[(x, *first as f64), (x, *last as f64)]);
             for end in *net {
-                let from = rows.get(end.row).map_or(0.0, |row| cells(row)) + 1.0;
-                canvas.line(&[(from, end.row as f64), (x, end.row as f64)]);
+                let (y, from) = (end.row as f64, rows.get(end.row).map_or(0.0, |row| cells(row)) + 1.0);
+                canvas.line(&[(from, y), (x, y)]);
+                canvas.text(from, y, end.tip.unwrap_or("─"));
             }
         }
     }
     for (row, text) in rows.iter().enumerate() {
         canvas.text(0.0, row as f64, text);
-    }
-    for end in nets.iter().flatten() {
-        let from = rows.get(end.row).map_or(0.0, |row| cells(row)) + 1.0;
-        canvas.text(from, end.row as f64, end.tip.unwrap_or("─"));
     }
     Some((canvas.finish(), width))
 }
@@ -65,7 +71,7 @@ mod tests {
         let end = |row, tip| NetEnd { row, tip };
         let nets =
             [vec![end(1, None), end(3, Some("◂")), end(8, Some("◂"))], vec![end(4, None), end(6, Some("◃"))]];
-        let (drawn, width) = draw_lanes(&rows.map(str::to_owned), &nets, 2.0).unwrap();
+        let (drawn, width) = draw_lanes(&rows.map(str::to_owned), nets.iter()).unwrap();
         assert_eq!(width, 12.0);
         expect![[r#"
             laser

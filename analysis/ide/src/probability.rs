@@ -11,6 +11,7 @@ use mauve_wcrt::{
 
 use crate::drawing::Drawing;
 use crate::probability_plot::{Plot, PlotLine, PlotPoint};
+use crate::text_canvas::in_columns;
 
 /// Draws how probable it is that the activity of this index is late; `None` where that is unknown, or no time depends on the level.
 pub fn draw_probability<'db>(
@@ -25,7 +26,7 @@ pub fn draw_probability<'db>(
     let probability = probabilities_of(db, project, deployment).get(activity)?.as_ref()?;
     let title = format!("{} of {}: {}", report.instance, deployment.name(db), late_at_most(probability));
     if drawing != Drawing::Svg {
-        return Some(text(&title, probability, query));
+        return Some(text(&title, probability, query, drawing.columns()));
     }
     let known = || probability.levels.iter().filter_map(|(level, time, late)| Some((level, (*time)?, *late)));
     let points = known().map(|(level, time, late)| PlotPoint {
@@ -70,8 +71,8 @@ fn shares(seen: &ObservedTimes) -> Vec<(Time, f64)> {
     all.map(|(time, share)| (Time::from_nanos(time), share)).collect()
 }
 
-fn text(title: &str, of: &MissProbability, query: Query) -> String {
-    let mut out = format!("{title}\n\n");
+fn text(title: &str, of: &MissProbability, query: Query, columns: Option<usize>) -> String {
+    let mut out = in_columns(title, columns, "  ") + "\n\n";
     for (level, time, late) in &of.levels {
         let time = time.map_or_else(|| "no bound".to_owned(), |time| format!("≤ {time}"));
         let mark = if *level == query.level { " (current level)" } else { "" };
@@ -79,7 +80,8 @@ fn text(title: &str, of: &MissProbability, query: Query) -> String {
         let _ =
             writeln!(out, "{:>8}  {time}, longer in an hour with at most {late}{mark}", level.to_string());
     }
-    out.extend(miss_conditions(of).iter().map(|it| format!("if {it}\n")));
-    out.extend(not_independent(of).iter().map(|it| format!("{it}\n")));
+    let conditions = miss_conditions(of);
+    let conditions = conditions.iter().map(|it| format!("if {it}")).chain(not_independent(of));
+    out.extend(conditions.map(|it| in_columns(&it, columns, "  ") + "\n"));
     out
 }

@@ -158,19 +158,16 @@ pub(crate) fn cells(text: &str) -> f64 {
 
 /// Returns a text in lines of at most so many columns, each line but the first with this indentation. Words are not broken.
 pub(crate) fn in_columns(text: &str, columns: Option<usize>, indentation: &str) -> String {
-    let most = columns.unwrap_or(usize::MAX);
-    let (mut out, mut width) = (String::new(), 0);
-    for (index, word) in text.split(' ').enumerate() {
-        let of_word = cells(word) as usize;
-        if index > 0 && width + 1 + of_word > most {
+    let most = columns.map_or(f64::INFINITY, |columns| columns as f64);
+    let (mut out, mut width) = (String::new(), 0.0);
+    for word in text.split_inclusive(' ') {
+        if width + cells(word.trim_end()) > most && !out.trim_end().is_empty() {
+            out.truncate(out.trim_end().len());
             out = out + "\n" + indentation;
-            width = cells(indentation) as usize;
-        } else if index > 0 {
-            out.push(' ');
-            width += 1;
+            width = cells(indentation);
         }
-        out.push_str(word);
-        width += of_word;
+        out += word;
+        width += cells(word);
     }
     out
 }

@@ -45,21 +45,17 @@ fn padded(lines: &[&str]) -> String {
         |row: &&Vec<String>| row.iter().all(|it| it.contains('-') && it.trim_matches(['-', ':']).is_empty());
     let Some(rule) = table.get(1).filter(is_rule) else { return lines.concat() };
     let width = |cell: &String| inline(cell).chars().count();
+    let widest = |column: usize| table.iter().filter_map(|row| row.get(column)).map(width).max();
+    let columns: Vec<(&String, usize)> =
+        rule.iter().enumerate().map(|(index, it)| (it, widest(index).unwrap_or_default())).collect();
     let mut out = String::new();
     for (number, row) in table.iter().enumerate() {
-        for (column, cell) in row.iter().enumerate() {
-            let others = table.iter().enumerate().filter(|(number, _)| *number != 1);
-            let widest =
-                others.filter_map(|(_, row)| row.get(column)).map(width).max().unwrap_or_default().max(3);
-            let rule = rule.get(column).map_or("", String::as_str);
-            let space = " ".repeat(widest.saturating_sub(width(cell)));
-            out += &match (number, rule.starts_with(':'), rule.ends_with(':')) {
-                (1, left, right) => {
-                    let [first, last] = [left, right].map(|it| if it { ":" } else { "-" });
-                    format!("| {first}{}{last} ", "-".repeat(widest - 2))
-                }
-                (_, false, true) => format!("| {space}{cell} "),
-                _ => format!("| {cell}{space} "),
+        for (cell, (rule, widest)) in row.iter().zip(&columns) {
+            let space = widest - width(cell);
+            out += &match rule.split_at(rule.len() - 1) {
+                (first, last) if number == 1 => format!("| {first}{}{last} ", "-".repeat(space)),
+                ("" | "-" | "--", ":") => format!("| {}{cell} ", " ".repeat(space)),
+                _ => format!("| {cell}{} ", " ".repeat(space)),
             };
         }
         out += "|\n";

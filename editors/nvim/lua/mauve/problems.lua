@@ -108,7 +108,7 @@ function M.update()
       local function answered(answer)
         -- After another update, this one ends.
         if shown and shown.asked == asked then
-          coroutine.resume(here, answer or {})
+          assert(coroutine.resume(here, answer or {}))
         end
       end
       mauve.request(client, method, params, answered, function()

@@ -21,12 +21,7 @@ end
 ---@param command string
 ---@param arguments string[]
 function M.run(command, arguments)
-  local program, found = mauve.program()
-  if not found then
-    vim.notify(('mauve: cannot run "%s" (:help mauve-server)'):format(program), vim.log.levels.ERROR)
-    return
-  end
-  local line = vim.list_extend({ program, command }, arguments)
+  local line = vim.list_extend({ (mauve.program()), command }, arguments)
   if command == 'run' or command == 'trace' and arguments[1] == 'check' then
     table.insert(line, project())
   end
