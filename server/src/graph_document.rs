@@ -1,9 +1,9 @@
 //! The graph of an architecture or a deployment as one JSON document, for `mauve graph --format json` and the editors'
-//! `mauve/graph`.
+//! `mauve/graph`; its CPU budget, for `mauve graph --cpus` and `mauve/cpuBudget`.
 
 use mauve_diagnostics::timing_reason;
 use mauve_hir::{Database, Decl, Project, hosts_of};
-use mauve_ide::{Graph, GraphEdge, GraphNode};
+use mauve_ide::{DrawnBudget, DrawnCpu, Graph, GraphEdge, GraphNode};
 use mauve_wcrt::Query;
 use serde_json::{Value, json};
 
@@ -62,5 +62,33 @@ pub(crate) fn graph_document<'db>(
         "edges": graph.edges.iter().map(edge).collect::<Vec<_>>(),
         "cpus": cpus.collect::<Vec<_>>(),
         "lost": missing.chain(of_report.map(|lost| timing_reason(db, &lost.reason))).collect::<Vec<_>>(),
+    })
+}
+
+/// Returns the document of the CPU budget of a deployment. Shares are parts of one CPU.
+pub(crate) fn budget_document<'db>(
+    db: &'db Database,
+    (project, of, query): (Project<'db>, Decl<'db>, Query),
+    budget: &DrawnBudget<'db>,
+) -> Value {
+    let hosts = hosts_of(db, project.workspace(db));
+    let cpu = |it: &DrawnCpu<'db>| {
+        let parts = it.parts.iter().map(|(part, figure)| {
+            let is_instance = part.activity.is_some();
+            json!({ "name": part.name.to_string(), "instance": is_instance, "share": part.share, "figure": figure })
+        });
+        let mut document = json!(cpu_document(&hosts, it.load));
+        document["name"] = it.name.clone().into();
+        document["figure"] = it.figure.clone().into();
+        document["status"] = it.status.name().into();
+        document["left"] = (it.limit - it.used).into();
+        document["parts"] = parts.collect();
+        document
+    };
+    json!({
+        "deployment": of.name(db).to_string(),
+        "root": project.root(db).path(db).display().to_string(),
+        "significance": query.level.as_f64(),
+        "cpus": budget.cpus.iter().map(cpu).collect::<Vec<_>>(),
     })
 }

@@ -56,6 +56,23 @@ fn the_pictures_of_the_documents_are_current() {
 }
 
 #[test]
+fn the_budget_of_each_cpu() {
+    let text = graph(&["p3dx", "--cpus"]);
+    assert_eq!(text.code, 0, "{}", text.err);
+    assert!(text.out.contains("! CPU 1: 99.4 % used, 0.6 % left\n  hokuyo        43.0 %  █"), "{}", text.out);
+    assert!(text.out.contains("✓ CPU 2: 78.9 % used, 21.1 % left\n"), "{}", text.out);
+    let svg = graph(&["p3dx", "--cpus", "--format", "svg"]).out;
+    assert!(svg.starts_with("<svg ") && svg.contains("<title>hokuyo: 43.0 % ✓ 53 / 100 ms</title>"), "{svg}");
+    let json: Value = serde_json::from_str(&graph(&["p3dx", "--cpus", "--format", "json"]).out).unwrap();
+    for cpu in json["cpus"].as_array().unwrap() {
+        let shares = cpu["parts"].as_array().unwrap().iter().map(|part| part["share"].as_f64().unwrap());
+        assert!((shares.sum::<f64>() - cpu["utilisation"].as_f64().unwrap()).abs() < 1e-9, "{cpu}");
+    }
+    assert_eq!(graph(&["p3dx", "--cpus", "--format", "dot"]).code, 2);
+    assert_eq!(graph(&["p3dx", "--cpus", "--architecture", "A"]).code, 2);
+}
+
+#[test]
 fn an_architecture_has_no_times() {
     let found = graph(&["p3dx", "--architecture", "ExplorationP3dxArchitecture"]);
     assert_eq!(found.code, 0, "{}", found.err);

@@ -308,6 +308,23 @@ fn chains_of_a_deployment_follow_the_text() {
 }
 
 #[test]
+fn the_budget_of_the_cpus_of_a_deployment() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let found = client.call("mauve/cpuBudget", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    let first = &found["cpus"][0];
+    assert_eq!(
+        (&first["status"], &first["figure"]),
+        (&json!("tight"), &json!("! CPU 1: 99.4 % used, 0.6 % left"))
+    );
+    assert_eq!(
+        first["parts"][0],
+        json!({"name": "hokuyo", "instance": true, "share": 0.43, "figure": "✓ 53 / 100 ms"})
+    );
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "), "{found}");
+}
+
+#[test]
 fn what_if_compares_with_the_state_of_the_first_answer() {
     let mut client = robot();
     let mut text = client.open_file(&models().join("p3dx/deployment.mal"));

@@ -170,6 +170,7 @@ pub const METHODS: &[Method] = &[
     at("mauve/schedule", OWN, position),
     at("mauve/probability", OWN, position),
     at("mauve/chains", OWN, position),
+    at("mauve/cpuBudget", OWN, position),
     at("mauve/whatIf", OWN, position),
     at("mauve/executionTimes", OWN, position),
     at("mauve/syntaxTree", OWN, document),

@@ -26,6 +26,7 @@
 //! | `position.rs` | the position of the cursor in incomplete text |
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
 //! | `change.rs` | changes of files |
+//! | `cpu_budget.rs` | what each instance uses of its CPU, as data and as a drawing |
 //! | `cancellation.rs` | work in a database of its own, which an edit cancels |
 //! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
@@ -63,6 +64,7 @@ mod comparison;
 mod comparison_drawing;
 mod completion;
 mod connections;
+mod cpu_budget;
 mod declaration;
 mod definition;
 mod document_links;
@@ -116,6 +118,7 @@ pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};
 pub use comparison::{Compared, Comparison, Figure, FigureChange, Figures};
 pub use comparison_drawing::draw_comparison;
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
+pub use cpu_budget::{DrawnBudget, DrawnCpu, draw_budget, drawn_budget};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};

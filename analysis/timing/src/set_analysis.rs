@@ -49,6 +49,13 @@ impl Tasks {
     }
 }
 
+impl Tasks {
+    /// Returns the utilisation of its CPUs by each real-time task alone, rounded; none where the demand is unknown.
+    pub fn shares(&self, method: Method) -> impl Iterator<Item = Option<f64>> {
+        self.all.iter().map(move |task| task.is_known().then(|| share(task, method)))
+    }
+}
+
 impl SetAnalysis {
     /// Returns the utilisation by a task alone, rounded; none where no CPU is overloaded, and where the demand is unknown.
     pub fn share(&self, task: usize) -> Option<f64> {

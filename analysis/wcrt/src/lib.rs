@@ -106,7 +106,9 @@ pub use reason::{
     Prose, Reason, Refusal, Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong,
     UnknownPriority, UnusableTime, WrongProgram,
 };
-pub use report::{ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, level_shown};
+pub use report::{
+    ActivityReport, CallsReport, CpuBudget, CpuPart, Deadlines, Query, Report, ReportBreakdown, level_shown,
+};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use sensitivity::{
     ActivitySensitivity, ExecutedTime, Limit, Sensitivity, TimeSensitivity, executed_times,

@@ -198,10 +198,51 @@ pub struct CallsReport {
     pub time: Time,
 }
 
+/// The utilisation of a CPU, or of several CPUs that activities may use alternatively, by what executes there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CpuBudget<'a> {
+    /// The CPUs with their utilisation.
+    pub load: &'a CpuLoad,
+    /// What executes there, the largest part first; nothing of unknown demand.
+    pub parts: Vec<CpuPart>,
+}
+
+/// A part of the utilisation of a CPU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CpuPart {
+    /// An instance, other work on the platform, or real-time throttling.
+    pub name: Name,
+    /// The index of its activity, if it is one.
+    pub activity: Option<usize>,
+    /// The part of one CPU, rounded.
+    pub share: f64,
+}
+
 impl<'db> Report<'db> {
     /// Returns the real-time work that is not in the model, and interferes too.
     pub fn others(&self) -> &[Task] {
         self.tasks.others()
+    }
+
+    /// Returns the utilisation of each CPU by what executes there, in the order of [`Report::cpus`].
+    pub fn budgets(&self) -> Vec<CpuBudget<'_>> {
+        let tasks = self.tasks.all().iter().zip(self.tasks.shares(self.options.method)).enumerate();
+        let known = tasks.filter_map(|(index, (task, share))| Some((index, task, share?)));
+        let known: Vec<(usize, &Task, f64)> = known.collect();
+        let budget = |load| {
+            let is_here = |task: &Task| task.cpus.unwrap_or(CpuSet::ALL).meets(load);
+            let here = known.iter().filter(|(_, task, _)| is_here(task));
+            let part = |&(index, _, share): &(usize, &Task, f64)| CpuPart {
+                name: self.tasks.name(index).into(),
+                activity: Some(index).filter(|index| *index < self.activities.len()),
+                share,
+            };
+            let mut parts: Vec<CpuPart> = here.map(part).filter(|it| it.share > 0.0).collect();
+            // A stable sort keeps the order of the deployment.
+            parts.sort_by(|one, other| other.share.total_cmp(&one.share));
+            parts
+        };
+        self.cpus.iter().map(|load| CpuBudget { load, parts: budget(load.cpus) }).collect()
     }
 
     /// Returns a breakdown of the response times. To cancel, `interrupt` unwinds.

@@ -118,6 +118,14 @@ export interface Chains extends Drawn {
   reasons: string[];
 }
 
+/** Of `mauve/cpuBudget`: of each CPU, what executes there, the largest share first. */
+export interface CpuBudget extends Drawn {
+  deployment: string;
+  significance: number;
+  cpus: { name: string; figure: string; status: "met" | "tight" | "missed" | "unknown"; parts: { name: string; share: number; figure: string }[] }[];
+  reasons: string[];
+}
+
 /** Of `mauve/executionTimes`. */
 export interface ExecutionTimes extends Drawn {
   codel: string;
@@ -167,6 +175,7 @@ export interface Answers {
   stateMachine: Machine;
   schedule: Schedule;
   chains: Chains;
+  cpuBudget: CpuBudget;
   executionTimes: ExecutionTimes;
   probability: Probability;
   whatIf: WhatIf;

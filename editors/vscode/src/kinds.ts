@@ -1,4 +1,4 @@
-import type { Answers, Chains, Choice, ExecutionTimes, Graph, Machine, PanelKind, Probability, Schedule, Subject, WhatIf } from "./answers";
+import type { Answers, Chains, Choice, CpuBudget, ExecutionTimes, Graph, Machine, PanelKind, Probability, Schedule, Subject, WhatIf } from "./answers";
 
 /** Sends a request to the server. */
 export type Request = <T>(method: string, parameters: object) => Promise<T>;
@@ -32,6 +32,7 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
   stateMachine: declaration<Machine>("State machine", "mauve/stateMachine", "component"),
   schedule: ofInstance<Schedule>("Schedule", "mauve/schedule", ({ figure }) => figure, (asked, shown) => shown ?? asked),
   chains: declaration<Chains>("Chains", "mauve/chains", "deployment"),
+  cpuBudget: declaration<CpuBudget>("CPU budget", "mauve/cpuBudget", "deployment"),
   executionTimes: {
     ...declaration<ExecutionTimes>("Execution times", "mauve/executionTimes", "codel", ({ codel, codels }) => ({
       choices: codels.map((codel) => ({ label: codel, value: codel })),

@@ -17,6 +17,7 @@ const commands: Record<PanelKind, string> = {
   stateMachine: "mauve.showStateMachine",
   schedule: "mauve.showSchedule",
   chains: "mauve.showChains",
+  cpuBudget: "mauve.showCpuBudget",
   executionTimes: "mauve.showExecutionTimes",
   probability: "mauve.showProbability",
   whatIf: "mauve.whatIf",

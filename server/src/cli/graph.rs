@@ -3,18 +3,18 @@
 
 use std::collections::HashSet;
 
-use mauve_diagnostics::figure::TIGHT_SLACK;
+use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
 use mauve_diagnostics::{errors_of, errors_of_text};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, target_of};
-use mauve_ide::{draw_graph, graph, no_chain};
+use mauve_ide::{Drawing, draw_budget, draw_graph, drawn_budget, graph, no_chain};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 
 use crate::analysis_document::{declared, deployments};
 use crate::cli::errors::{missing, say_errors, several_of};
 use crate::cli::options::{DrawingFormat, Outside, Paths, level};
-use crate::graph_document::graph_document;
+use crate::graph_document::{budget_document, graph_document};
 use crate::load::load;
 use crate::output::{Output, say};
 
@@ -33,6 +33,9 @@ pub(crate) struct Graph {
     /// Light this chain of the deployment.
     #[arg(long, value_name = "NAME", conflicts_with = "architecture")]
     chain: Option<String>,
+    /// Show the CPU budget of the deployment instead: what each instance uses of its CPU, and what is left.
+    #[arg(long, conflicts_with_all = ["architecture", "chain"])]
+    cpus: bool,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -47,6 +50,9 @@ impl Graph {
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let (project, of) = self.selected(&db, &workspaces)?;
         let query = Query::at_level(&db, project, of, self.significance);
+        if self.cpus {
+            return self.budget(&db, (project, of, query));
+        }
         let found = graph(&db, project, of, query, TIGHT_SLACK);
         let mut graph = found.ok_or_else(|| format!("the architecture of {} is unknown", of.name(&db)))?;
         if let Some(chain) = &self.chain
@@ -67,6 +73,23 @@ impl Graph {
         Ok(match self.format {
             DrawingFormat::Text => Output::escaped(text, code),
             _ => Output::verbatim(text, code),
+        })
+    }
+
+    /// The CPU budget of a deployment.
+    fn budget<'db>(&self, db: &'db Database, of: (Project<'db>, Decl<'db>, Query)) -> Result<Output, String> {
+        if of.1.kind(db) != Kind::Deployment {
+            return Err(format!("--cpus needs a deployment, and {} is none", of.1.name(db)));
+        }
+        let budget = drawn_budget(db, of, TIGHT_SLACK);
+        let errors = errors_of(db, of.0);
+        say_errors(errors);
+        let code = u8::from(errors > 0 || budget.cpus.iter().any(|it| it.status == HintStatus::Missed));
+        Ok(match self.format.drawing() {
+            Some(Drawing::Text) => Output::escaped(draw_budget(&budget, Drawing::Text), code),
+            Some(Drawing::Svg) => Output::verbatim(draw_budget(&budget, Drawing::Svg), code),
+            Some(Drawing::Dot) => return Err("--cpus has the formats text, svg and json".to_owned()),
+            None => Output::verbatim(crate::json::text(&budget_document(db, of, &budget))?, code),
         })
     }
 

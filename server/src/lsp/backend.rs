@@ -63,6 +63,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
         .custom_method("mauve/schedule", Backend::schedule)
         .custom_method("mauve/probability", Backend::probability)
         .custom_method("mauve/chains", Backend::chains)
+        .custom_method("mauve/cpuBudget", Backend::cpu_budget)
         .custom_method("mauve/whatIf", Backend::what_if)
         .custom_method("mauve/executionTimes", Backend::execution_times)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
@@ -281,6 +282,7 @@ impl Backend {
     own_methods! {
         analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
         chains(DrawingParams) -> Value => chains::chains;
+        cpu_budget(DrawingParams) -> Value => cpu_budget::cpu_budget;
         execution_times(DrawingParams) -> Value => execution_times::execution_times;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
         graph(DrawingParams) -> Vec<Value> => graph::graph;

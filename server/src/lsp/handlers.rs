@@ -6,6 +6,7 @@ pub(crate) mod chains;
 pub(crate) mod code_actions;
 pub(crate) mod code_lens;
 pub(crate) mod completion;
+pub(crate) mod cpu_budget;
 pub(crate) mod definition;
 pub(crate) mod diagnostic;
 pub(crate) mod document_links;

@@ -2,7 +2,7 @@
 //! another place, with the name of the deployment where deployments differ.
 
 use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
-use mauve_diagnostics::{supported, times_of, utilisation};
+use mauve_diagnostics::{supported, times_of};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, shell_of};
 use mauve_timing::Status;
@@ -12,6 +12,7 @@ use mauve_wcrt::{
 
 use super::format::{HoverFormat, and_more};
 use crate::connections::deployments;
+use crate::cpu_budget::drawn_budget;
 use crate::markdown::code;
 use crate::occurrences::{each_once, grouped};
 use crate::project::instances_by_component;
@@ -76,15 +77,8 @@ fn deployment<'db>(
     let mut lines =
         vec![format!("{met} of {all} deadlines met at {}{unknown}{assumed}{of_which}", query.level)];
     lines.extend(support(db, project, of, query.level).map(supported));
-    let loads = report.cpus.iter().map(|cpu| {
-        // Activities that are not analysed are not included.
-        let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{}", report.hosts.names(cpu.cpus), utilisation(cpu))
-    });
-    let loads: Vec<String> = loads.collect();
-    if !loads.is_empty() {
-        lines.push(format!("utilisation: {}", loads.join(", ")));
-    }
+    let budget = drawn_budget(db, (project, of, query), TIGHT_SLACK);
+    lines.extend(budget.cpus.iter().map(|cpu| cpu.line(code)));
     let name = |it: &ActivityReport<'_>| match &it.at {
         Some(at) => format.link(db, &it.instance, at),
         None => code(&it.instance),
@@ -302,7 +296,7 @@ codel.work = 3
                 ```
 
                 - 3 of 3 deadlines met at 1e-4
-                - utilisation: CPU 1 70.0 %
+                - ███░░▏ ✓ CPU 1: 70.0 % used, 30.0 % left: `front` 30.0 %, `arm` 25.0 %, `back` 15.0 %
                 - least slack: [`arm`](file:///model.mal#L10), ✓ 9 / 12 ms ▰▰▰▰▱▱ 75 %
 
             "#]],

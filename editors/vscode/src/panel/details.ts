@@ -26,6 +26,8 @@ const sections: { [Kind in PanelKind]: (answer: Answers[Kind], actions: Actions,
   stateMachine: ofMachine,
   schedule: ofSchedule,
   chains: ofChains,
+  // The drawing has all of it.
+  cpuBudget: () => [],
   executionTimes: ofTimes,
   probability: ofProbability,
   whatIf: ofWhatIf,
@@ -51,6 +53,12 @@ const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Headline } = 
     const total = steps(worstTrace, edges.map(({ time }) => time)).at(-1)?.total ?? 0;
     const trace = worstTrace.length > 1 ? `; ${number(total)} ms in the worst ${worstTrace.length} periods` : "";
     return { status: "none", text: `At most ${number(greatest)} ms per period${trace}` };
+  },
+  cpuBudget: ({ cpus }) => {
+    const order = ["missed", "unknown", "tight", "met"] as const;
+    const worst = order.map((status) => cpus.find((cpu) => cpu.status === status)).find((cpu) => cpu !== undefined);
+    const { status, figure } = worst ?? { status: "none", figure: "No CPU is used" };
+    return { status: status === "tight" ? "met" : status, text: figure.replace(/^[✓!✗?] /, "") };
   },
   schedule: ({ instance, instances, bound, note }) => {
     const status = statusOf(instances.find((it) => it.instance === instance)?.status ?? null);

@@ -1,0 +1,429 @@
+//! The CPU budget of a deployment: for each CPU a bar of its instances, the largest part first, and what is left. Above 90 %, a second
+//! bar shows the last per cents enlarged: 94 % and 99.7 % are not alike.
+//!
+//! ```text
+//! P3dxDeployment at 1e-4: CPU budget
+//!
+//! ! CPU 1: 99.4 % used, 0.6 % left
+//!   hokuyo       43.0 %  █████████████████
+//!   navigation   29.4 %                   ████████████
+//!   …
+//!   90 to 100 %          █████████████████████████████████████▋░░▏
+//! ```
+
+use std::fmt::Write as _;
+
+use mauve_diagnostics::figure::{HintStatus, figure};
+use mauve_diagnostics::{known_utilisation, times_of};
+use mauve_hir::{Decl, ModelDb, Project};
+use mauve_timing::CpuLoad;
+use mauve_wcrt::{CpuBudget, CpuPart, Query, response_times};
+
+use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
+use crate::text_canvas::cells;
+
+/// The CPU budget of a deployment as it is drawn.
+#[derive(Debug, Clone)]
+pub struct DrawnBudget<'db> {
+    /// The title.
+    pub title: String,
+    /// The CPUs that are used.
+    pub cpus: Vec<DrawnCpu<'db>>,
+}
+
+/// A CPU as it is drawn, or several CPUs that activities may use alternatively.
+#[derive(Debug, Clone)]
+pub struct DrawnCpu<'db> {
+    /// `CPU 1`, `CPUs 1 and 2`.
+    pub name: String,
+    /// `! CPU 1: 99.4 % used, 0.6 % left`
+    pub figure: String,
+    /// The colour of the figure.
+    pub status: HintStatus,
+    /// The utilisation of one CPU: 1 is all of it.
+    pub used: f64,
+    /// The number of CPUs.
+    pub limit: f64,
+    /// The CPUs with their exact utilisation.
+    pub load: &'db CpuLoad,
+    /// What executes there, the largest part first, with the figure of its response time; empty for other work than activities.
+    pub parts: Vec<(CpuPart, String)>,
+}
+
+/// Returns the CPU budget of a deployment. Less than `tight_slack` percent left are little.
+pub fn drawn_budget<'db>(
+    db: &'db dyn ModelDb,
+    (project, of, query): (Project<'db>, Decl<'db>, Query),
+    tight_slack: u32,
+) -> DrawnBudget<'db> {
+    let report = response_times(db, project, of, query);
+    let is_assumed = report.with_assumptions();
+    let drawn = |CpuBudget { load, parts }: CpuBudget<'db>| {
+        let (used, limit) = (load.utilisation.as_f64(), load.cpus.len().max(1) as f64);
+        let left = limit - used;
+        let is_overloaded = if limit > 1.0 { left < 0.0 } else { load.utilisation.exceeds_one() };
+        let (mark, status) = match load.complete {
+            _ if is_overloaded => ("✗", HintStatus::Missed),
+            false => ("?", HintStatus::Unknown),
+            true if left * 100.0 < limit * f64::from(tight_slack) => ("!", HintStatus::Tight),
+            true => ("✓", HintStatus::Met),
+        };
+        let name = report.hosts.names(load.cpus);
+        let rest = match is_overloaded {
+            true => format!("overloaded by {}", percent(-left)),
+            false => format!("{} left", percent(left)),
+        };
+        let figure_of = |it: &CpuPart| {
+            let activity = report.activities.get(it.activity?)?;
+            Some(figure(db, activity, *is_assumed.get(it.activity?)?, tight_slack).text().to_owned())
+        };
+        let part = |it: CpuPart| {
+            (CpuPart { name: drawn_name(&it.name).into(), ..it.clone() }, figure_of(&it).unwrap_or_default())
+        };
+        DrawnCpu {
+            figure: format!("{mark} {name}: {} used, {rest}", known_utilisation(load)),
+            name,
+            status,
+            used,
+            limit,
+            load,
+            parts: parts.into_iter().map(part).collect(),
+        }
+    };
+    let times = times_of(report.times.as_deref());
+    DrawnBudget {
+        title: format!("{} at {}{times}: CPU budget", drawn_name(of.name(db)), query.level),
+        cpus: report.budgets().into_iter().map(drawn).collect(),
+    }
+}
+
+/// Returns `29.4 %`; a part that is not 0 never becomes 0.
+fn percent(share: f64) -> String {
+    let percent = share * 100.0;
+    match percent {
+        0.05.. => format!("{percent:.1} %"),
+        0.0 => "0.0 %".to_owned(),
+        _ => "< 0.1 %".to_owned(),
+    }
+}
+
+/// The greatest number of parts that have a name.
+const MOST_PARTS: usize = 12;
+
+impl DrawnCpu<'_> {
+    /// Returns the parts that are shown with their figures; many small ones are one.
+    fn shown(&self) -> Vec<(String, f64, &str)> {
+        let (shown, others) = self.parts.split_at(match self.parts.len() {
+            several if several > MOST_PARTS => MOST_PARTS - 1,
+            all => all,
+        });
+        let of_others = others.iter().map(|(it, _)| it.share).sum();
+        let others = (!others.is_empty()).then(|| (format!("{} more", others.len()), of_others, ""));
+        shown
+            .iter()
+            .map(|(it, figure)| (it.name.to_string(), it.share, figure.as_str()))
+            .chain(others)
+            .collect()
+    }
+
+    /// Returns `████▉▏ ! CPU 1: 99.4 % used, 0.6 % left: hokuyo 43.0 %, navigation 29.4 %, 6 more 27.0 %`, with names as `name` writes
+    /// them. The bar has four characters for 90 %, and one for the last 10 %.
+    pub(crate) fn line(&self, name: impl Fn(&str) -> String) -> String {
+        const NAMED: usize = 4;
+        let part = self.used / self.limit;
+        let bar = match part {
+            0.9.. => "████".to_owned() + &filled((part - 0.9) * 10.0, 1),
+            _ => filled(part / 0.9, 4) + "░",
+        };
+        let (shown, others) = self.parts.split_at(self.parts.len().min(NAMED));
+        let of_others = others.iter().map(|(it, _)| it.share).sum();
+        let others = (!others.is_empty()).then(|| format!("{} more {}", others.len(), percent(of_others)));
+        let shown = shown.iter().map(|(it, _)| format!("{} {}", name(&it.name), percent(it.share)));
+        format!("{bar}▏ {}: {}", self.figure, shown.chain(others).collect::<Vec<_>>().join(", "))
+    }
+
+    /// Returns what a bar of the last per cents shows, as parts of the limit: `(0.9, 1.0)`.
+    fn enlarged(&self) -> Option<(f64, f64)> {
+        match self.used / self.limit {
+            0.9..=1.0 => Some((0.9, 1.0)),
+            1.0..1.1 => Some((0.9, 1.1)),
+            _ => None,
+        }
+    }
+}
+
+/// Draws the CPU budget.
+pub fn draw_budget(budget: &DrawnBudget<'_>, drawing: Drawing) -> String {
+    match drawing {
+        Drawing::Svg => svg(budget),
+        Drawing::Text | Drawing::Dot => text(budget),
+    }
+}
+
+fn text(budget: &DrawnBudget<'_>) -> String {
+    const COLUMNS: f64 = 40.0;
+    let mut out = format!("{}\n", budget.title);
+    for cpu in &budget.cpus {
+        let shown = cpu.shown();
+        let whole = cpu.limit.max(cpu.used);
+        let column = |part: f64| (part / whole * COLUMNS).round() as usize;
+        let enlarged = cpu
+            .enlarged()
+            .map(|(from, to)| (format!("{:.0} to {:.0} %", from * 100.0, to * 100.0), from, to));
+        let names = shown
+            .iter()
+            .map(|(name, ..)| name.as_str())
+            .chain(enlarged.as_ref().map(|(name, ..)| name.as_str()));
+        let widest = names.map(cells).fold(0.0, f64::max) as usize;
+        let row = |name: &str, share: &str, bar: &str| {
+            let space = " ".repeat(widest.saturating_sub(cells(name) as usize));
+            format!("  {name}{space}  {share:>7}  {bar}").trim_end().to_owned() + "\n"
+        };
+        let _ = writeln!(out, "\n{}", cpu.figure);
+        let mut used = 0.0;
+        for (name, share, _) in &shown {
+            let (start, end) = (column(used), column(used + share).max(column(used) + 1));
+            used += share;
+            // What is beyond the limit looks different.
+            let cell = |at: usize| if at < column(cpu.limit) { '█' } else { '▒' };
+            let bar: String = std::iter::repeat_n(' ', start).chain((start..end).map(cell)).collect();
+            out += &row(name, &percent(*share), &bar);
+        }
+        if let Some((name, from, to)) = enlarged {
+            let part = (cpu.used / cpu.limit - from) / (to - from);
+            out += &row(&name, "", &(filled(part, COLUMNS as usize) + "▏"));
+        }
+    }
+    out
+}
+
+/// Returns a bar in eighths of a character, with the space that is left: full only if all of it is used.
+fn filled(part: f64, columns: usize) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let eighths = ((part.clamp(0.0, 1.0) * columns as f64 * 8.0) as usize).min(columns * 8);
+    let bar = "█".repeat(eighths / 8) + EIGHTHS.get(eighths % 8).copied().unwrap_or_default();
+    bar + &"░".repeat(columns - eighths.div_ceil(8))
+}
+
+const WIDTH: f64 = 620.0;
+const MARGIN: f64 = 16.0;
+const PLOT: f64 = WIDTH - 2.0 * MARGIN;
+const BAR: f64 = 26.0;
+const LINE: f64 = 19.0;
+
+fn svg(budget: &DrawnBudget<'_>) -> String {
+    let mut rows = String::new();
+    let mut y = 58.0;
+    for cpu in &budget.cpus {
+        svg_cpu(&mut rows, cpu, &mut y);
+    }
+    let width = WIDTH.max(text_width(&budget.title, 14.0, true) + 2.0 * MARGIN);
+    svg_head((width, y), &format!("x=\"{MARGIN}\" y=\"24\""), &budget.title) + &rows + "</svg>\n"
+}
+
+fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
+    let shown = cpu.shown();
+    let status = cpu.status.name();
+    let _ = writeln!(out, "<g class=\"box {status}\"><title>{}</title>", svg_text(&cpu.figure));
+    let line = |class: &str, at: (f64, f64), more: &str, text: &str| {
+        format!(
+            "<text class=\"{class}\" x=\"{:.1}\" y=\"{:.1}\"{more}>{}</text>\n",
+            at.0,
+            at.1,
+            svg_text(text)
+        )
+    };
+    *out += &line("name status", (MARGIN, *y), "", &fitted(&cpu.figure, PLOT, 13.0, true));
+    *y += 9.0;
+    svg_bar(out, &shown, cpu, (*y, BAR), (0.0, cpu.limit.max(cpu.used)));
+    *y += BAR + 13.0;
+    let x_of = |part: f64, (from, to): (f64, f64)| MARGIN + (part - from) / (to - from) * PLOT;
+    let tick = |part: f64, range: (f64, f64), y: f64| {
+        let anchor = match x_of(part, range) {
+            x if x < MARGIN + 8.0 => "",
+            x if x > MARGIN + PLOT - 8.0 => " text-anchor=\"end\"",
+            _ => " text-anchor=\"middle\"",
+        };
+        line("mark", (x_of(part, range), y), anchor, &format!("{:.0} %", part * 100.0))
+    };
+    let whole = (0.0, cpu.limit.max(cpu.used));
+    out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, whole, *y)));
+    if let Some((from, to)) = cpu.enlarged().map(|(from, to)| (from * cpu.limit, to * cpu.limit)) {
+        // Two lines lead from the end of the bar to the enlarged one.
+        let (left, top, bottom) = (x_of(from, whole), *y - 13.0, *y + 15.0);
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{left:.1} {top:.1}L{MARGIN} {bottom:.1}M{:.1} {top:.1}V{bottom:.1}\"/>",
+            MARGIN + PLOT
+        );
+        *y += 15.0;
+        svg_bar(out, &shown, cpu, (*y, 14.0), (from, to));
+        *y += 14.0 + 13.0;
+        out.extend((0..=5).map(|step| tick(from + (to - from) * f64::from(step) / 5.0, (from, to), *y)));
+    }
+    *y += 6.0;
+    for (index, (name, share, figure)) in shown.iter().enumerate() {
+        let column = (index % 2) as f64 * (PLOT / 2.0 + 8.0);
+        *y += if column == 0.0 { LINE } else { 0.0 };
+        let (x, width) = (MARGIN + column, PLOT / 2.0 - 16.0);
+        let _ = write!(
+            out,
+            "<rect class=\"cpu{}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"11\" height=\"11\" rx=\"2\"/>",
+            index % 8,
+            *y - 10.0
+        );
+        let of_figure = text_width(figure, 12.0, false);
+        *out += &line("figure", (x + 74.0, *y), "", &fitted(name, width - of_figure - 84.0, 12.0, false));
+        *out += &line("figure", (x + 66.0, *y), " text-anchor=\"end\"", &percent(*share));
+        *out += &line("soft", (x + width, *y), " text-anchor=\"end\"", figure);
+    }
+    out.push_str("</g>\n");
+    *y += 40.0;
+}
+
+/// Draws the parts of a bar that are in a range of the utilisation, and the limit.
+fn svg_bar(
+    out: &mut String,
+    shown: &[(String, f64, &str)],
+    cpu: &DrawnCpu<'_>,
+    (y, height): (f64, f64),
+    (from, to): (f64, f64),
+) {
+    let x_of = |part: f64| MARGIN + ((part - from) / (to - from)).clamp(0.0, 1.0) * PLOT;
+    let mut rect = |class: &str, start: f64, end: f64, title: &str| {
+        let (x, width) = (x_of(start), x_of(end) - x_of(start));
+        if width > 0.0 {
+            let title =
+                if title.is_empty() { String::new() } else { format!("<title>{}</title>", svg_text(title)) };
+            let _ = writeln!(
+                out,
+                "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{height}\">{title}</rect>"
+            );
+        }
+    };
+    rect("track", from, cpu.limit, "");
+    let mut used = 0.0;
+    let mut labels = String::new();
+    for (index, (name, share, figure)) in shown.iter().enumerate() {
+        let (start, end) = (used, used + share);
+        used = end;
+        let title = format!("{name}: {} {figure}", percent(*share));
+        rect(&format!("slice cpu{}", index % 8), start, end, title.trim_end());
+        let width = x_of(end.min(cpu.limit)) - x_of(start) - 8.0;
+        if text_width(name, 12.0, false) <= width && height >= BAR {
+            let _ = writeln!(
+                labels,
+                "<text class=\"inner figure\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                x_of(start) + 4.0,
+                y + 17.0,
+                svg_text(name)
+            );
+        }
+    }
+    rect("late", cpu.limit, used.max(cpu.used), "beyond the CPU");
+    *out += &labels;
+    if cpu.used > cpu.limit {
+        let _ = writeln!(
+            out,
+            "<path class=\"deadline\" d=\"M{:.1} {:.1}v{}\"/>",
+            x_of(cpu.limit),
+            y - 4.0,
+            height + 8.0
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::{Fixture, project_of};
+    use expect_test::expect;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::names_of;
+
+    /// The budget of activities on CPU 1 with these times in a period of 1000 ms.
+    fn drawn(times: &[u32], drawing: Drawing) -> String {
+        let mut text = "shell S { } ".to_owned();
+        let (mut instances, mut activities, mut codels) = (String::new(), String::new(), String::new());
+        for (index, time) in times.iter().enumerate() {
+            text += &format!(
+                "codel c{index}(): int core C{index}(S) {{ update = {{ c{index}(); }} }} component K{index}(S, C{index}) "
+            );
+            instances += &format!("instance i{index}: K{index} ");
+            activities +=
+                &format!("activity i{index} {{ affinity = 1 priority = {} period = 1000 }} ", 90 - index);
+            codels += &format!("codel.c{index} = {time}\n");
+        }
+        text += &format!("architecture A {{ {instances} }} deployment D {{ architecture A {activities} }}\n");
+        text += &format!(
+            "//- /mauve.toml\ntiming.tables = [\"t.toml\"]\nplatform.cpus = 2\nplatform.rt_throttling = true\n//- /t.toml\n{codels}"
+        );
+        let Fixture { db, workspace, file, .. } = Fixture::new(&text);
+        let project = project_of(&db, workspace, file);
+        let of = names_of(&db, project).of_kind(&db, Kind::Deployment).next().unwrap();
+        let budget = drawn_budget(&db, (project, of, Query::shown(&db, project, of)), 10);
+        let lines: Vec<String> = budget.cpus.iter().map(|it| it.line(str::to_owned)).collect();
+        draw_budget(&budget, drawing) + &lines.join("\n") + "\n"
+    }
+
+    #[test]
+    fn the_largest_part_is_the_first() {
+        expect![[r#"
+            D at 1e-4: CPU budget
+
+            ✓ CPU 1: 85.0 % used, 15.0 % left
+              i1                     50.0 %  ████████████████████
+              i2                     20.0 %                      ████████
+              i0                     10.0 %                              ████
+              real-time throttling    5.0 %                                  ██
+            ███▊░▏ ✓ CPU 1: 85.0 % used, 15.0 % left: i1 50.0 %, i2 20.0 %, i0 10.0 %, real-time throttling 5.0 %
+        "#]].assert_eq(&drawn(&[100, 500, 200], Drawing::Text));
+    }
+
+    #[test]
+    fn the_last_per_cents_differ() {
+        let found = drawn(&[890], Drawing::Text) + &drawn(&[947], Drawing::Text);
+        expect![[r#"
+            D at 1e-4: CPU budget
+
+            ! CPU 1: 94.0 % used, 6.0 % left
+              i0                     89.0 %  ████████████████████████████████████
+              real-time throttling    5.0 %                                      ██
+              90 to 100 %                    ███████████████▉░░░░░░░░░░░░░░░░░░░░░░░░▏
+            ████▍▏ ! CPU 1: 94.0 % used, 6.0 % left: i0 89.0 %, real-time throttling 5.0 %
+            D at 1e-4: CPU budget
+
+            ! CPU 1: 99.7 % used, 0.3 % left
+              i0                     94.7 %  ██████████████████████████████████████
+              real-time throttling    5.0 %                                        ██
+              90 to 100 %                    ██████████████████████████████████████▊░▏
+            ████▉▏ ! CPU 1: 99.7 % used, 0.3 % left: i0 94.7 %, real-time throttling 5.0 %
+        "#]]
+        .assert_eq(&found);
+    }
+
+    #[test]
+    fn an_overload_goes_beyond_the_cpu() {
+        expect![[r#"
+            D at 1e-4: CPU budget
+
+            ✗ CPU 1: 135.0 % used, overloaded by 35.0 %
+              i1                     70.0 %  █████████████████████
+              i0                     60.0 %                       █████████▒▒▒▒▒▒▒▒▒
+              real-time throttling    5.0 %                                         ▒
+            █████▏ ✗ CPU 1: 135.0 % used, overloaded by 35.0 %: i1 70.0 %, i0 60.0 %, real-time throttling 5.0 %
+        "#]].assert_eq(&drawn(&[600, 700], Drawing::Text));
+        let svg = drawn(&[600, 700], Drawing::Svg);
+        assert!(
+            svg.contains("class=\"late\"") && svg.contains("✗ CPU 1: 135.0 % used, overloaded by 35.0 %"),
+            "{svg}"
+        );
+    }
+
+    #[test]
+    fn many_small_parts_are_one() {
+        let text = drawn(&[1; 40], Drawing::Text);
+        let is_rest = |line: &str| line.starts_with("  30 more ") && line.contains("  3.0 %  ");
+        assert!(text.lines().any(is_rest), "{text}");
+    }
+}
