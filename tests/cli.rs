@@ -21,6 +21,7 @@ mod marks;
 mod probability;
 mod pwcet;
 mod release;
+mod report;
 mod robot;
 mod samples;
 mod sensitivity;

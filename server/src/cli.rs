@@ -26,6 +26,7 @@ mod probability;
 mod psm;
 mod pwcet;
 mod replay;
+mod report;
 mod run;
 mod sample_file;
 mod schema;
@@ -89,6 +90,13 @@ enum Command {
     /// Exit codes: 0 nothing got worse; 1 a figure is later by more than --tolerance, is no longer met, or is gone, or nothing is proved
     /// any more; 2 wrong usage, or a state that cannot be read.
     Diff(diff::Diff),
+    /// Write one page for a review or a CI job: the verdict, drawings, response times and what they rest on, and what changed.
+    ///
+    /// The page is one HTML file without scripts, for screens and paper. The same models give the same bytes.
+    ///
+    /// Exit codes: 0 every deadline is proved; 1 one is not, or the models have errors, as for `mauve check`: the page says which; 2
+    /// wrong usage, or a file that cannot be read or written.
+    Report(report::Report),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
     /// Draw the instances and connections of an architecture; of a deployment, with response times and utilisations.
@@ -178,6 +186,7 @@ impl Arguments {
             Command::Tune(it) => it.run(),
             Command::Chains(it) => it.run(),
             Command::Diff(it) => it.run(),
+            Command::Report(it) => it.run(),
             Command::Psm(it) => it.run(),
             Command::Graph(it) => it.run(),
             Command::Simulate(it) => it.run(),

@@ -156,17 +156,16 @@ impl DrawnCpu<'_> {
 pub fn draw_budget(budget: &DrawnBudget<'_>, drawing: Drawing) -> String {
     match drawing {
         Drawing::Svg => svg(budget),
-        Drawing::Text | Drawing::Dot => text(budget),
+        Drawing::Text(columns) => text(budget, columns),
+        Drawing::Dot => text(budget, None),
     }
 }
 
-fn text(budget: &DrawnBudget<'_>) -> String {
-    const COLUMNS: f64 = 40.0;
+fn text(budget: &DrawnBudget<'_>, columns: Option<usize>) -> String {
+    const MOST_COLUMNS: usize = 40;
     let mut out = format!("{}\n", budget.title);
     for cpu in &budget.cpus {
         let shown = cpu.shown();
-        let whole = cpu.limit.max(cpu.used);
-        let column = |part: f64| (part / whole * COLUMNS).round() as usize;
         let enlarged = cpu
             .enlarged()
             .map(|(from, to)| (format!("{:.0} to {:.0} %", from * 100.0, to * 100.0), from, to));
@@ -175,6 +174,11 @@ fn text(budget: &DrawnBudget<'_>) -> String {
             .map(|(name, ..)| name.as_str())
             .chain(enlarged.as_ref().map(|(name, ..)| name.as_str()));
         let widest = names.map(cells).fold(0.0, f64::max) as usize;
+        // Beside the name, the share and the space between them.
+        let room = columns.map_or(MOST_COLUMNS, |all| all.saturating_sub(widest + 14));
+        let room = room.clamp(10, MOST_COLUMNS);
+        let whole = cpu.limit.max(cpu.used);
+        let column = |part: f64| (part / whole * room as f64).round() as usize;
         let row = |name: &str, share: &str, bar: &str| {
             let space = " ".repeat(widest.saturating_sub(cells(name) as usize));
             format!("  {name}{space}  {share:>7}  {bar}").trim_end().to_owned() + "\n"
@@ -191,7 +195,7 @@ fn text(budget: &DrawnBudget<'_>) -> String {
         }
         if let Some((name, from, to)) = enlarged {
             let part = (cpu.used / cpu.limit - from) / (to - from);
-            out += &row(&name, "", &(filled(part, COLUMNS as usize) + "▏"));
+            out += &row(&name, "", &(filled(part, room) + "▏"));
         }
     }
     out
@@ -377,12 +381,12 @@ mod tests {
               i0                     10.0 %                              ████
               real-time throttling    5.0 %                                  ██
             ███▊░▏ ✓ CPU 1: 85.0 % used, 15.0 % left: i1 50.0 %, i2 20.0 %, i0 10.0 %, real-time throttling 5.0 %
-        "#]].assert_eq(&drawn(&[100, 500, 200], Drawing::Text));
+        "#]].assert_eq(&drawn(&[100, 500, 200], Drawing::Text(None)));
     }
 
     #[test]
     fn the_last_per_cents_differ() {
-        let found = drawn(&[890], Drawing::Text) + &drawn(&[947], Drawing::Text);
+        let found = drawn(&[890], Drawing::Text(None)) + &drawn(&[947], Drawing::Text(None));
         expect![[r#"
             D at 1e-4: CPU budget
 
@@ -412,7 +416,7 @@ mod tests {
               i0                     60.0 %                       █████████▒▒▒▒▒▒▒▒▒
               real-time throttling    5.0 %                                         ▒
             █████▏ ✗ CPU 1: 135.0 % used, overloaded by 35.0 %: i1 70.0 %, i0 60.0 %, real-time throttling 5.0 %
-        "#]].assert_eq(&drawn(&[600, 700], Drawing::Text));
+        "#]].assert_eq(&drawn(&[600, 700], Drawing::Text(None)));
         let svg = drawn(&[600, 700], Drawing::Svg);
         assert!(
             svg.contains("class=\"late\"") && svg.contains("✗ CPU 1: 135.0 % used, overloaded by 35.0 %"),
@@ -422,7 +426,7 @@ mod tests {
 
     #[test]
     fn many_small_parts_are_one() {
-        let text = drawn(&[1; 40], Drawing::Text);
+        let text = drawn(&[1; 40], Drawing::Text(None));
         let is_rest = |line: &str| line.starts_with("  30 more ") && line.contains("  3.0 %  ");
         assert!(text.lines().any(is_rest), "{text}");
     }

@@ -9,15 +9,13 @@
 //! | `tables.rs` | the tables of a section: levels, tests, hold-out, fits |
 //! | `plots.rs` | the plots of a section: recording, density, tail, fit, convergence |
 //! | `frame.rs`, `axis.rs` | the frame of a plot, its ticks and marks |
-//! | `html.rs` | text and names in HTML |
 //! | `samples.rs` | few points that show many executions |
 //! | `figures.rs` | times, levels and counts as text |
-//! | `style.css` | the styles of screens and paper, light and dark |
+//! | `plots.css` | what it adds to the styles of all pages |
 
 mod axis;
 mod figures;
 mod frame;
-mod html;
 mod page;
 mod plots;
 mod samples;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `inlay_hints.rs` | inlay hints: response times, utilisations, defaults, execution times, values |
 //! | `hover.rs` | hovers: declarations, times, explanations of response times |
+//! | `html.rs`, `html.css` | pages in HTML, for screens and paper, light and dark |
 //! | `markdown.rs` | escapes untrusted text in hovers: comments, names of files |
 //! | `occurrences.rs` | all names of a text with their definitions |
 //! | `code_lens.rs` | code lenses: met deadlines, levels, instances, implementations |
@@ -81,6 +82,7 @@ mod gantt;
 mod graph;
 mod hierarchy;
 mod hover;
+mod html;
 mod implementation;
 mod inlay_hints;
 mod lanes;
@@ -133,6 +135,7 @@ pub use gantt::{draw_schedule, to_micros};
 pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
+pub use html::{code as html_code, page as html_page, text as html_text};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{
     EarlierFigures, HintOptions, InlayHint, hash_of_hints, hash_of_table, inlay_hints, table_hints,

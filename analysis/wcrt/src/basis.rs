@@ -3,15 +3,17 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size};
-use mauve_timing::Level;
+use mauve_hir::{
+    Cost, Decl, File, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size,
+};
+use mauve_timing::{Level, Measured};
 use rustc_hash::FxHashSet;
 
 use crate::reason::Timed;
 use crate::sensitivity::executed_times;
 use crate::system::system_of;
 use crate::table_set::TableSet;
-use crate::timetable::{Lookup, timetable_of};
+use crate::timetable::{Lookup, files_of, table, timetable_of};
 
 /// Values of ports with more bytes, or of variable size, are not copied for nothing.
 const SMALL_VALUE: u64 = 256;
@@ -103,6 +105,19 @@ pub fn origin_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, of: &Timed<'d
         Lookup::Assumed(_) => Origin::Assumed,
         _ => Origin::Given,
     }
+}
+
+/// Returns the record of a measured time, if the table has it, and the table of a time.
+pub fn record_of<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    of: &Timed<'db>,
+) -> (Option<&'db Measured>, Option<File>) {
+    let key = of.key(db);
+    // A table may leave the library out.
+    let is_its = |it: &&Measured| it.key == key || key.ends_with(&format!(".{}", it.key));
+    let mut records = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
+    (records.find(is_its), timetable_of(db, tables).table_of(of))
 }
 
 /// Returns the ports that the activities of a deployment read or write, with values that are large or of variable size, and for

@@ -83,7 +83,7 @@ pub mod tune;
 pub mod unblocked;
 mod what_if;
 
-pub use basis::{Basis, Origin, basis_of, origin_of};
+pub use basis::{Basis, Origin, basis_of, origin_of, record_of};
 pub use certificate::{certificate_of, certificate_of_file};
 pub use component_tables::{first_tables, tables_for, tables_in};
 pub use execution_times::{ExecutionTimes, execution_times};

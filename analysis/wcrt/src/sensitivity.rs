@@ -190,9 +190,9 @@ pub struct ExecutedTime<'db> {
 }
 
 impl<'db> ExecutedTime<'db> {
-    /// The number of real-time activities that execute it.
-    pub fn uses(&self) -> usize {
-        self.activities.len()
+    /// Returns the indices of the real-time activities that execute it.
+    pub fn activities(&self) -> &[usize] {
+        &self.activities
     }
 
     /// Returns the time at a level: that of the slowest host.

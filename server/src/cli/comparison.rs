@@ -141,7 +141,7 @@ pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
 }
 
 /// By how much a figure may be later.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Tolerance {
     time: Time,
     percent: u32,
@@ -157,7 +157,7 @@ impl Tolerance {
 }
 
 /// Returns the rows that are different, under the head of their table.
-fn changed(it: &Comparison) -> impl Iterator<Item = (&'static str, Vec<&Compared>)> {
+pub(super) fn changed(it: &Comparison) -> impl Iterator<Item = (&'static str, Vec<&Compared>)> {
     let is_changed = |it: &&Compared| !is_same(it) && !is_void(it);
     let tables = [("activity", &it.activities), ("chain", &it.chains)];
     let tables = tables.map(|(head, of)| (head, of.iter().filter(is_changed).collect::<Vec<_>>()));
@@ -177,13 +177,13 @@ fn is_void(row: &Compared) -> bool {
 }
 
 /// Says what happened to a figure, and which fields are different.
-fn why(row: &Compared) -> String {
+pub(super) fn why(row: &Compared) -> String {
     let change = Some(row.change().words().to_owned()).filter(|it| !it.is_empty());
     change.into_iter().chain(row.fields()).collect::<Vec<_>>().join("; ")
 }
 
 /// Returns the lines below the tables.
-fn lines(it: &Comparison) -> Vec<String> {
+pub(super) fn lines(it: &Comparison) -> Vec<String> {
     let mut lines = Vec::from_iter(unchanged(it));
     lines.extend(utilisations(it).map(|(cpu, [old, new])| format!("{cpu} utilisation: {old} → {new}")));
     lines.extend(times(it));

@@ -60,29 +60,9 @@ enum Format {
 
 impl Diff {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let states = states(self.first.as_deref(), self.second.as_deref())?;
-        let [(before, errors_before), (after, errors_after)] = {
-            let [before, after] = &states;
-            [self.figures(before)?, self.figures(after)?]
-        };
-        let (before, after) = match (before, after) {
-            // One of the states may lack the deployment that is asked for.
-            (Err(_), Err(why)) => return Err(why),
-            (before, after) => (before.unwrap_or_default(), after.unwrap_or_default()),
-        };
-        if before.is_empty() && after.is_empty() {
-            let what = "neither state has a deployment: nothing to compare".to_owned();
-            return Err(missing(what, errors_before.max(errors_after)));
-        }
-        let had_none = before.is_empty();
-        let tolerance = |before: Time| self.tolerance.of(before);
-        let mut all: Vec<Comparison> =
-            Comparison::of_all(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
-        if self.format != Format::Json {
-            name_projects(&mut all);
-        }
+        let (all, [before, after]) = self.compared()?;
+        let had_none = all.iter().all(|it| it.before.is_none());
         let is_worse = all.iter().any(|it| it.is_worse());
-        let [before, after] = states.each_ref().map(State::name);
         let summary = summary(&all);
         let text = match self.format {
             Format::Json => {
@@ -117,6 +97,44 @@ impl Diff {
             }
         };
         Ok(Output::verbatim(text, u8::from(is_worse)))
+    }
+
+    /// The comparison of the models at a path with those in a state before.
+    pub(super) fn since(
+        before: &str,
+        path: String,
+        outside: Outside,
+        deployment: Option<String>,
+        significance: Option<Level>,
+    ) -> Diff {
+        let tolerance = Tolerance::default();
+        let (first, second) = (Some(before.to_owned()), Some(path));
+        Diff { first, second, outside, deployment, significance, tolerance, format: Format::Text }
+    }
+
+    /// Compares the deployments of both states, and returns how the user calls these.
+    pub(super) fn compared(&self) -> Result<(Vec<Comparison>, [String; 2]), String> {
+        let states = states(self.first.as_deref(), self.second.as_deref())?;
+        let [(before, errors_before), (after, errors_after)] = {
+            let [before, after] = &states;
+            [self.figures(before)?, self.figures(after)?]
+        };
+        let (before, after) = match (before, after) {
+            // One of the states may lack the deployment that is asked for.
+            (Err(_), Err(why)) => return Err(why),
+            (before, after) => (before.unwrap_or_default(), after.unwrap_or_default()),
+        };
+        if before.is_empty() && after.is_empty() {
+            let what = "neither state has a deployment: nothing to compare".to_owned();
+            return Err(missing(what, errors_before.max(errors_after)));
+        }
+        let tolerance = |before: Time| self.tolerance.of(before);
+        let mut all: Vec<Comparison> =
+            Comparison::of_all(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
+        if self.format != Format::Json {
+            name_projects(&mut all);
+        }
+        Ok((all, states.each_ref().map(State::name)))
     }
 
     /// Returns the figures of the deployments of a state, or which deployments it has, and the number of errors in it.

@@ -86,9 +86,9 @@ impl Graph {
         say_errors(errors);
         let code = u8::from(errors > 0 || budget.cpus.iter().any(|it| it.status == HintStatus::Missed));
         Ok(match self.format.drawing() {
-            Some(Drawing::Text) => Output::escaped(draw_budget(&budget, Drawing::Text), code),
-            Some(Drawing::Svg) => Output::verbatim(draw_budget(&budget, Drawing::Svg), code),
             Some(Drawing::Dot) => return Err("--cpus has the formats text, svg and json".to_owned()),
+            Some(Drawing::Svg) => Output::verbatim(draw_budget(&budget, Drawing::Svg), code),
+            Some(text) => Output::escaped(draw_budget(&budget, text), code),
             None => Output::verbatim(crate::json::text(&budget_document(db, of, &budget))?, code),
         })
     }

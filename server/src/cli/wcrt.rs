@@ -339,7 +339,13 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
             out += &several_levels(reports);
         }
     }
-    out.extend(it.supports().into_iter().map(|it| format!("  {}\n", supported(it))));
+    out + &conditions(it)
+}
+
+/// Returns what the figures of a deployment rest on, and why some are missing: a line each.
+pub(super) fn conditions(it: &Deployed<'_>) -> String {
+    let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
+    let basis = it.basis().unwrap_or_default();
     let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
     if let Some(horizon) = horizon {
         let _ = writeln!(

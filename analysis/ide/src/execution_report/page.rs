@@ -7,24 +7,19 @@ use mauve_diagnostics::{measurement_refusal, measurement_warning};
 use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel};
 
 use super::figures::{self, TimeUnit, count, counted};
-use super::html::{code, text};
 use super::plots::{self, Plotted};
 use super::{ExecutionReport, Measured, tables};
+use crate::html::{self, code, text};
 
 /// Returns the report as an HTML document. The same values give the same text.
 pub fn execution_report(report: &ExecutionReport<'_>) -> String {
     let names: Vec<&str> = report.sources.iter().map(|(name, _)| name.as_str()).collect();
-    let title = text(&names.join(", "));
+    let names = names.join(", ");
+    let title = text(&names);
     let mut order: Vec<&Measured<'_>> = report.measured.iter().collect();
     // A stable sort keeps the order of the caller among equals.
     order.sort_by_key(|it| Verdict::of(it).rank());
-    let mut out = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
-         <title>Execution times of {title}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
-        include_str!("style.css")
-    );
+    let mut out = String::new();
     header(&mut out, report, &title);
     out.push_str("<main>\n");
     overview(&mut out, report, &order);
@@ -33,7 +28,7 @@ pub fn execution_report(report: &ExecutionReport<'_>) -> String {
     }
     out.push_str("</main>\n");
     footer(&mut out, report);
-    out + "</body>\n</html>\n"
+    html::page(&format!("Execution times of {names}"), include_str!("plots.css"), &out)
 }
 
 fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {

@@ -8,7 +8,7 @@ use mauve_timing::Time;
 
 use super::Measured;
 use super::figures::{self, TimeUnit, count, counted, p_value, significant};
-use super::html::text;
+use crate::html::text;
 
 /// Writes all tables of an estimate.
 pub(super) fn tables(

@@ -74,7 +74,7 @@ pub fn table_hints<'db>(
 /// searched for it.
 pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, options: HintOptions) -> u64 {
     let times = times_in(db, projects, file);
-    let of_time = |it: &TimeIn<'_>| (it.executed.time(db, it.query.level), it.executed.uses());
+    let of_time = |it: &TimeIn<'_>| (it.executed.time(db, it.query.level), it.executed.activities().len());
     let of_deployment = |all: &[TimeIn<'_>]| {
         let report = all.first().map(|it| response_times(db, it.project, it.deployment, it.query));
         let activities = report.into_iter().flat_map(|report| &report.activities);
@@ -181,7 +181,7 @@ impl<'db> TimeIn<'db> {
             // The search goes on.
             None => ((3, 0), texts(["…".to_owned(), "…".to_owned()], HintStatus::Older)),
         };
-        let uses = match self.executed.uses() {
+        let uses = match self.executed.activities().len() {
             0 => " · background".to_owned(),
             1 => " · 1 use".to_owned(),
             more => format!(" · {more} uses"),

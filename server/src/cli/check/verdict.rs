@@ -11,13 +11,13 @@ use crate::analysis_document::{Deployed, Origin, Proved};
 use crate::cli::text::counted;
 
 /// The findings that are not shown, each with the reason.
-pub(super) type Suppressed<'db> = [(Finding<'db>, Suppression)];
+pub(crate) type Suppressed<'db> = [(Finding<'db>, Suppression)];
 
 /// Returns whether a deadline of these deployments, or the limit of a chain, has to be proved, and is not.
 ///
 /// A missing proof does not count if `mauve.toml` accepts it with a reason, or if `[lints]` lowers its code. A comment hides
 /// the message only. While the project has errors, nothing is proved, and nothing of this applies.
-pub(super) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
+pub(crate) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
     deployed.iter().any(|it| {
         let config = match it.origin {
             Origin::Model(tables) => config_of(it.db, tables.project(it.db).workspace(it.db)),
@@ -50,7 +50,7 @@ fn limited<'db>(deployed: &Deployed<'db>) -> Vec<&'db ChainReport<'db>> {
 }
 
 /// Says how many limits of chains hold; nothing without any.
-pub(super) fn limits(deployed: &[Deployed<'_>]) -> String {
+pub(crate) fn limits(deployed: &[Deployed<'_>]) -> String {
     let all: Vec<_> = deployed.iter().flat_map(limited).collect();
     let is_open = |it: &&&ChainReport<'_>| !it.is_within_limit();
     match (all.len(), all.iter().filter(is_open).count()) {
@@ -65,7 +65,7 @@ pub(super) fn limits(deployed: &[Deployed<'_>]) -> String {
 
 /// Says what the level supports, of the deployment with the most executions that may exceed their times; nothing where no time
 /// depends on a level.
-pub(super) fn supports(deployed: &[Deployed<'_>]) -> String {
+pub(crate) fn supports(deployed: &[Deployed<'_>]) -> String {
     let all = deployed.iter().flat_map(|it| it.supports().into_iter().map(move |support| (it.name, support)));
     let worst = all.max_by(|(_, a), (_, b)| a.exceedances_per_hour().total_cmp(&b.exceedances_per_hour()));
     let name = |name: &str| if deployed.len() > 1 { format!("{name}: ") } else { String::new() };
@@ -107,7 +107,7 @@ pub(crate) fn conditions_of(all: &Basis) -> String {
 }
 
 /// Says how many deadlines are proved, and how many messages about the others are accepted or hidden by comments.
-pub(super) fn deadlines(deployed: &[Deployed<'_>], suppressed: &Suppressed<'_>) -> String {
+pub(crate) fn deadlines(deployed: &[Deployed<'_>], suppressed: &Suppressed<'_>) -> String {
     let Proved { all, met, proved } = Proved::of(deployed);
     let conditions = conditions(deployed);
     let is_hidden = |(finding, why): &&(Finding<'_>, Suppression)| {

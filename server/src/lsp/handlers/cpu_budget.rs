@@ -26,6 +26,6 @@ pub(crate) fn cpu_budget(snapshot: &Snapshot, params: &DrawingParams) -> Result<
     document["unit"] = "ms".into();
     document["reasons"] = Vec::<Value>::new().into();
     document["incomplete"] = snapshot.has_syntax_errors(of.0).into();
-    document["drawing"] = draw_budget(&budget, params.drawing).into();
+    document["drawing"] = draw_budget(&budget, params.drawing()).into();
     Ok(document)
 }

@@ -1,9 +1,21 @@
-//! Texts in HTML.
+//! Pages in HTML without scripts, and texts in them.
 
 use crate::drawing::svg_text;
 
+/// Returns a page with the styles of all pages and its own ones; `body` is HTML.
+pub fn page(title: &str, style: &str, body: &str) -> String {
+    let title = text(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
+         <title>{title}</title>\n<style>\n{}{style}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        include_str!("html.css")
+    )
+}
+
 /// Returns a text from outside, escaped. Characters that no reader sees, or that reorder a line, are replaced.
-pub(super) fn text(outside: &str) -> String {
+pub fn text(outside: &str) -> String {
     let is_hidden = |letter: char| {
         letter.is_control()
             || matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
@@ -12,7 +24,7 @@ pub(super) fn text(outside: &str) -> String {
 }
 
 /// Returns a name in code, with the places where a narrow column may break it.
-pub(super) fn code(name: &str) -> String {
+pub fn code(name: &str) -> String {
     let mut out = "<code>".to_owned();
     for part in name.split_inclusive(['.', '/', '_', '(', ',', ':']) {
         out += &text(part);

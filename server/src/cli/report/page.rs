@@ -1,0 +1,278 @@
+//! The page: the verdict first, what to do next, what changed, then a section for each deployment.
+
+use std::fmt::Write as _;
+
+use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK, figure};
+use mauve_diagnostics::{Finding, Severity};
+use mauve_hir::Database;
+use mauve_ide::{Comparison, html_code, html_page, html_text};
+use mauve_wcrt::ActivityReport;
+
+use super::deployment;
+use crate::analysis_document::Deployed;
+use crate::cli::check::verdict::{limits, supports};
+use crate::cli::comparison::{changed, lines, why};
+use crate::cli::lines::Lines;
+
+/// All that the page shows.
+pub(super) struct Page<'a, 'db> {
+    pub(super) db: &'db Database,
+    /// The file or the folder.
+    pub(super) name: Option<String>,
+    pub(super) deployed: &'a [Deployed<'db>],
+    pub(super) findings: &'a [Finding<'db>],
+    /// How many deadlines are proved, and on which conditions.
+    pub(super) verdict: String,
+    /// What changed between two states, with their names.
+    pub(super) changes: Option<(Vec<Comparison>, [String; 2])>,
+}
+
+/// An activity with its figure.
+pub(super) struct Row<'a, 'db> {
+    pub(super) activity: &'a ActivityReport<'db>,
+    pub(super) forms: Forms,
+}
+
+/// Returns the activities of a deployment with their figures.
+pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
+    let reports = of.reports.iter().flat_map(|(_, it)| it.activities.iter().zip(it.with_assumptions()));
+    let row =
+        |(activity, is_assumed)| Row { activity, forms: figure(of.db, activity, is_assumed, TIGHT_SLACK) };
+    reports.map(row).collect()
+}
+
+impl Row<'_, '_> {
+    /// The worst status is the first; of several with one status, the one with the least slack relative to the deadline.
+    pub(super) fn order(&self) -> (usize, i64) {
+        let (response, deadline) = (self.activity.response, self.activity.deadline);
+        let part =
+            response.zip(deadline).map(|(of, all)| of.as_nanos() as f64 / all.as_nanos().max(1) as f64);
+        (rank(self.forms.status), part.map_or(i64::MIN, |part| -(part * 1e9) as i64))
+    }
+}
+
+/// The order of statuses: missed, unknown, tight, met.
+fn rank(status: HintStatus) -> usize {
+    let order = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight, HintStatus::Met];
+    order.iter().position(|it| *it == status).unwrap_or(order.len())
+}
+
+/// Returns a figure with its bar and per cent; the bar is for the eye only.
+pub(super) fn shown(forms: &Forms) -> String {
+    let bar = forms.bar.as_ref().map_or_else(String::new, |[bar, percent]| {
+        format!(" <span class=\"gauge\" aria-hidden=\"true\">{bar}</span> {}", html_text(percent))
+    });
+    format!("<span class=\"figure {}\">{}{bar}</span>", forms.status.name(), html_text(forms.text()))
+}
+
+/// Returns a table under these heads.
+pub(super) fn table(heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let heads: String = heads.iter().map(|it| format!("<th scope=\"col\">{it}</th>")).collect();
+    let mut out =
+        format!("<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{heads}</tr></thead><tbody>\n");
+    for row in rows {
+        out.push_str("<tr>");
+        for (index, cell) in row.iter().enumerate() {
+            let (name, scope) = if index == 0 { ("th", " scope=\"row\"") } else { ("td", "") };
+            let _ = write!(out, "<{name}{scope}>{cell}</{name}>");
+        }
+        out.push_str("</tr>\n");
+    }
+    out + "</tbody></table></div>\n"
+}
+
+/// Returns a list of texts that are HTML already; nothing without any.
+pub(super) fn list(items: impl IntoIterator<Item = String>) -> String {
+    let items: String = items.into_iter().map(|it| format!("<li>{it}</li>\n")).collect();
+    if items.is_empty() { items } else { format!("<ul>\n{items}</ul>\n") }
+}
+
+/// The number of messages among what to do next.
+const MOST_NEXT: usize = 5;
+
+/// The number of messages in the list of all.
+const MOST_MESSAGES: usize = 500;
+
+impl Page<'_, '_> {
+    /// Returns the page.
+    pub(super) fn html(&self) -> String {
+        let title = match (&self.name, self.deployed) {
+            (Some(name), _) => format!("Timing report of {name}"),
+            (None, [only]) => format!("Timing report of {}", only.name),
+            (None, _) => "Timing report".to_owned(),
+        };
+        let mut out =
+            format!("<header>\n<h1>{}</h1>\n{}</header>\n<main>\n", html_text(&title), self.verdict());
+        out += &self.changes();
+        for (index, it) in self.deployed.iter().enumerate() {
+            out += &deployment::section(it, index);
+        }
+        out += &self.messages();
+        let _ = write!(
+            out,
+            "</main>\n<footer><p class=\"note\">Response time: the greatest time from the release of a job to its end. Deadlines \
+             count from the release. ✓ met, ! met with less than {TIGHT_SLACK} % slack, ✗ missed, ? not analysed. Written by mauve \
+             {}.</p></footer>\n",
+            env!("CARGO_PKG_VERSION")
+        );
+        html_page(&title, include_str!("report.css"), &out)
+    }
+
+    /// The verdict, the activities that it depends on, and what to do next.
+    fn verdict(&self) -> String {
+        let mut all: Vec<(&Deployed<'_>, Row<'_, '_>)> =
+            self.deployed.iter().flat_map(|of| rows(of).into_iter().map(move |row| (of, row))).collect();
+        all.sort_by_key(|(_, row)| row.order());
+        let is_open = |chain: &str| chain.contains("not proved");
+        let limits = limits(self.deployed);
+        let has_errors = self
+            .deployed
+            .iter()
+            .any(|it| it.errors > 0 || it.reports.iter().any(|(_, it)| !it.not_analysed.is_empty()));
+        let worst = all.first().map_or(HintStatus::Unknown, |(_, row)| row.forms.status);
+        let status = match worst {
+            HintStatus::Missed => HintStatus::Missed,
+            _ if is_open(&limits) => HintStatus::Missed,
+            _ if has_errors => HintStatus::Unknown,
+            worst => worst,
+        };
+        let mark = match status {
+            HintStatus::Missed => "✗",
+            HintStatus::Tight => "!",
+            HintStatus::Met => "✓",
+            _ => "?",
+        };
+        let (said, conditions) = self.verdict.split_once(", if ").unwrap_or((&self.verdict, ""));
+        let conditions = if conditions.is_empty() { String::new() } else { format!("if {conditions}") };
+        let more = format!("{conditions}{limits}{}", supports(self.deployed));
+        let mut out = format!(
+            "<section class=\"verdict {}\" aria-label=\"Verdict\">\n<p class=\"headline\"><span class=\"mark\" aria-hidden=\"true\">{mark}</span> {}</p>\n",
+            status.name(),
+            html_text(&capitalised(said)),
+        );
+        if !more.is_empty() {
+            let _ = writeln!(out, "<p>{}.</p>", html_text(&capitalised(more.trim_start_matches("; "))));
+        }
+        let is_bad = |row: &Row<'_, '_>| rank(row.forms.status) < rank(HintStatus::Tight);
+        let shown_rows =
+            all.iter().take(all.iter().filter(|(_, row)| is_bad(row)).count().clamp(1, MOST_NEXT));
+        let named = shown_rows.map(|(of, row)| {
+            let of =
+                if self.deployed.len() > 1 { format!(" of {}", html_code(of.name)) } else { String::new() };
+            format!("{}{of}: {}", html_code(&row.activity.instance), shown(&row.forms))
+        });
+        let what = if is_open(&limits) || worst != status || all.iter().any(|(_, row)| is_bad(row)) {
+            "Worst"
+        } else {
+            "Least slack"
+        };
+        let _ = write!(
+            out,
+            "<h2>{what}</h2>\n{}<h2>What next</h2>\n{}</section>\n",
+            list(named),
+            self.next(status)
+        );
+        out
+    }
+
+    /// What to do next: errors first, then warnings with what would correct them.
+    fn next(&self, status: HintStatus) -> String {
+        let mut found: Vec<&Finding<'_>> =
+            self.findings.iter().filter(|it| it.severity != Severity::Hint).collect();
+        found.sort_by_key(|it| it.severity != Severity::Error);
+        let more = found.len().saturating_sub(MOST_NEXT);
+        let mut items: Vec<String> = found.iter().take(MOST_NEXT).map(|it| self.message(it)).collect();
+        items.extend((more > 0).then(|| format!("{more} more: see <a href=\"#messages\">Messages</a>")));
+        if status == HintStatus::Missed {
+            items.push("<code>mauve tune</code> searches for priorities, CPUs and periods with which more deadlines are met".to_owned());
+        }
+        let assumed: usize = self.deployed.iter().filter_map(Deployed::basis).map(|it| it.assumed).sum();
+        items.extend(match assumed {
+            0 => None,
+            1 => Some("1 execution time is assumed: measure it".to_owned()),
+            several => Some(format!("{several} execution times are assumed: measure them")),
+        });
+        if items.is_empty() {
+            items.push("Nothing has to change.".to_owned());
+        }
+        list(items)
+    }
+
+    /// Returns a message with its place and what would correct it.
+    fn message(&self, finding: &Finding<'_>) -> String {
+        let diagnostic = &finding.diagnostic;
+        let here = std::env::current_dir().unwrap_or_default();
+        let place = Lines { width: |text| text.chars().count() }.shown(self.db, &here, &diagnostic.at);
+        let fixes: String = diagnostic
+            .fixes
+            .iter()
+            .map(|it| format!("<br/><small>possible: {}</small>", html_text(&it.title)))
+            .collect();
+        let severity = finding.severity.name();
+        format!(
+            "<b class=\"{severity}\">{severity}</b>: {} <small>{} <code>{}</code></small>{fixes}",
+            html_text(&diagnostic.message),
+            html_text(place.trim()),
+            diagnostic.code.name
+        )
+    }
+
+    /// What changed between two states.
+    fn changes(&self) -> String {
+        let Some((all, [before, after])) = &self.changes else { return String::new() };
+        let mut out = format!(
+            "<section>\n<h2>What changed</h2>\n<p class=\"note\">{} → {}</p>\n",
+            html_text(before),
+            html_text(after)
+        );
+        for it in all {
+            let name = it.state().map_or("", |it| &it.deployment);
+            let _ = writeln!(
+                out,
+                "<h3>{} at {}: {}</h3>",
+                html_code(name),
+                html_text(&it.level()),
+                html_text(&it.verdict())
+            );
+            for (head, of) in changed(it) {
+                let row = |row: &&mauve_ide::Compared| {
+                    let [before, after] = row.shown();
+                    let class = if row.is_worse() { "worse" } else { "other" };
+                    let was = row.was().map_or_else(String::new, |was| format!(" (was {})", html_code(was)));
+                    vec![
+                        html_code(row.name()) + &was,
+                        html_text(&before),
+                        format!("<b class=\"{class}\">{}</b>", html_text(&after)),
+                        html_text(&why(row)),
+                    ]
+                };
+                out += &table(&[head, "before", "after", "what"], of.iter().map(row));
+            }
+            out += &list(lines(it).iter().map(|it| html_text(it)));
+        }
+        out + "</section>\n"
+    }
+
+    /// All messages, the errors first.
+    fn messages(&self) -> String {
+        let mut found: Vec<&Finding<'_>> = self.findings.iter().collect();
+        found.sort_by_key(|it| match it.severity {
+            Severity::Error => 0,
+            Severity::Warning => 1,
+            Severity::Hint => 2,
+        });
+        if found.is_empty() {
+            return String::new();
+        }
+        let more = found.len().saturating_sub(MOST_MESSAGES);
+        let items = found.iter().take(MOST_MESSAGES).map(|it| self.message(it));
+        let more = (more > 0).then(|| format!("{more} more"));
+        format!("<section id=\"messages\">\n<h2>Messages</h2>\n{}</section>\n", list(items.chain(more)))
+    }
+}
+
+/// Returns a text with a capital letter.
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
