@@ -118,19 +118,13 @@ end
 ---@return fun() close
 local function show(lines)
   local before = vim.api.nvim_get_current_win()
-  vim.cmd('botright new')
-  local window, buffer = vim.api.nvim_get_current_win(), vim.api.nvim_get_current_buf()
-  vim.api.nvim_buf_set_lines(buffer, 0, -1, false, lines)
-  vim.bo[buffer].buftype = 'nofile'
-  vim.bo[buffer].bufhidden = 'wipe'
-  vim.bo[buffer].swapfile = false
-  vim.bo[buffer].modifiable = false
+  local drawings = require('mauve.drawings')
+  local buffer = drawings.new('generate', 'split', #lines, '<Nop>')
+  drawings.write(buffer, lines)
   vim.bo[buffer].filetype = 'diff'
   vim.cmd.redraw()
   return function()
-    if vim.api.nvim_win_is_valid(window) then
-      pcall(vim.api.nvim_win_close, window, true)
-    end
+    pcall(vim.api.nvim_buf_delete, buffer, { force = true })
     if vim.api.nvim_win_is_valid(before) then
       vim.api.nvim_set_current_win(before)
     end
