@@ -23,9 +23,9 @@ test("the first text that fits is drawn", () => {
 });
 
 test("figures that share a line", () => {
-  const bars = "9 of 9 met at 1e-4 · CPU 1 nearly full (99.7 %) ━━━━━ · CPU 2 78.9 % ━━━━┄";
+  const bars = "9 of 9 met at 1e-4 · CPU 1 nearly full (99.7 %) ████▉ · CPU 2 78.9 % ███▌░";
   assert.equal(text(deployment, bars.length), bars);
-  const all = bars.replace(/ [━┄]+/g, "");
+  const all = bars.replace(/ [█▉▌░]+/g, "");
   assert.equal(text(deployment, bars.length - 1), all);
   const shorter = "9 of 9 met · CPU 1 99.7 % · CPU 2 78.9 %";
   assert.equal(text(deployment, all.length - 1), shorter);
@@ -36,6 +36,11 @@ test("figures that share a line", () => {
   assert.equal(text(deployment, 10), "9 of 9 met");
   assert.equal(text(deployment, 0), "9/9");
   assert.equal(worst(deployment), "tight");
+});
+
+test("the last per cents differ", () => {
+  const of = (load: number) => text([figure("met", ["CPU 1"], load)], 99);
+  assert.deepEqual([0, 45, 90, 94, 100, 101].map(of), ["CPU 1 ░░░░░", "CPU 1 ██░░░", "CPU 1 ████░", "CPU 1 ████▍", "CPU 1 ████▉", "CPU 1 █████"]);
 });
 
 test("figures without an answer of the server are marked", () => {

@@ -21,16 +21,19 @@ export function worst(figures: Figure[]): Status {
   return order.find((status) => figures.some(({ data }) => data.status === status)) ?? "time";
 }
 
-/** The number of characters of a bar. */
+/** The number of characters of a bar, and what the last of them may be. */
 const full = 5;
+const eighths = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
-/** The bar of a CPU, and nothing of others. */
+/** The bar of a CPU, and nothing of others: the last character is for the last 10 %, so that 94 % and 99.7 % differ. */
 function bar({ data: { load } }: Figure): string {
   if (load === undefined) {
     return "";
   }
-  const used = Math.min(full, Math.round((load * full) / 100));
-  return ` ${"━".repeat(used)}${"┄".repeat(full - used)}`;
+  const used = load <= 90 ? (load / 90) * (full - 1) : full - 1 + (load - 90) / 10;
+  // Up to 100 % may be rounded.
+  const steps = Math.min(Math.floor(used * 8), full * 8 - (load > 100 ? 0 : 1));
+  return ` ${("█".repeat(Math.floor(steps / 8)) + eighths[steps % 8]).padEnd(full, "░")}`;
 }
 
 /** The figure, marked as that of an earlier text as the server does it. */
