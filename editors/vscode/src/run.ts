@@ -89,7 +89,10 @@ export class Runs implements vscode.Disposable {
     const follow: Follow = async (isOver, progress) => {
       let file: FileHandle | undefined;
       for (let isLast = false; ; ) {
-        file ??= await open(path.join(this.recording, "periods.csv")).catch(() => undefined);
+        // The file gets its name when it is complete; one that is open stays so.
+        for (const name of ["periods.csv.partial", "periods.csv"]) {
+          file ??= await open(path.join(this.recording, name)).catch(() => undefined);
+        }
         const part = (await file?.readFile("utf8")) ?? "";
         periods.add(part);
         if (part !== "") {
