@@ -3,6 +3,9 @@ import { entriesOf, Entry, fixesOf, mostWithFixes, Problem, problemsOf } from ".
 import { messageOf, Server } from "./server";
 import { openServerSetting } from "./settings";
 
+/** So many milliseconds the list waits for its problems and fixes. */
+const patience = 500;
+
 /** Shows what the item in the status bar stands for: the problems with their fixes, then the server and what one does with it. */
 export async function showMenu(server: Server, verdict: string): Promise<void> {
   const picker = vscode.window.createQuickPick<Entry>();
@@ -22,28 +25,31 @@ export async function showMenu(server: Server, verdict: string): Promise<void> {
     picker.hide();
     Promise.resolve(chosen?.run?.()).catch((error) => vscode.window.showErrorMessage(messageOf(error)));
   });
-  picker.show();
-  if (server.current.kind !== "running") {
-    return;
-  }
-  picker.busy = true;
-  const problems = await problemsOf(server);
-  const none = { label: verdict === "" ? "The models are being analysed" : "No problems" };
-  const fixes = new Map<Problem, vscode.CodeAction[]>();
-  const show = () => {
-    const [active] = picker.activeItems;
-    picker.items = [...(problems.length === 0 ? [none] : entriesOf(problems, fixes)), ...menu];
-    // The row that the user has reached stays the active one.
-    picker.activeItems = picker.items.filter(({ label }) => fixes.size > 0 && label === active?.label).slice(0, 1);
-  };
-  show();
-  for (const problem of problems.slice(0, mostWithFixes)) {
-    fixes.set(problem, isOpen ? await fixesOf(problem) : []);
-    if (isOpen) {
-      show();
+  const fill = async () => {
+    const problems = await problemsOf(server);
+    const none = { label: verdict === "" ? "The models are being analysed" : "No problems" };
+    const fixes = new Map<Problem, vscode.CodeAction[]>();
+    const show = () => {
+      const [active] = picker.activeItems;
+      picker.items = [...(problems.length === 0 ? [none] : entriesOf(problems, fixes)), ...menu];
+      // The row that the user has reached stays the active one.
+      picker.activeItems = picker.items.filter(({ label }) => fixes.size > 0 && label === active?.label).slice(0, 1);
+    };
+    show();
+    for (const problem of problems.slice(0, mostWithFixes)) {
+      fixes.set(problem, isOpen ? await fixesOf(problem) : []);
+      if (isOpen) {
+        show();
+      }
     }
+    picker.busy = false;
+  };
+  if (server.current.kind === "running") {
+    picker.busy = true;
+    // Rows that come later move those that the user may be about to click.
+    await Promise.race([fill(), new Promise((resolve) => setTimeout(resolve, patience))]);
   }
-  picker.busy = false;
+  picker.show();
 }
 
 function menuOf(server: Server): Entry[] {

@@ -147,6 +147,16 @@ async function check() {
   await expect("the deadline of control and the overload in Problems, as deadline-missed", problems, (rows) =>
     ["`control`", "CPU 1 overloaded"].every((text) => rows.some((row) => row.includes("deadline-missed") && row.includes(text))),
   );
+  await expect("the status bar: late", statusItems, (label) => /^MAUVE server: running, ✗ \d late/.test(label));
+  await expect("the status bar: in the colour of errors", () => page.locator(".statusbar-item.error-kind", { hasText: "MAUVE" }).count(), (count) => count === 1);
+  await page.click('.statusbar-item [aria-label^="MAUVE server"]');
+  const listed = () => page.evaluate(() => [...document.querySelectorAll(".quick-input-widget .monaco-list-row")].map((row) => row.ariaLabel ?? row.textContent));
+  await expect(
+    "a click: the problems, each with its fixes",
+    listed,
+    (rows) => ["control ✗", "navigation ✗"].every((text) => rows.some((row) => row.includes(text))) && rows.filter((row) => /→/.test(row)).length >= 2,
+  );
+  await page.keyboard.press("Escape");
   if (screenshot !== undefined) {
     // Without the file explorer, there is room for the longest hint.
     await page.keyboard.press("Control+b");

@@ -21,12 +21,15 @@ export async function checkRecordings({ page, expect, command, openAt, model }) 
   await command("MAUVE: Check Recording", { asks: true });
   const row = page.locator(".quick-input-widget .monaco-list-row", { hasText: "Folder" });
   await row.click();
+  await row.waitFor({ state: "hidden" });
   const input = page.locator(".quick-input-widget input").first();
-  await expect("a dialog for the recording", () => input.inputValue(), (text) => text.startsWith("/"));
+  const first = () => page.locator(".quick-input-widget .monaco-list-row").first().textContent();
+  await expect("a dialog for the recording", first, (text) => text.startsWith(".."));
   await input.fill(`${recording}/`);
   await page.locator(".quick-input-widget .monaco-button", { hasText: "Check" }).click();
   await expect("pose beyond its bound in the panel", () => panel(page), (text) => /pose\s+✗ 58 ms\s+✓ 57 \/ 100 ms/.test(text) && text.includes("contradicts"));
   await command("View: Close All Editors");
+  await openAt("deployment.mal", "activity pose");
   await command("Notifications: Clear All Notifications");
   rmSync(recording, { recursive: true });
 }
