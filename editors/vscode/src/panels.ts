@@ -71,8 +71,13 @@ export class Panels implements vscode.Disposable {
   }
 
   /** Shows a panel of the declaration at the cursor, or at a place that a code lens or the tree names. */
-  private show(kind: PanelKind, uri?: unknown, place?: Partial<Subject>): void {
-    const subject = subjectOf(uri, place);
+  private async show(kind: PanelKind, uri?: unknown, place?: Partial<Subject>): Promise<void> {
+    let subject = subjectOf(uri, place);
+    if (subject === undefined && kind === "architecture") {
+      // Without a model in an editor, as in the walkthrough, the first project is meant.
+      const [project] = await vscode.workspace.findFiles("**/mauve.toml", undefined, 1);
+      subject = project && { uri: project.toString() };
+    }
     if (subject === undefined) {
       void vscode.window.showInformationMessage("Open a model first: the panel shows the declaration at the cursor in it.");
       return;
