@@ -30,6 +30,7 @@ pub fn draw_graph(db: &dyn ModelDb, graph: &Graph<'_>, drawing: Drawing) -> Stri
     let drawn = match drawing {
         Drawing::Dot => Some(dot(graph)),
         Drawing::Svg => svg(graph, &interrupt),
+        Drawing::Narrow => downwards(graph, &interrupt),
         Drawing::Text(columns) => text(graph, columns, &interrupt),
     };
     drawn.unwrap_or_else(|| {
@@ -56,7 +57,7 @@ fn with_drawn_names<'db>(mut graph: Graph<'db>) -> Graph<'db> {
 
 /// The response time of an instance beside its deadline, in words.
 struct Figures {
-    /// `met`, `missed` or `unknown`; empty for an instance without a deadline. The class of its box.
+    /// `met`, `tight`, `missed` or `unknown`; empty for an instance without a deadline. The class of its box.
     status: &'static str,
     /// `✓ 53 / 100 ms`.
     verdict: String,
@@ -71,11 +72,9 @@ struct Figures {
 impl Figures {
     fn of(graph: &Graph<'_>, node: &GraphNode<'_>) -> Option<Figures> {
         let activity = node.activity?;
-        let status = match activity.verdict {
-            Status::Met => "met",
-            Status::NotAnalysed => "unknown",
-            Status::Background => "",
-            _ => "missed",
+        let status = match node.status {
+            Some(status) if activity.verdict != Status::Background => status.name(),
+            _ => "",
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
@@ -126,6 +125,7 @@ fn dot(graph: &Graph<'_>) -> String {
         let figures = Figures::of(graph, node);
         let fill = match figures.as_ref().map(|figures| figures.status) {
             Some("met") => "#e8f5e9",
+            Some("tight") => "#fff4dd",
             Some("missed") => "#fdecea",
             Some("unknown") => "#f3f3f3",
             _ => "#eef3f8",
@@ -213,11 +213,30 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             ports: Vec::new(),
         }
     });
-    let title_height = 28.0;
-    let placement = moved(place(&diagram, PIXELS, interrupt)?, (0.0, title_height));
+    let placement = moved(place(&diagram, PIXELS, interrupt)?, (0.0, TITLE));
+    let size =
+        (placement.width.max(text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin), placement.height);
+    Some(document(graph, size, &placement, |out, placed, node| {
+        svg_box(out, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice))
+    }))
+}
+
+/// The height of the title.
+const TITLE: f64 = 28.0;
+
+/// What is drawn as a box: the graph, and the number of the instance.
+type Instance<'a, 'db> = (&'a Graph<'db>, usize, &'a GraphNode<'db>);
+
+/// A drawing of this size with its title, lines and boxes, and what figures are.
+fn document(
+    graph: &Graph<'_>,
+    (width, height): (f64, f64),
+    placement: &Placement,
+    draw: impl Fn(&mut String, &PlacedBox, Instance<'_, '_>),
+) -> String {
+    let has_figures = graph.report.is_some();
     let legend = if has_figures { 34.0 } else { 0.0 };
-    let width = placement.width.max(text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin);
-    let size = (width, placement.height + title_height + legend);
+    let size = (width, height + TITLE + legend);
     let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", PIXELS.margin), &graph.title);
     for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
         let call = if edge.operation { " call" } else { "" };
@@ -234,10 +253,8 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             svg_path(&line.points),
         );
     }
-    for ((index, node), (placed, ports)) in
-        graph.nodes.iter().enumerate().zip(placement.boxes.iter().zip(&ports))
-    {
-        svg_box(&mut out, (graph, index, node), placed, ports);
+    for ((index, node), placed) in graph.nodes.iter().enumerate().zip(&placement.boxes) {
+        draw(&mut out, placed, (graph, index, node));
     }
     if has_figures {
         let y = size.1 - 18.0;
@@ -248,20 +265,56 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             number(y)
         );
     }
-    Some(out + "</svg>\n")
+    out + "</svg>\n"
+}
+
+const SMALL: Spacing = Spacing { boxes: 14.0, lines: 9.0, turns: 6.0, ends: 11.0, margin: 14.0, ..PIXELS };
+
+/// The height of a small box without and with figures.
+const HEIGHTS: [f64; 2] = [30.0, 52.0];
+
+/// From top to bottom: columns become rows. The names of ports are in the titles.
+fn downwards(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
+    let has_figures = graph.report.is_some();
+    let (diagram, ports) = diagram(graph, |node, _| {
+        let name = text_width(&node.instance, 13.0, true) + if has_figures { LOAD } else { 0.0 };
+        let width = (name + 24.0).max(if has_figures { 144.0 } else { 60.0 });
+        BoxSize {
+            width: HEIGHTS[usize::from(has_figures)],
+            height: (width / 8.0).ceil() * 8.0,
+            head: None,
+            row: 13.0,
+            foot: 0.0,
+            ports: Vec::new(),
+        }
+    });
+    // A port without a line has no place here.
+    let boxes = diagram.boxes.into_iter().map(|it| BoxSize { ports: vec![None; it.ports.len()], ..it });
+    let diagram = Diagram { boxes: boxes.collect(), ..diagram };
+    let placement = turned(moved(place(&diagram, SMALL, interrupt)?, (TITLE, 0.0)));
+    Some(document(graph, (placement.width, placement.height), &placement, |out, placed, node| {
+        svg_small_box(out, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice));
+    }))
+}
+
+/// Returns a placement with rows for columns. The slots of a box are from its left then.
+fn turned(mut placement: Placement) -> Placement {
+    for placed in &mut placement.boxes {
+        let Area { x, y, width, height } = placed.area;
+        placed.area = Area { x: y, y: x, width: height, height: width };
+    }
+    for (x, y) in placement.lines.iter_mut().flat_map(|line| &mut line.points) {
+        std::mem::swap(x, y);
+    }
+    Placement { width: placement.height, height: placement.width, ..placement }
 }
 
 fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
     graph.nodes.get(*number).map(|node| format!("{}.{feature}", node.instance)).unwrap_or_default()
 }
 
-fn svg_box(
-    out: &mut String,
-    (graph, index, node): (&Graph<'_>, usize, &GraphNode<'_>),
-    placed: &PlacedBox,
-    ports: &[(Name, bool)],
-) {
-    let Area { x, y, width, .. } = placed.area;
+/// The group of a box, with its frame.
+fn svg_group(out: &mut String, (graph, index, node): Instance<'_, '_>, area: Area) -> Option<Figures> {
     let figures = Figures::of(graph, node);
     let status = figures.as_ref().map_or("", |figures| figures.status);
     let lit = if node.is_lit { " passed" } else { "" };
@@ -274,35 +327,73 @@ fn svg_box(
         svg_text(&node.instance),
         svg_text(&node.component),
         svg_text(&spoken),
-        svg_frame(placed.area, 7),
+        svg_frame(area, 7),
     );
-    let line = |class: &str, at: (f64, f64), anchor: &str, text: &str| {
-        format!(
-            "<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{}</text>\n",
-            number(at.0),
-            number(at.1),
-            svg_text(text)
-        )
-    };
-    let left = x + 14.0;
-    *out += &line("name", (left, y + 22.0), "", &node.instance);
-    *out += &line("soft", (left, y + 39.0), "", &node.component);
+    figures
+}
+
+/// A text of a box.
+fn svg_line(class: &str, at: (f64, f64), anchor: &str, text: &str) -> String {
+    format!(
+        "<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{}</text>\n",
+        number(at.0),
+        number(at.1),
+        svg_text(text)
+    )
+}
+
+/// The verdict of a box, with its bar: from a position on, in a width.
+fn svg_verdict(out: &mut String, figures: &Figures, (left, y): (f64, f64), width: f64) {
+    let verdict = fitted(&figures.verdict, width, 12.0, true);
+    *out += &svg_line("figure status", (left, y), "", &verdict);
+    for (class, part) in
+        figures.part.into_iter().flat_map(|part| [("track", 1.0), ("filled", part.clamp(0.0, 1.0))])
+    {
+        let _ = writeln!(
+            out,
+            "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"4\" rx=\"2\"/>",
+            number(left),
+            number(y + 7.0),
+            number(width * part)
+        );
+    }
+}
+
+fn svg_small_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+    let Area { x, y, width, height } = placed.area;
+    let figures = svg_group(out, instance, placed.area);
+    *out += &svg_line("name", (x + 10.0, y + 19.0), "", &instance.2.instance);
     if let Some(figures) = figures {
-        let verdict = fitted(&figures.verdict, width - 28.0, 12.0, true);
-        *out += &line("figure status", (left, y + 58.0), "", &verdict);
-        *out += &line("figure", (x + width - 14.0, y + 39.0), " text-anchor=\"end\"", &figures.load);
-        if let Some(part) = figures.part {
-            let track = width - 28.0;
-            for (class, width) in [("track", track), ("filled", track * part.clamp(0.0, 1.0))] {
-                let _ = writeln!(
-                    out,
-                    "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"4\" rx=\"2\"/>",
-                    number(left),
-                    number(y + 65.0),
-                    number(width)
-                );
-            }
-        }
+        *out += &svg_line("figure", (x + width - 10.0, y + 19.0), " text-anchor=\"end\"", &figures.load);
+        svg_verdict(out, &figures, (x + 10.0, y + 36.0), width - 20.0);
+    }
+    for slot in &placed.slots {
+        let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
+        let border = if slot.side == Side::Left { y } else { y + height };
+        let tip = if *is_incoming == (slot.side == Side::Left) { 4.0 } else { -4.0 };
+        let _ = writeln!(
+            out,
+            "<path class=\"port\" d=\"M{left} {a}L{at} {b}L{right} {a}z\"><title>{}</title></path>",
+            svg_text(name),
+            a = number(border - tip),
+            b = number(border + tip),
+            at = number(slot.y),
+            left = number(slot.y - 3.5),
+            right = number(slot.y + 3.5),
+        );
+    }
+    out.push_str("</g>\n");
+}
+
+fn svg_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+    let Area { x, y, width, .. } = placed.area;
+    let figures = svg_group(out, instance, placed.area);
+    let left = x + 14.0;
+    *out += &svg_line("name", (left, y + 22.0), "", &instance.2.instance);
+    *out += &svg_line("soft", (left, y + 39.0), "", &instance.2.component);
+    if let Some(figures) = figures {
+        *out += &svg_line("figure", (x + width - 14.0, y + 39.0), " text-anchor=\"end\"", &figures.load);
+        svg_verdict(out, &figures, (left, y + 58.0), width - 28.0);
     }
     for slot in &placed.slots {
         let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
@@ -323,7 +414,7 @@ fn svg_box(
             top = number(slot.y - 4.5),
             bottom = number(slot.y + 4.5),
         );
-        *out += &line("label", (inside, slot.y + 4.0), anchor, name);
+        *out += &svg_line("label", (inside, slot.y + 4.0), anchor, name);
     }
     out.push_str("</g>\n");
 }

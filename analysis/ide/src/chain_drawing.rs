@@ -153,7 +153,7 @@ pub fn draw_chains(chains: &DrawnChains<'_>, drawing: Drawing) -> String {
     let more = (all.len() - shown.len()).saturating_add(*left_out);
     let more = if more == 0 { String::new() } else { format!("and {more} more") };
     match drawing {
-        Drawing::Svg => svg(title, shown, longest, &more),
+        Drawing::Svg | Drawing::Narrow => svg(title, shown, longest, &more),
         Drawing::Text(_) | Drawing::Dot => text(title, shown, longest, &more, drawing.columns()),
     }
 }

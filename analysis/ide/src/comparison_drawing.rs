@@ -86,7 +86,7 @@ pub fn draw_comparison(of: &Comparison, values: &[String], drawing: Drawing) -> 
     }));
     let with = if values.is_empty() { String::new() } else { format!("with {}", values.join(", ")) };
     match drawing {
-        Drawing::Svg => svg(&of.title(), &with, shown, &below),
+        Drawing::Svg | Drawing::Narrow => svg(&of.title(), &with, shown, &below),
         Drawing::Text(_) | Drawing::Dot => text(&of.title(), &with, shown, &below, drawing.columns()),
     }
 }

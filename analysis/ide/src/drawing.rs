@@ -3,6 +3,7 @@
 //! A drawing is light or dark as its viewer prefers, by CSS (`drawing.css`). It contains no script and needs no other file.
 
 use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use mauve_diagnostics::shortened;
 use serde::Deserialize;
@@ -16,6 +17,8 @@ pub enum Drawing {
     /// For a browser.
     #[default]
     Svg,
+    /// For a narrow part of a window, as SVG: an architecture from top to bottom, with small boxes, and a schedule with short times.
+    Narrow,
     /// For Graphviz.
     Dot,
     /// For a terminal: lines of characters, boxes of box-drawing characters. At most so many columns wide where that is possible;
@@ -49,16 +52,33 @@ pub(crate) fn svg_head((width, height): (f64, f64), place: &str, title: &str) ->
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
          <text {place} class=\"heading\">{title}</text>\n",
         title = svg_text(title),
-        style = include_str!("drawing.css"),
+        style = *STYLE,
     )
 }
+
+/// The styles of drawings. Before each declaration of a colour that depends on the viewer stands the one of the light colours: viewers
+/// such as librsvg know no custom properties.
+static STYLE: LazyLock<String> = LazyLock::new(|| {
+    let css = include_str!("drawing.css");
+    let light = |name: &str| css.split_once(&format!("--{name}: "))?.1.split(';').next();
+    let with_light = |piece: &str| {
+        let declaration = piece.rfind('{').map_or(piece, |at| &piece[at + 1..]);
+        let plain = declaration.split_once("var(--").and_then(|(property, rest)| {
+            let (name, rest) = rest.split_once(')')?;
+            Some(format!("{property}{}{rest}", light(name)?))
+        });
+        let rule = &piece[..piece.len() - declaration.len()];
+        format!("{rule}{}{declaration}", plain.unwrap_or_default())
+    };
+    css.split_inclusive(';').map(with_light).collect()
+});
 
 /// Returns what is shown instead of a drawing that is too large: what it would have, and the command that lists all of it.
 pub(crate) fn too_large(drawing: Drawing, title: &str, content: &str, command: &str) -> String {
     let why =
         format!("too large to draw: {content}; `{command} --format dot` writes all of them for Graphviz");
     match drawing {
-        Drawing::Svg => {
+        Drawing::Svg | Drawing::Narrow => {
             let size = (text_width(title, 14.0, true).max(text_width(&why, 12.0, false)) + 48.0, 90.0);
             let head = svg_head(size, "x=\"24\" y=\"30\"", title);
             format!("{head}<text class=\"soft\" x=\"24\" y=\"60\">{}</text>\n</svg>\n", svg_text(&why))
@@ -184,4 +204,36 @@ pub(crate) fn svg_text(text: &str) -> String {
 /// Returns `text` as a quoted identifier of DOT.
 pub(crate) fn dot_text(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_colour_has_a_light_value_for_viewers_without_custom_properties() {
+        let pieces: Vec<&str> = STYLE.split_inclusive(';').collect();
+        let (plain, custom): (Vec<_>, Vec<_>) = (1..pieces.len())
+            .filter(|&at| pieces[at].contains("var("))
+            .map(|at| (pieces[at - 1].rsplit('{').next().unwrap_or_default(), pieces[at]))
+            .unzip();
+        assert!(custom.len() > 40, "{custom:?}");
+        for (plain, custom) in plain.iter().zip(&custom) {
+            let of = |declaration: &str| {
+                declaration
+                    .split_once(':')
+                    .map(|(property, value)| (property.trim().to_owned(), value.trim().to_owned()))
+            };
+            let (Some((property, light)), Some((same, value))) = (of(plain), of(custom)) else {
+                panic!("{plain} {custom}")
+            };
+            assert_eq!(property, same);
+            assert!(light.starts_with('#') && value.starts_with("var(--"), "{light} before {value}");
+        }
+        assert!(
+            STYLE.contains(".mauve .missed .filled { fill: #b3261e; fill: var(--missed); }"),
+            "{}",
+            *STYLE
+        );
+    }
 }

@@ -106,7 +106,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>)
 pub fn draw_exceedance(of: &Exceedance, drawing: Drawing) -> String {
     match drawing {
         Drawing::Text(_) | Drawing::Dot => text(of),
-        Drawing::Svg => svg(of),
+        Drawing::Svg | Drawing::Narrow => svg(of),
     }
 }
 

@@ -11,22 +11,26 @@ use rustc_hash::FxHashMap;
 use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
 use crate::occurrences::grouped;
 use crate::text_canvas::{cells, in_columns};
+use crate::worst_schedule::WorstOf;
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
-/// The way of data through it, if any, is a line from its arrival in a lane to its write there, and on in the next one.
+/// The way of data through it, if any, is a line from its arrival in a lane to its write there, and on in the next one. Of the job
+/// that it was made for, if any, the release, the deadline and the end are lines with their names.
 /// To cancel, `interrupt` unwinds.
 pub fn draw_schedule(
     title: &str,
     deployment: &DeployedTasks<'_>,
-    (schedule, way): (&Schedule, &[Pass]),
+    (schedule, way, worst): (&Schedule, &[Pass], Option<&WorstOf>),
     drawing: Drawing,
     interrupt: &dyn Fn(),
 ) -> String {
     let lanes = lanes(deployment, schedule);
-    let chart = Chart::new(&lanes, deployment, (schedule, way));
+    let is_it = |job: &&Job| worst.is_some_and(|it| (it.activity, it.case.job) == (job.activity, job.number));
+    let job = schedule.jobs.iter().find(is_it);
+    let chart = Chart::new(&lanes, deployment, (schedule, way, job), drawing == Drawing::Narrow);
     match drawing {
-        Drawing::Svg => chart.draw(title, interrupt),
+        Drawing::Svg | Drawing::Narrow => chart.draw(title, interrupt),
         Drawing::Text(_) | Drawing::Dot => chart.text(title, drawing.columns()),
     }
 }
@@ -84,10 +88,14 @@ impl Lane<'_> {
 
 /// The width of the part with the times, in pixels.
 const PLOT: f64 = 1200.0;
+/// The width of a narrow drawing.
+const NARROW: f64 = 690.0;
 /// The height of the name of a group of CPUs.
 const HEADING: f64 = 24.0;
 /// The height above the lanes: the title, and the times.
 const TOP: f64 = 64.0;
+/// The height of the name of an instant.
+const INSTANT: f64 = 17.0;
 
 /// The number of colours of CPUs; from the ninth CPU on again.
 const COLOURS: u32 = 8;
@@ -104,6 +112,13 @@ struct Chart<'a, 'db> {
     deployment: &'a DeployedTasks<'db>,
     schedule: &'a Schedule,
     way: &'a [Pass],
+    /// What the schedule was made for.
+    job: Option<&'a Job>,
+    /// The height above the lanes, and the width of the times.
+    top: f64,
+    plot: f64,
+    /// The last time: the end of the schedule, or the deadline after it.
+    end: Time,
     /// The height of a lane, and the size of its texts.
     lane: f64,
     font: f64,
@@ -115,7 +130,8 @@ impl<'a, 'db> Chart<'a, 'db> {
     fn new(
         lanes: &'a [Lane<'a>],
         deployment: &'a DeployedTasks<'db>,
-        (schedule, way): (&'a Schedule, &'a [Pass]),
+        (schedule, way, job): (&'a Schedule, &'a [Pass], Option<&'a Job>),
+        is_narrow: bool,
     ) -> Chart<'a, 'db> {
         let (lane, font) = match lanes.len() {
             ..=16 => (36.0, 13.0),
@@ -124,19 +140,34 @@ impl<'a, 'db> Chart<'a, 'db> {
         };
         let longest = lanes.iter().map(|lane| lane.shown.chars().count()).max().unwrap_or_default();
         let left = 64.0 + 0.6 * font * longest as f64;
-        Chart { lanes, deployment, schedule, way, lane, font, left }
+        let plot = if is_narrow { (NARROW - left - 40.0).max(300.0) } else { PLOT };
+        let top = TOP + job.map_or(0.0, |_| 2.0 * INSTANT);
+        // A deadline that is much later would leave no room for the response.
+        let latest = Time::from_nanos(schedule.end.as_nanos().saturating_mul(3));
+        let end =
+            job.map(|job| job.deadline).filter(|it| *it <= latest).unwrap_or_default().max(schedule.end);
+        Chart { lanes, deployment, schedule, way, job, top, plot, end, lane, font, left }
     }
 
     fn draw(&self, title: &str, interrupt: &dyn Fn()) -> String {
         let groups = self.groups().count();
-        let bottom = TOP + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
-        let width = self.left + PLOT + 40.0;
+        let bottom = self.top + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
+        let width = self.left + self.plot + 40.0;
         let left_out = self.left_out();
-        let notes = if left_out.is_empty() { 0.0 } else { 22.0 };
-        let mut out =
-            svg_head((width, bottom + 66.0 + notes), "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
+        // Letters of a sans-serif font are at most 0.6 as wide as high on average.
+        let columns = Some((width / (0.6 * 12.0)) as usize);
+        let notes: Vec<String> = if left_out.is_empty() {
+            Vec::new()
+        } else {
+            in_columns(&left_out, columns, "").lines().map(svg_text).collect()
+        };
+        let mut legend = String::new();
+        let rows = self.legend(&mut legend, (bottom + 44.0, width));
+        let below = bottom + 46.0 + 20.0 * rows as f64;
+        let size = (width, below + 20.0 * notes.len() as f64);
+        let mut out = svg_head(size, "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
         self.axis(&mut out, bottom);
-        let (mut y, mut index) = (TOP, 0);
+        let (mut y, mut index) = (self.top, 0);
         let mut middles: FxHashMap<usize, f64> = FxHashMap::default();
         for lanes in self.groups() {
             let (at, cpus) = (y + HEADING - 7.0, self.deployment.hosts.names(lanes[0].cpus));
@@ -150,14 +181,11 @@ impl<'a, 'db> Chart<'a, 'db> {
             }
         }
         self.way(&mut out, &middles);
-        self.legend(&mut out, bottom + 44.0);
-        if !left_out.is_empty() {
-            let _ = writeln!(
-                out,
-                "<text x=\"20\" y=\"{:.1}\" class=\"soft\">{}</text>",
-                bottom + 68.0,
-                svg_text(&left_out)
-            );
+        self.instants(&mut out, bottom);
+        out += &legend;
+        for (index, note) in notes.iter().enumerate() {
+            let y = below + 4.0 + 20.0 * index as f64;
+            let _ = writeln!(out, "<text x=\"20\" y=\"{y:.1}\" class=\"soft\">{note}</text>");
         }
         out + "</svg>\n"
     }
@@ -180,6 +208,37 @@ impl<'a, 'db> Chart<'a, 'db> {
         }
         let (line, tip) = (svg_path(&points), svg_tip(&points));
         let _ = writeln!(out, "<g class=\"worst\"><path class=\"wire\" d=\"{line}\"/>{tip}{labels}</g>");
+    }
+
+    /// Lines where the job that the schedule was made for is released, has its deadline and ends, each with its name.
+    fn instants(&self, out: &mut String, bottom: f64) {
+        let Some(job) = self.job else { return };
+        let since = |time: Time| to_micros(time.checked_sub(job.nominal).unwrap_or_default());
+        let name = |what: &str, time: Time| match job.nominal {
+            Time::ZERO => format!("{what} {time}"),
+            _ => format!("{what} {time}, {} after the release", since(time)),
+        };
+        let deadline = match job.deadline > self.end {
+            true => name("deadline", job.deadline) + " →",
+            false => name("deadline", job.deadline),
+        };
+        let instants = [
+            Some((job.nominal, format!("release {}", job.nominal), "")),
+            Some((job.deadline, deadline, "")),
+            job.end
+                .map(|end| (end, name("end", to_micros(end)), if job.is_missed { "missed" } else { "met" })),
+        ];
+        for (index, (time, name, status)) in instants.into_iter().flatten().enumerate() {
+            let (x, y) = (self.x(time), TOP - 24.0 + INSTANT * (index as f64 + 1.0));
+            let is_left = x < self.left + self.plot / 2.0;
+            let (at, anchor) = if is_left { (x + 5.0, "start") } else { (x - 5.0, "end") };
+            let _ = writeln!(
+                out,
+                "<g class=\"instant {status}\"><path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"limit\"/><text x=\"{at:.1}\" y=\"{y:.1}\" \
+                 text-anchor=\"{anchor}\" class=\"status mark\">{name}</text></g>",
+                y - 10.0,
+            );
+        }
     }
 
     /// Draws the schedule in characters, the times in columns of one length.
@@ -269,25 +328,24 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     fn x(&self, time: Time) -> f64 {
-        let end = self.schedule.end.as_f64(Unit::Milliseconds);
+        let end = self.end.as_f64(Unit::Milliseconds);
         let part = if end > 0.0 { time.as_f64(Unit::Milliseconds) / end } else { 0.0 };
-        self.left + PLOT * part.min(1.0)
+        self.left + self.plot * part.min(1.0)
     }
 
-    /// The times above and below the lanes, with a line for each.
+    /// The times above and below the lanes, with a line for each. Names of instants take the place of those above.
     fn axis(&self, out: &mut String, bottom: f64) {
-        for time in marks(self.schedule.end.as_nanos()) {
-            let x = self.x(time);
-            let _ = writeln!(
-                out,
-                "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"grid\"/>\n\
-                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"mark\">{label}</text>\n\
-                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"mark\">{label}</text>",
-                TOP - 6.0,
-                TOP - 11.0,
-                bottom + 14.0,
-                label = time.number(),
-            );
+        for time in marks(self.end.as_nanos()) {
+            let (x, above) = (self.x(time), self.top - 11.0);
+            let _ = writeln!(out, "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"grid\"/>", self.top - 6.0);
+            let rows = [Some(above).filter(|_| self.job.is_none()), Some(bottom + 14.0)];
+            for y in rows.into_iter().flatten() {
+                let _ = writeln!(
+                    out,
+                    "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" class=\"mark\">{}</text>",
+                    time.number()
+                );
+            }
         }
     }
 
@@ -297,8 +355,8 @@ impl<'a, 'db> Chart<'a, 'db> {
         if is_shaded {
             let _ = writeln!(
                 out,
-                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{PLOT:.1}\" height=\"{:.1}\" class=\"shade\"/>",
-                self.left, self.lane
+                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" class=\"shade\"/>",
+                self.left, self.plot, self.lane
             );
         }
         let priority = lane.priority();
@@ -306,7 +364,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\">{}<title>{}</title></text>\n\
              <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\" class=\"quiet\">{priority}</text>\n\
-             <path d=\"M{:.1} {base:.1} h{PLOT:.1}\" class=\"base\"/>",
+             <path d=\"M{:.1} {base:.1} h{:.1}\" class=\"base\"/>",
             self.left - 34.0,
             base - 0.3 * height,
             self.font,
@@ -316,6 +374,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             base - 0.3 * height,
             self.font - 1.0,
             self.left,
+            self.plot,
         );
         self.releases(out, lane, base);
         self.slices(out, lane, base, height, interrupt);
@@ -387,7 +446,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         for job in &lane.jobs {
             let x = self.x(job.release);
             let _ = write!(arrows, "M{x:.1} {base:.1} V{top:.1} m-2.5 4 l2.5 -4 l2.5 4");
-            if job.deadline <= self.schedule.end {
+            if job.deadline <= self.end {
                 let _ = write!(marks, "M{:.1} {:.1} v6", self.x(job.deadline), base - 1.0);
             }
         }
@@ -431,14 +490,19 @@ impl<'a, 'db> Chart<'a, 'db> {
         format!("{name}, job {job} on {cpu}, {times}: {source} → {target}{transition}")
     }
 
-    fn legend(&self, out: &mut String, y: f64) {
-        let mut x = self.left;
+    /// Writes what the signs mean, from a height on and in a width. Returns the number of rows.
+    fn legend(&self, out: &mut String, (mut y, width): (f64, f64)) -> usize {
+        let (mut x, mut rows) = (self.left, 1);
         let mut entry = |sign: &str, text: &str| {
+            let of_entry = 56.0 + 6.6 * text.chars().count() as f64;
+            if x > self.left && x + of_entry > width {
+                (x, y, rows) = (self.left, y + 20.0, rows + 1);
+            }
             let _ = writeln!(
                 out,
                 "<g transform=\"translate({x:.1} {y:.1})\">{sign}<text x=\"30\" class=\"soft\">{text}</text></g>"
             );
-            x += 56.0 + 6.6 * text.chars().count() as f64;
+            x += of_entry;
         };
         entry("<path d=\"M12 1 V-11 m-2.5 4 l2.5 -4 l2.5 4\" class=\"release\"/>", "release");
         entry("<path d=\"M12 -8 v8\" class=\"deadline\"/>", "deadline");
@@ -460,6 +524,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         if self.schedule.jobs.iter().any(|job| job.is_missed) {
             entry(&bar(LATE, 0.0, 24.0), "after the deadline");
         }
+        rows
     }
 }
 
@@ -556,7 +621,7 @@ rt_throttling = false
     #[test]
     fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
         check(|deployment, schedule| {
-            let svg = draw_schedule("D", &deployment, (schedule, &[]), Drawing::Svg, &|| ());
+            let svg = draw_schedule("D", &deployment, (schedule, &[], None), Drawing::Svg, &|| ());
             assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
             let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
             let titles: String = titles.map(|title| format!("{title}\n")).collect();
@@ -597,7 +662,7 @@ rt_throttling = false
             expected.assert_eq(&draw_schedule(
                 "D",
                 &deployment,
-                (schedule, &[]),
+                (schedule, &[], None),
                 Drawing::Text(None),
                 &|| (),
             ));
@@ -608,7 +673,9 @@ rt_throttling = false
     fn a_drawing_can_be_cancelled() {
         check(|deployment, schedule| {
             let calls = std::cell::Cell::new(0);
-            draw_schedule("D", &deployment, (schedule, &[]), Drawing::Svg, &|| calls.set(calls.get() + 1));
+            draw_schedule("D", &deployment, (schedule, &[], None), Drawing::Svg, &|| {
+                calls.set(calls.get() + 1)
+            });
             assert_eq!(calls.get(), schedule.slices.len());
         });
     }
@@ -619,14 +686,14 @@ rt_throttling = false
             for activity in deployment.tasks.activities_mut() {
                 activity.name = format!("<&\"{}", "x".repeat(40)).into();
             }
-            let svg = draw_schedule("<D>", &deployment, (schedule, &[]), Drawing::Svg, &|| ());
+            let svg = draw_schedule("<D>", &deployment, (schedule, &[], None), Drawing::Svg, &|| ());
             assert!(
                 svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"),
                 "{svg}"
             );
             deployment.tasks = Tasks::default();
             let empty = deployment.tasks.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
-            let svg = draw_schedule("", &deployment, (&empty, &[]), Drawing::Svg, &|| ());
+            let svg = draw_schedule("", &deployment, (&empty, &[], None), Drawing::Svg, &|| ());
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
         });
     }

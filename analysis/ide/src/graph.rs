@@ -14,7 +14,7 @@ use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of_host};
 
 use crate::drawing::drawn_name;
-use mauve_diagnostics::figure::figure;
+use mauve_diagnostics::figure::{Forms, HintStatus, figure};
 
 /// A graph of instances and connections.
 #[derive(Debug, Clone)]
@@ -48,6 +48,8 @@ pub struct GraphNode<'db> {
     pub activity: Option<&'db ActivityReport<'db>>,
     /// The [`figure`] of its activity, `✓ 53 / 100 ms`; empty without an activity.
     pub figure: String,
+    /// What the figure says; none without an activity.
+    pub status: Option<HintStatus>,
     /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
     /// The host that it runs on, of several.
@@ -175,11 +177,11 @@ pub fn graph<'db>(
         _ => return None,
     };
     let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.with_assumptions()));
-    let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, String)> = BTreeMap::new();
+    let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, Forms)> = BTreeMap::new();
     for (activity, is_assumed) in reported {
         let forms = figure(db, activity, is_assumed, tight_slack);
         // Of several activities of one instance, the first one is shown.
-        figures.entry(&activity.instance).or_insert_with(|| (activity, forms.text().to_owned()));
+        figures.entry(&activity.instance).or_insert_with(|| (activity, forms));
     }
     let flat = flat_of(db, project, target);
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
@@ -224,7 +226,7 @@ fn node<'db>(
     db: &'db dyn ModelDb,
     (project, of): (Project<'db>, Decl<'db>),
     instance: &FlatInstance<'db>,
-    figures: &BTreeMap<&'db Name, (&'db ActivityReport<'db>, String)>,
+    figures: &BTreeMap<&'db Name, (&'db ActivityReport<'db>, Forms)>,
     query: Query,
 ) -> Option<GraphNode<'db>> {
     let (declared, index) = instance.declared;
@@ -233,7 +235,7 @@ fn node<'db>(
     let component = instance.component.map(|component| component.name(db).clone());
     let hosts = hosts_of(db, project.workspace(db));
     let host = hosts.of(&instance.name).filter(|_| of.kind(db) == Kind::Deployment);
-    let (activity, figure) = figures.get(&instance.name).cloned().unzip();
+    let (activity, forms) = figures.get(&instance.name).cloned().unzip();
     let load = activity.filter(|activity| activity.verdict != Status::Background).and_then(|activity| {
         let psm = psm_of(db, tables_of_host(db, project, of, host), instance.component?, query.level)
             .as_ref()
@@ -254,7 +256,8 @@ fn node<'db>(
         ports: ports.collect(),
         at,
         activity,
-        figure: figure.unwrap_or_default(),
+        figure: forms.as_ref().map_or_else(String::new, |it| it.text().to_owned()),
+        status: forms.map(|it| it.status),
         load,
         host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),
         is_lit: false,

@@ -25,7 +25,7 @@ pub fn draw_probability<'db>(
     let report = response_times(db, project, deployment, query).activities.get(activity)?;
     let probability = probabilities_of(db, project, deployment).get(activity)?.as_ref()?;
     let title = format!("{} of {}: {}", report.instance, deployment.name(db), late_at_most(probability));
-    if drawing != Drawing::Svg {
+    if !matches!(drawing, Drawing::Svg | Drawing::Narrow) {
         return Some(text(&title, probability, query, drawing.columns()));
     }
     let known = || probability.levels.iter().filter_map(|(level, time, late)| Some((level, (*time)?, *late)));
@@ -58,7 +58,17 @@ pub fn draw_probability<'db>(
     ];
     let lines = lines.into_iter().filter(|(_, _, points): &PlotLine| !points.is_empty());
     let (points, lines) = (points.collect(), lines.collect());
-    Some(Plot { title, axis: "response time in ms", points, deadline: report.deadline, lines }.svg())
+    Some(
+        Plot {
+            title,
+            axis: "response time in ms",
+           
+            points,
+            deadline: report.deadline,
+            lines,
+        }
+        .svg(),
+    )
 }
 
 /// Returns the stairs of an observed distribution, which end at the greatest response time.

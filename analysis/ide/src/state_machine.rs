@@ -62,7 +62,7 @@ pub fn draw_state_machine<'db>(
     let machine = Machine::new(title.text(view), view, place_of);
     let drawn = match drawing {
         Drawing::Dot => Some(machine.dot(&drawn_name(title.component))),
-        Drawing::Svg => machine.svg(&interrupt),
+        Drawing::Svg | Drawing::Narrow => machine.svg(&interrupt),
         Drawing::Text(columns) => machine.text(columns, &interrupt),
     };
     drawn.unwrap_or_else(|| {

@@ -231,7 +231,8 @@ impl Simulate {
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
                 let drawing =
                     if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text(terminal_columns()) };
-                draw_schedule(&title, &it.deployment, (&it.schedule, it.passes()), drawing, &|| ())
+                let shown = (&it.schedule, it.passes(), it.worst.as_ref());
+                draw_schedule(&title, &it.deployment, shown, drawing, &|| ())
             }
             Format::Perfetto => trace_events::text(only(all)?),
         };

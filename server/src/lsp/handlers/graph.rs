@@ -7,7 +7,7 @@
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's project |
 //! | `chain` | the name of a chain, to light in each deployment that has it: its nodes and edges are `lit` |
 //! | `significance` | a level; if left out, the one that is shown |
-//! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
+//! | `drawing` | `"svg"` (if left out), `"narrow"` (as SVG, from top to bottom), `"dot"` or `"text"` |
 //! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! The result is a list with a document for each selected deployment or architecture, at least one; for a table or `mauve.toml`,

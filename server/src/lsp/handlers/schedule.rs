@@ -6,10 +6,10 @@
 //! | `deployment` | instead of `position`: the name of a deployment of the file's project |
 //! | `instance` | the instance; if left out, the one of the activity at `position`, otherwise the one with the greatest response time as a part of its deadline |
 //! | `significance` | a level; if left out, the one that is shown |
-//! | `drawing` | `"svg"` (if left out) or `"text"` |
+//! | `drawing` | `"svg"` (if left out), `"narrow"` (as SVG) or `"text"` |
 //! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
-//! Of the result, `instances` has the real-time instances of the deployment, as far as they have a response time, and `bound` is
+//! Of the result, `instances` has the instances of the deployment; `response` is null where it is unknown. `bound` is
 //! the response time of `instance`, `response` that of the schedule, and `note` says how they compare. In the SVG,
 //! `data-activity` holds the index of an activity in `activities`. Without a schedule, there are `reasons`, and no drawing.
 //! `incomplete` is whether a text has syntax errors.
@@ -18,7 +18,6 @@ use mauve_diagnostics::{figure, reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
-use mauve_timing::Status;
 use mauve_wcrt::{ActivityReport, DeployedTasks, Query, Report, response_times};
 use salsa::Database as _;
 use serde_json::{Value, json};
@@ -42,8 +41,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
         asked(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities));
     let tight_slack = snapshot.settings.hints.tight_slack;
     let instances = report.activities.iter().zip(report.with_assumptions());
-    let has_response = |it: &ActivityReport<'_>| it.response.is_some() && it.verdict != Status::Background;
-    let instances = instances.filter(|(it, _)| has_response(it)).map(|(it, is_assumed)| {
+    let instances = instances.map(|(it, is_assumed)| {
         let figure = figure::figure(db, it, is_assumed, tight_slack);
         json!({
             "instance": it.instance.to_string(),
@@ -84,8 +82,9 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            let drawing = draw_schedule(&title, &deployment, (&schedule, &[]), params.drawing(), &interrupt);
-            document["drawing"] = drawing.into();
+            let shown = (&schedule, &[][..], Some(&worst));
+            document["drawing"] =
+                draw_schedule(&title, &deployment, shown, params.drawing(), &interrupt).into();
         }
         Err(why) => {
             let why = no_worst_case(why, &of_activity.instance, &name);
