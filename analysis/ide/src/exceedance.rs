@@ -7,8 +7,8 @@ use mauve_diagnostics::{times_of, unusable_time};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, names_of};
 use mauve_syntax::TextSize;
-use mauve_timing::{Level, Time, Unit};
-use mauve_wcrt::{Lookup, TableSet, level_shown, table_sets, timetable_of};
+use mauve_timing::{Level, Measured, Time, Unit};
+use mauve_wcrt::{Lookup, TableSet, files_of, level_shown, table, table_sets, timetable_of};
 
 use crate::drawing::Drawing;
 use crate::occurrences::{Definition, names_at};
@@ -27,6 +27,8 @@ pub struct Exceedance {
     pub shown: Level,
     /// Whether `[assume]` gives the times: no table has one.
     pub is_assumed: bool,
+    /// What was measured: when, how often, how, and what is doubtful.
+    pub evidence: Vec<String>,
     /// Why times are missing.
     pub reasons: Vec<String>,
 }
@@ -85,6 +87,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>)
         levels: Vec::new(),
         shown,
         is_assumed: false,
+        evidence: measurements(db, tables, codel).collect(),
         reasons: Vec::new(),
     };
     for level in known {
@@ -100,6 +103,25 @@ fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>)
     }
     found.reasons.dedup();
     found
+}
+
+/// Returns the measurements of a codel in words, by its key with or without the library.
+pub(crate) fn measurements<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    codel: Decl<'db>,
+) -> impl Iterator<Item = String> {
+    let all = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
+    let of_codel = all.filter(move |it| it.key == codel.qualified(db) || it.key == **codel.name(db));
+    of_codel.map(|Measured { date, executions, greatest, method, warnings, .. }| {
+        let plural = if *executions == 1 { "" } else { "s" };
+        let method = if method.is_empty() { String::new() } else { format!("\nmethod: {method}") };
+        let warnings =
+            if warnings.is_empty() { String::new() } else { format!("\nwarnings: {}", warnings.join(", ")) };
+        format!(
+            "measured on {date}: {executions} execution{plural}, the longest {greatest}{method}{warnings}"
+        )
+    })
 }
 
 /// Draws the execution times of a codel. In SVG, each level has `data-level` with its index.
@@ -144,7 +166,15 @@ fn svg(of: &Exceedance) -> String {
     let stairs = of.levels.iter().map(|(level, time)| (*time, level.as_f64()));
     let lines = vec![("curve", String::new(), stairs.collect())];
     let (title, points) = (title(of), points.collect());
-    Plot { title, axis: "execution time in ms", points, deadline: None, lines }.svg()
+    Plot {
+        title,
+        axis: "execution time in ms",
+        upright: "probability of a longer execution",
+        points,
+        deadline: None,
+        lines,
+    }
+    .svg()
 }
 
 #[cfg(test)]

@@ -21,13 +21,13 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
-use mauve_timing::Measured;
 use mauve_wcrt::{
-    ActivityReport, Lookup, Query, TableSet, files_of, level_shown, probabilities_of, response_times,
-    support, system_of, table, timetable_of,
+    ActivityReport, Lookup, Query, TableSet, level_shown, probabilities_of, response_times, support,
+    system_of, timetable_of,
 };
 
 use crate::definition::definition_of;
+use crate::exceedance::measurements;
 use crate::explanation::{explain_in_markdown, explain_response};
 use crate::markdown;
 use crate::occurrences::{Definition, is_of_value, names_at};
@@ -244,25 +244,8 @@ fn times_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) 
         let mark = if level == shown { " (current level)" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");
     }
-    for record in measurements(db, tables, codel) {
-        let plural = if record.executions == 1 { "" } else { "s" };
-        let _ = writeln!(
-            out,
-            "measured on {}: {} execution{plural}, the longest {}",
-            record.date, record.executions, record.greatest
-        );
-        if !record.warnings.is_empty() {
-            let _ = writeln!(out, "warnings: {}", record.warnings.join(", "));
-        }
-    }
+    out.extend(measurements(db, tables, codel).map(|line| line + "\n"));
     out
-}
-
-/// Returns the records of a codel's measurements, by its key with or without the library.
-fn measurements<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Vec<&'db Measured> {
-    let (name, qualified) = (codel.name(db), codel.qualified(db));
-    let all = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
-    all.filter(|it| it.key == qualified || it.key == **name).collect()
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ pub fn draw_probability<'db>(
         Plot {
             title,
             axis: "response time in ms",
-           
+            upright: "probability in an hour",
             points,
             deadline: report.deadline,
             lines,

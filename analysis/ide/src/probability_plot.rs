@@ -12,6 +12,8 @@ pub(crate) struct Plot<'a> {
     pub(crate) title: String,
     /// The label of the axis of times.
     pub(crate) axis: &'a str,
+    /// The label of the axis of probabilities.
+    pub(crate) upright: &'a str,
     /// In descending order of probability.
     pub(crate) points: Vec<PlotPoint>,
     /// A vertical line.
@@ -34,7 +36,7 @@ pub(crate) struct PlotPoint {
     pub(crate) is_shown: bool,
 }
 
-const LEFT: f64 = 86.0;
+const LEFT: f64 = 92.0;
 const TOP: f64 = 56.0;
 const WIDTH: f64 = 560.0;
 
@@ -64,6 +66,12 @@ impl Plot<'_> {
             number(LEFT + WIDTH / 2.0),
             number(TOP + height + 44.0),
             svg_text(self.axis),
+        );
+        let _ = writeln!(
+            out,
+            "<text class=\"soft\" transform=\"translate(26 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+            number(TOP + height / 2.0),
+            svg_text(self.upright),
         );
         if let Some(deadline) = self.deadline {
             let (x, top, bottom) = (number(x(deadline)), number(TOP), number(TOP + height));
