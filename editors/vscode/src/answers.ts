@@ -80,7 +80,7 @@ export interface Machine extends Drawn {
 
 export interface Scheduled {
   instance: string;
-  response: number;
+  response: number | null;
   deadline: number | null;
   figure: string;
   status: string;
@@ -130,8 +130,11 @@ export interface CpuBudget extends Drawn {
 export interface ExecutionTimes extends Drawn {
   codel: string;
   codels: string[];
-  levels: { significance: number; time: number }[];
+  /** With the verdict on the project's deployments at each level. */
+  levels: { significance: number; time: number; verdict: Verdict }[];
   shown: number;
+  /** What was measured. */
+  evidence: string[];
   source: string | null;
   assumed: boolean;
   location: Location | null;
@@ -221,10 +224,12 @@ export type ToPanel =
   | { type: "light"; items: Item[] };
 
 export type FromPanel =
-  | { type: "ready" }
+  /** Whether the page is narrow. */
+  | { type: "ready" | "narrow"; narrow: boolean }
   | { type: "go"; item: Item }
   | { type: "choose"; value: string }
   | { type: "lightChain"; chain: string }
+  | { type: "setLevel"; level: number }
   | { type: "values"; text: string }
   | { type: "apply" | "reset" }
   | { type: "chooseLevel" | "save" | "copy" };

@@ -3,7 +3,7 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import type { Location } from "vscode-languageclient/node";
 import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "./answers";
-import { kinds, Loaded, nameOf } from "./kinds";
+import { kinds, Loaded, nameOf, Request } from "./kinds";
 import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
 import { litAt, Places, placesOf } from "./lit";
@@ -117,6 +117,10 @@ class Panel {
   private again?: NodeJS.Timeout;
   /** Counts the subjects: an answer about an earlier one is not shown. */
   private subjects = 0;
+  /** Whether its page is narrow, as it is beside an editor. */
+  private narrow = true;
+  private readonly ask: Request = (method, parameters) =>
+    this.server.request(method, this.narrow ? { ...parameters, drawing: "narrow" } : parameters);
   private readonly latest = new Latest((isOutdated) => this.load(isOutdated));
 
   constructor(
@@ -182,7 +186,7 @@ class Panel {
     const { subject, subjects, kind } = this;
     let loaded: Loaded<Answers[PanelKind]>;
     try {
-      loaded = await kinds[kind].load((method, parameters) => this.server.request(method, parameters), subject);
+      loaded = await kinds[kind].load(this.ask, subject);
     } catch (error) {
       if (!isOutdated()) {
         this.fail(error);
@@ -275,7 +279,15 @@ class Panel {
 
   private async receive(message: FromPanel): Promise<void> {
     switch (message.type) {
+      case "narrow":
+        this.narrow = message.narrow;
+        return this.change(this.subject);
       case "ready":
+        if (this.narrow !== message.narrow) {
+          this.narrow = message.narrow;
+          this.loaded = undefined;
+          this.change(this.subject);
+        }
         // The page is new: it has nothing.
         this.send();
         this.post({ type: "mark", why: this.mark });
@@ -297,6 +309,8 @@ class Panel {
         return this.change({ ...this.subject, before: undefined });
       case "apply":
         return this.apply();
+      case "setLevel":
+        return vscode.commands.executeCommand("mauve.setSignificance", message.level);
       case "chooseLevel":
         return vscode.commands.executeCommand("mauve.chooseSignificance");
       default:
@@ -315,7 +329,7 @@ class Panel {
   private async apply(): Promise<void> {
     const versions = new Map(vscode.workspace.textDocuments.map(({ uri, version }) => [uri.toString(), version]));
     try {
-      const { answer } = await kinds.whatIf.load((method, parameters) => this.server.request(method, parameters), this.subject);
+      const { answer } = await kinds.whatIf.load(this.ask, this.subject);
       if (answer.edit === null) {
         void vscode.window.showInformationMessage("There are no values to write into the text.");
         return;

@@ -1,7 +1,7 @@
 // What a panel shows beside its drawing, by its kind.
 import type { Answers, Chains, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
 import { bar, h } from "./dom";
-import { cpus, number, percent, Row, rows, statusOf, Step, steps, summary } from "./figures";
+import { cpus, number, percent, Row, rows, Said, statusOf, Step, steps, summary } from "./figures";
 
 /** What a part of the page does. */
 export interface Actions {
@@ -9,6 +9,7 @@ export interface Actions {
   hover(item?: Item): void;
   choose(value: string): void;
   lightChain(chain: string): void;
+  setLevel(level: number): void;
 }
 
 /** The parts of the page below the drawing. `selected` is the selected element of the drawing. */
@@ -33,14 +34,13 @@ const sections: { [Kind in PanelKind]: (answer: Answers[Kind], actions: Actions,
   whatIf: ofWhatIf,
 };
 
-type Headline = { status: Row["status"]; text: string };
-
-/** What is most important, in a line with its status. */
-export function headline<Kind extends PanelKind>(kind: Kind, answer: Answers[Kind]): Headline {
-  return headlines[kind](answer);
+/** What is most important, in a line: its parts with their statuses. */
+export function headline<Kind extends PanelKind>(kind: Kind, answer: Answers[Kind]): Said[] {
+  const said = headlines[kind](answer);
+  return Array.isArray(said) ? said : [said];
 }
 
-const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Headline } = {
+const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Said | Said[] } = {
   architecture: ({ nodes, significance }) => {
     const instances = nodes.length === 1 ? "1 instance" : `${nodes.length} instances`;
     return significance === null ? { status: "none", text: `${instances}; no deployment, so no times` } : summary(rows(nodes));
@@ -61,8 +61,10 @@ const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Headline } = 
     return { status: status === "tight" ? "met" : status, text: figure.replace(/^[✓!✗?] /, "") };
   },
   schedule: ({ instance, instances, bound, note }) => {
-    const status = statusOf(instances.find((it) => it.instance === instance)?.status ?? null);
-    return { status: note === null ? "unknown" : status, text: note ?? `No schedule; bound ${number(bound)} ms` };
+    const shown = instances.find((it) => it.instance === instance);
+    const status = statusOf(shown?.status ?? null, shown?.figure);
+    const none = bound === null ? `${instance ?? "No activity"} has no response time, so no schedule` : `No schedule; bound ${number(bound)} ms`;
+    return { status: note === null && status !== "missed" ? "unknown" : status, text: note ?? none };
   },
   chains: ({ chains }) => {
     const late = chains.filter(({ status }) => status === "missed");
@@ -122,10 +124,10 @@ function rowOf(item: Item, actions: Actions, status: string | undefined, ...cell
 }
 
 /** A row of an instance that can be chosen. */
-function choosable(of: { instance: string; status: string }, chosen: string | null, actions: Actions, ...cells: HTMLElement[]): HTMLElement {
+function choosable(of: { instance: string; status: string; figure?: string }, chosen: string | null, actions: Actions, ...cells: HTMLElement[]): HTMLElement {
   const isChosen = of.instance === chosen;
   const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": of.instance, click: () => actions.choose(of.instance) }, of.instance);
-  return h("tr", { class: `${statusOf(of.status)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
+  return h("tr", { class: `${statusOf(of.status, of.figure)}${isChosen ? " chosen" : ""}` }, name(button), ...cells);
 }
 
 function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Actions): HTMLElement[] {
@@ -144,7 +146,7 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
     const tr = rowOf(item, actions, status, ...cells);
     return node.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 6 }, node.reasons.join("; ")))];
   };
-  const figures = { Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
+  const figures = { Utilisation: "figure", Priority: "figure", "Period ms": "figure", CPU: "figure" } as const;
   const columns = { Instance: "", "Response / deadline": "figure", ...figures } as const;
   const cpu = ({ host, mask, utilisation, complete }: Graph["cpus"][number]) => {
     const status = utilisation === null ? "unknown" : utilisation > 1 ? "missed" : "met";
@@ -211,12 +213,10 @@ function programs({ states, edges }: Machine, selected?: Item): HTMLElement {
 }
 
 function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], actions: Actions): HTMLElement[] {
-  const part = ({ response, deadline }: Scheduled) => (deadline === null ? 0 : response / Math.max(deadline, Number.MIN_VALUE));
-  const row = (it: Scheduled) => choosable(it, instance, actions, response(it.figure, statusOf(it.status, it.figure), part(it)));
-  const sorted = [...instances].sort((one, other) => part(other) - part(one));
+  const row = ({ node, status, part }: Row<Scheduled>) => choosable(node, instance, actions, response(node.figure, status, part));
   const caption = "Response times, the worst first: show the schedule of";
   const columns = { Instance: "", "Response / deadline": "figure" } as const;
-  return [reasons("No schedule", why), table("activities", caption, columns, sorted.map(row))];
+  return [reasons("No schedule", why), table("activities", caption, columns, rows(instances).map(row))];
 }
 
 /** The components of the selected chain, otherwise of the first one with a latency, and why chains have none. */
@@ -251,14 +251,17 @@ function ofWhatIf({ rows, reasons: why }: Answers["whatIf"]): HTMLElement[] {
   return [reasons("Nothing is analysed", why), reasons("Without a figure", lost)];
 }
 
-function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {
-  const row = ({ significance, time }: (typeof levels)[number]) => {
+function ofTimes({ levels, shown, source, evidence, reasons: why }: Answers["executionTimes"], actions: Actions): HTMLElement[] {
+  const row = ({ significance, time, verdict }: (typeof levels)[number]) => {
     const isShown = significance === shown;
-    const mark = isShown ? h("small", {}, " shown") : undefined;
-    return h("tr", { class: isShown ? "chosen" : undefined }, name(level(significance), mark), figure(number(time)));
+    const text = level(significance);
+    const choose = { class: "link", "data-key": text, "aria-pressed": String(isShown), title: `Show all figures at ${text}`, click: () => actions.setLevel(significance) };
+    const cells = [figure(number(time)), h("td", { class: `verdict-at ${verdict.status}` }, verdict.text)];
+    return h("tr", { class: isShown ? "chosen" : undefined }, name(h("button", choose, text)), ...cells);
   };
-  const caption = source === null ? "Execution times" : `Execution times of ${source}`;
-  return [reasons("Times are missing", why), table("levels", caption, { Level: "", "Time ms": "figure" }, levels.map(row))];
+  const caption = source === null ? "Execution times, and the deadlines at each level" : `Execution times of ${source}, and the deadlines at each level`;
+  const columns = { Level: "", "Time ms": "figure", "The project at this level": "" } as const;
+  return [reasons("Times are missing", why), table("levels", caption, columns, levels.map(row)), reasons("Evidence", evidence.flatMap((it) => it.split("\n")))];
 }
 
 /** A button that goes to the source. */

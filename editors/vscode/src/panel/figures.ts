@@ -1,10 +1,10 @@
-import type { GraphNode } from "../answers";
+import type { GraphNode, Scheduled } from "../answers";
 
 /** An activity in a table. */
-export interface Row {
+export interface Row<Node = GraphNode> {
   /** Its number in the answer. */
   index: number;
-  node: GraphNode;
+  node: Node;
   /** A class of the styles. */
   status: "missed" | "unknown" | "tight" | "met" | "none";
   /** The response time as a part of the deadline; infinite without a bound. */
@@ -45,8 +45,8 @@ export function statusOf(status: string | null, figure?: string | null): Row["st
 export const signs: Record<Row["status"], string> = { missed: "✗", unknown: "?", tight: "!", met: "✓", none: "–" };
 
 /** The rows of the activities, the worst first: by their statuses, then by the response time as a part of the deadline. */
-export function rows(nodes: GraphNode[]): Row[] {
-  const found = nodes.map((node, index): Row => {
+export function rows<Node extends Scheduled | GraphNode>(nodes: Node[]): Row<Node>[] {
+  const found = nodes.map((node, index): Row<Node> => {
     const { response, deadline } = node;
     const isKnown = response !== null && deadline !== null;
     const status = statusOf(node.status, node.figure);
@@ -54,14 +54,20 @@ export function rows(nodes: GraphNode[]): Row[] {
     return { index, node, status, part };
   });
   const order = Object.keys(signs);
-  const byStatus = (one: Row, other: Row) => order.indexOf(one.status) - order.indexOf(other.status);
-  const byPart = (one: Row, other: Row) => (one.part === other.part ? 0 : one.part > other.part ? -1 : 1);
-  const byName = (one: Row, other: Row) => one.node.instance.localeCompare(other.node.instance);
+  const byStatus = (one: Row<Node>, other: Row<Node>) => order.indexOf(one.status) - order.indexOf(other.status);
+  const byPart = (one: Row<Node>, other: Row<Node>) => (one.part === other.part ? 0 : one.part > other.part ? -1 : 1);
+  const byName = (one: Row<Node>, other: Row<Node>) => one.node.instance.localeCompare(other.node.instance);
   return found.sort((one, other) => byStatus(one, other) || byPart(one, other) || byName(one, other));
 }
 
-/** The deployment in one sentence, and its status. */
-export function summary(all: Row[]): { status: Row["status"]; text: string } {
+/** A part of a sentence. */
+export interface Said {
+  status: Row["status"];
+  text: string;
+}
+
+/** The deployment in one sentence: its parts with their statuses. */
+export function summary(all: Row[]): Said[] {
   const of = (status: Row["status"]) => all.filter((row) => row.status === status);
   const [missed, unknown, met] = [of("missed"), of("unknown"), [...of("tight"), ...of("met")]];
   const names = (rows: Row[]) => {
@@ -69,22 +75,25 @@ export function summary(all: Row[]): { status: Row["status"]; text: string } {
     return rows.length > 3 ? `${shown} and ${rows.length - 3} more` : shown;
   };
   const deadlines = (count: number) => (count === 1 ? "1 deadline" : `${count} deadlines`);
-  const parts: string[] = [];
+  const parts: Said[] = [];
   if (missed.length > 0) {
-    parts.push(`${deadlines(missed.length)} missed: ${names(missed)}`);
+    parts.push({ status: "missed", text: `${deadlines(missed.length)} missed: ${names(missed)}` });
   }
   if (unknown.length > 0) {
-    parts.push(`${unknown.length} not analysed: ${names(unknown)}`);
+    parts.push({ status: "unknown", text: `${unknown.length} not analysed: ${names(unknown)}` });
   }
   if (parts.length > 0) {
-    return { status: missed.length > 0 ? "missed" : "unknown", text: parts.join("; ") };
+    return parts;
   }
   if (met.length === 0) {
-    return { status: "none", text: "No activity has a deadline" };
+    return [{ status: "none", text: "No activity has a deadline" }];
   }
   const least = met.reduce((one, other) => (other.part > one.part ? other : one));
   const deadlinesMet = met.length === 1 ? "The deadline is met" : `All ${met.length} deadlines are met`;
-  return { status: least.status, text: `${deadlinesMet}; least slack: ${least.node.instance}, ${least.node.figure}` };
+  return [
+    { status: "met", text: deadlinesMet },
+    { status: least.status, text: `least slack: ${least.node.instance}, ${least.node.figure}` },
+  ];
 }
 
 /** A step of the worst periods: the same edge several times in a row is one. */

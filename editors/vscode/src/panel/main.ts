@@ -4,12 +4,11 @@ import { nameOf } from "../kinds";
 import { details, headline, level } from "./details";
 import { h } from "./dom";
 import { signs } from "./figures";
-import { Stage, step } from "./stage";
-import type { Place } from "./view";
+import { Chosen, Stage, step } from "./stage";
 
 interface State {
   subject?: Subject;
-  place?: Place;
+  place?: Chosen;
   /** What is typed as other values. */
   text?: string;
 }
@@ -83,8 +82,8 @@ const tools = h(
   ),
 );
 document.body.append(
-  h("header", {}, h("div", { class: "names" }, title, choice, levelButton), headlineText, tools, valuesForm),
-  h("main", {}, problem, mark, content),
+  h("header", {}, h("div", { class: "bar-of-tools" }, title, choice, levelButton, tools), h("div", { class: "says" }, headlineText, mark), valuesForm),
+  h("main", {}, problem, content),
 );
 content.hidden = true;
 
@@ -150,7 +149,17 @@ addEventListener("keydown", (event) => {
   }
 });
 addEventListener("message", ({ data }: MessageEvent<ToPanel>) => receive(data));
-post({ type: "ready" });
+/** In a narrow page, drawings go from top to bottom. */
+const isNarrow = () => innerWidth < 980;
+let wasNarrow = isNarrow();
+addEventListener("resize", () => {
+  if (isNarrow() !== wasNarrow) {
+    wasNarrow = isNarrow();
+    stage.reset();
+    post({ type: "narrow", narrow: wasNarrow });
+  }
+});
+post({ type: "ready", narrow: wasNarrow });
 
 function button(name: string, text: string, title: string, action: () => void): HTMLButtonElement {
   // Signs have a name; words are their own.
@@ -166,6 +175,7 @@ function receive(message: ToPanel): void {
     case "mark":
       mark.hidden = message.why === "";
       mark.textContent = message.why;
+      mark.title = message.why;
       document.body.classList.toggle("earlier", message.why !== "");
       break;
     case "problem":
@@ -214,9 +224,11 @@ function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { typ
   const significance = "significance" in answer ? answer.significance : "shown" in answer ? answer.shown : null;
   levelButton.hidden = significance === null;
   levelButton.textContent = significance === null ? "" : `Level ${level(significance)}`;
-  const { status, text } = headline(kind, answer);
-  headlineText.className = `headline ${status}`;
-  headlineText.textContent = status === "none" ? text : `${signs[status]} ${text}`;
+  const parts = headline(kind, answer).map(({ status, text }, index) => {
+    const sign = status === "none" || (index > 0 && status !== "unknown") ? "" : `${signs[status]} `;
+    return [index > 0 ? "; " : "", h("span", { class: status }, sign + text)];
+  });
+  headlineText.replaceChildren(...parts.flat());
   stage.element.hidden = answer.drawing === null;
   stage.show(answer.drawing);
   arrange();
@@ -235,6 +247,7 @@ function showDetails(): void {
       hover: (item?: Item) => stage.hover(item),
       choose: (value: string) => post({ type: "choose", value }),
       lightChain: (chain: string) => post({ type: "lightChain", chain }),
+      setLevel: (level: number) => post({ type: "setLevel", level }),
     };
     const lit = new Set([...below.querySelectorAll(".lit")].map((row) => row.getAttribute("data-item")));
     const { scrollTop } = below;

@@ -7,6 +7,9 @@ const directions = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", Arro
 /** A zoom by a key or a button. */
 export const step = 1.25;
 
+/** What the user has chosen to see: a place, or all of it in each size of the window. */
+export type Chosen = Place | "whole";
+
 /** What the stage tells the panel. */
 interface Listener {
   /** An element was clicked, or Enter was pressed on it. */
@@ -16,7 +19,7 @@ interface Listener {
   /** Escape: the focus goes elsewhere. */
   leave(): void;
   /** The user has zoomed or moved the drawing. */
-  move(place: Place): void;
+  move(place: Chosen): void;
 }
 
 /** The part of the page with the drawing: zoom, pan, keyboard and search. */
@@ -26,8 +29,8 @@ export class Stage {
   private text?: string;
   private bounds: Area = { x: 0, y: 0, width: 1, height: 1 };
   private place?: Place;
-  /** Whether the user has chosen the place: it stays then. */
-  private isOwn = false;
+  /** It stays as the window and the drawing change. */
+  private chosen?: Chosen;
   private lit = new Set<Item>();
   private hovered?: Item;
   private query = "";
@@ -39,10 +42,9 @@ export class Stage {
   constructor(
     private readonly nonce: string,
     private readonly listener: Listener,
-    place?: Place,
+    chosen?: Chosen,
   ) {
-    this.place = place;
-    this.isOwn = place !== undefined;
+    this.chosen = chosen;
     const { element } = this;
     element.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     element.addEventListener("pointerdown", (event) => this.press(event));
@@ -87,6 +89,7 @@ export class Stage {
       const { x, y, width, height } = drawing.svg.getBBox();
       const margin = 14;
       this.bounds = { x: x - margin, y: y - margin, width: width + 2 * margin, height: height + 2 * margin };
+      this.place = undefined;
     }
     this.apply();
     if (hadFocus) {
@@ -96,7 +99,7 @@ export class Stage {
 
   /** Starts again with another drawing: it is seen from its start. */
   reset(): void {
-    this.isOwn = false;
+    this.chosen = undefined;
     this.place = undefined;
   }
 
@@ -106,7 +109,9 @@ export class Stage {
   }
 
   fit(): void {
-    this.moveTo(whole(this.bounds, this.window));
+    this.chosen = "whole";
+    this.resize();
+    this.listener.move(this.chosen);
   }
 
   /** Lights elements: those at the cursor. */
@@ -284,12 +289,18 @@ export class Stage {
   }
 
   private get placed(): Place {
-    return this.place ?? initial(this.bounds, this.window);
+    this.place ??= this.chosen === "whole" ? whole(this.bounds, this.window) : (this.chosen ?? initial(this.bounds, this.window, this.wrong));
+    return this.place;
+  }
+
+  /** Where the drawing says what is missed. */
+  private get wrong(): Area[] {
+    return [...(this.drawing?.svg.querySelectorAll<SVGGraphicsElement>(".box.missed") ?? [])].map((it) => it.getBBox());
   }
 
   private moveTo(place: Place): void {
     this.place = clamped(place, this.bounds, this.window);
-    this.isOwn = true;
+    this.chosen = this.place;
     this.apply();
     this.listener.move(this.place);
   }
@@ -306,9 +317,7 @@ export class Stage {
   }
 
   private resize(): void {
-    if (!this.isOwn) {
-      this.place = undefined;
-    }
+    this.place = undefined;
     this.apply();
   }
 
@@ -316,8 +325,7 @@ export class Stage {
     if (this.drawing === undefined) {
       return;
     }
-    this.place ??= initial(this.bounds, this.window);
-    const { x, y, scale } = this.place;
+    const { x, y, scale } = this.placed;
     const { width, height } = this.window;
     this.drawing.svg.setAttribute("viewBox", [x, y, width / scale, height / scale].map((it) => it.toFixed(2)).join(" "));
   }

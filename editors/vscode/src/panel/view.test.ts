@@ -12,6 +12,15 @@ test("a drawing is seen as a whole if it is readable then, otherwise its top lef
   assert.equal(whole({ x: 0, y: 0, width: 2800, height: 100 }, window).scale, 0.25);
 });
 
+test("what is wrong is in sight from the start", () => {
+  const bounds = { x: 0, y: 0, width: 2400, height: 600 };
+  const one = { x: 2000, y: 500, width: 150, height: 60 };
+  const { x, y, scale } = initial(bounds, window, [one]);
+  assert.ok(scale === 0.75 && x <= one.x && x + window.width / scale >= one.x + one.width, `${x}`);
+  assert.ok(y <= one.y && y + window.height / scale >= one.y + one.height, `${y}`);
+  assert.deepEqual(initial(bounds, window, [one, { ...one, x: 0 }]), whole(bounds, window));
+});
+
 test("a zoom keeps the point under the pointer", () => {
   const before = { x: 50, y: 10, scale: 0.5 };
   const after = zoomed(before, 2, { x: 100, y: 40 });

@@ -22,10 +22,31 @@ const start = 0.75;
 /** So many pixels of the drawing stay in sight. */
 const rest = 60;
 
-/** The place at which a drawing begins in a window: whole if it is readable then, otherwise its top left. */
-export function initial(bounds: Area, window: { width: number; height: number }): Place {
-  const scale = Math.min(1, window.width / bounds.width, window.height / bounds.height);
-  return scale >= readable ? fitted(bounds, window, scale) : { x: bounds.x, y: bounds.y, scale: start };
+/**
+ * The place at which a drawing begins in a window: whole if it is readable then, otherwise its top left, and all that is wrong in
+ * it. Where that is not readable either, the drawing is seen as a whole.
+ */
+export function initial(bounds: Area, window: { width: number; height: number }, wrong: Area[] = []): Place {
+  const fitting = ({ width, height }: Area) => Math.min(window.width / width, window.height / height);
+  if (fitting(bounds) >= readable) {
+    return whole(bounds, window);
+  }
+  const topLeft = { x: bounds.x, y: bounds.y, scale: start };
+  if (wrong.length === 0) {
+    return topLeft;
+  }
+  const around = union(wrong);
+  const scale = Math.min(start, fitting(around));
+  return scale < readable ? whole(bounds, window) : revealed({ ...topLeft, scale }, around, window);
+}
+
+function union(areas: Area[]): Area {
+  const margin = 24;
+  const x = Math.min(...areas.map((it) => it.x)) - margin;
+  const y = Math.min(...areas.map((it) => it.y)) - margin;
+  const right = Math.max(...areas.map((it) => it.x + it.width)) + margin;
+  const bottom = Math.max(...areas.map((it) => it.y + it.height)) + margin;
+  return { x, y, width: right - x, height: bottom - y };
 }
 
 /** The place at which all of a drawing is seen. */
