@@ -77,7 +77,7 @@ pub(crate) fn budget_document<'db>(
             let is_instance = part.activity.is_some();
             json!({ "name": part.name.to_string(), "instance": is_instance, "share": part.share, "figure": figure })
         });
-        let mut document = json!(cpu_document(&hosts, it.load));
+        let mut document = json!(cpu_document(hosts, it.load));
         document["name"] = it.name.clone().into();
         document["figure"] = it.figure.clone().into();
         document["status"] = it.status.name().into();

@@ -155,7 +155,7 @@ impl DrawnCpu<'_> {
 /// Draws the CPU budget.
 pub fn draw_budget(budget: &DrawnBudget<'_>, drawing: Drawing) -> String {
     match drawing {
-        Drawing::Svg => svg(budget),
+        Drawing::Svg | Drawing::Narrow => svg(budget),
         Drawing::Text(columns) => text(budget, columns),
         Drawing::Dot => text(budget, None),
     }

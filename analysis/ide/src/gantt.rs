@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
 use crate::occurrences::grouped;
 use crate::text_canvas::{cells, in_columns};
-use crate::worst_schedule::WorstOf;
+use crate::worst_schedule::{WorstOf, to_micros};
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
@@ -526,11 +526,6 @@ impl<'a, 'db> Chart<'a, 'db> {
         }
         rows
     }
-}
-
-/// Returns a time rounded to microseconds: a reader that starts a nanosecond before a write is as late as one that starts with it.
-pub fn to_micros(time: Time) -> Time {
-    Time::from_nanos(time.as_nanos().saturating_add(500) / 1000 * 1000)
 }
 
 /// The most activities that a note lists.

@@ -6,8 +6,6 @@ use mauve_timing::{ChainStep, NoWorstCase, Schedule, SimulationOptions, Time, Wa
 use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{DeployedTasks, Query};
 
-use crate::gantt::to_micros;
-
 /// The worst case of one activity.
 #[derive(Debug, Clone)]
 pub struct WorstOf {
@@ -79,6 +77,11 @@ impl WorstOf {
             None => format!("job {job} of {instance} does not end; its bound is {bound}"),
         }
     }
+}
+
+/// Returns a time rounded to microseconds: a reader that starts a nanosecond before a write is as late as one that starts with it.
+pub fn to_micros(time: Time) -> Time {
+    Time::from_nanos(time.as_nanos().saturating_add(500) / 1000 * 1000)
 }
 
 /// The longest way of data along a chain that is found.
