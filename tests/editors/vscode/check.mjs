@@ -162,6 +162,13 @@ async function check() {
     await page.keyboard.press("Control+b");
     await page.waitForTimeout(500);
     await page.screenshot({ path: screenshot });
+    for (const suffix of ["-dark", undefined]) {
+      await command("Preferences: Toggle between Light/Dark Themes");
+      await page.waitForTimeout(1000);
+      if (suffix !== undefined) {
+        await page.screenshot({ path: screenshot.replace(/(\.png)?$/, `${suffix}.png`) });
+      }
+    }
   }
 
   await page.keyboard.press("Control+1");
