@@ -58,10 +58,10 @@ fn a_row_for_each_chain() {
     assert_eq!((found.code, found.err.as_str()), (1, ""), "one is late");
     expect![[r#"
         Robot: latency of chains in ms at 1e-4
-          chain                      latency  limit  age at write
-          see                             33     30            13  ✗ late
-          steer                           66     70            36  ✓ met
-          camera.scan -> base.drive       66                   36
+          chain                      age at write  latency / limit
+          see                                  13  ✗ ≤ 33 / 30 ms   ▰▰▰▰▰▰   110 %
+          steer                                36  ! ≤ 66 / 70 ms   ▰▰▰▰▰▱  94.3 %
+          camera.scan -> base.drive            36  ≤ 66 ms
           no data takes longer, if the 3 execution times hold and no codel waits
     "#]]
     .assert_eq(&found.out);
@@ -72,8 +72,8 @@ fn a_row_for_each_chain() {
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"
         Robot: latency of chains in ms at 1e-4
-          chain  latency  limit  age at write
-          steer       66     70            36  ✓ met
+          chain  age at write  latency / limit
+          steer            36  ! ≤ 66 / 70 ms   ▰▰▰▰▰▱  94.3 %
 
                                        wait  buffer  periods  run  sum
           camera                         10       0        0    1   11
@@ -105,8 +105,8 @@ fn a_chain_without_a_bound_has_its_reason() {
     assert_eq!((found.code, found.err.as_str()), (0, ""), "no limit is declared");
     expect![[r#"
         Robot: latency of chains in ms at 1e-4
-          chain                      latency  limit  age at write
-          camera.scan -> base.drive        —                    —  ✗ no bound: `base` is in the background
+          chain                      age at write  latency / limit
+          camera.scan -> base.drive             —  ? `base` is in the background
     "#]]
     .assert_eq(&found.out);
     let limited = robot(

@@ -47,10 +47,10 @@ fn tables_of_sensitivity() {
     assert_eq!((found.code, found.err.as_str()), (1, ""));
     expect![[r#"
         Robot: response times in ms at 1e-4, method best
-          instance  component  CPU    priority  period  deadline  WCET  first job  response  slack
-          driver    Driver       1           2      30        30    20         20        20     10  ✓ met
-          planner   Planner      1           1     100       100    37        117         —      —  ✗ unbounded
-          rest      Rest         1  background       —         —     —          —         —      —  background
+          instance  component  CPU    priority  period  WCET  first job  response / deadline
+          driver    Driver       1           2      30    20         20  ✓ 20 / 30 ms                  ▰▰▰▰▱▱  67 %
+          planner   Planner      1           1     100    37        117  ✗ CPU 1 overloaded (103.7 %)
+          rest      Rest         1  background       —     —          —  – not real-time
           CPU 1 utilisation: 103.7 %
           planner: CPU 1 overloaded (103.7 % at priority ≥ 1)
 
@@ -69,10 +69,10 @@ fn tables_of_sensitivity() {
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"
         Robot: response times in ms at 1e-4, method best
-          instance  component  CPU    priority  period  deadline  WCET  response  slack
-          driver    Driver       1           2      30        30    20        20     10  ✓ met
-          planner   Planner      1           1     100       100    27        87     13  ✓ met
-          rest      Rest         1  background       —         —     —         —      —  background
+          instance  component  CPU    priority  period  WCET  response / deadline
+          driver    Driver       1           2      30    20  ✓ 20 / 30 ms         ▰▰▰▰▱▱  67 %
+          planner   Planner      1           1     100    27  ✓ 87 / 100 ms        ▰▰▰▰▰▱  87 %
+          rest      Rest         1  background       —     —  – not real-time
           CPU 1 utilisation: 93.7 %
 
         Robot: limits of each value, changed alone, in ms at 1e-4

@@ -221,9 +221,9 @@ fn a_table_of_tasks_in_each_notation() {
     write(&folder, &[("robot.csv", csv), ("robot.toml", toml), ("robot.json", json)]);
     let shown = run(&folder, &["wcrt", "robot.csv"]);
     let expected = "robot: response times in ms at 1e-4, method best\n  \
-         instance  CPU  priority  period  deadline  WCET  response  slack\n  \
-         laser       1        20     100       100    43        43     57  ✓ met\n  \
-         map         1        10     200       200  50.5      93.5  106.5  ✓ met\n  \
+         instance  CPU  priority  period  WCET  response / deadline\n  \
+         laser       1        20     100    43  ✓ 43 / 100 ms        ▰▰▱▱▱▱  43 %\n  \
+         map         1        10     200  50.5  ✓ 93.5 / 200 ms      ▰▰▱▱▱▱  47 %\n  \
          CPU 1 utilisation: 68.2 %\n  \
          assumption: real-time throttling is off; set `rt_throttling` in the file\n";
     assert_eq!((shown.code, shown.out.as_str(), shown.err.as_str()), (0, expected, ""));
@@ -358,8 +358,8 @@ fn the_reference_has_three_forms() {
         write(&folder, &[(&*format!("robot.{language}"), found[0])]);
     }
     let shown = run(&folder, &["wcrt", "robot.csv"]);
-    assert!(shown.code == 0 && shown.out.contains("        43     57  ✓ met\n"), "{shown:?}");
-    assert!(shown.out.contains("        93    107  ✓ met\n"), "{shown:?}");
+    assert!(shown.code == 0 && shown.out.contains("  ✓ 43 / 100 ms  "), "{shown:?}");
+    assert!(shown.out.contains("  ✓ 93 / 200 ms  "), "{shown:?}");
     let all = |file: &str| run(&folder, &["wcrt", file, "--significance", "all"]);
     let (of_toml, of_json) = (all("robot.toml"), all("robot.json"));
     assert_eq!((of_toml.code, &of_toml.out), (0, &of_json.out), "{of_toml:?}");

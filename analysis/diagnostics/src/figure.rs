@@ -100,6 +100,11 @@ impl Forms {
         self.texts.first().map_or("", String::as_str)
     }
 
+    /// Its form in a table with a column for the deadline: `✓ 53`, `✗ overloaded`.
+    pub fn with_response(&self) -> &str {
+        self.texts.iter().rev().nth(1).map_or(self.text(), String::as_str)
+    }
+
     /// Its longest form: `✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %`.
     pub fn full(&self) -> String {
         self.all().swap_remove(0)

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use mauve_diagnostics::figure::TIGHT_SLACK;
+use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure};
 use mauve_diagnostics::{errors_of, errors_of_text, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
@@ -18,7 +18,7 @@ use crate::cli::check::verdict::conditions_of;
 use crate::cli::errors::{nothing_to, say_errors, several_of};
 use crate::cli::options::{Outside, Paths, level};
 use crate::cli::text::{columns, counted, csv, number, shown};
-use crate::cli::wcrt::shown_tables;
+use crate::cli::wcrt::{bar_of, shown_tables};
 use crate::harmless::harmless;
 use crate::json::{object, one_or_all};
 use crate::load::load;
@@ -146,20 +146,22 @@ impl ChainsCommand {
         }
         let row = |chain: &&ChainReport<'_>| {
             let reasons = reasons_of_chain(it.db, chain);
-            let verdict = match (reasons.as_slice(), chain.limit) {
-                ([], None) => String::new(),
-                ([], Some(_)) if chain.is_within_limit() => "✓ met".to_owned(),
-                ([], Some(_)) => "✗ late".to_owned(),
-                ([why], _) => format!("✗ no bound: {why}"),
-                ([why, rest @ ..], _) => {
-                    format!("✗ no bound: {why} ({})", counted(rest.len(), "more reason"))
-                }
+            let why = reasons.first().map_or("", String::as_str);
+            let more = match reasons.len() {
+                0 | 1 => String::new(),
+                several => format!(" ({})", counted(several - 1, "more reason")),
             };
-            let limit = chain.limit.map(Time::number).unwrap_or_default();
-            vec![chain.name.to_string(), number(chain.latency), limit, number(chain.age_at_write), verdict]
+            let figure = (chain.latency.filter(|_| reasons.is_empty()), chain.limit);
+            let forms = chain_figure(figure, "", TIGHT_SLACK);
+            let text = match figure.0 {
+                Some(_) => forms.text().to_owned(),
+                None => format!("? {why}{more}"),
+            };
+            let name = chain.name.to_string();
+            vec![name, number(chain.age_at_write), text, bar_of(&forms, 0), bar_of(&forms, 1)]
         };
         let rows: Vec<Vec<String>> = it.shown.iter().map(row).collect();
-        out += &columns(&["chain", "latency", "limit", "age at write", ""], &rows);
+        out += &columns(&["chain", "age at write", "latency / limit", "", ""], &rows);
         if it.chains.left_out > 0 && self.chain.is_none() {
             out += "  too many chains: only the shortest from each source to each effect is shown\n";
         }

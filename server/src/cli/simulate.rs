@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
@@ -288,13 +289,13 @@ fn table(it: &Simulation<'_>) -> String {
             ("CPU", &|row| cpu_numbers(&it.report.hosts, row.activity.cpus)),
             ("priority", &|row| priority(row.activity.priority)),
             ("period", &|row| number(row.activity.period)),
-            ("deadline", &|row| number(row.activity.deadline)),
             ("jobs", &|row| row.statistics.map_or_else(none, |it| it.jobs.to_string())),
             ("average", &|row| rounded(row.statistics.and_then(|it| it.average))),
             ("greatest", &|row| rounded(row.statistics.and_then(|it| it.greatest))),
-            ("bound", &|row| number(row.activity.response)),
             ("of bound", &|row| row.ratio().map_or_else(none, |ratio| format!("{:.1} %", ratio * 100.0))),
-            ("", &verdict),
+            ("late", &|row| row.statistics.map_or_else(none, |it| it.misses.to_string())),
+            ("bound / deadline", &|row| figure(it.db, row.activity, false, TIGHT_SLACK).text().to_owned()),
+            ("", &left_out),
         ],
     );
     match it.worst_case() {
@@ -328,12 +329,11 @@ fn way_table(it: &Simulation<'_>) -> String {
     if rows.is_empty() { String::new() } else { columns(&header, &rows) }
 }
 
-fn verdict(row: &Row<'_, '_>) -> String {
+/// Says that a row has no figures of jobs.
+fn left_out(row: &Row<'_, '_>) -> String {
     match (row.statistics, row.left_out) {
         (Some(Statistics { jobs: 0, .. }), _) => "no job ended".to_owned(),
-        (Some(Statistics { misses: 0, .. }), _) => "✓ met".to_owned(),
-        (Some(statistics), _) => format!("✗ {} missed", statistics.misses),
-        (None, Some(LeftOut::Background)) => "background".to_owned(),
+        (Some(_), _) | (None, Some(LeftOut::Background)) => String::new(),
         (None, _) => "not simulated".to_owned(),
     }
 }

@@ -6,12 +6,13 @@ use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK, figure};
 use mauve_diagnostics::{
     EXHAUSTED, errors_of_text, known_utilisation, origins, reasons_of, supported, task_set_error_message,
     times_of, timing_reason,
 };
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, Hosts, Location, Project};
+use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
 use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
@@ -33,7 +34,7 @@ use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
 use crate::json;
 use crate::load::load;
-use crate::output::{Output, say};
+use crate::output::{Output, say, terminal_columns};
 use crate::replace::put;
 
 #[derive(Debug, clap::Args)]
@@ -336,7 +337,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
                 "response times"
             };
             let _ = writeln!(out, "{name}: {what} in ms, method {method}{times}");
-            out += &several_levels(reports);
+            out += &several_levels(it.db, reports);
         }
     }
     out + &conditions(it)
@@ -455,33 +456,31 @@ fn assumptions(assumed: &[(String, Time)]) -> String {
 
 /// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job has a
 /// column of its own if it is not the greatest one for all activities.
-fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
+fn one_level<'db>(of: &Deployed<'db>, report: &Report<'db>) -> String {
     let is_first_greatest =
         report.activities.iter().all(|it| it.first_job.is_none_or(|first| Some(first) == it.response));
     // The best method for each activity; a column where they differ.
     let methods: BTreeSet<_> = report.activities.iter().filter_map(|it| it.method).collect();
-    let method = |activity: &ActivityReport<'_>| match activity.method {
+    let method = |activity: &ActivityReport<'db>| match activity.method {
         Some((method, true)) => format!("{method} *"),
         Some((method, false)) => method.to_string(),
         None => String::new(),
     };
     let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
     let has_components = report.activities.iter().any(|it| !it.component_name.is_empty());
-    let slack =
-        |it: &ActivityReport<'_>| it.deadline.zip(it.response).and_then(|(of, time)| of.checked_sub(time));
-    let all: [(bool, Column<'_, ActivityReport<'_>>); 12] = [
+    let all: [(bool, Column<'_, ActivityReport<'db>>); 12] = [
         (true, ("instance", &|it| it.instance.to_string())),
         (has_components, ("component", &|it| it.component_name.to_string())),
         (true, ("CPU", &|it| cpu_numbers(&report.hosts, it.cpus))),
         (true, ("priority", &|it| priority(it.priority))),
         (true, ("period", &|it| number(it.period))),
-        (true, ("deadline", &|it| number(it.deadline))),
         (true, ("WCET", &|it| number(it.own))),
         (!is_first_greatest, ("first job", &|it| number(it.first_job))),
-        (true, ("response", &|it| number(it.response))),
-        (true, ("slack", &|it| number(slack(it)))),
         (has_methods, ("method", &method)),
-        (true, ("", &|it| verdict(of, it))),
+        (true, (RESPONSE, &|it| forms(of, it).text().to_owned())),
+        (true, ("", &|it| bar_of(&forms(of, it), 0))),
+        (true, ("", &|it| bar_of(&forms(of, it), 1))),
+        (true, ("", &|it| acceptance(of, it).unwrap_or_default())),
     ];
     let shown: Vec<_> = all.into_iter().filter(|(is_shown, _)| *is_shown).map(|(_, column)| column).collect();
     let mut out = text::table(&report.activities, &shown);
@@ -498,21 +497,20 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
     out
 }
 
-fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
+fn several_levels<'db>(db: &'db dyn ModelDb, reports: &[(Query, &Report<'db>)]) -> String {
     let levels: Vec<String> = reports.iter().map(|(query, _)| query.level.to_string()).collect();
     let header: Vec<&str> = std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
     let Some((_, first)) = reports.first() else { return String::new() };
     let rows: Vec<Vec<String>> = (0..first.activities.len())
         .map(|index| {
-            let cell = |(query, report): &(Query, &Report<'_>)| {
-                let shown = |activity: &ActivityReport<'_>| {
-                    if query.horizon.is_some() { activity.first_job } else { activity.response }
-                };
-                report.activities.get(index).map_or_else(String::new, |activity| match shown(activity) {
-                    Some(response) if activity.verdict.is_met() => number(Some(response)),
-                    Some(response) => format!("{} ✗", number(Some(response))),
-                    None if activity.verdict == Status::Background => "·".to_owned(),
-                    None => activity.verdict.name().to_owned(),
+            let cell = |(query, report): &(Query, &Report<'db>)| {
+                let activity = report.activities.get(index);
+                activity.map_or_else(String::new, |it| match (query.horizon, it.first_job, it.deadline) {
+                    (Some(_), Some(first), Some(deadline)) => {
+                        Forms::of(first, deadline, TIGHT_SLACK).with_response().to_owned()
+                    }
+                    _ if it.verdict == Status::Background => "–".to_owned(),
+                    _ => figure(db, it, false, TIGHT_SLACK).with_response().to_owned(),
                 })
             };
             let name = first.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
@@ -549,53 +547,79 @@ pub(super) fn priority(priority: Priority) -> String {
     }
 }
 
-fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
-    let accepted = of.acceptance(activity).map(|reason| format!(", accepted: {reason}"));
-    let accepted = accepted.or_else(|| Some(format!(", {}", of.exceeded_acceptance(activity)?)));
-    match activity.verdict {
-        Status::Met => MET.to_owned(),
-        Status::Background => "background".to_owned(),
-        status => format!("{NOT_PROVED}{status}{}", accepted.unwrap_or_default()),
-    }
+/// The head of a column of response times beside their deadlines.
+pub(super) const RESPONSE: &str = "response / deadline";
+
+fn forms<'db>(of: &Deployed<'db>, activity: &ActivityReport<'db>) -> Forms {
+    figure(of.db, activity, false, TIGHT_SLACK)
 }
 
-/// How the last cell of a row of a table begins.
-const MET: &str = "✓ met";
-const NOT_PROVED: &str = "✗ ";
+/// Returns the bar of a figure, or its per cent: the columns behind the figure itself.
+pub(super) fn bar_of(forms: &Forms, part: usize) -> String {
+    forms.bar.as_ref().and_then(|bar| bar.get(part)).cloned().unwrap_or_default()
+}
 
-/// Colours the verdicts of a table, whose lines end with them: green for a deadline that is met, yellow for an accepted or unknown
-/// response time, red for a deadline that is missed or has no bound.
+fn acceptance(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> Option<String> {
+    let accepted = of.acceptance(activity).map(|reason| format!("{ACCEPTED}{reason}"));
+    accepted.or_else(|| of.exceeded_acceptance(activity))
+}
+
+const ACCEPTED: &str = "accepted: ";
+
+/// Colours the figures of a table, each up to the end of its line: green for a deadline that is met, yellow for little slack and for an
+/// accepted or unknown response time, red for a deadline that is missed or has no bound.
 pub(super) fn coloured(table: &str) -> String {
     let mut out = String::new();
     for line in table.split_inclusive('\n') {
         let content = line.trim_end_matches('\n');
-        let verdict = content.rfind(MET).or_else(|| content.find(NOT_PROVED)).unwrap_or(content.len());
-        let (before, verdict) = content.split_at(verdict);
-        let colour = match verdict {
-            MET => "32",
-            _ if verdict.contains(", accepted: ") || verdict.ends_with("not-analysed") => "33",
-            _ if verdict.starts_with(NOT_PROVED) => "31",
-            _ => "",
-        };
-        out += before;
-        out += &if colour.is_empty() {
-            verdict.to_owned()
-        } else {
-            format!("\u{1b}[{colour}m{verdict}\u{1b}[0m")
+        let marks = [("✓", "32"), ("!", "33"), ("?", "33"), ("✗", "31")];
+        let places = marks
+            .iter()
+            .filter_map(|(mark, colour)| Some((content.find(&format!("  {mark} "))? + "  ".len(), *colour)));
+        out += &match places.min() {
+            Some((at, colour)) => {
+                let (before, figure) = content.split_at(at);
+                let colour = if figure.contains(ACCEPTED) { "33" } else { colour };
+                format!("{before}\u{1b}[{colour}m{figure}\u{1b}[0m")
+            }
+            None => content.to_owned(),
         };
         out += line.get(content.len()..).unwrap_or_default();
     }
     out
 }
 
-/// Returns tables for the terminal, in colours if standard output is one.
+/// Returns tables for standard output: on a terminal in colours, and without the parts of figures for which it has no room.
 pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
-    let is_terminal = std::io::stdout().is_terminal();
+    let (is_terminal, width) = (std::io::stdout().is_terminal(), terminal_columns().unwrap_or(usize::MAX));
     let shown = |table: &String| {
-        let table = harmless(table);
+        let table = narrowed(harmless(table), width);
         if is_terminal { coloured(&table) } else { table }
     };
     tables.iter().map(shown).collect()
+}
+
+/// Returns a table without the per cent of its figures if a line with a bar is too wide, and without the bars if that is not enough.
+fn narrowed(mut table: String, width: usize) -> String {
+    let bar = ['▰', '▱'];
+    for is_bar_kept in [true, false] {
+        if table.lines().all(|line| !line.contains(bar) || line.chars().count() <= width) {
+            break;
+        }
+        let narrower = |line: &str| {
+            let (Some(start), Some((end, last))) = (line.find(bar), line.rmatch_indices(bar).next()) else {
+                return line.to_owned();
+            };
+            let end = end + last.len();
+            let kept = line.get(..if is_bar_kept { end } else { start }).unwrap_or_default();
+            // What stands behind the figure.
+            let rest = line.get(end..).unwrap_or_default();
+            let rest = rest.split_once(" %").map_or(rest, |(_, rest)| rest).trim();
+            format!("{kept}  {rest}").trim_end().to_owned()
+        };
+        table = table.lines().map(|line| narrower(line) + "\n").collect();
+    }
+    table
 }
 
 fn figures_csv(all: &[Deployed<'_>]) -> String {
@@ -659,10 +683,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_narrow_terminal_shows_less_of_a_figure() {
+        let table = "  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱   53 %  accepted: x\n  b  – not real-time\n";
+        assert_eq!(narrowed(table.to_owned(), 80), table);
+        let without = |what: &str| table.replace(what, "");
+        assert_eq!(narrowed(table.to_owned(), 44), without("   53 %"));
+        assert_eq!(narrowed(table.to_owned(), 20), without("▰▰▰▱▱▱   53 %  "));
+    }
+
+    #[test]
     fn verdicts_have_colours() {
-        let table = "D: response times\n  a  3  ✓ met\n  b  4  ✗ missed\n  c  —  ✗ not-analysed\n  d  4  ✗ missed, accepted: it\n";
-        let expected = "D: response times\n  a  3  \u{1b}[32m✓ met\u{1b}[0m\n  b  4  \u{1b}[31m✗ missed\u{1b}[0m\n  \
-                        c  —  \u{1b}[33m✗ not-analysed\u{1b}[0m\n  d  4  \u{1b}[33m✗ missed, accepted: it\u{1b}[0m\n";
+        let table = "D: response times\n  a  3  ✓ 3 / 9 ms  ▰\n  b  ! 9 / 9 ms\n  c  ? no time for x\n  d  ✗ 4 / 3 ms\n  \
+                     e  ✗ 4 / 3 ms  accepted: it\n  f  – not real-time\n";
+        let expected = "D: response times\n  a  3  \u{1b}[32m✓ 3 / 9 ms  ▰\u{1b}[0m\n  b  \u{1b}[33m! 9 / 9 ms\u{1b}[0m\n  \
+                        c  \u{1b}[33m? no time for x\u{1b}[0m\n  d  \u{1b}[31m✗ 4 / 3 ms\u{1b}[0m\n  \
+                        e  \u{1b}[33m✗ 4 / 3 ms  accepted: it\u{1b}[0m\n  f  – not real-time\n";
         assert_eq!(coloured(table), expected);
     }
 }
