@@ -300,17 +300,21 @@ function decoration(
   // The line may be gone: a change is told before the figures follow.
   const line = Math.min(figures[0].position.line, document.lineCount - 1);
   // One column is left before the figure.
-  const left = room(document.lineAt(line).text, look) - 1;
+  const written = document.lineAt(line).text;
+  const left = room(written, look) - 1;
   const status = isLate ? "older" : worst(figures);
+  const style = { color: new vscode.ThemeColor(`mauve.figures.${status}`), fontStyle: status === "older" ? "italic" : undefined };
+  const contentText = text(figures, left, isLate);
+  const indentation = written.length - written.trimStart().length;
+  const width = contentText.length + 1;
+  if (contentText.length > left && indentation >= width) {
+    // Behind the last row, not even the mark has room: it stands in the indentation, and moves nothing.
+    const before = { ...style, contentText, width: `${width}ch`, margin: `0 0 0 -${width}ch` };
+    return { range: new vscode.Range(line, indentation, line, indentation), renderOptions: { before } };
+  }
   return {
     // The end of the line, however long it is when VS Code draws: it may have a key more by then.
     range: new vscode.Range(line, endOfLine, line, endOfLine),
-    renderOptions: {
-      after: {
-        contentText: text(figures, left, isLate),
-        color: new vscode.ThemeColor(`mauve.figures.${status}`),
-        fontStyle: status === "older" ? "italic" : undefined,
-      },
-    },
+    renderOptions: { after: { ...style, contentText } },
   };
 }

@@ -16,26 +16,28 @@ function seen(page) {
       const edge = map.width > 0 ? map.left : right;
       const activities = {};
       const cut = [];
-      let activity = "";
+      let [activity, drawn] = ["", ""];
       const rows = [...editor.querySelectorAll(".view-line")].map((row) => ({ row, box: row.getBoundingClientRect() }));
       const inSight = rows.filter(({ box }) => box.top >= top - 1 && box.bottom <= bottom + 1).sort((one, other) => one.box.top - other.box.top);
       for (const { row } of inSight) {
         const text = row.textContent.replaceAll("\u00a0", " ");
         // A line may be wrapped, also before the name.
         activity = /^\s*activity\b/.test(text) || activity !== "" ? activity + text : "";
-        let drawn = "";
         for (const span of row.querySelectorAll("span")) {
-          const { content } = getComputedStyle(span, "::after");
-          const figure = content.startsWith('"') ? content.slice(1, -1) : "";
+          const text = (end) => (/^"(.*)"$/.exec(getComputedStyle(span, end).content)?.[1] ?? "");
+          // In the indentation, where there is no room behind the line.
+          const figure = text("::before") + text("::after");
           drawn += figure;
           if (span.getBoundingClientRect().right > edge + 1) {
             cut.push(span.textContent + figure);
           }
         }
-        // Its last row, also of an incomplete text.
-        if (activity !== "" && (drawn !== "" || text.includes("}"))) {
-          activities[/^\s*activity\s+(\w+)/.exec(activity)?.[1]] = drawn;
-          activity = "";
+        const [, name] = /^\s*activity\s+(\w+)/.exec(activity) ?? [];
+        if ((text.includes("}") || drawn !== "") && name !== undefined) {
+          activities[name] = drawn;
+        }
+        if (text.includes("}") || activity === "") {
+          [activity, drawn] = ["", ""];
         }
       }
       return { width, activities, cut };
