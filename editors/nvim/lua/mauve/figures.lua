@@ -227,7 +227,7 @@ end
 
 --- Draws the figures of a buffer anew.
 local function update(buffer, client)
-  if vim.bo[buffer].filetype ~= 'mauve' then
+  if not vim.list_contains({ 'mauve', 'toml' }, vim.bo[buffer].filetype) then
     return
   end
   states[buffer] = states[buffer] or { hints = {}, marks = {} }
