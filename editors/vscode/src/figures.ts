@@ -308,7 +308,7 @@ function decoration(
   const indentation = written.length - written.trimStart().length;
   const width = contentText.length + 1;
   if (contentText.length > left && indentation >= width) {
-    // Behind the last row, not even the mark has room: it stands in the indentation, and moves nothing.
+    // Behind the last row, not even the mark has room: it goes into the indentation, and moves nothing.
     const before = { ...style, contentText, width: `${width}ch`, margin: `0 0 0 -${width}ch` };
     return { range: new vscode.Range(line, indentation, line, indentation), renderOptions: { before } };
   }

@@ -6,7 +6,7 @@ import { openServerSetting } from "./settings";
 /** So many milliseconds the list waits for its problems and fixes. */
 const patience = 500;
 
-/** Shows what the item in the status bar stands for: the problems with their fixes, then the server and what one does with it. */
+/** Shows the list behind the item in the status bar: the problems with their fixes, then the server and what one does with it. */
 export async function showMenu(server: Server, verdict: string): Promise<void> {
   const picker = vscode.window.createQuickPick<Entry>();
   const menu = menuOf(server);

@@ -74,7 +74,7 @@ export class Panels implements vscode.Disposable {
   private async show(kind: PanelKind, uri?: unknown, place?: Partial<Subject>): Promise<void> {
     let subject = subjectOf(uri, place);
     if (subject === undefined && kind === "architecture") {
-      // Without a model in an editor, as in the walkthrough, the first project is meant.
+      // Without a model in an editor, as in the walkthrough, the panel shows the first project.
       const [project] = await vscode.workspace.findFiles("**/mauve.toml", undefined, 1);
       subject = project && { uri: project.toString() };
     }

@@ -21,7 +21,7 @@ export interface Problem {
   place: vscode.Location;
   /** The diagnostics that say why, the worst first. */
   why: vscode.Diagnostic[];
-  /** The place of the first diagnostic, whose fixes mend it. */
+  /** The place of the first diagnostic, whose fixes are offered. */
   cause: vscode.Location;
 }
 
