@@ -197,9 +197,19 @@ fn a_schedule_is_that_behind_a_response_time() {
     assert_eq!((&found["bound"], &found["response"]), (&json!(997), &json!(997)));
     assert_eq!(found["note"], "job 1 of navigation responds in 997 ms, which is its bound");
     let instances = found["instances"].as_array().unwrap();
-    assert!(instances.iter().all(|it| it["instance"] != "exploration"), "{instances:?}");
-    assert_eq!(instances.len(), 9);
-    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    // What is not analysed is named, too: it may be the one that is asked for.
+    let exploration = instances.iter().find(|it| it["instance"] == "exploration").unwrap();
+    assert_eq!((&exploration["response"], instances.len()), (&Value::Null, 10));
+    let drawing = found["drawing"].as_str().unwrap();
+    assert!(drawing.starts_with("<svg "));
+    for instant in [">release 0 ms<", ">deadline 1000 ms<", ">end 997 ms<"] {
+        assert!(drawing.contains(instant), "{instant} in {drawing}");
+    }
+    let narrow = json!({"textDocument": document, "drawing": "narrow"});
+    let narrow = client.call("mauve/schedule", narrow).unwrap();
+    assert!(
+        narrow["drawing"].as_str().unwrap().starts_with("<svg ") && narrow["drawing"] != found["drawing"]
+    );
     // The numbers in the drawing are those of the activities.
     let hokuyo =
         found["activities"].as_array().unwrap().iter().find(|it| it["instance"] == "hokuyo").unwrap();
@@ -405,6 +415,12 @@ fn execution_times_of_a_codel_at_all_levels() {
     // A smaller probability needs a longer time.
     let of = |it: &Value| (it["significance"].as_f64().unwrap(), it["time"].as_f64().unwrap());
     assert!(levels.iter().map(of).is_sorted_by(|a, b| a.0 > b.0 && a.1 <= b.1), "{levels:?}");
+    // A longer time may be too long for a deadline.
+    let at = |significance: f64| {
+        let level = levels.iter().find(|it| it["significance"] == significance).unwrap();
+        (level["verdict"]["status"].as_str().unwrap(), level["verdict"]["text"].as_str().unwrap())
+    };
+    assert!(at(1e-4).0 == "tight" && at(1e-9).0 == "missed", "{levels:?}");
     assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
     // At its declaration.
     let uri = found["location"]["uri"].as_str().unwrap().to_owned();

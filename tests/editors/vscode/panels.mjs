@@ -186,7 +186,7 @@ async function checkArchitecture({ page, expect, command, openAt, model }) {
       it?.drawing.includes("! 997 / 1000 ms") === true &&
       it.headline === "✓ All 9 deadlines are met; least slack: navigation, ! 997 / 1000 ms" &&
       it.cpus.join() === "CPU 199.4 %,CPU 278.9 %" &&
-      it.rows[1].startsWith("navigationNavigation! 997 / 1000 ms99.7 %29.4 %"),
+      it.rows[1].startsWith("navigationNavigation29.4 % · priority 2 · 1000 ms · CPU 1! 997 / 1000 ms99.7 %"),
   );
   await expect("the activity at the cursor is lit", look, ({ lit }) => lit.length === 1 && lit[0].startsWith("control: "));
   const frame = await frameOf(page, "architecture");

@@ -138,8 +138,10 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
     const item: Item = `instance:${index}`;
     const cpu = cpus(node.affinity, node.host).replace(/^CPUs? /, "");
     const figures = [percent(node.load), number(node.priority), number(node.period), cpu];
+    const more = `${figures[0]} · priority ${figures[1]} · ${figures[2]} ms · CPU ${cpu}`;
     const cells = [
-      name(link(node.instance, item, actions, node.component)),
+      // In a narrow page, the figures of the other columns are below the name.
+      name(link(node.instance, item, actions, node.component), h("small", { class: "more" }, more)),
       response(node.figure, status, part),
       ...figures.map((text) => figure(text)),
     ];
@@ -155,7 +157,7 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   };
   return [
     h("section", { class: "cpus" }, h("h2", {}, "Utilisation"), h("ul", {}, ...loads.map(cpu))),
-    table("activities", "Response times, the worst first", columns, rows(nodes).flatMap(row)),
+    table("activities instances", "Response times, the worst first", columns, rows(nodes).flatMap(row)),
     reasons("Not analysed", lost),
   ];
 }

@@ -69,14 +69,14 @@ const tools = h(
   h("span", { class: "group" }, searchField, count),
   h(
     "span",
-    { class: "group", role: "group", "aria-label": "Zoom" },
+    { class: "group zoom", role: "group", "aria-label": "Zoom" },
     button("", "−", "Zoom out (-)", () => stage.zoom(1 / step)),
-    button("", "Fit", "Show all (0)", () => stage.fit()),
+    button("fit", "Fit", "Show all (0)", () => stage.fit()),
     button("", "+", "Zoom in (+)", () => stage.zoom(step)),
   ),
   h(
     "span",
-    { class: "group", role: "group", "aria-label": "Export" },
+    { class: "group export", role: "group", "aria-label": "Export" },
     button("", "Save", "Save the drawing as SVG", () => post({ type: "save" })),
     button("", "Copy", "Copy the drawing as SVG", () => post({ type: "copy" })),
   ),

@@ -293,9 +293,9 @@ export class Stage {
     return this.place;
   }
 
-  /** Where the drawing says what is missed. */
+  /** Where the drawing says what is missed, and when a response begins and ends. */
   private get wrong(): Area[] {
-    return [...(this.drawing?.svg.querySelectorAll<SVGGraphicsElement>(".box.missed") ?? [])].map((it) => it.getBBox());
+    return [...(this.drawing?.svg.querySelectorAll<SVGGraphicsElement>(".box.missed, .instant") ?? [])].map((it) => it.getBBox());
   }
 
   private moveTo(place: Place): void {

@@ -16,7 +16,7 @@ export interface Place {
 
 const [least, most] = [0.1, 4];
 /** Below this scale, texts cannot be read. */
-const readable = 0.55;
+const readable = 0.48;
 /** The scale at the start where all would be too small. */
 const start = 0.75;
 /** So many pixels of the drawing stay in sight. */
