@@ -276,6 +276,9 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
             index % 8,
             *y - 10.0
         );
+        // The name comes first where both have no room.
+        let of_name = text_width(name, 12.0, false).min(width - 190.0);
+        let figure = &fitted(figure, width - of_name - 84.0, 12.0, false);
         let of_figure = text_width(figure, 12.0, false);
         *out += &line("figure", (x + 74.0, *y), "", &fitted(name, width - of_figure - 84.0, 12.0, false));
         *out += &line("figure", (x + 66.0, *y), " text-anchor=\"end\"", &percent(*share));

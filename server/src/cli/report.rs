@@ -79,11 +79,7 @@ impl Report {
         });
         let page = Page {
             db: &db,
-            name: self
-                .path
-                .canonicalize()
-                .ok()
-                .and_then(|path| Some(path.file_name()?.display().to_string())),
+            path: self.path.canonicalize().unwrap_or_else(|_| self.path.clone()),
             deployed: &deployed,
             findings: &findings,
             verdict: deadlines(&deployed, &suppressed),

@@ -7,8 +7,8 @@ use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK, short};
 use mauve_diagnostics::{reasons_of, timing_reason};
 use mauve_hir::{Decl, Project};
 use mauve_ide::{
-    Drawing, draw_budget, draw_chains, draw_graph, drawn_budget, drawn_chains, explain_response, graph,
-    html_code, html_text,
+    Drawing, DrawnChain, draw_budget, draw_chains, draw_graph, drawn_budget, drawn_chains, explain_response,
+    graph, html_code, html_text,
 };
 use mauve_timing::{Measured, Status, Time};
 use mauve_wcrt::{
@@ -28,7 +28,7 @@ const MOST_EXPLAINED: usize = 20;
 const MOST_PARTS: usize = 4;
 
 /// The number of chains without a latency that are listed.
-const MOST_CHAINS: usize = 20;
+const MOST_CHAINS: usize = 5;
 
 /// Returns the section of the deployment of this index.
 pub(super) fn section(of: &Deployed<'_>, index: usize) -> String {
@@ -105,7 +105,7 @@ fn response_times(of: &Deployed<'_>, report: &Report<'_>) -> String {
             shown(forms) + &accepted.unwrap_or_default(),
             parts(&mut breakdown, *index, activity),
             number(activity.own),
-            html_text(&cpu_numbers(&report.hosts, activity.cpus)),
+            html_text(&cpu_numbers(&report.hosts, activity.cpus).replace(' ', "\u{a0}")),
             priority(activity.priority),
             number(activity.period),
         ]
@@ -195,6 +195,24 @@ fn html_text_lines(text: &str) -> String {
     text.trim_end().lines().map(html_text).collect::<Vec<_>>().join("\n")
 }
 
+/// Returns the chains whose limits are not kept, with their figures.
+pub(super) fn late_chains(of: &Deployed<'_>) -> Vec<String> {
+    let (Origin::Model(tables), Some(declared), Some((query, _))) =
+        (&of.origin, of.declared, of.reports.first())
+    else {
+        return Vec::new();
+    };
+    let at = (tables.project(of.db), declared, *query);
+    let all = drawn_chains(of.db, at, None, TIGHT_SLACK).all.into_iter();
+    let is_late =
+        |it: &DrawnChain<'_>| it.status == HintStatus::Missed || it.limit.is_some() && it.latency.is_none();
+    all.filter(is_late).map(|it| format!("chain {}: {}", html_code(&it.name), chain_figure(&it))).collect()
+}
+
+fn chain_figure(it: &DrawnChain<'_>) -> String {
+    format!("<span class=\"figure {}\">{}</span>", it.status.name(), html_text(&it.figure))
+}
+
 /// The chains with a latency or a limit as a drawing; of the others, why they have none.
 fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> String {
     let mut drawn = drawn_chains(of.db, at, None, TIGHT_SLACK);
@@ -205,14 +223,13 @@ fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> Stri
         return String::new();
     }
     let mut out = "<h3>Chains</h3>\n".to_owned();
-    let row = |it: &mauve_ide::DrawnChain<'_>| {
-        let figure = format!("<span class=\"figure {}\">{}</span>", it.status.name(), html_text(&it.figure));
+    let row = |it: &DrawnChain<'_>| {
         let steps = it
             .steps
             .iter()
             .map(|step| html_text(&step.description()))
             .chain(it.reasons.iter().map(|it| html_text(it)));
-        vec![html_code(&it.name), figure, steps.collect::<Vec<_>>().join("<br/>")]
+        vec![html_code(&it.name), chain_figure(it), steps.collect::<Vec<_>>().join("<br/>")]
     };
     if !known.is_empty() {
         out += &table(&["Chain", "Latency / limit", "Where it comes from"], known.iter().map(row));
@@ -228,7 +245,7 @@ fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> Stri
             if count == 1 { "has" } else { "have" },
             if count == 1 { "its" } else { "their" }
         );
-        let reason = |it: &mauve_ide::DrawnChain<'_>| {
+        let reason = |it: &DrawnChain<'_>| {
             format!("{}: {}", html_code(&it.name), html_text(it.reasons.first().map_or("", String::as_str)))
         };
         let more = count.saturating_sub(MOST_CHAINS);
@@ -258,6 +275,7 @@ fn execution_times<'db>(
         });
         let time = it.time(db, query.level);
         let evidence = match time {
+            None if it.activities().is_empty() => "needs none: not real-time".to_owned(),
             Some(_) => evidence.collect::<Vec<_>>().join("<br/>"),
             None => "<b class=\"failed\">no time</b>".to_owned(),
         };

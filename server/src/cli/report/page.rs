@@ -1,6 +1,7 @@
 //! The page: the verdict first, what to do next, what changed, then a section for each deployment.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK, figure};
 use mauve_diagnostics::{Finding, Severity};
@@ -17,8 +18,8 @@ use crate::cli::lines::Lines;
 /// All that the page shows.
 pub(super) struct Page<'a, 'db> {
     pub(super) db: &'db Database,
-    /// The file or the folder.
-    pub(super) name: Option<String>,
+    /// The file or the folder: places are relative to it.
+    pub(super) path: PathBuf,
     pub(super) deployed: &'a [Deployed<'db>],
     pub(super) findings: &'a [Finding<'db>],
     /// How many deadlines are proved, and on which conditions.
@@ -96,7 +97,8 @@ const MOST_MESSAGES: usize = 500;
 impl Page<'_, '_> {
     /// Returns the page.
     pub(super) fn html(&self) -> String {
-        let title = match (&self.name, self.deployed) {
+        let name = self.path.file_name().map(|name| name.display().to_string());
+        let title = match (&name, self.deployed) {
             (Some(name), _) => format!("Timing report of {name}"),
             (None, [only]) => format!("Timing report of {}", only.name),
             (None, _) => "Timing report".to_owned(),
@@ -143,12 +145,17 @@ impl Page<'_, '_> {
             _ => "?",
         };
         let (said, conditions) = self.verdict.split_once(", if ").unwrap_or((&self.verdict, ""));
+        let tight = all.iter().filter(|(_, row)| row.forms.status == HintStatus::Tight).count();
+        let said = match (status, tight) {
+            (HintStatus::Tight, tight) => format!("{said}, {tight} with little slack"),
+            _ => said.to_owned(),
+        };
         let conditions = if conditions.is_empty() { String::new() } else { format!("if {conditions}") };
         let more = format!("{conditions}{limits}{}", supports(self.deployed));
         let mut out = format!(
             "<section class=\"verdict {}\" aria-label=\"Verdict\">\n<p class=\"headline\"><span class=\"mark\" aria-hidden=\"true\">{mark}</span> {}</p>\n",
             status.name(),
-            html_text(&capitalised(said)),
+            html_text(&capitalised(&said)),
         );
         if !more.is_empty() {
             let _ = writeln!(out, "<p>{}.</p>", html_text(&capitalised(more.trim_start_matches("; "))));
@@ -161,6 +168,8 @@ impl Page<'_, '_> {
                 if self.deployed.len() > 1 { format!(" of {}", html_code(of.name)) } else { String::new() };
             format!("{}{of}: {}", html_code(&row.activity.instance), shown(&row.forms))
         });
+        let late = self.deployed.iter().flat_map(deployment::late_chains);
+        let named: Vec<String> = late.chain(named).collect();
         let what = if is_open(&limits) || worst != status || all.iter().any(|(_, row)| is_bad(row)) {
             "Worst"
         } else {
@@ -201,17 +210,18 @@ impl Page<'_, '_> {
     /// Returns a message with its place and what would correct it.
     fn message(&self, finding: &Finding<'_>) -> String {
         let diagnostic = &finding.diagnostic;
-        let here = std::env::current_dir().unwrap_or_default();
-        let place = Lines { width: |text| text.chars().count() }.shown(self.db, &here, &diagnostic.at);
+        let here = if self.path.is_dir() { Some(&*self.path) } else { self.path.parent() };
+        let lines = Lines { width: |text| text.chars().count() };
+        let place = lines.shown(self.db, here.unwrap_or(&self.path), &diagnostic.at);
         let fixes: String = diagnostic
             .fixes
             .iter()
-            .map(|it| format!("<br/><small>possible: {}</small>", html_text(&it.title)))
+            .map(|it| format!("<br/><small>possible: {}</small>", with_names(&it.title)))
             .collect();
         let severity = finding.severity.name();
         format!(
             "<b class=\"{severity}\">{severity}</b>: {} <small>{} <code>{}</code></small>{fixes}",
-            html_text(&diagnostic.message),
+            with_names(&diagnostic.message),
             html_text(place.trim()),
             diagnostic.code.name
         )
@@ -237,7 +247,12 @@ impl Page<'_, '_> {
             for (head, of) in changed(it) {
                 let row = |row: &&mauve_ide::Compared| {
                     let [before, after] = row.shown();
-                    let class = if row.is_worse() { "worse" } else { "other" };
+                    let is_missed = row.after.as_ref().is_some_and(|it| it.hint == HintStatus::Missed);
+                    let class = match row.is_worse() {
+                        true if is_missed => "worse",
+                        true => "warned",
+                        false => "other",
+                    };
                     let was = row.was().map_or_else(String::new, |was| format!(" (was {})", html_code(was)));
                     vec![
                         html_code(row.name()) + &was,
@@ -269,6 +284,16 @@ impl Page<'_, '_> {
         let more = (more > 0).then(|| format!("{more} more"));
         format!("<section id=\"messages\">\n<h2>Messages</h2>\n{}</section>\n", list(items.chain(more)))
     }
+}
+
+/// Returns a message whose names, in backquotes, are code.
+fn with_names(message: &str) -> String {
+    let parts: Vec<&str> = message.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return html_text(message);
+    }
+    let part = |(index, it): (usize, &&str)| if index % 2 == 0 { html_text(it) } else { html_code(it) };
+    parts.iter().enumerate().map(part).collect()
 }
 
 /// Returns a text with a capital letter.
