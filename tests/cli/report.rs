@@ -161,8 +161,7 @@ fn what_changed_since_a_revision() {
 
 #[test]
 fn names_and_comments_are_text() {
-    let folder =
-        scratch(env!("CARGO_TARGET_TMPDIR"), &test_name()).join("a <script>alert(1) & \"b\"");
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name()).join("a <script>alert(1) & \"b\"");
     fs::create_dir_all(&folder).unwrap();
     write(&folder, &[("robot.mal", &MODEL.replace("\"", ""))]);
     let accepted = "deployment.D.accept = { nav = '<img src=x onerror=alert(1)>' }\n";
@@ -198,4 +197,18 @@ fn one_of_several_deployments() {
     let one = report(&folder, &["--deployment", "Other", "--significance", "1e-3"]).out;
     assert_eq!(one.matches("<section id=\"deployment-").count(), 1);
     assert!(one.contains("<code>Other</code> <small>at 1e-3"), "{one}");
+}
+
+#[test]
+fn execution_times_have_their_evidence() {
+    let measured = "executions = 20000\ngreatest = 9.5\ntimes = [10, 12]\nmethod = \"generalised Pareto\"\ndate = 2026-11-26\n\
+                    samples = \"s\"\nfiles = []\nbytes = 1\nwarnings = [\"heavy-tail\"]\n";
+    let folder = project(&format!(
+        "levels = [1e-3, 1e-4]\n[codel]\nsee = [10, 12]\nplan = 3\n[measured.see]\n{measured}"
+    ));
+    let page = report(&folder, &[]).out;
+    check_page(&page);
+    let evidence = "measured</b> 2026-11-26, 20000 executions, the longest 9.5 ms; generalised Pareto<br/><b class=\"warned\">heavy-tail</b>";
+    assert!(page.contains(evidence), "{page}");
+    assert!(page.contains("<td>written by hand <small>t.toml</small></td>"), "{page}");
 }

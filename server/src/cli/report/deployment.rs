@@ -195,21 +195,21 @@ fn html_text_lines(text: &str) -> String {
     text.trim_end().lines().map(html_text).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the chains whose limits are not kept, with their figures.
-pub(super) fn late_chains(of: &Deployed<'_>) -> Vec<String> {
+/// Returns the chains whose limits are not kept, or not known to be.
+pub(super) fn late_chains<'db>(of: &Deployed<'db>) -> Vec<DrawnChain<'db>> {
     let (Origin::Model(tables), Some(declared), Some((query, _))) =
         (&of.origin, of.declared, of.reports.first())
     else {
         return Vec::new();
     };
     let at = (tables.project(of.db), declared, *query);
-    let all = drawn_chains(of.db, at, None, TIGHT_SLACK).all.into_iter();
-    let is_late =
+    let is_open =
         |it: &DrawnChain<'_>| it.status == HintStatus::Missed || it.limit.is_some() && it.latency.is_none();
-    all.filter(is_late).map(|it| format!("chain {}: {}", html_code(&it.name), chain_figure(&it))).collect()
+    drawn_chains(of.db, at, None, TIGHT_SLACK).all.into_iter().filter(is_open).collect()
 }
 
-fn chain_figure(it: &DrawnChain<'_>) -> String {
+/// Returns the figure of a chain.
+pub(super) fn chain_figure(it: &DrawnChain<'_>) -> String {
     format!("<span class=\"figure {}\">{}</span>", it.status.name(), html_text(&it.figure))
 }
 

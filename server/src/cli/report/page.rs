@@ -125,19 +125,17 @@ impl Page<'_, '_> {
         let mut all: Vec<(&Deployed<'_>, Row<'_, '_>)> =
             self.deployed.iter().flat_map(|of| rows(of).into_iter().map(move |row| (of, row))).collect();
         all.sort_by_key(|(_, row)| row.order());
-        let is_open = |chain: &str| chain.contains("not proved");
-        let limits = limits(self.deployed);
-        let has_errors = self
-            .deployed
-            .iter()
-            .any(|it| it.errors > 0 || it.reports.iter().any(|(_, it)| !it.not_analysed.is_empty()));
-        let worst = all.first().map_or(HintStatus::Unknown, |(_, row)| row.forms.status);
-        let status = match worst {
+        let chains: Vec<_> = self.deployed.iter().flat_map(deployment::late_chains).collect();
+        let is_lost =
+            |it: &Deployed<'_>| it.errors > 0 || it.reports.iter().any(|(_, it)| !it.not_analysed.is_empty());
+        let of_chains = chains.iter().map(|chain| match chain.status {
             HintStatus::Missed => HintStatus::Missed,
-            _ if is_open(&limits) => HintStatus::Missed,
-            _ if has_errors => HintStatus::Unknown,
-            worst => worst,
-        };
+            _ => HintStatus::Unknown,
+        });
+        let of_deployments =
+            self.deployed.iter().filter(|it| is_lost(it)).map(|_| HintStatus::Unknown).chain(of_chains);
+        let of_rows = all.iter().take(1).map(|(_, row)| row.forms.status);
+        let status = of_deployments.chain(of_rows).min_by_key(|it| rank(*it)).unwrap_or(HintStatus::Unknown);
         let mark = match status {
             HintStatus::Missed => "✗",
             HintStatus::Tight => "!",
@@ -151,7 +149,7 @@ impl Page<'_, '_> {
             _ => said.to_owned(),
         };
         let conditions = if conditions.is_empty() { String::new() } else { format!("if {conditions}") };
-        let more = format!("{conditions}{limits}{}", supports(self.deployed));
+        let more = format!("{conditions}{}{}", limits(self.deployed), supports(self.deployed));
         let mut out = format!(
             "<section class=\"verdict {}\" aria-label=\"Verdict\">\n<p class=\"headline\"><span class=\"mark\" aria-hidden=\"true\">{mark}</span> {}</p>\n",
             status.name(),
@@ -168,13 +166,12 @@ impl Page<'_, '_> {
                 if self.deployed.len() > 1 { format!(" of {}", html_code(of.name)) } else { String::new() };
             format!("{}{of}: {}", html_code(&row.activity.instance), shown(&row.forms))
         });
-        let late = self.deployed.iter().flat_map(deployment::late_chains);
+        let late = chains
+            .iter()
+            .take(MOST_NEXT)
+            .map(|it| format!("chain {}: {}", html_code(&it.name), deployment::chain_figure(it)));
         let named: Vec<String> = late.chain(named).collect();
-        let what = if is_open(&limits) || worst != status || all.iter().any(|(_, row)| is_bad(row)) {
-            "Worst"
-        } else {
-            "Least slack"
-        };
+        let what = if rank(status) < rank(HintStatus::Tight) { "Worst" } else { "Least slack" };
         let _ = write!(
             out,
             "<h2>{what}</h2>\n{}<h2>What next</h2>\n{}</section>\n",
