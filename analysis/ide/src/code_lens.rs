@@ -1,16 +1,17 @@
 //! Code lenses above declarations: what can be done with them. The level, the Orocos packages, the architecture and the drawings of a
-//! deployment; the chains of an architecture; the instances and the state machine of a component; the implementation of a codel.
-//! Other figures are in hints.
+//! deployment; the chains of an architecture; the instances and the state machine of a component, and the activity that it makes late;
+//! the implementation of a codel. Other figures are in hints.
 
 use std::path::PathBuf;
 
+use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
 use mauve_diagnostics::supported;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, declarations, is_model, target_of};
 use mauve_syntax::TextRange;
-use mauve_timing::Level;
+use mauve_timing::{CpuSet, Level, Status};
 use mauve_wcrt::chains::chains_of;
-use mauve_wcrt::{Query, support};
+use mauve_wcrt::{ActivityReport, Query, response_times, support};
 
 use crate::connections::deployments;
 use crate::implementation::codel_file;
@@ -99,6 +100,8 @@ pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -
                 let (title, places) = instances(db, project, decl);
                 add(title, LensAction::Show(places));
                 add("State machine".to_owned(), LensAction::Draw(LensDrawing::StateMachine));
+                let late = project.and_then(|project| late(db, project, decl));
+                late.into_iter().for_each(|(title, place)| add(title, LensAction::Show(vec![place])));
             }
             Kind::Codel => {
                 let file = project.and_then(|project| codel_file(db, project, decl));
@@ -141,6 +144,39 @@ fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
         Some((first, _)) if titles.iter().all(|(title, _)| title == first) => vec![first.clone()],
         _ => titles.into_iter().map(|(title, name)| format!("{name}: {title}")).collect(),
     }
+}
+
+/// Returns the latest of the activities that miss their deadlines because of a component or in it, as a title such as
+/// `delays navigation: ✗ 1080 / 1000 ms`, and its place: an edit of the component may be the cause.
+fn late<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<(String, (File, TextRange))> {
+    let reports = deployments(db, project);
+    let reports =
+        reports.iter().map(|(it, _)| response_times(db, project, *it, Query::shown(db, project, *it)));
+    let late = reports.flat_map(|report| {
+        let own: Vec<&ActivityReport<'db>> =
+            report.activities.iter().filter(|it| it.component == Some(of)).collect();
+        let cpus = |it: &ActivityReport<'db>| it.cpus.unwrap_or(CpuSet::ALL);
+        let delays = move |it: &ActivityReport<'db>| {
+            own.iter().any(|own| own.priority >= it.priority && cpus(own).meets(cpus(it)))
+        };
+        let is_late = |it: &&ActivityReport<'db>| {
+            matches!(it.verdict, Status::Missed | Status::Unbounded | Status::NoBound)
+        };
+        report.activities.iter().filter(is_late).filter(move |it| delays(it))
+    });
+    // Without a bound before with one.
+    let latest = late.max_by(|one, other| {
+        let part = |it: &ActivityReport<'db>| it.used().unwrap_or(f64::INFINITY);
+        part(one).total_cmp(&part(other))
+    })?;
+    let at = latest.at.as_ref()?;
+    let what = if latest.component == Some(of) { "" } else { "delays " };
+    let figure = figure(db, latest, false, TIGHT_SLACK);
+    Some((format!("{what}{}: {}", latest.instance, figure.text()), (at.file(db), at.range(db))))
 }
 
 /// Returns a title such as `used in 2 instances`, and the instances; each location counts once.
@@ -208,7 +244,7 @@ component P(S, C)  component Q(S, E)  component Unused(S, E)
 architecture A { instance a: P  instance b: Q }
 deployment D {
   architecture A
-  activity a { priority = 1 period = 100 }
+  activity a { priority = 3 period = 100 }
   activity b { priority = 2 period = 100 deadline = 10 }
 }
 //- /robot.mal
@@ -220,8 +256,10 @@ architecture B { import A  instance c: P }
             expect![[r#"
                 P: used in 2 instances -> /robot.mal 56..57 c -> /model.mal 223..224 a
                 P: State machine -> draw StateMachine
+                P: delays b: ✗ 22 / 10 ms -> /model.mal 331..332 b
                 Q: used in 1 instance -> /model.mal 238..239 b
                 Q: State machine -> draw StateMachine
+                Q: b: ✗ 22 / 10 ms -> /model.mal 331..332 b
                 Unused: not used in any instance
                 Unused: State machine -> draw StateMachine
                 D: at 1e-4, about 3.6 executions an hour may exceed their times ▾ -> choose instead of 1e-4
