@@ -11,6 +11,7 @@ mod command_line;
 mod deployment_tables;
 mod diff;
 mod editor;
+mod figures;
 mod first_steps;
 mod fixes;
 mod graph;
