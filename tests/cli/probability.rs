@@ -106,7 +106,7 @@ fn observed_response_times_are_drawn() {
     assert!(observed.contains(expected), "{observed}");
     let drawing = mauve(MAUVE, &folder, &["wcrt", "--probability", "--format", "svg"]);
     assert_eq!((drawing.code, drawing.err.as_str()), (0, ""));
-    for part in [">observed: at most this share of 200 jobs<", "<path class=\"seen\" d=\"M86 56H"] {
+    for part in [">observed: at most this share of 200 jobs<", "<path class=\"seen\" d=\"M92 56H"] {
         assert!(drawing.out.contains(part), "{part} in {}", drawing.out);
     }
 }
