@@ -90,7 +90,7 @@ enum Command {
     /// Exit codes: 0 nothing got worse; 1 a figure is later by more than --tolerance, is no longer met, or is gone, or nothing is proved
     /// any more; 2 wrong usage, or a state that cannot be read.
     Diff(diff::Diff),
-    /// Write one page for a review or a CI job: the verdict, drawings, response times and what they rest on, and what changed.
+    /// Write one page for a review or a CI job: the verdict, drawings, response times and what they depend on, and what changed.
     ///
     /// The page is one HTML file without scripts, for screens and paper. The same models give the same bytes.
     ///

@@ -33,7 +33,7 @@ pub(crate) struct Graph {
     /// Light this chain of the deployment.
     #[arg(long, value_name = "NAME", conflicts_with = "architecture")]
     chain: Option<String>,
-    /// Show the CPU budget of the deployment instead: what each instance uses of its CPU, and what is left.
+    /// Show the CPU budget of the deployment instead: what each instance uses of its CPU, and what remains.
     #[arg(long, conflicts_with_all = ["architecture", "chain"])]
     cpus: bool,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.

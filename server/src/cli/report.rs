@@ -5,10 +5,12 @@
 //! |---|---|
 //! | `report/page.rs` | the page: the verdict, what to do next, what changed, a section for each deployment |
 //! | `report/deployment.rs` | a section: drawings, response times and their parts, chains, execution times, conditions |
+//! | `report/rows.rs` | activities with their figures, tables and lists, for both |
 //! | `report/report.css` | what it adds to the styles of all pages |
 
 mod deployment;
 mod page;
+mod rows;
 
 use std::path::PathBuf;
 

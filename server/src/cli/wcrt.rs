@@ -343,7 +343,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     out + &conditions(it)
 }
 
-/// Returns what the figures of a deployment rest on, and why some are missing: a line each.
+/// Returns what the figures of a deployment depend on, and why some are missing: a line each.
 pub(super) fn conditions(it: &Deployed<'_>) -> String {
     let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
     let basis = it.basis().unwrap_or_default();

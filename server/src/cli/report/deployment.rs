@@ -16,7 +16,7 @@ use mauve_wcrt::{
     origin_of, record_of, system_of,
 };
 
-use super::page::{Row, list, rows, shown, table};
+use super::rows::{Row, list, rows, shown, table};
 use crate::analysis_document::{Deployed, Origin};
 use crate::cli::text::{counted, number};
 use crate::cli::wcrt::{conditions, cpu_numbers, priority};
@@ -66,7 +66,7 @@ pub(super) fn section(of: &Deployed<'_>, index: usize) -> String {
     let conditions = conditions(of);
     let conditions = list(conditions.lines().map(|it| html_text(it.trim())));
     if !conditions.is_empty() {
-        let _ = writeln!(out, "<h3>What the figures rest on</h3>\n{conditions}");
+        let _ = writeln!(out, "<h3>What the figures depend on</h3>\n{conditions}");
     }
     out + "</section>\n"
 }

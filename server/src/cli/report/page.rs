@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK, figure};
+use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
 use mauve_diagnostics::{Finding, Severity};
 use mauve_hir::Database;
 use mauve_ide::{Comparison, html_code, html_page, html_text};
-use mauve_wcrt::ActivityReport;
 
 use super::deployment;
+use super::rows::{Row, list, rank, rows, shown, table};
 use crate::analysis_document::Deployed;
 use crate::cli::check::verdict::{limits, supports};
 use crate::cli::comparison::{changed, lines, why};
@@ -26,66 +26,6 @@ pub(super) struct Page<'a, 'db> {
     pub(super) verdict: String,
     /// What changed between two states, with their names.
     pub(super) changes: Option<(Vec<Comparison>, [String; 2])>,
-}
-
-/// An activity with its figure.
-pub(super) struct Row<'a, 'db> {
-    pub(super) activity: &'a ActivityReport<'db>,
-    pub(super) forms: Forms,
-}
-
-/// Returns the activities of a deployment with their figures.
-pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
-    let reports = of.reports.iter().flat_map(|(_, it)| it.activities.iter().zip(it.with_assumptions()));
-    let row =
-        |(activity, is_assumed)| Row { activity, forms: figure(of.db, activity, is_assumed, TIGHT_SLACK) };
-    reports.map(row).collect()
-}
-
-impl Row<'_, '_> {
-    /// The worst status is the first; of several with one status, the one with the least slack relative to the deadline.
-    pub(super) fn order(&self) -> (usize, i64) {
-        let (response, deadline) = (self.activity.response, self.activity.deadline);
-        let part =
-            response.zip(deadline).map(|(of, all)| of.as_nanos() as f64 / all.as_nanos().max(1) as f64);
-        (rank(self.forms.status), part.map_or(i64::MIN, |part| -(part * 1e9) as i64))
-    }
-}
-
-/// The order of statuses: missed, unknown, tight, met.
-fn rank(status: HintStatus) -> usize {
-    let order = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight, HintStatus::Met];
-    order.iter().position(|it| *it == status).unwrap_or(order.len())
-}
-
-/// Returns a figure with its bar and per cent; the bar is for the eye only.
-pub(super) fn shown(forms: &Forms) -> String {
-    let bar = forms.bar.as_ref().map_or_else(String::new, |[bar, percent]| {
-        format!(" <span class=\"gauge\" aria-hidden=\"true\">{bar}</span> {}", html_text(percent))
-    });
-    format!("<span class=\"figure {}\">{}{bar}</span>", forms.status.name(), html_text(forms.text()))
-}
-
-/// Returns a table under these heads.
-pub(super) fn table(heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
-    let heads: String = heads.iter().map(|it| format!("<th scope=\"col\">{it}</th>")).collect();
-    let mut out =
-        format!("<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{heads}</tr></thead><tbody>\n");
-    for row in rows {
-        out.push_str("<tr>");
-        for (index, cell) in row.iter().enumerate() {
-            let (name, scope) = if index == 0 { ("th", " scope=\"row\"") } else { ("td", "") };
-            let _ = write!(out, "<{name}{scope}>{cell}</{name}>");
-        }
-        out.push_str("</tr>\n");
-    }
-    out + "</tbody></table></div>\n"
-}
-
-/// Returns a list of texts that are HTML already; nothing without any.
-pub(super) fn list(items: impl IntoIterator<Item = String>) -> String {
-    let items: String = items.into_iter().map(|it| format!("<li>{it}</li>\n")).collect();
-    if items.is_empty() { items } else { format!("<ul>\n{items}</ul>\n") }
 }
 
 /// The number of messages among what to do next.
