@@ -40,7 +40,8 @@ impl Verdict {
             sum.errors = sum.errors.max(it.errors);
             it.basis().into_iter().for_each(|basis| sum.basis.add(basis));
             let Some(&(query, report)) = it.reports.first() else { continue };
-            sum.unknown += report.not_analysed.len();
+            // A reason for all activities is that of each of them.
+            sum.unknown += if report.activities.is_empty() { report.not_analysed.len() } else { 0 };
             for activity in &report.activities {
                 let is_tight = |it: HintStatus| it == HintStatus::Tight;
                 match activity.verdict {

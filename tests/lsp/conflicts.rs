@@ -158,6 +158,6 @@ fn configurations_and_tables_say_conflict() {
         assert_eq!(found.out.matches("error[").count(), conflicts, "{}", found.out);
         let names = "]: unresolved merge conflict between `HEAD` and `other`: keep one of the two texts";
         assert_eq!(found.out.matches(names).count(), conflicts, "{}", found.out);
-        assert!(found.out.contains("not-analysed") && found.code == 1, "{}", found.out);
+        assert!(found.out.contains("  ? ") && found.code == 1, "{}", found.out);
     }
 }

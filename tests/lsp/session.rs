@@ -214,7 +214,7 @@ fn a_request_begins_again_after_a_change_elsewhere() {
     let mut times = client.open_file(&folder.join("times.toml"));
     client.edit(&mut times, "999999", "5");
     let hover = client.answer(id).unwrap().to_string();
-    assert!(hover.contains("**Deadline met: 0.000005 ms ≤ "), "{hover}");
+    assert!(hover.contains("**✓ 0.000005 / 1 ms**"), "{hover}");
 }
 
 #[test]

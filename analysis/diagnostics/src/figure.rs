@@ -7,12 +7,8 @@
 //! Hints, hovers, tables, drawings, actions and messages take it from here. Slack is a figure of its own, in hovers and in
 //! `--sensitivity`.
 
-use mauve_hir::ModelDb;
-use mauve_timing::{Status, Time, Unit};
-use mauve_wcrt::ActivityReport;
+use mauve_timing::{Time, Unit};
 use serde::{Deserialize, Serialize};
-
-use crate::short_reason;
 
 /// The maximum length of a hint, in characters.
 pub const MOST_CHARACTERS: usize = 32;
@@ -67,7 +63,7 @@ pub struct Forms {
 
 impl Forms {
     /// A figure without a bar.
-    fn of_texts(texts: impl IntoIterator<Item = String>, status: HintStatus) -> Forms {
+    pub(crate) fn of_texts(texts: impl IntoIterator<Item = String>, status: HintStatus) -> Forms {
         Forms { texts: texts.into_iter().collect(), bar: None, status }
     }
 
@@ -86,7 +82,7 @@ impl Forms {
         Forms::with("", time, limit, false, tight_slack)
     }
 
-    fn with(at_most: &str, time: Time, limit: Time, is_assumed: bool, tight_slack: u32) -> Forms {
+    pub(crate) fn with(at_most: &str, time: Time, limit: Time, is_assumed: bool, tight_slack: u32) -> Forms {
         let (mark, status) = match time > limit {
             true => ("✗", HintStatus::Missed),
             false => met(time, limit, tight_slack),
@@ -137,38 +133,6 @@ fn bar(time: Time, limit: Time) -> [String; 2] {
     [bar, format!("{percent} %")]
 }
 
-/// Returns the forms of an activity's response time, or why it has none. Slack below `tight_slack` percent of the deadline is
-/// [`HintStatus::Tight`].
-pub fn figure<'db>(
-    db: &'db dyn ModelDb,
-    activity: &ActivityReport<'db>,
-    is_assumed: bool,
-    tight_slack: u32,
-) -> Forms {
-    let deadline = activity.deadline.unwrap_or_default();
-    let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
-    match (activity.verdict, activity.response) {
-        (Status::Background, _) => {
-            Forms::of_texts(["– not real-time", "–"].map(str::to_owned), HintStatus::Time)
-        }
-        (Status::Met | Status::Missed, Some(response)) => {
-            Forms::with("", response, deadline, is_assumed, tight_slack)
-        }
-        (Status::NotAnalysed, _) => {
-            let reason = cut(&format!("? {}", reason()), MOST_CHARACTERS);
-            Forms::of_texts([reason, "?".to_owned()], HintStatus::Unknown)
-        }
-        (Status::Unbounded, _) => {
-            let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
-            Forms::of_texts([long, short, "✗ overloaded".to_owned(), "✗".to_owned()], HintStatus::Missed)
-        }
-        (_, _) => {
-            let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
-            Forms::of_texts(texts, HintStatus::Missed)
-        }
-    }
-}
-
 /// Returns a response time before and after a change, and the deadline after it; `None`, it has no bound. The mark is that of the
 /// time after the change.
 ///
@@ -190,7 +154,7 @@ pub fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: T
     format!("{mark} {before}{figure}")
 }
 
-/// Returns the forms of a chain's latency beside its limit, or why it has none. Slack is as in [`figure`].
+/// Returns the forms of a chain's latency beside its limit, or why it has none. Slack is as in [`Forms::of`].
 ///
 /// ```text
 /// ✓ ≤ 526 / 600 ms    ✗ ≤ 526 / 500 ms    ≤ 526 ms    ? guidance may skip it
@@ -243,11 +207,6 @@ fn response_texts(mark: &str, figures: Vec<String>, is_assumed: bool) -> Vec<Str
             assumed.chain(in_short).chain([format!("{mark} assumed")]).collect()
         }
     }
-}
-
-/// Returns `CPU 1 overloaded` of `CPU 1 overloaded (102.7 %)`.
-fn without_percent(reason: &str) -> &str {
-    reason.split(" (").next().unwrap_or_default()
 }
 
 /// Returns a text of at most `most` characters: itself, or its beginning and `…`.

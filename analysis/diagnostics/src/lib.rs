@@ -24,6 +24,7 @@ use mauve_wcrt::{
     priority_facts, required_facts, system_of, table_facts, timing_facts, trigger_facts,
 };
 
+pub mod activity_figure;
 pub mod figure;
 mod foreign_syntax;
 mod reasons;

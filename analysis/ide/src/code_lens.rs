@@ -4,7 +4,8 @@
 
 use std::path::PathBuf;
 
-use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_diagnostics::supported;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, declarations, is_model, target_of};

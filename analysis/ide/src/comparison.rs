@@ -21,7 +21,8 @@ use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK, chain_figure, figure, met};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK, chain_figure, met};
 
 /// All figures of a deployment in one state.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]

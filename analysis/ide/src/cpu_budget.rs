@@ -13,7 +13,8 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::figure::{HintStatus, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::HintStatus;
 use mauve_diagnostics::{known_utilisation, times_of};
 use mauve_hir::{Decl, ModelDb, Project};
 use mauve_timing::CpuLoad;

@@ -14,7 +14,8 @@ use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of_host};
 
 use crate::drawing::drawn_name;
-use mauve_diagnostics::figure::{Forms, HintStatus, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{Forms, HintStatus};
 
 /// A graph of instances and connections.
 #[derive(Debug, Clone)]

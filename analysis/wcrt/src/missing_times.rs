@@ -56,8 +56,7 @@ pub fn budgets<'db>(
     let with_time = |codel: Decl<'db>, time: Time| -> Option<Option<Vec<Status>>> {
         let set = with(codel, time);
         let statuses = statuses(&set, &variants.analysed(&set, true)?);
-        let is_known = |it: &Status| !matches!(it, Status::NotAnalysed | Status::NoBound);
-        Some(statuses.iter().all(is_known).then_some(statuses))
+        Some((!statuses.contains(&Status::NotAnalysed)).then_some(statuses))
     };
     let is_late = |it: &Status| matches!(it, Status::Missed | Status::Unbounded);
     let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
@@ -65,6 +64,9 @@ pub fn budgets<'db>(
     for MissingTime { codel, users, .. } in &missing {
         let codel = *codel;
         let Some(at_zero) = with_time(codel, Time::ZERO).flatten() else { continue };
+        if at_zero.contains(&Status::NoBound) {
+            continue;
+        }
         let is_user = |name: &Name| users.iter().any(|(user, _)| user == name);
         let late = || system.activities.iter().zip(&at_zero).filter(|(_, it)| is_late(it));
         let further = late().next().is_some();
@@ -79,7 +81,9 @@ pub fn budgets<'db>(
                 let found = Boundary::between(0, longest.as_nanos().saturating_add(1), |time| {
                     let Some(statuses) = with_time(codel, time)? else { return Some(false) };
                     let mut changes = at_zero.iter().zip(&statuses);
-                    Some(!changes.any(|(before, after)| !is_late(before) && is_late(after)))
+                    Some(!changes.any(|(before, after)| {
+                        !is_late(before) && (is_late(after) || *after == Status::NoBound)
+                    }))
                 });
                 if !found.is_complete() {
                     return budgets;

@@ -10,7 +10,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};

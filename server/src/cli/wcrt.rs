@@ -6,7 +6,8 @@ use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_diagnostics::figure::{Forms, TIGHT_SLACK, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_diagnostics::{
     EXHAUSTED, errors_of_text, known_utilisation, origins, reasons_of, supported, task_set_error_message,
     times_of, timing_reason,
@@ -611,8 +612,8 @@ fn narrowed(mut table: String, width: usize) -> String {
                 return line.to_owned();
             };
             let end = end + last.len();
-            let kept = line.get(..if is_bar_kept { end } else { start }).unwrap_or_default();
-            // What stands behind the figure.
+            let kept = line.get(..if is_bar_kept { end } else { start }).unwrap_or_default().trim_end();
+            // What comes after the figure.
             let rest = line.get(end..).unwrap_or_default();
             let rest = rest.split_once(" %").map_or(rest, |(_, rest)| rest).trim();
             format!("{kept}  {rest}").trim_end().to_owned()

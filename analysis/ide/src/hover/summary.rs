@@ -1,7 +1,8 @@
 //! What a hover shows of the names of deployments, architectures, components and instances: a summary of each fact that stands in
 //! another place, with the name of the deployment where deployments differ.
 
-use mauve_diagnostics::figure::{TIGHT_SLACK, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_diagnostics::{supported, times_of};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, shell_of};

@@ -11,7 +11,8 @@ use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, res
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
-use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
 const HIGH_LOAD: u32 = 90;

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK, figure};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK};
 use mauve_ide::html_text;
 use mauve_wcrt::ActivityReport;
 

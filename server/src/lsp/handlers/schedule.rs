@@ -14,7 +14,8 @@
 //! `data-activity` holds the index of an activity in `activities`. Without a schedule, there are `reasons`, and no drawing.
 //! `incomplete` is whether a text has syntax errors.
 
-use mauve_diagnostics::{figure, reasons_of, times_of};
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
@@ -42,7 +43,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
     let tight_slack = snapshot.settings.hints.tight_slack;
     let instances = report.activities.iter().zip(report.with_assumptions());
     let instances = instances.map(|(it, is_assumed)| {
-        let figure = figure::figure(db, it, is_assumed, tight_slack);
+        let figure = figure(db, it, is_assumed, tight_slack);
         json!({
             "instance": it.instance.to_string(),
             "response": it.response.map(milliseconds),
