@@ -167,6 +167,10 @@ impl<'db> TimeIn<'db> {
                 let forms = limit_figure(it.time, *limit, late.is_none(), tight_slack);
                 ((rank, limit.as_nanos()), forms)
             }
+            // Its own activities are in time: another one is late, whatever it takes.
+            Some((_, Some(late), _)) if !self.is_late(db) => {
+                ((3, 1), texts([format!("– {late} is late anyway"), "–".to_owned()], HintStatus::Time))
+            }
             Some((_, Some(late), _)) => (
                 (0, 0),
                 texts([format!("✗ {}", self.why_late(db, late)), "✗".to_owned()], HintStatus::Missed),
@@ -194,6 +198,13 @@ impl<'db> TimeIn<'db> {
         let text = forms.text();
         let longer = [format!("{text}{uses}{origin}"), format!("{text}{origin}")];
         (rank, (Texts::of(longer.into_iter().chain(forms.texts.iter().cloned())), forms.status))
+    }
+
+    /// Whether an activity that executes it is late.
+    fn is_late(&self, db: &'db dyn ModelDb) -> bool {
+        let report = response_times(db, self.project, self.deployment, self.query);
+        let own = self.executed.activities().iter().filter_map(|&index| report.activities.get(index));
+        own.into_iter().any(|it| matches!(it.verdict, Status::Missed | Status::Unbounded | Status::NoBound))
     }
 
     /// Returns why the deadline of an activity is not met with any time of the codel.
@@ -308,6 +319,17 @@ platform.rt_throttling = false
             drive = 60⟨✗ CPU 1 overloaded (120.0 %) | missed⟩
         "#]],
         );
+    }
+
+    #[test]
+    fn a_time_is_not_wrong_because_of_another_activity() {
+        check("", "[codel]\nplan = 300\ndrive = 5\n[program]\n\"Driver/update\" = 5\n", expect![[r#"
+            [codel]
+            plan = 300⟨✗ ≤ 85 ms · 1 use | missed⟩
+            drive = 5⟨✗ CPU 1 overloaded (315.0 %) | missed⟩
+            [program]
+            "Driver/update" = 5⟨– planner is late anyway · 1 use | time⟩
+        "#]]);
     }
 
     #[test]
