@@ -407,7 +407,7 @@ latency = "500 ms"
   await openAt("components/navigation_shell.mal", "astar");
   await command("MAUVE: Show Execution Times");
   const times = () => seen(page, "executionTimes");
-  await expect("the execution times of the codel at the cursor", times, (it) => it?.drawing.includes("293 ms at 1e-4") === true && it.rows.some((row) => row.startsWith("1e-4293! 9 met")));
+  await expect("the execution times of the codel at the cursor", times, (it) => it?.drawing.includes("293 ms at 1e-4") === true && it.rows.some((row) => row.startsWith("1e-4293✗ 1 chain late · 1 tight")));
   await command("View: Close All Editors");
   await openAt("deployment.mal", "library");
   await command("MAUVE: Show Execution Times");
