@@ -468,7 +468,8 @@ async function checkFirstView({ page, expect, command, openAt }) {
     for (const [kind, show] of panels) {
       await openAt("deployment.mal", "activity hokuyo");
       await command(show);
-      const look = async () => (await frameOf(page, kind))?.evaluate(firstView);
+      // Until the page is there, nothing.
+      const look = async () => (await frameOf(page, kind))?.evaluate(firstView).catch(() => undefined);
       const isSeen = ({ rows, hidden, cut, covered }) => rows === 1 && hidden.length === 0 && cut.length === 0 && !covered;
       const isAll = { architecture: (it) => it.outside === 0, schedule: (it) => it.instants.join() === "release 0 ms,deadline 100 ms,end 53 ms", whatIf: (it) => it.outside === 0 }[kind];
       await expect(`${kind} in ${width} × ${height}: one row of tools, and what is missed in sight`, look, (it) => it !== undefined && isSeen(it) && isAll(it));
