@@ -323,13 +323,17 @@ platform.rt_throttling = false
 
     #[test]
     fn a_time_is_not_wrong_because_of_another_activity() {
-        check("", "[codel]\nplan = 300\ndrive = 5\n[program]\n\"Driver/update\" = 5\n", expect![[r#"
+        check(
+            "",
+            "[codel]\nplan = 300\ndrive = 5\n[program]\n\"Driver/update\" = 5\n",
+            expect![[r#"
             [codel]
             plan = 300⟨✗ ≤ 85 ms · 1 use | missed⟩
             drive = 5⟨✗ CPU 1 overloaded (315.0 %) | missed⟩
             [program]
             "Driver/update" = 5⟨– planner is late anyway · 1 use | time⟩
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
