@@ -1,6 +1,7 @@
 //! An architecture as a drawing: a box for each instance with its ports, and a line for each connection. For a deployment, boxes
 //! have the colour of their deadline's status. A chain that is lit has its own colour; its boxes are marked by `»` in characters.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
@@ -14,9 +15,11 @@ use crate::drawing::{
     Drawing, dot_text, drawn_name, fitted, moved, number, svg_frame, svg_head, svg_path, svg_text,
     text_width, too_large,
 };
-use crate::graph::{Graph, GraphNode};
-use crate::lanes::{NetEnd, draw_lanes};
-use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Placement, Side, Slot, Spacing, place};
+use crate::graph::{Graph, GraphEdge, GraphNode};
+use crate::lanes::{NetEnd, draw_lanes, lanes_of};
+use crate::layout::{
+    Area, BoxSize, Diagram, LineEnds, PlacedBox, PlacedLine, Placement, Side, Slot, Spacing, place,
+};
 use crate::text_canvas::{TextCanvas, cells};
 
 /// Draws a graph.
@@ -30,7 +33,7 @@ pub fn draw_graph(db: &dyn ModelDb, graph: &Graph<'_>, drawing: Drawing) -> Stri
     let drawn = match drawing {
         Drawing::Dot => Some(dot(graph)),
         Drawing::Svg => svg(graph, &interrupt),
-        Drawing::Narrow => downwards(graph, &interrupt),
+        Drawing::Narrow => narrow_svg(graph, &interrupt),
         Drawing::Text(columns) => text(graph, columns, &interrupt),
     };
     drawn.unwrap_or_else(|| {
@@ -214,29 +217,35 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
         }
     });
     let placement = moved(place(&diagram, PIXELS, interrupt)?, (0.0, TITLE));
-    let size =
-        (placement.width.max(text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin), placement.height);
-    Some(document(graph, size, &placement, |out, placed, node| {
+    let legend = if has_figures { 34.0 } else { 0.0 };
+    let size = (placement.width.max(title_width(graph)), placement.height + TITLE + legend);
+    let mut out = document(graph, size, &placement, |out, placed, node| {
         svg_box(out, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice))
-    }))
+    });
+    if has_figures {
+        let at = (PIXELS.margin, size.1 - 18.0);
+        out += &svg_line("soft", at, "", "R / D in ms, CPU utilisation; the bar shows R as a part of D");
+    }
+    Some(out + "</svg>\n")
 }
 
 /// The height of the title.
 const TITLE: f64 = 28.0;
 
+fn title_width(graph: &Graph<'_>) -> f64 {
+    text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin
+}
+
 /// What is drawn as a box: the graph, and the number of the instance.
 type Instance<'a, 'db> = (&'a Graph<'db>, usize, &'a GraphNode<'db>);
 
-/// A drawing of this size with its title, lines and boxes, and what figures are.
+/// A drawing of this size with its title, lines and boxes, without its end.
 fn document(
     graph: &Graph<'_>,
-    (width, height): (f64, f64),
+    size: (f64, f64),
     placement: &Placement,
     draw: impl Fn(&mut String, &PlacedBox, Instance<'_, '_>),
 ) -> String {
-    let has_figures = graph.report.is_some();
-    let legend = if has_figures { 34.0 } else { 0.0 };
-    let size = (width, height + TITLE + legend);
     let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", PIXELS.margin), &graph.title);
     for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
         let call = if edge.operation { " call" } else { "" };
@@ -256,57 +265,76 @@ fn document(
     for ((index, node), placed) in graph.nodes.iter().enumerate().zip(&placement.boxes) {
         draw(&mut out, placed, (graph, index, node));
     }
-    if has_figures {
-        let y = size.1 - 18.0;
-        let _ = writeln!(
-            out,
-            "<text class=\"soft\" x=\"{}\" y=\"{}\">R / D in ms, CPU utilisation; the bar shows R as a part of D</text>",
-            PIXELS.margin,
-            number(y)
-        );
-    }
-    out + "</svg>\n"
+    out
 }
 
-const SMALL: Spacing = Spacing { boxes: 14.0, lines: 9.0, turns: 6.0, ends: 11.0, margin: 14.0, ..PIXELS };
+/// The distances of a narrow drawing: between boxes, between the ends of lines, and between lanes.
+const NARROW: Spacing = Spacing { boxes: 5.0, ends: 7.0, lines: 9.0, margin: 14.0, ..PIXELS };
 
-/// The height of a small box without and with figures.
-const HEIGHTS: [f64; 2] = [30.0, 52.0];
+/// The width of a verdict in a narrow drawing.
+const VERDICT: f64 = 132.0;
 
-/// From top to bottom: columns become rows. The names of ports are in the titles.
-fn downwards(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
-    let has_figures = graph.report.is_some();
-    let (diagram, ports) = diagram(graph, |node, _| {
-        let name = text_width(&node.instance, 13.0, true) + if has_figures { LOAD } else { 0.0 };
-        let width = (name + 24.0).max(if has_figures { 144.0 } else { 60.0 });
-        BoxSize {
-            width: HEIGHTS[usize::from(has_figures)],
-            height: (width / 8.0).ceil() * 8.0,
-            head: None,
-            row: 13.0,
-            foot: 0.0,
-            ports: Vec::new(),
+/// For a narrow part of a window: the boxes are the rows, with lanes for lines beside them. The names of ports are in their titles.
+fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
+    let sizes = diagram(graph, |_, _| BoxSize { width: 100.0, height: 30.0, ..BoxSize::default() }).0;
+    let rows = rows_of(graph, &place(&sizes, PIXELS, interrupt)?);
+    let names = graph.nodes.iter().map(|it| text_width(&it.instance, 13.0, true)).fold(0.0, f64::max);
+    let width = names + 20.0 + if graph.report.is_some() { VERDICT + 10.0 } else { 0.0 };
+    let right = NARROW.margin + width;
+    let mut boxes = vec![PlacedBox::default(); graph.nodes.len()];
+    let mut triangles = vec![String::new(); graph.nodes.len()];
+    let (mut nets, mut places) = (BTreeMap::<_, Vec<NetEnd>>::new(), FxHashMap::default());
+    let mut below = TITLE + NARROW.margin;
+    for (instance, ends) in &rows {
+        let count = (ends.len() + 1) as f64;
+        let height = (NARROW.ends * count).max(27.0);
+        boxes[*instance].area = Area { x: NARROW.margin, y: below, width, height };
+        for (index, end) in ends.iter().enumerate() {
+            let y = below + height * (index + 1) as f64 / count;
+            nets.entry(end.2).or_default().push(NetEnd { row: places.len(), tip: end.3 });
+            places.insert((*instance, *end), (places.len(), y));
+            let tip = if end.0 { 4.0 } else { -4.0 };
+            let _ = writeln!(
+                triangles[*instance],
+                "<path class=\"port\" d=\"M{a} {}L{b} {}L{a} {}z\"><title>{}</title></path>",
+                number(y - 3.0),
+                number(y),
+                number(y + 3.0),
+                svg_text(end.1),
+                a = number(right - tip),
+                b = number(right + tip),
+            );
         }
+        below += height + NARROW.boxes;
+    }
+    let lanes = lanes_of(nets.values())?;
+    let mut lane_of = vec![0.0; places.len()];
+    for (spans, lane) in lanes.iter().zip(1..) {
+        let ends = spans.iter().flat_map(|span| span.2);
+        ends.for_each(|end| lane_of[end.row] = right + 4.0 + NARROW.lines * f64::from(lane));
+    }
+    let lines = graph.edges.iter().map(|edge| {
+        let [from, to] = ends_of(edge).map(|end| places.get(&end).copied());
+        let points = from.zip(to).map(|((row, from), (_, to))| {
+            vec![(right, from), (lane_of[row], from), (lane_of[row], to), (right, to)]
+        });
+        PlacedLine { points: points.unwrap_or_default(), label: None }
     });
-    // A port without a line has no place here.
-    let boxes = diagram.boxes.into_iter().map(|it| BoxSize { ports: vec![None; it.ports.len()], ..it });
-    let diagram = Diagram { boxes: boxes.collect(), ..diagram };
-    let placement = turned(moved(place(&diagram, SMALL, interrupt)?, (TITLE, 0.0)));
-    Some(document(graph, (placement.width, placement.height), &placement, |out, placed, node| {
-        svg_small_box(out, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice));
-    }))
-}
-
-/// Returns a placement with rows for columns. The slots of a box are from its left then.
-fn turned(mut placement: Placement) -> Placement {
-    for placed in &mut placement.boxes {
+    let placement = Placement { boxes, lines: lines.collect(), ..Placement::default() };
+    let width = right + NARROW.lines * (lanes.len() + 1) as f64;
+    let size = (width.max(title_width(graph)), below + NARROW.margin);
+    let draw = |out: &mut String, placed: &PlacedBox, instance: Instance<'_, '_>| {
         let Area { x, y, width, height } = placed.area;
-        placed.area = Area { x: y, y: x, width: height, height: width };
-    }
-    for (x, y) in placement.lines.iter_mut().flat_map(|line| &mut line.points) {
-        std::mem::swap(x, y);
-    }
-    Placement { width: placement.height, height: placement.width, ..placement }
+        let figures = svg_group(out, instance, placed.area);
+        let y = y + height / 2.0;
+        *out += &svg_line("name", (x + 10.0, y + 4.5), "", &instance.2.instance);
+        if let Some(figures) = figures {
+            svg_verdict(out, &figures, (x + width - 10.0 - VERDICT, y + 0.5), VERDICT);
+        }
+        *out += &triangles[instance.1];
+        out.push_str("</g>\n");
+    };
+    Some(document(graph, size, &placement, draw) + "</svg>\n")
 }
 
 fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
@@ -357,32 +385,6 @@ fn svg_verdict(out: &mut String, figures: &Figures, (left, y): (f64, f64), width
             number(width * part)
         );
     }
-}
-
-fn svg_small_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
-    let Area { x, y, width, height } = placed.area;
-    let figures = svg_group(out, instance, placed.area);
-    *out += &svg_line("name", (x + 10.0, y + 19.0), "", &instance.2.instance);
-    if let Some(figures) = figures {
-        *out += &svg_line("figure", (x + width - 10.0, y + 19.0), " text-anchor=\"end\"", &figures.load);
-        svg_verdict(out, &figures, (x + 10.0, y + 36.0), width - 20.0);
-    }
-    for slot in &placed.slots {
-        let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
-        let border = if slot.side == Side::Left { y } else { y + height };
-        let tip = if *is_incoming == (slot.side == Side::Left) { 4.0 } else { -4.0 };
-        let _ = writeln!(
-            out,
-            "<path class=\"port\" d=\"M{left} {a}L{at} {b}L{right} {a}z\"><title>{}</title></path>",
-            svg_text(name),
-            a = number(border - tip),
-            b = number(border + tip),
-            at = number(slot.y),
-            left = number(slot.y - 3.5),
-            right = number(slot.y + 3.5),
-        );
-    }
-    out.push_str("</g>\n");
 }
 
 fn svg_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
@@ -469,38 +471,48 @@ fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Opti
     Some(format!("{}\n\n{}", graph.title, canvas.finish()))
 }
 
-/// Draws a graph in few columns: a row for each instance, in the order of the columns of the wide drawing, and below it one for each
-/// of its ports with connections.
-fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize) -> Option<String> {
-    // By instance: whether data leaves, the port, its net, and the tip of the arrow. A port has a row for each source that writes to it.
-    let mut ends = vec![BTreeSet::new(); graph.nodes.len()];
-    for edge in &graph.edges {
-        let tip = if edge.operation { "◃" } else { "◂" };
-        for ((node, port), tip) in [(&edge.source, None), (&edge.target, Some(tip))] {
-            if let Some(ends) = ends.get_mut(*node) {
-                ends.insert((tip.is_none(), port, &edge.source, tip));
-            }
+/// The end of a net at an instance: whether data leaves, the port, the net, and the tip of its arrow.
+type End<'a> = (bool, &'a Name, &'a (usize, Name), Option<&'static str>);
+
+/// The ends of a connection, each with the number of its instance.
+fn ends_of<'a>(edge: &'a GraphEdge<'_>) -> [(usize, End<'a>); 2] {
+    let GraphEdge { source, target, .. } = edge;
+    let tip = if edge.operation { "◃" } else { "◂" };
+    [(source.0, (true, &source.1, source, None)), (target.0, (false, &target.1, source, Some(tip)))]
+}
+
+/// Returns the rows of a graph in few columns: the numbers of the instances, in the order of the columns of the wide drawing, and the
+/// ends of their nets. A port has an end for each source that writes to it.
+fn rows_of<'a>(graph: &'a Graph<'_>, wide: &Placement) -> Vec<(usize, BTreeSet<End<'a>>)> {
+    let mut rows: Vec<_> = (0..graph.nodes.len()).map(|number| (number, BTreeSet::new())).collect();
+    for (number, end) in graph.edges.iter().flat_map(ends_of) {
+        if let Some((_, ends)) = rows.get_mut(number) {
+            ends.insert(end);
         }
     }
-    let mut order: Vec<_> = graph.nodes.iter().zip(&ends).zip(&wide.boxes).collect();
-    order.sort_by(|(_, one), (_, other)| {
-        let (one, other) = (one.area, other.area);
-        one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y))
-    });
+    let at = |number: usize| wide.boxes.get(number).map_or((0.0, 0.0), |it| (it.area.x, it.area.y));
+    rows.sort_by(|(one, _), (other, _)| at(*one).partial_cmp(&at(*other)).unwrap_or(Ordering::Equal));
+    rows
+}
+
+/// Draws a graph in few columns: a row for each instance, and below it one for each of its ports with connections.
+fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize) -> Option<String> {
+    let order = rows_of(graph, wide);
     let drawn = |with_components: bool| {
         let name_of = |node: &GraphNode<'_>| {
             let lit = if node.is_lit { "» " } else { "" };
             let component = if with_components { format!(": {}", node.component) } else { String::new() };
             format!("{lit}{}{component}", node.instance)
         };
-        let names = order.iter().map(|((node, _), _)| cells(&name_of(node))).fold(0.0, f64::max);
+        let names = graph.nodes.iter().map(|node| cells(&name_of(node))).fold(0.0, f64::max);
         let (mut rows, mut nets) = (Vec::new(), BTreeMap::<&(usize, Name), Vec<NetEnd>>::new());
-        for ((node, ends), _) in &order {
+        for (number, ends) in &order {
+            let Some(node) = graph.nodes.get(*number) else { continue };
             let name = name_of(node);
             let space = " ".repeat((names - cells(&name)) as usize);
             let figures = Figures::of(graph, node).map(|it| it.with_load()).unwrap_or_default();
             rows.push(format!("{name}{space}  {figures}").trim_end().to_owned());
-            for (_, port, net, tip) in *ends {
+            for (_, port, net, tip) in ends {
                 nets.entry(net).or_default().push(NetEnd { row: rows.len(), tip: *tip });
                 rows.push(format!("  {port}"));
             }

@@ -17,7 +17,7 @@ pub enum Drawing {
     /// For a browser.
     #[default]
     Svg,
-    /// For a narrow part of a window, as SVG: an architecture from top to bottom, with small boxes, and a schedule with short times.
+    /// For a narrow part of a window, as SVG: the boxes of an architecture one below the other, and a schedule with short times.
     Narrow,
     /// For Graphviz.
     Dot,

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt::Write as _;
 
+use mauve_diagnostics::figure::met;
 use mauve_diagnostics::shortened;
 use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
@@ -16,18 +17,20 @@ use crate::worst_schedule::{WorstOf, to_micros};
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
 /// The way of data through it, if any, is a line from its arrival in a lane to its write there, and on in the next one. Of the job
-/// that it was made for, if any, the release, the deadline and the end are lines with their names.
+/// that it was made for, if any, the release, the deadline and the end are lines with their names; less slack than so many percent of the
+/// deadline is little.
 /// To cancel, `interrupt` unwinds.
 pub fn draw_schedule(
     title: &str,
     deployment: &DeployedTasks<'_>,
-    (schedule, way, worst): (&Schedule, &[Pass], Option<&WorstOf>),
+    (schedule, way, worst): (&Schedule, &[Pass], Option<(&WorstOf, u32)>),
     drawing: Drawing,
     interrupt: &dyn Fn(),
 ) -> String {
     let lanes = lanes(deployment, schedule);
-    let is_it = |job: &&Job| worst.is_some_and(|it| (it.activity, it.case.job) == (job.activity, job.number));
-    let job = schedule.jobs.iter().find(is_it);
+    let is_it =
+        |job: &&Job| worst.is_some_and(|(it, _)| (it.activity, it.case.job) == (job.activity, job.number));
+    let job = schedule.jobs.iter().find(is_it).zip(worst.map(|it| it.1));
     let chart = Chart::new(&lanes, deployment, (schedule, way, job), drawing == Drawing::Narrow);
     match drawing {
         Drawing::Svg | Drawing::Narrow => chart.draw(title, interrupt),
@@ -89,7 +92,7 @@ impl Lane<'_> {
 /// The width of the part with the times, in pixels.
 const PLOT: f64 = 1200.0;
 /// The width of a narrow drawing.
-const NARROW: f64 = 690.0;
+const NARROW: f64 = 440.0;
 /// The height of the name of a group of CPUs.
 const HEADING: f64 = 24.0;
 /// The height above the lanes: the title, and the times.
@@ -112,8 +115,8 @@ struct Chart<'a, 'db> {
     deployment: &'a DeployedTasks<'db>,
     schedule: &'a Schedule,
     way: &'a [Pass],
-    /// What the schedule was made for.
-    job: Option<&'a Job>,
+    /// What the schedule was made for, and how little slack is tight.
+    job: Option<(&'a Job, u32)>,
     /// The height above the lanes, and the width of the times.
     top: f64,
     plot: f64,
@@ -130,22 +133,22 @@ impl<'a, 'db> Chart<'a, 'db> {
     fn new(
         lanes: &'a [Lane<'a>],
         deployment: &'a DeployedTasks<'db>,
-        (schedule, way, job): (&'a Schedule, &'a [Pass], Option<&'a Job>),
+        (schedule, way, job): (&'a Schedule, &'a [Pass], Option<(&'a Job, u32)>),
         is_narrow: bool,
     ) -> Chart<'a, 'db> {
         let (lane, font) = match lanes.len() {
-            ..=16 => (36.0, 13.0),
+            ..=16 => (if is_narrow { 28.0 } else { 36.0 }, 13.0),
             17..=40 => (26.0, 12.0),
             _ => (18.0, 11.0),
         };
         let longest = lanes.iter().map(|lane| lane.shown.chars().count()).max().unwrap_or_default();
-        let left = 64.0 + 0.6 * font * longest as f64;
-        let plot = if is_narrow { (NARROW - left - 40.0).max(300.0) } else { PLOT };
+        let left = if is_narrow { 44.0 } else { 64.0 } + 0.6 * font * longest as f64;
+        let plot = if is_narrow { (NARROW - left - 40.0).max(240.0) } else { PLOT };
         let top = TOP + job.map_or(0.0, |_| 2.0 * INSTANT);
         // A deadline that is much later would leave no room for the response.
         let latest = Time::from_nanos(schedule.end.as_nanos().saturating_mul(3));
         let end =
-            job.map(|job| job.deadline).filter(|it| *it <= latest).unwrap_or_default().max(schedule.end);
+            job.map(|(job, _)| job.deadline).filter(|it| *it <= latest).unwrap_or_default().max(schedule.end);
         Chart { lanes, deployment, schedule, way, job, top, plot, end, lane, font, left }
     }
 
@@ -212,7 +215,7 @@ impl<'a, 'db> Chart<'a, 'db> {
 
     /// Lines where the job that the schedule was made for is released, has its deadline and ends, each with its name.
     fn instants(&self, out: &mut String, bottom: f64) {
-        let Some(job) = self.job else { return };
+        let Some((job, tight_slack)) = self.job else { return };
         let since = |time: Time| to_micros(time.checked_sub(job.nominal).unwrap_or_default());
         let name = |what: &str, time: Time| match job.nominal {
             Time::ZERO => format!("{what} {time}"),
@@ -222,11 +225,14 @@ impl<'a, 'db> Chart<'a, 'db> {
             true => name("deadline", job.deadline) + " →",
             false => name("deadline", job.deadline),
         };
+        let status = |end: Time| match job.is_missed {
+            true => "missed",
+            false => met(since(end), since(job.deadline), tight_slack).1.name(),
+        };
         let instants = [
             Some((job.nominal, format!("release {}", job.nominal), "")),
             Some((job.deadline, deadline, "")),
-            job.end
-                .map(|end| (end, name("end", to_micros(end)), if job.is_missed { "missed" } else { "met" })),
+            job.end.map(|end| (end, name("end", to_micros(end)), status(end))),
         ];
         for (index, (time, name, status)) in instants.into_iter().flatten().enumerate() {
             let (x, y) = (self.x(time), TOP - 24.0 + INSTANT * (index as f64 + 1.0));
@@ -335,9 +341,15 @@ impl<'a, 'db> Chart<'a, 'db> {
 
     /// The times above and below the lanes, with a line for each. Names of instants take the place of those above.
     fn axis(&self, out: &mut String, bottom: f64) {
+        let mut free = 0.0;
         for time in marks(self.end.as_nanos()) {
             let (x, above) = (self.x(time), self.top - 11.0);
             let _ = writeln!(out, "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"grid\"/>", self.top - 6.0);
+            let half = 3.3 * time.number().chars().count() as f64 + 1.0;
+            if x - half < free {
+                continue;
+            }
+            free = x + half;
             let rows = [Some(above).filter(|_| self.job.is_none()), Some(bottom + 14.0)];
             for y in rows.into_iter().flatten() {
                 let _ = writeln!(

@@ -1,5 +1,5 @@
-//! Lines between rows of text, for narrow terminals: each net has a lane at the right of the rows, and an arrow at each row where data
-//! arrives.
+//! Lines between rows, for narrow terminals and windows: each net has a lane at the right of the rows, and an arrow at each row where
+//! data arrives.
 
 use std::cmp::Reverse;
 
@@ -19,19 +19,17 @@ const LANE: f64 = 2.0;
 /// More lanes are not drawn: no terminal shows them.
 const MOST_LANES: usize = 1000;
 
-/// Draws rows, with a lane for each net; returns the drawing and its width. Each row has at most one net, so that lines which cross
-/// are not connected. Nothing if it is too large.
-pub(crate) fn draw_lanes<'a>(
-    rows: &[String],
-    nets: impl Iterator<Item = &'a Vec<NetEnd>>,
-) -> Option<(String, f64)> {
-    let left = rows.iter().map(|row| cells(row)).fold(0.0, f64::max) + 2.0;
+/// The first and the last row of a net, and its ends.
+type Span<'a> = (usize, usize, &'a Vec<NetEnd>);
+
+/// Returns the nets of each lane, from left to right; nothing if there are too many lanes.
+pub(crate) fn lanes_of<'a>(nets: impl Iterator<Item = &'a Vec<NetEnd>>) -> Option<Vec<Vec<Span<'a>>>> {
     let rows_of = |net: &'a Vec<NetEnd>| net.iter().map(|end| end.row);
     let mut spans: Vec<_> =
         nets.filter_map(|net| Some((rows_of(net).min()?, rows_of(net).max()?, net))).collect();
     // Short ones beside the rows, so that fewer lines cross.
     spans.sort_by_key(|(first, last, _)| (last - first, Reverse(*first)));
-    let mut lanes: Vec<Vec<(usize, usize, &Vec<NetEnd>)>> = Vec::new();
+    let mut lanes: Vec<Vec<Span<'_>>> = Vec::new();
     for span in spans {
         if lanes.len() > MOST_LANES {
             return None;
@@ -41,6 +39,17 @@ pub(crate) fn draw_lanes<'a>(
             None => lanes.push(vec![span]),
         }
     }
+    Some(lanes)
+}
+
+/// Draws rows, with a lane for each net; returns the drawing and its width. Each row has at most one net, so that lines which cross
+/// are not connected. Nothing if it is too large.
+pub(crate) fn draw_lanes<'a>(
+    rows: &[String],
+    nets: impl Iterator<Item = &'a Vec<NetEnd>>,
+) -> Option<(String, f64)> {
+    let left = rows.iter().map(|row| cells(row)).fold(0.0, f64::max) + 2.0;
+    let lanes = lanes_of(nets)?;
     let width = left + LANE * lanes.len() as f64;
     let mut canvas = TextCanvas::new(width, rows.len() as f64)?;
     for (lane, spans) in lanes.iter().enumerate() {

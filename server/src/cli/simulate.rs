@@ -233,7 +233,8 @@ impl Simulate {
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
                 let drawing =
                     if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text(terminal_columns()) };
-                let shown = (&it.schedule, it.passes(), it.worst.as_ref());
+                let worst = it.worst.as_ref().map(|it| (it, TIGHT_SLACK));
+                let shown = (&it.schedule, it.passes(), worst);
                 draw_schedule(&title, &it.deployment, shown, drawing, &|| ())
             }
             Format::Perfetto => trace_events::text(only(all)?),

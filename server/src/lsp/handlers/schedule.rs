@@ -83,7 +83,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            let shown = (&schedule, &[][..], Some(&worst));
+            let shown = (&schedule, &[][..], Some((&worst, snapshot.settings.hints.tight_slack)));
             document["drawing"] =
                 draw_schedule(&title, &deployment, shown, params.drawing(), &interrupt).into();
         }
