@@ -51,6 +51,20 @@ pub struct DrawnCpu<'db> {
     pub parts: Vec<(CpuPart, String)>,
 }
 
+/// Returns the mark and the status of a CPU. Less than `tight_slack` percent left are little.
+pub fn cpu_status(load: &CpuLoad, tight_slack: u32) -> (&'static str, HintStatus) {
+    let limit = load.cpus.len().max(1) as f64;
+    let left = limit - load.utilisation.as_f64();
+    match load.complete {
+        _ if limit > 1.0 && left < 0.0 || limit == 1.0 && load.utilisation.exceeds_one() => {
+            ("✗", HintStatus::Missed)
+        }
+        false => ("?", HintStatus::Unknown),
+        true if left * 100.0 < limit * f64::from(tight_slack) => ("!", HintStatus::Tight),
+        true => ("✓", HintStatus::Met),
+    }
+}
+
 /// Returns the CPU budget of a deployment. Less than `tight_slack` percent left are little.
 pub fn drawn_budget<'db>(
     db: &'db dyn ModelDb,
@@ -62,15 +76,9 @@ pub fn drawn_budget<'db>(
     let drawn = |CpuBudget { load, parts }: CpuBudget<'db>| {
         let (used, limit) = (load.utilisation.as_f64(), load.cpus.len().max(1) as f64);
         let left = limit - used;
-        let is_overloaded = if limit > 1.0 { left < 0.0 } else { load.utilisation.exceeds_one() };
-        let (mark, status) = match load.complete {
-            _ if is_overloaded => ("✗", HintStatus::Missed),
-            false => ("?", HintStatus::Unknown),
-            true if left * 100.0 < limit * f64::from(tight_slack) => ("!", HintStatus::Tight),
-            true => ("✓", HintStatus::Met),
-        };
+        let (mark, status) = cpu_status(load, tight_slack);
         let name = report.hosts.names(load.cpus);
-        let rest = match is_overloaded {
+        let rest = match status == HintStatus::Missed {
             true => format!("overloaded by {}", percent(-left)),
             false => format!("{} left", percent(left)),
         };

@@ -120,7 +120,7 @@ pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};
 pub use comparison::{Compared, Comparison, Figure, FigureChange, Figures};
 pub use comparison_drawing::draw_comparison;
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
-pub use cpu_budget::{DrawnBudget, DrawnCpu, draw_budget, drawn_budget};
+pub use cpu_budget::{DrawnBudget, DrawnCpu, cpu_status, draw_budget, drawn_budget};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};

@@ -45,7 +45,7 @@ export interface Graph extends Drawn {
   verdict?: Verdict | null;
   nodes: GraphNode[];
   edges: { location: Location | null }[];
-  cpus: { host?: string; mask: number; utilisation: number | null; complete: boolean }[];
+  cpus: { host?: string; mask: number; utilisation: number | null; complete: boolean; status: "met" | "tight" | "missed" | "unknown" }[];
   lost: string[];
 }
 

@@ -11,8 +11,6 @@ import { Server } from "./server";
 const mostProjects = 20;
 /** The icons of the statuses. */
 export const icons: Record<Row["status"], string> = { missed: "error", unknown: "question", tight: "warning", met: "pass", none: "circle-outline" };
-/** A CPU that is used so far is nearly full: the colour of its hints. */
-const nearlyFull = 0.9;
 
 /** An element of the tree. */
 interface Entry {
@@ -143,7 +141,7 @@ function deployment(id: string, graph: Graph): Entry {
       id: `${id} ${host === null ? "" : `${host} `}${mask}`,
       label: mask === null || mask === 0 ? "No CPU" : cpus(mask, host),
       description: utilisation === null ? "" : `${load?.complete ? "" : "≥ "}${percent(utilisation)} utilisation`,
-      status: utilisation === null ? "none" : utilisation > 1 ? "missed" : utilisation > nearlyFull ? "tight" : "met",
+      status: load?.status ?? "none",
       icon: "chip",
       children: sorted.filter(({ node }) => node.affinity === mask && node.host === host).map(({ index }) => instance(id, graph.nodes[index])),
     };

@@ -11,11 +11,9 @@ use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, res
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
+use crate::cpu_budget::cpu_status;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
-
-/// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
-const HIGH_LOAD: u32 = 90;
 
 /// The maximum number of CPUs that have hints: those with the greatest utilisation.
 const MOST_CPUS: usize = 4;
@@ -69,7 +67,7 @@ pub(super) fn of_deployment<'db>(
         if options.response_times {
             add(Subject::Deadlines, of_all(report, &shown, query), None);
         }
-        for (cpus, shown, load) in loads(report).filter(|_| options.loads) {
+        for (cpus, shown, load) in loads(report, options.tight_slack).filter(|_| options.loads) {
             add(Subject::Cpus(cpus), shown, Some(load));
         }
     }
@@ -129,7 +127,7 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
 }
 
 /// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
-fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
+fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
     let unknown = report.deadlines().unknown;
     let percent = |cpu: &CpuLoad| cpu.utilisation.as_f64() * 100.0 / f64::from(cpu.cpus.len().max(1));
     let mut greatest: Vec<&CpuLoad> = report.cpus.iter().collect();
@@ -138,7 +136,6 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
     greatest.sort_by_key(|cpu| (cpu.cpus.len(), cpu.cpus));
     greatest.into_iter().map(move |cpu| {
         let percent = percent(cpu);
-        let is_overloaded = cpu.utilisation.exceeds_one() && cpu.cpus.len() == 1;
         // Rounded up: the colour is that of the number.
         let load = percent.ceil() as u32;
         let names = report.hosts.names(cpu.cpus);
@@ -149,12 +146,7 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
         };
         let at_least = if cpu.complete { "" } else { "≥ " };
         let text = format!("{names} {at_least}{percent:.1} %");
-        let status = match load {
-            _ if is_overloaded || percent > 100.0 => HintStatus::Missed,
-            _ if !cpu.complete => HintStatus::Unknown,
-            HIGH_LOAD.. if percent > f64::from(HIGH_LOAD) => HintStatus::Tight,
-            _ => HintStatus::Met,
-        };
+        let status = cpu_status(cpu, tight_slack).1;
         let words = |before: &str, what: &str| {
             Texts::of([
                 format!("{before}{names} {what} ({at_least}{percent:.1} %)"),

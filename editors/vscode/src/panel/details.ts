@@ -150,8 +150,7 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   };
   const figures = { Utilisation: "figure", Priority: "figure", "Period ms": "figure", CPU: "figure" } as const;
   const columns = { Instance: "", "Response / deadline": "figure", ...figures } as const;
-  const cpu = ({ host, mask, utilisation, complete }: Graph["cpus"][number]) => {
-    const status = utilisation === null ? "unknown" : utilisation > 1 ? "missed" : "met";
+  const cpu = ({ host, mask, utilisation, complete, status }: Graph["cpus"][number]) => {
     const text = utilisation === null ? "utilisation unknown" : `${complete ? "" : "≥ "}${percent(utilisation)}`;
     return h("li", { class: status }, h("span", {}, cpus(mask, host)), bar(utilisation ?? 0, status), h("strong", {}, text));
   };

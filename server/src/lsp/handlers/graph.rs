@@ -7,7 +7,7 @@
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's project |
 //! | `chain` | the name of a chain, to light in each deployment that has it: its nodes and edges are `lit` |
 //! | `significance` | a level; if left out, the one that is shown |
-//! | `drawing` | `"svg"` (if left out), `"narrow"` (as SVG, from top to bottom), `"dot"` or `"text"` |
+//! | `drawing` | `"svg"` (if left out), `"narrow"` (as SVG, one below the other), `"dot"` or `"text"` |
 //! | `columns` | of a `"text"`: how wide it may be; any width if left out |
 //!
 //! The result is a list with a document for each selected deployment or architecture, at least one; for a table or `mauve.toml`,
@@ -15,13 +15,14 @@
 //!
 //! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG;
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
-//! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
+//! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`, and of CPUs
+//! `met`, `tight`, `missed` or `unknown`. Only deployments have a
 //! `significance`, `cpus`, a `verdict` (as in `mauve/status`) and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
 //! reasons why something may be missing. `tree` lists the instances below their CPUs, in lines of text. `incomplete` is whether a
 //! text has syntax errors, such as one that is being typed.
 
 use mauve_hir::{Decl, File, Location, Project};
-use mauve_ide::{GraphsOf, draw_graph, graph as graph_of, instance_tree, selected_graphs};
+use mauve_ide::{GraphsOf, cpu_status, draw_graph, graph as graph_of, instance_tree, selected_graphs};
 use mauve_wcrt::Query;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
@@ -101,6 +102,10 @@ fn document(
         let activity = node.activity.and_then(|activity| activity.at.as_ref());
         document["location"] = location(&node.at);
         document["activity"] = activity.map(location).into();
+    }
+    let cpus = document.get_mut("cpus").and_then(Value::as_array_mut).into_iter().flatten();
+    for (document, load) in cpus.zip(graph.report.into_iter().flat_map(|report| &report.cpus)) {
+        document["status"] = cpu_status(load, snapshot.settings.hints.tight_slack).1.name().into();
     }
     let edges = document.get_mut("edges").and_then(Value::as_array_mut).into_iter().flatten();
     for (document, edge) in edges.zip(&graph.edges) {
