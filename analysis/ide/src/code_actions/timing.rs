@@ -5,9 +5,9 @@
 //! cursor. If only another one gains, the title names that one. The analysis computes both times: from the text, and from the text with
 //! the change.
 //!
-//! The order is: changes that keep what the model requires, then those that relax it, a later deadline or a longer period,
-//! which say so. Among each, those that meet all deadlines are first, and of these the smallest. The first is preferred if it
-//! meets all deadlines and relaxes nothing.
+//! Those that meet the most deadlines are first. Among these, changes that keep what the model requires are before those that relax
+//! it, a later deadline or a longer period, which say so; then the smallest. The first is preferred if it meets all deadlines and
+//! relaxes nothing.
 //!
 //! An action is offered if it meets more deadlines, shortens this response time, or fixes a diagnostic of the activity; one
 //! that relaxes something, only if it meets more deadlines; a shorter period is offered while all deadlines are met. A change is
@@ -78,9 +78,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 let title = title_with(change, fields, outcome, &effect);
                 if let Some(action) = action(change, title, &effect, &outcomes, &diagnostics) {
                     let rank = Rank {
+                        met: Reverse(effect.deadlines.met),
                         relaxes: change.relaxes(),
                         is_partial: !effect.is_complete(),
-                        met: Reverse(effect.deadlines.met),
                         has_warnings: !outcome.new_warnings.is_empty(),
                         kind: kind_of(change),
                         values: fields.len(),
@@ -113,9 +113,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
 /// The order of the actions: the first of these that differs counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
+    met: Reverse<usize>,
     relaxes: bool,
     is_partial: bool,
-    met: Reverse<usize>,
     has_warnings: bool,
     kind: ChangeKind,
     /// The number of values that change.
@@ -580,7 +580,7 @@ mod tests {
         let before = codes(&db, workspace);
         let mut titles = Vec::new();
         assert!(actions.iter().filter(|it| it.preferred).count() <= 1, "{fixture}");
-        let mut relaxes = false;
+        let mut last = (Reverse(usize::MAX), false);
         // The values of a whole deployment have tests of their own.
         let is_tuned = |it: &CodeAction<'_>| {
             ["Assign", "Balance", "Shorten all"].iter().any(|of| it.title.starts_with(of))
@@ -593,9 +593,12 @@ mod tests {
                 titles.push(format!("{title} (disabled)"));
                 continue;
             }
-            // Those that relax something are last, gain something, and are not preferred.
-            assert!(!relaxes || title.starts_with("Relax"), "{title}");
-            relaxes = title.starts_with("Relax");
+            // Of those that meet as many deadlines, those that relax something are last. They gain something, and are not preferred.
+            let count =
+                title.rsplit_once(" met").and_then(|(before, _)| before.rsplit(' ').nth(2)?.parse().ok());
+            let relaxes = title.starts_with("Relax");
+            assert!(last <= (Reverse(count.unwrap()), relaxes), "{title}");
+            last = (Reverse(count.unwrap()), relaxes);
             assert!(!relaxes || !action.preferred, "{title}");
             assert!(title.chars().count() <= MOST_CHARACTERS, "{title}");
             titles
