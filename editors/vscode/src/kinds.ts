@@ -30,7 +30,7 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
     },
   },
   stateMachine: declaration<Machine>("State machine", "mauve/stateMachine", "component"),
-  schedule: ofInstance<Schedule>("Schedule", "mauve/schedule", ({ figure }) => figure, (asked, shown) => shown ?? asked),
+  schedule: ofInstance<Schedule>("Schedule", "mauve/schedule", (asked, shown) => shown ?? asked),
   chains: declaration<Chains>("Chains", "mauve/chains", "deployment"),
   cpuBudget: declaration<CpuBudget>("CPU budget", "mauve/cpuBudget", "deployment"),
   executionTimes: {
@@ -40,7 +40,7 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
     })),
     choose: ({ uri }, name) => ({ uri, name }),
   },
-  probability: ofInstance<Probability>("Probability of a late job", "mauve/probability", ({ words }) => words, (asked, shown) => asked ?? shown),
+  probability: ofInstance<Probability>("Probability of a late job", "mauve/probability", (asked, shown) => asked ?? shown),
   whatIf: declaration<WhatIf>("What if", "mauve/whatIf", "deployment", ({ before }, subject) => ({ subject: { ...subject, before } })),
 };
 
@@ -62,11 +62,10 @@ function declaration<Answer>(
   };
 }
 
-/** A kind of panel about an instance of a deployment. The choice of an instance shows these words; `subjectOf` names the chosen one. */
+/** A kind of panel about an instance of a deployment; `subjectOf` names the chosen one. Its page lists what is known of the others. */
 function ofInstance<Answer extends Schedule | Probability>(
   title: string,
   method: string,
-  words: (it: Answer["instances"][number]) => string,
   subjectOf: (asked: string | undefined, shown: string | undefined) => string | undefined,
 ): Kind<Answer> {
   return {
@@ -75,7 +74,7 @@ function ofInstance<Answer extends Schedule | Probability>(
       const ask = (of: Subject) => named<Answer>(request, method, "deployment", of);
       // An instance that is gone was renamed or removed.
       const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
-      const choices = answer.instances.map((it) => ({ label: `${it.instance}: ${words(it)}`, value: it.instance }));
+      const choices = answer.instances.map(({ instance }) => ({ label: instance, value: instance }));
       const instance = subjectOf(subject.instance, answer.instance ?? undefined);
       return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
     },

@@ -104,6 +104,11 @@ function firstView() {
     return left >= stage.left - 1 && right <= stage.right + 1 && top >= stage.top - 1 && bottom <= stage.bottom + 1;
   };
   const all = (selector) => [...document.querySelectorAll(selector)].filter((it) => it.getClientRects().length > 0);
+  const widthOf = (it, text) => {
+    const context = document.createElement("canvas").getContext("2d");
+    context.font = getComputedStyle(it).font;
+    return context.measureText(text).width;
+  };
   const bar = document.querySelector(".bar-of-tools");
   const middles = all(".bar-of-tools :is(h1, button, input, select)").map((it) => it.getBoundingClientRect()).map(({ top, bottom }) => Math.round((top + bottom) / 8));
   const note = document.querySelector(".note").getBoundingClientRect();
@@ -111,9 +116,16 @@ function firstView() {
     rows: new Set(middles).size + (bar.scrollWidth > bar.clientWidth + 1 ? 1 : 0),
     missed: all(".stage .box.missed").length,
     hidden: all(".stage .box.missed, .stage .instant").filter((it) => !isIn(it)).map((it) => it.textContent),
+    ports: all(".stage .label").length,
     outside: all(".stage .box").filter((it) => !isIn(it)).length,
     instants: all(".stage .instant text").map((it) => it.textContent),
-    cut: all(".scroll").filter((it) => it.scrollWidth > it.clientWidth + 1).map((it) => it.textContent.slice(0, 60)),
+    cut: [
+      ...all(".scroll, .bar-of-tools :is(h1, button)").filter((it) => it.scrollWidth > it.clientWidth + 1).map((it) => it.textContent.slice(0, 60)),
+      // The browser does not tell that these have more text than room.
+      ...all(".bar-of-tools select").filter((it) => widthOf(it, it.selectedOptions[0].textContent) + 20 > it.clientWidth).map((it) => it.value),
+      ...all(".bar-of-tools input").filter((it) => widthOf(it, it.placeholder) + 12 > it.clientWidth).map((it) => it.placeholder),
+    ],
+    least: Math.min(...all(".stage .box text").map((it) => parseFloat(getComputedStyle(it).fontSize) * it.getScreenCTM().a)),
     covered: note.height > 0 && note.bottom > stage.top,
   };
 }
@@ -190,7 +202,7 @@ async function checkArchitecture({ page, expect, command, openAt, model }) {
   );
   await expect("the activity at the cursor is lit", look, ({ lit }) => lit.length === 1 && lit[0].startsWith("control: "));
   const frame = await frameOf(page, "architecture");
-  await expect("texts in their boxes, none over another", () => frame.evaluate(misplaced), ({ texts, found }) => texts > 25 && found.length === 0);
+  await expect("texts in their boxes, none over another", () => frame.evaluate(misplaced), ({ texts, found }) => texts >= 20 && found.length === 0);
 
   const click = async (name) => frame.locator(`.stage .item[aria-label^="${name}: "] .name`).click();
   await click("gmapping");
@@ -250,7 +262,7 @@ async function checkKeyboard({ page, expect, model }) {
   await expect("Tab: an element of the drawing has the focus", look, ({ focus }) => /: .*ms|→/.test(focus));
   await press("Home");
   const { focus: first } = await look();
-  await press("ArrowRight");
+  await press("ArrowDown");
   await expect("an arrow key: its neighbour", look, ({ focus }) => focus !== first && /^\w+: \w+/.test(focus));
   await press("Home");
   await press("Tab");
@@ -463,6 +475,9 @@ async function checkWhatIf({ page, expect, command, openAt }) {
 async function checkFirstView({ page, expect, command, openAt, model }) {
   const before = page.viewportSize();
   await command("View: Close All Editors");
+  if (await page.locator(".part.panel .composite").first().isVisible()) {
+    await command("View: Hide Panel");
+  }
   const file = path.join(model, "deployment.mal");
   const text = readFileSync(file, "utf8");
   const late = (text, name, deadline) => text.replace(new RegExp(`(activity ${name} .*deadline = )100`), `$1${deadline}`);
@@ -476,9 +491,14 @@ async function checkFirstView({ page, expect, command, openAt, model }) {
       // Until the page is there, nothing.
       const look = async () => (await frameOf(page, kind))?.evaluate(firstView).catch(() => undefined);
       const isSeen = ({ rows, hidden, cut, covered }) => rows === 1 && hidden.length === 0 && cut.length === 0 && !covered;
-      const isAll = { architecture: (it) => it.missed === 2 && (width < 1440 || it.outside === 0), schedule: (it) => it.instants.join() === "release 0 ms,deadline 50 ms,end 53 ms", whatIf: (it) => it.outside === 0 }[kind];
+      const isAll = { architecture: (it) => it.missed === 2 && it.outside === 0 && it.least >= 10, schedule: (it) => it.instants.join() === "release 0 ms,deadline 50 ms,end 53 ms", whatIf: (it) => it.outside === 0 }[kind];
       await expect(`${kind} in ${width} × ${height}: one row of tools, and what is missed in sight`, look, (it) => it !== undefined && isSeen(it) && isAll(it));
       if (kind === "architecture") {
+        // Names of ports are in the wide drawing only.
+        for (const [other, isWide] of [[800, false], [2400, true], [width, false]]) {
+          await page.setViewportSize({ width: other, height });
+          await expect(`a window of ${other} pixels: the drawing for its width, fitted again`, look, (it) => it.outside === 0 && it.ports > 0 === isWide);
+        }
         await (await frameOf(page, kind)).getByRole("button", { name: "Fit" }).click();
         await page.setViewportSize({ width: width - 120, height: height - 100 });
         await expect("another size: still all of it", look, (it) => it.outside === 0);

@@ -223,7 +223,8 @@ function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { typ
   }
   const significance = "significance" in answer ? answer.significance : "shown" in answer ? answer.shown : null;
   levelButton.hidden = significance === null;
-  levelButton.textContent = significance === null ? "" : `Level ${level(significance)}`;
+  // In a narrow page, the figure alone.
+  levelButton.replaceChildren(h("span", { class: "word" }, "Level "), significance === null ? "" : level(significance));
   const parts = headline(kind, answer).map(({ status, text }, index) => {
     const sign = status === "none" || (index > 0 && status !== "unknown") ? "" : `${signs[status]} `;
     return [index > 0 ? "; " : "", h("span", { class: status }, sign + text)];
@@ -270,8 +271,9 @@ function unlessSame(part: string, source: object, action: () => void): void {
   }
 }
 
-/** A drawing that is not wide stands beside its figures, where there is room for both. */
+/** A drawing that is not wide stands beside its figures, where there is room for both; otherwise above them, as high as it is. */
 function arrange(): void {
   const { width, height } = stage.size;
+  stage.element.style.setProperty("--height", `${height}px`);
   document.body.classList.toggle("tall", width < 1.7 * height || width < 760);
 }

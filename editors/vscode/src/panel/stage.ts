@@ -293,9 +293,11 @@ export class Stage {
     return this.place;
   }
 
-  /** Where the drawing says what is missed, and when a response begins and ends. */
+  /** Where the drawing says what is worst, and when a response begins and ends. */
   private get wrong(): Area[] {
-    return [...(this.drawing?.svg.querySelectorAll<SVGGraphicsElement>(".box.missed, .instant") ?? [])].map((it) => it.getBBox());
+    const all = (selector: string) => [...(this.drawing?.svg.querySelectorAll<SVGGraphicsElement>(selector) ?? [])];
+    const worst = [".box.missed, .instant", ".box.unknown", ".box.tight"].map(all).find((it) => it.length > 0);
+    return (worst ?? []).map((it) => it.getBBox());
   }
 
   private moveTo(place: Place): void {
@@ -312,7 +314,9 @@ export class Stage {
     const area = { x: x + (box.left - left) / scale, y: y + (box.top - top) / scale, width: box.width / scale, height: box.height / scale };
     const place = revealed(this.placed, area, this.window);
     if (place.x !== x || place.y !== y) {
-      this.moveTo(place);
+      // Not by hand: in another size, the drawing is fitted again.
+      this.place = place;
+      this.apply();
     }
   }
 
