@@ -403,7 +403,7 @@ fn execution_times_of_a_codel_at_all_levels() {
     let error = client.call("mauve/executionTimes", params).unwrap_err();
     assert_eq!(error["message"], "no codel `missing` in the project of this file");
     let error = client.call("mauve/executionTimes", json!({"textDocument": document})).unwrap_err();
-    assert_eq!(error["message"], "mauve/executionTimes takes a `position` or a `codel`");
+    assert_eq!(error["message"], "mauve/executionTimes takes a `position`, a `codel` or an `instance`");
     let error = client.call("mauve/executionTimes", text.at("deployment P3dx")).unwrap_err();
     assert_eq!(error["message"], "no codel here");
     let codel = codel_of(&mut client, &document);
@@ -413,7 +413,7 @@ fn execution_times_of_a_codel_at_all_levels() {
     let levels = found["levels"].as_array().unwrap();
     assert!(levels.len() > 1, "{found}");
     // A smaller probability needs a longer time.
-    let of = |it: &Value| (it["significance"].as_f64().unwrap(), it["time"].as_f64().unwrap());
+    let of = |it: &Value| (it["significance"].as_f64().unwrap(), it["times"][0].as_f64().unwrap());
     assert!(levels.iter().map(of).is_sorted_by(|a, b| a.0 > b.0 && a.1 <= b.1), "{levels:?}");
     // A longer time may be too long for a deadline.
     let at = |significance: f64| {
@@ -426,6 +426,26 @@ fn execution_times_of_a_codel_at_all_levels() {
     let uri = found["location"]["uri"].as_str().unwrap().to_owned();
     let params = json!({"textDocument": {"uri": uri}, "position": found["location"]["range"]["start"]});
     assert_eq!(client.call("mauve/executionTimes", params).unwrap()["codel"], codel);
+}
+
+#[test]
+fn codels_of_an_activity_are_compared() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let params = json!({"textDocument": {"uri": text.uri}, "instance": "missing"});
+    let error = client.call("mauve/executionTimes", params).unwrap_err();
+    assert_eq!(error["message"], "no activity `missing` with codels in the project of this file");
+    let params = json!({"textDocument": {"uri": text.uri}, "instance": "hokuyo"});
+    let found = client.call("mauve/executionTimes", params).unwrap();
+    // From the timing table, the longest one first.
+    let codels =
+        ["hokuyo_sweep", "hokuyo_rearm", "drop_veils", "mask_robot"].map(|it| format!("drivers.{it}"));
+    assert_eq!(found["compared"], json!(codels));
+    assert_eq!(found["levels"][1]["times"], json!([41, 1.5, 1.3, 0.7]));
+    assert_eq!((&found["codel"], &found["instance"]), (&Value::Null, &json!("hokuyo")));
+    assert!(found["instances"].as_array().unwrap().contains(&json!("hokuyo")));
+    // At its activity.
+    assert_eq!(client.call("mauve/executionTimes", text.at("activity hokuyo")).unwrap(), found);
 }
 
 /// The name of a codel of the robot that the timing tables have.

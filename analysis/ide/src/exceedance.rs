@@ -1,5 +1,5 @@
-//! The execution times of a codel at the significance levels of the timing tables: how probable it is that an execution exceeds a
-//! time. As data and as a drawing.
+//! The execution times of a codel, or of all codels of an activity, at the significance levels of the timing tables: how probable it
+//! is that an execution exceeds a time. As data and as a drawing.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,10 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, names_of};
 use mauve_syntax::TextSize;
 use mauve_timing::{Level, Measured, Time, Unit};
-use mauve_wcrt::{Lookup, TableSet, files_of, level_shown, table, table_sets, timetable_of};
+use mauve_wcrt::{
+    Lookup, ResolvedActivity, TableSet, Timed, executed_times, files_of, level_shown, system_of, table,
+    table_sets, timetable_of,
+};
 
 use crate::drawing::Drawing;
 use crate::occurrences::{Definition, names_at};
@@ -73,6 +76,46 @@ pub fn exceedance<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
     in_tables(db, TableSet::new(db, project, None, None), codel)
 }
 
+/// Returns the activities of all deployments that execute codels, with these.
+pub fn activity_codels<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> Vec<(&'db ResolvedActivity<'db>, Vec<Decl<'db>>)> {
+    let of_deployment = |deployment: Decl<'db>| {
+        let executed = executed_times(db, project, deployment, level_shown(db, project));
+        let activities = system_of(db, project, deployment).activities.iter().enumerate();
+        activities.map(move |(index, activity)| {
+            let own = executed.iter().filter(|it| it.activities().binary_search(&index).is_ok());
+            let codels =
+                own.filter_map(|it| if let Timed::Codel(codel) = it.of { Some(codel) } else { None });
+            (activity, codels.collect())
+        })
+    };
+    let all = names_of(db, project).of_kind(db, Kind::Deployment).flat_map(of_deployment);
+    all.filter(|(_, codels): &(_, Vec<_>)| !codels.is_empty()).collect()
+}
+
+/// Returns the execution times of codels of an activity, the longest one at the shown level first.
+pub fn exceedances_of<'db>(
+    db: &'db dyn ModelDb,
+    activity: &ResolvedActivity<'db>,
+    codels: &[Decl<'db>],
+) -> Vec<Exceedance> {
+    let mut all: Vec<_> = codels.iter().map(|codel| in_tables(db, activity.tables, *codel)).collect();
+    all.sort_by_key(|it| std::cmp::Reverse(it.time(it.shown)));
+    for Exceedance { codel, evidence, reasons, .. } in &mut all {
+        evidence.iter_mut().chain(reasons).for_each(|text| *text = format!("{codel}: {text}"));
+    }
+    all
+}
+
+impl Exceedance {
+    /// Returns the time at a level.
+    pub fn time(&self, level: Level) -> Option<Time> {
+        self.levels.iter().find(|it| it.0 == level).map(|it| it.1)
+    }
+}
+
 fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Exceedance {
     let table = timetable_of(db, tables);
     let shown = level_shown(db, tables.project(db));
@@ -124,11 +167,12 @@ pub(crate) fn measurements<'db>(
     })
 }
 
-/// Draws the execution times of a codel. In SVG, each level has `data-level` with its index.
-pub fn draw_exceedance(of: &Exceedance, drawing: Drawing) -> String {
+/// Draws the execution times of a codel, or those of the codels of an instance beside each other. In SVG, each level of one codel
+/// has `data-level` with its index.
+pub fn draw_exceedance(instance: Option<&str>, all: &[Exceedance], drawing: Drawing) -> String {
     match drawing {
-        Drawing::Text(_) | Drawing::Dot => text(of),
-        Drawing::Svg | Drawing::Narrow => svg(of),
+        Drawing::Text(_) | Drawing::Dot => all.iter().map(text).collect::<Vec<_>>().join("\n"),
+        Drawing::Svg | Drawing::Narrow => svg(instance, all),
     }
 }
 
@@ -155,24 +199,43 @@ fn text(of: &Exceedance) -> String {
     out
 }
 
-fn svg(of: &Exceedance) -> String {
-    let points = of.levels.iter().map(|(level, time)| PlotPoint {
-        time: *time,
-        probability: level.as_f64(),
-        label: format!("{time} at {level}"),
-        title: format!("{time} at {level}: an execution takes longer with a probability of at most {level}"),
-        is_shown: *level == of.shown,
+/// How lines look beside each other.
+const LINES: [&str; 10] = [
+    "curve", "curve c1", "curve c2", "curve c3", "curve c4", "curve c5", "curve c6", "curve c7", "curve c8",
+    "curve c9",
+];
+
+fn svg(instance: Option<&str>, all: &[Exceedance]) -> String {
+    let of_codels =
+        instance.map(|it| format!("{it}: probability that an execution of a codel exceeds a time"));
+    let of_one = |of: &Exceedance| {
+        of.levels
+            .iter()
+            .map(|(level, time)| PlotPoint {
+                time: *time,
+                probability: level.as_f64(),
+                label: format!("{time} at {level}"),
+                title: format!(
+                    "{time} at {level}: an execution takes longer with a probability of at most {level}"
+                ),
+                is_shown: *level == of.shown,
+            })
+            .collect()
+    };
+    let lines = all.iter().zip(LINES.iter().cycle()).map(|(of, class)| {
+        let time = of.time(of.shown).map_or_else(|| "no time".to_owned(), |time| time.to_string());
+        let assumed = if of.is_assumed { ", assumed" } else { "" };
+        let stairs = of.levels.iter().map(|(level, time)| (*time, level.as_f64()));
+        (*class, format!("{}: {time} at {}{assumed}", of.codel, of.shown), stairs.collect())
     });
-    let stairs = of.levels.iter().map(|(level, time)| (*time, level.as_f64()));
-    let lines = vec![("curve", String::new(), stairs.collect())];
-    let (title, points) = (title(of), points.collect());
     Plot {
-        title,
+        title: of_codels.or(all.first().map(title)).unwrap_or_default(),
         axis: "execution time in ms",
         upright: "probability of a longer execution",
-        points,
+        points: if let [of] = all { of_one(of) } else { Vec::new() },
         deadline: None,
-        lines,
+        level: all.get(1).map(|of| of.shown.as_f64()),
+        lines: lines.collect(),
     }
     .svg()
 }
@@ -211,12 +274,98 @@ codel.see = [20, 23, 30.5]
                 1e-4  ██████████████████████████████████████ 23 ms (current level)
                 1e-9  ██████████████████████████████████████████████████ 30.5 ms
         "#]]
-        .assert_eq(&draw_exceedance(&found, Drawing::Text(None)));
-        let svg = draw_exceedance(&found, Drawing::Svg);
+        .assert_eq(&draw_exceedance(None, std::slice::from_ref(&found), Drawing::Text(None)));
+        let svg = draw_exceedance(None, std::slice::from_ref(&found), Drawing::Svg);
         for part in ["30.5 ms at 1e-9", "class=\"level worst\" data-level=\"1\"", "execution time in ms"] {
             assert!(svg.contains(part), "{part} in {svg}");
         }
         assert!(!svg.contains("NaN"));
+    }
+
+    const ROBOT: &str = "
+codel see(): int
+codel plan(): int
+codel clean(): int
+shell S { }
+core C(S) { update = { see(); plan(); } }
+component K(S, C)
+architecture A { instance eye: K }
+deployment D { architecture A  activity eye { priority = 1 period = 100 } }
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+//- /t.toml
+levels = [1e-3, 1e-4, 1e-9]
+codel = { see = [20, 23, 30.5], plan = 0.4, clean = 7 }
+$0";
+
+    /// Returns the position of a tick by its label, as it is drawn.
+    fn tick(svg: &str, axis: char, label: &str) -> f64 {
+        let anchor = if axis == 'x' { "middle" } else { "end" };
+        let before = svg.split(&format!(" text-anchor=\"{anchor}\">{label}</text>")).next().unwrap();
+        let value = before.rsplit(&format!(" {axis}=\"")).next().unwrap();
+        value.split('"').next().unwrap().parse().unwrap()
+    }
+
+    /// Returns the height of a path with horizontal and vertical parts at a place.
+    fn height_at(path: &str, at: f64) -> f64 {
+        let (mut x, mut y) = (0.0, 0.0);
+        for part in path.replace('H', "\nH").replace('V', "\nV").lines() {
+            let value = |text: &str| text.parse::<f64>().unwrap();
+            match part.split_at(1) {
+                ("M", start) => (x, y) = start.split_once(' ').map(|(x, y)| (value(x), value(y))).unwrap(),
+                ("H", to) if x <= at && at <= value(to) => return y,
+                ("H", to) => x = value(to),
+                (_, to) => y = value(to),
+            }
+        }
+        panic!("{path} does not reach {at}")
+    }
+
+    #[test]
+    fn codels_of_an_activity_are_compared() {
+        let Fixture { db, workspace, file, .. } = Fixture::new(ROBOT);
+        let project = project_of(&db, workspace, file);
+        let [(eye, codels)] = &activity_codels(&db, project)[..] else { panic!("one activity") };
+        let all = exceedances_of(&db, eye, codels);
+        expect![[r#"
+            see: probability that an execution exceeds a time
+
+                1e-3  █████████████████████████████████ 20 ms
+                1e-4  ██████████████████████████████████████ 23 ms (current level)
+                1e-9  ██████████████████████████████████████████████████ 30.5 ms
+
+            plan: probability that an execution exceeds a time
+
+                1e-3  ██████████████████████████████████████████████████ 0.4 ms
+                1e-4  ██████████████████████████████████████████████████ 0.4 ms (current level)
+                1e-9  ██████████████████████████████████████████████████ 0.4 ms
+        "#]]
+        .assert_eq(&draw_exceedance(Some(&eye.instance), &all, Drawing::Text(None)));
+        let svg = draw_exceedance(Some(&eye.instance), &all, Drawing::Svg);
+        // By the ticks, as a reader does.
+        let (one, ten) = (tick(&svg, 'x', "1"), tick(&svg, 'x', "10"));
+        let x = |time: f64| one + (ten - one) * time.log10();
+        let (top, third) = (tick(&svg, 'y', "1"), tick(&svg, 'y', "1e-3"));
+        let y = |level: f64| top + (third - top) * level.log10() / -3.0;
+        let curve = |class: &str| {
+            svg.split(&format!("<path class=\"{class}\" d=\"")).nth(1).unwrap().split('"').next().unwrap()
+        };
+        for (time, level) in [(20.1, 1e-3), (22.9, 1e-3), (23.1, 1e-4), (30.4, 1e-4)] {
+            let found = height_at(curve("curve"), x(time));
+            assert!((found - y(level)).abs() < 0.1, "{found} is not {} at {time} ms", y(level));
+        }
+        let places = [("curve", 20.0, 30.5), ("curve c1", 0.4, 0.4)];
+        for (class, first, last) in places {
+            let path = curve(class);
+            let start: f64 = path.trim_start_matches('M').split(' ').next().unwrap().parse().unwrap();
+            let end: f64 = path.rsplit('H').next().unwrap().split('V').next().unwrap().parse().unwrap();
+            assert!((start - x(first)).abs() < 0.1 && (end - x(last)).abs() < 0.1, "{path}");
+        }
+        let level =
+            curve("limit").trim_start_matches('M').split(['H', ' ']).nth(1).unwrap().parse::<f64>().unwrap();
+        assert!((level - y(1e-4)).abs() < 0.1, "{level}");
+        let names: Vec<_> = svg.split("dy=\"4\">").skip(1).filter_map(|it| it.split('<').next()).collect();
+        assert_eq!(names, ["see: 23 ms at 1e-4", "plan: 0.4 ms at 1e-4"]);
     }
 
     #[test]
@@ -230,8 +379,8 @@ codel.see = [20, 23, 30.5]
             no time at 1e-4
             no time at 1e-9
         "#]]
-        .assert_eq(&draw_exceedance(&found, Drawing::Text(None)));
-        let svg = draw_exceedance(&found, Drawing::Svg);
+        .assert_eq(&draw_exceedance(None, std::slice::from_ref(&found), Drawing::Text(None)));
+        let svg = draw_exceedance(None, std::slice::from_ref(&found), Drawing::Svg);
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
         assert_eq!(of(|_| CodelOf::Name("missing")), None);
         assert_eq!(of(|_| CodelOf::At(0.into())), None);

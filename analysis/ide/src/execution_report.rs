@@ -21,7 +21,7 @@ mod plots;
 mod samples;
 mod tables;
 
-pub(crate) use axis::step;
+pub(crate) use axis::{Axis, step};
 pub use page::execution_report;
 
 use mauve_pwcet::{InstanceMeasurement, Options};

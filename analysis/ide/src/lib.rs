@@ -40,7 +40,7 @@
 //! | `gantt.rs` | a schedule as a drawing |
 //! | `chain_drawing.rs` | chains as a drawing |
 //! | `worst_schedule.rs` | the schedule behind a response time, or with the longest way of data that is found |
-//! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
+//! | `exceedance.rs` | the execution times of a codel, or of those of an activity, at all levels, as data and as a drawing |
 //! | `probability.rs` | how probable it is that an activity is late, as a drawing |
 //! | `probability_plot.rs` | a probability over a time, as SVG |
 //! | `comparison.rs` | the figures of a deployment in two states beside each other |
@@ -126,7 +126,9 @@ pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
-pub use exceedance::{CodelOf, Exceedance, draw_exceedance, exceedance, selected_codel};
+pub use exceedance::{
+    CodelOf, Exceedance, activity_codels, draw_exceedance, exceedance, exceedances_of, selected_codel,
+};
 pub use execution_report::{ExecutionReport, Measured, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};

@@ -65,6 +65,7 @@ pub fn draw_probability<'db>(
             upright: "probability in an hour",
             points,
             deadline: report.deadline,
+            level: None,
             lines,
         }
         .svg(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use mauve_timing::{Time, Unit};
 
 use crate::drawing::{number, svg_head, svg_text, text_width};
-use crate::execution_report::step;
+use crate::execution_report::{Axis, step};
 
 /// What is drawn.
 pub(crate) struct Plot<'a> {
@@ -18,6 +18,9 @@ pub(crate) struct Plot<'a> {
     pub(crate) points: Vec<PlotPoint>,
     /// A vertical line.
     pub(crate) deadline: Option<Time>,
+    /// The level at which the lines are compared: a horizontal line. The times of several lines may differ much: their axis is
+    /// logarithmic.
+    pub(crate) level: Option<f64>,
     /// Stairs: how they look, what they are, and their points in descending order of probability. Between two of them, no smaller
     /// probability is known than that of the first.
     pub(crate) lines: Vec<PlotLine>,
@@ -53,13 +56,19 @@ impl Plot<'_> {
         // At most ten marks.
         let step = step(greatest / 9.0);
         let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
-        let x = |time: Time| LEFT + WIDTH * time.as_f64(Unit::Milliseconds) / end;
+        let least = all().map(|it| it.0.as_f64(Unit::Milliseconds)).filter(|it| *it > 0.0);
+        let ends = (LEFT, LEFT + WIDTH);
+        let axis = match self.level {
+            Some(_) => Axis::logarithmic((least.fold(f64::INFINITY, f64::min) / 1.2, greatest * 1.2), ends),
+            None => Axis::linear((0.0, end), 0.0, ends),
+        };
+        let x = |time: Time| axis.at(time.as_f64(Unit::Milliseconds));
         let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
         let legend = self.legend(TOP + height + 70.0);
         let width = (LEFT + WIDTH + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
         let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
         let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
-        out += &grid(decades, height, (end, step));
+        out += &grid(decades, height, &axis, end / step);
         let _ = writeln!(
             out,
             "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
@@ -77,18 +86,30 @@ impl Plot<'_> {
             let (x, top, bottom) = (number(x(deadline)), number(TOP), number(TOP + height));
             let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x} {top}V{bottom}\"/>");
         }
-        for (class, _, points) in &self.lines {
+        if let Some(level) = self.level {
+            let _ = writeln!(
+                out,
+                "<path class=\"limit\" d=\"M{} {}H{}\"/>",
+                number(LEFT),
+                number(y(level)),
+                number(LEFT + WIDTH)
+            );
+        }
+        for (class, words, points) in &self.lines {
             let to = |(time, probability): &(Time, f64)| {
                 format!("H{}V{}", number(x(*time)), number(y(*probability)))
             };
             let curve: String = points.iter().map(to).collect();
-            // What was observed ends with the greatest.
-            let end = if *class == "seen" { String::new() } else { format!("H{}", number(LEFT + WIDTH)) };
+            // What was observed ends with the greatest. Compared lines have nothing in common.
+            let is_short = *class == "seen" || self.level.is_some();
+            let end = if is_short { String::new() } else { format!("H{}", number(LEFT + WIDTH)) };
+            let start = points.first().filter(|_| self.level.is_some()).map_or(LEFT, |(time, _)| x(*time));
             let _ = writeln!(
                 out,
-                "<path class=\"{class}\" d=\"M{} {}{curve}{end}\"/>",
-                number(LEFT),
-                number(TOP)
+                "<path class=\"{class}\" d=\"M{} {}{curve}{end}\"><title>{}</title></path>",
+                number(start),
+                number(TOP),
+                svg_text(words),
             );
         }
         for (index, point) in self.points.iter().enumerate() {
@@ -135,8 +156,8 @@ impl Plot<'_> {
     }
 }
 
-/// Returns lines for the decades of probability, and for the times up to `end`.
-fn grid(decades: f64, height: f64, (end, step): (f64, f64)) -> String {
+/// Returns lines for the decades of probability, and for at most so many times.
+fn grid(decades: f64, height: f64, axis: &Axis, most: f64) -> String {
     let mut out = String::new();
     for decade in 0..=decades as u32 {
         let at = number(TOP + height * f64::from(decade) / decades);
@@ -150,8 +171,7 @@ fn grid(decades: f64, height: f64, (end, step): (f64, f64)) -> String {
             number(LEFT - 10.0),
         );
     }
-    for tick in 0..=(end / step).round() as u32 {
-        let value = f64::from(tick) * step;
+    for value in axis.ticks(most.round() as usize, 1.0).0 {
         let _ = writeln!(
             out,
             "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
@@ -159,7 +179,7 @@ fn grid(decades: f64, height: f64, (end, step): (f64, f64)) -> String {
             number(TOP + height),
             number(TOP + height + 20.0),
             Time::from_nanos((value * 1e6).round() as u64).number(),
-            x = number(LEFT + WIDTH * value / end),
+            x = number(axis.at(value)),
         );
     }
     out

@@ -128,10 +128,15 @@ export interface CpuBudget extends Drawn {
 
 /** Of `mauve/executionTimes`. */
 export interface ExecutionTimes extends Drawn {
-  codel: string;
+  /** The codel, or the instance whose codels are compared. */
+  codel: string | null;
+  instance: string | null;
+  /** What else can be shown. */
   codels: string[];
-  /** With the verdict on the project's deployments at each level. */
-  levels: { significance: number; time: number; verdict: Verdict }[];
+  instances: string[];
+  compared: string[];
+  /** The times of the compared codels, with the verdict on the project's deployments at each level. */
+  levels: { significance: number; times: (number | null)[]; verdict: Verdict }[];
   shown: number;
   /** What was measured. */
   evidence: string[];
@@ -194,7 +199,7 @@ export interface Subject {
   name?: string;
   /** The project's root, where several projects have the document. */
   root?: string;
-  /** The instance whose schedule is shown. */
+  /** The instance whose schedule is shown, or whose codels are compared. */
   instance?: string;
   /** The chain that is lit in the architecture. */
   chain?: string;

@@ -34,11 +34,15 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
   chains: declaration<Chains>("Chains", "mauve/chains", "deployment"),
   cpuBudget: declaration<CpuBudget>("CPU budget", "mauve/cpuBudget", "deployment"),
   executionTimes: {
-    ...declaration<ExecutionTimes>("Execution times", "mauve/executionTimes", "codel", ({ codel, codels }) => ({
-      choices: codels.map((codel) => ({ label: codel, value: codel })),
-      chosen: codel,
+    ...declaration<ExecutionTimes>("Execution times", "mauve/executionTimes", "codel", ({ codel, instance, codels, instances }, { uri, position }) => ({
+      subject: { uri, position, name: codel ?? undefined, instance: instance ?? undefined },
+      choices: [
+        ...instances.map((instance) => ({ label: `${instance}: all codels`, value: JSON.stringify({ instance }) })),
+        ...codels.map((name) => ({ label: name, value: JSON.stringify({ name }) })),
+      ],
+      chosen: JSON.stringify(instance === null ? { name: codel } : { instance }),
     })),
-    choose: ({ uri }, name) => ({ uri, name }),
+    choose: ({ uri }, value) => ({ uri, ...(JSON.parse(value) as object) }),
   },
   probability: ofInstance<Probability>("Probability of a late job", "mauve/probability", (asked, shown) => asked ?? shown),
   whatIf: declaration<WhatIf>("What if", "mauve/whatIf", "deployment", ({ before }, subject) => ({ subject: { ...subject, before } })),

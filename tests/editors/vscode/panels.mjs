@@ -421,6 +421,13 @@ latency = "500 ms"
   const times = () => seen(page, "executionTimes");
   await expect("the execution times of the codel at the cursor", times, (it) => it?.drawing.includes("293 ms at 1e-4") === true && it.rows.some((row) => row.startsWith("1e-4293✗ 1 chain late · 1 tight")));
   await command("View: Close All Editors");
+  await openAt("deployment.mal", "activity hokuyo");
+  await command("MAUVE: Show Execution Times");
+  await expect("at an activity, the times of its codels beside each other", times, (it) => it?.headline === "4 codels at level 1e-4" && it.drawing.includes("drivers.mask_robot: 0.7 ms at 1e-4"));
+  await (await frameOf(page, "executionTimes")).locator("select").selectOption({ label: "gmapping: all codels" });
+  await expect("another activity", times, (it) => it?.headline === "5 codels at level 1e-4");
+  await expect("texts of the drawing, none over another", async () => (await frameOf(page, "executionTimes")).evaluate(misplaced), ({ texts, found }) => texts > 15 && found.length === 0);
+  await command("View: Close All Editors");
   await openAt("deployment.mal", "library");
   await command("MAUVE: Show Execution Times");
   await expect("without a codel, a message", times, (it) => it?.problem === "no codel here");

@@ -2,7 +2,7 @@
 
 /// A linear or logarithmic axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     /// The values at its ends; both are positive on a logarithmic axis.
     low: f64,
     high: f64,
@@ -14,7 +14,7 @@ pub(super) struct Axis {
 
 impl Axis {
     /// Returns the linear axis from `low` to `high`; a part of `padding` is added at each end.
-    pub(super) fn linear((low, high): (f64, f64), padding: f64, (start, end): (f64, f64)) -> Axis {
+    pub(crate) fn linear((low, high): (f64, f64), padding: f64, (start, end): (f64, f64)) -> Axis {
         let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (0.0, 1.0) };
         // A single value is in the middle.
         let room = if high > low { (high - low) * padding } else { (low.abs() * 0.1).max(0.5) };
@@ -24,7 +24,7 @@ impl Axis {
     }
 
     /// Returns the logarithmic axis from `low` to `high`.
-    pub(super) fn logarithmic((low, high): (f64, f64), (start, end): (f64, f64)) -> Axis {
+    pub(crate) fn logarithmic((low, high): (f64, f64), (start, end): (f64, f64)) -> Axis {
         let low = if low.is_finite() && low > 0.0 { low } else { f64::MIN_POSITIVE };
         let high = if high.is_finite() && high > low { high } else { low * 10.0 };
         Axis { low, high, start, end, is_logarithmic: true }
@@ -44,7 +44,7 @@ impl Axis {
     }
 
     /// Returns the position of a value; a value beyond an end is at the end.
-    pub(super) fn at(&self, value: f64) -> f64 {
+    pub(crate) fn at(&self, value: f64) -> f64 {
         let value = if value.is_nan() { self.low } else { value.clamp(self.low, self.high) };
         let part = if self.is_logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -57,7 +57,7 @@ impl Axis {
     /// Returns the values of at most about `most` ticks, ascending: 1, 2 or 5 times a power of ten.
     ///
     /// The second value is the number of decimal places that tell the ticks apart, where a tick is divided by `unit`.
-    pub(super) fn ticks(&self, most: usize, unit: f64) -> (Vec<f64>, usize) {
+    pub(crate) fn ticks(&self, most: usize, unit: f64) -> (Vec<f64>, usize) {
         let (low, high) = (self.low / unit, self.high / unit);
         if self.is_logarithmic {
             let ticks = logarithmic_ticks(low, high, most);

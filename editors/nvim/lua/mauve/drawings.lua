@@ -22,7 +22,7 @@ M.kinds = {
   chains = { method = 'mauve/chains', at_cursor = true, names = { 'deployment' } },
   -- Compared with the state when it was opened, which the server has in its answer.
   whatif = { method = 'mauve/whatIf', at_cursor = true, names = { 'deployment', 'before' } },
-  times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel' } },
+  times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel', 'instance' } },
 }
 
 --- The answers to a request: the method for graphs answers with a list.
@@ -65,7 +65,7 @@ local function places_of(answer)
         add(it.component, it.location)
       end
     end
-    add(drawn.codel and drawn.codel:match('[^.]+$'), drawn.location)
+    add(type(drawn.codel) == 'string' and drawn.codel:match('[^.]+$'), drawn.location)
   end
   return places
 end

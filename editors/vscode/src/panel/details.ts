@@ -75,9 +75,10 @@ const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Said | Said[]
     const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
     return { status, text: parts.length === 0 ? chain : parts.join("; ") };
   },
-  executionTimes: ({ levels, shown, assumed }) => {
+  executionTimes: ({ levels, shown, assumed, compared }) => {
     const at = levels.find(({ significance }) => significance === shown);
-    const text = at === undefined ? "No execution time" : `${number(at.time)} ms at level ${level(shown)}`;
+    const what = compared.length > 1 ? `${compared.length} codels` : `${number(at?.times[0] ?? 0)} ms`;
+    const text = at === undefined ? "No execution time" : `${what} at level ${level(shown)}`;
     return { status: at === undefined ? "unknown" : "none", text: assumed ? `${text}, assumed` : text };
   },
   probability: ({ instance, instances }) => {
@@ -252,16 +253,18 @@ function ofWhatIf({ rows, reasons: why }: Answers["whatIf"]): HTMLElement[] {
   return [reasons("Nothing is analysed", why), reasons("Without a figure", lost)];
 }
 
-function ofTimes({ levels, shown, source, evidence, reasons: why }: Answers["executionTimes"], actions: Actions): HTMLElement[] {
-  const row = ({ significance, time, verdict }: (typeof levels)[number]) => {
+function ofTimes({ levels, shown, source, evidence, reasons: why, compared }: Answers["executionTimes"], actions: Actions): HTMLElement[] {
+  const isOne = compared.length === 1;
+  const row = ({ significance, times, verdict }: (typeof levels)[number]) => {
     const isShown = significance === shown;
     const text = level(significance);
     const choose = { class: "link", "data-key": text, "aria-pressed": String(isShown), title: `Show all figures at ${text}`, click: () => actions.setLevel(significance) };
-    const cells = [figure(number(time)), h("td", { class: `verdict-at ${verdict.status}` }, verdict.text)];
+    // Compared times are in the drawing.
+    const cells = [...(isOne ? times.map((time) => figure(number(time ?? 0))) : []), h("td", { class: `verdict-at ${verdict.status}` }, verdict.text)];
     return h("tr", { class: isShown ? "chosen" : undefined }, name(h("button", choose, text)), ...cells);
   };
   const caption = source === null ? "Execution times, and the deadlines at each level" : `Execution times of ${source}, and the deadlines at each level`;
-  const columns = { Level: "", "Time ms": "figure", "The project at this level": "" } as const;
+  const columns = { Level: "" as const, ...(isOne && { "Time ms": "figure" as const }), "The project at this level": "" as const };
   return [reasons("Times are missing", why), table("levels", caption, columns, levels.map(row)), reasons("Evidence", evidence.flatMap((it) => it.split("\n")))];
 }
 
