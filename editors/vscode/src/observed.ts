@@ -47,8 +47,8 @@ export function observedOf({ instances }: Comparison): Map<string, Observed> {
   return new Map(instances.flatMap(({ instance, periods, response }) => (response === null ? [] : [[instance, { periods, response }]])));
 }
 
-/** The width of a bar, in its own units. */
-const width = 200;
+/** The greatest width of a bar. */
+export const width = 200;
 
 /** The body of the page: a row for each activity, the worst first, and what contradicts the model. */
 export function bodyOf(title: string, nodes: GraphNode[], observed: ReadonlyMap<string, Observed>, findings: string[]): string {
@@ -66,7 +66,7 @@ export function bodyOf(title: string, nodes: GraphNode[], observed: ReadonlyMap<
     return `<tr class="${isRefuted ? "missed" : status}"><th scope="row">${escaped(instance)}</th>
 <td>${isRefuted ? signs.missed : ""} ${seen === undefined ? "–" : `${number(Math.round(seen.response * 1e3) / 1e3)} ms`}</td>
 <td>${escaped(figure ?? "–")}</td>
-<td><svg viewBox="0 0 ${width} 14" width="${width}" height="14" role="img" aria-label="${escaped(`${instance}: ${words}`)}">${bar}${tick("bound", bound)}${tick("deadline", deadline)}</svg></td>
+<td><svg viewBox="0 0 ${width} 14" preserveAspectRatio="none" height="14" role="img" aria-label="${escaped(`${instance}: ${words}`)}">${bar}${tick("bound", bound)}${tick("deadline", deadline)}</svg></td>
 <td>${seen?.periods ?? 0}</td></tr>`;
   });
   const listed = findings.map((it) => `<li>${escaped(it)}</li>`).join("");

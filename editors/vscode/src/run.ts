@@ -5,7 +5,7 @@ import { FileHandle, open } from "node:fs/promises";
 import * as path from "node:path";
 import * as vscode from "vscode";
 import type { Graph } from "./answers";
-import { bodyOf, Comparison, Observed, observedOf, Periods } from "./observed";
+import { bodyOf, Comparison, Observed, observedOf, Periods, width } from "./observed";
 import { messageOf, Server } from "./server";
 
 /** So often, in milliseconds, the figures of a run that goes on are read. */
@@ -25,6 +25,8 @@ interface Ended {
   code: number | null;
   stdout: string;
   stderr: string;
+  /** The user knows why then. */
+  isCancelled: boolean;
 }
 
 /** Follows a run until it is over. */
@@ -108,9 +110,12 @@ export class Runs implements vscode.Disposable {
       }
     };
     const parameters = ["run", model, "--deployment", graph.name, "--trace", this.recording, ...options];
-    const { code, stderr } = await this.start(place, `Running ${graph.name}`, parameters, follow);
+    const { code, stderr, isCancelled } = await this.start(place, `Running ${graph.name}`, parameters, follow);
     const anyway = "--allow-non-realtime";
     if (!existsSync(this.recording)) {
+      if (isCancelled) {
+        return;
+      }
       const offers = stderr.includes(anyway) && !options.includes(anyway) ? ["Run Without Real-Time Priorities"] : [];
       const choice = await vscode.window.showErrorMessage(`${graph.name} did not run: ${lastLine(stderr)}`, "Show Output", ...offers);
       if (choice === "Show Output") {
@@ -137,11 +142,16 @@ export class Runs implements vscode.Disposable {
     if (samples === undefined) {
       return;
     }
-    const { code, stdout, stderr } = await this.start(place!, "Importing the recording", ["trace", "import", ...recordings!, "-o", samples.fsPath]);
+    const { code, stdout, stderr, isCancelled } = await this.start(place!, "Importing the recording", ["trace", "import", ...recordings!, "-o", samples.fsPath]);
     if (code !== 0) {
-      void this.fail("Nothing was imported", stderr);
-    } else if ((await vscode.window.showInformationMessage(lastLine(stdout + stderr) || "Imported.", "Open Samples")) !== undefined) {
-      await vscode.window.showTextDocument(samples);
+      void (isCancelled || this.fail("Nothing was imported", stderr));
+      return;
+    }
+    const said = /^imported .*/m.exec(`${stdout}\n${stderr}`)?.[0] ?? "imported";
+    if ((await vscode.window.showInformationMessage(said, "Show What Was Observed")) !== undefined) {
+      // The samples are not text. What is beside them is, and says how `mauve check` compares it.
+      const { dir, name } = path.parse(samples.fsPath);
+      await vscode.window.showTextDocument(vscode.Uri.file(path.join(dir, `${name}.observed.toml`)));
     }
   }
 
@@ -157,9 +167,9 @@ export class Runs implements vscode.Disposable {
   private async compare(place: Place, recordings: string[], more: string): Promise<void> {
     const { graph, model } = place;
     const parameters = ["trace", "check", "--format", "json", "--deployment", graph.name, ...recordings, model];
-    const { stdout, stderr } = await this.start(place, "Comparing the recording with the model", parameters);
+    const { stdout, stderr, isCancelled } = await this.start(place, "Comparing the recording with the model", parameters);
     if (!stdout.startsWith("{")) {
-      void this.fail("The recording was not compared", stderr);
+      void (isCancelled || this.fail("The recording was not compared", stderr));
       return;
     }
     const comparison = JSON.parse(stdout) as Comparison;
@@ -234,8 +244,8 @@ export class Runs implements vscode.Disposable {
     return vscode.window.withProgress(options, async (progress, token) => {
       const child = spawn(place.program, parameters, { cwd: place.folder.fsPath });
       this.children.add(child);
-      token.onCancellationRequested(() => child.kill("SIGINT"));
-      const ended: Ended = { code: null, stdout: "", stderr: "" };
+      const ended: Ended = { code: null, stdout: "", stderr: "", isCancelled: false };
+      token.onCancellationRequested(() => (ended.isCancelled = child.kill("SIGINT")));
       const isDocument = parameters.includes("json");
       child.stdout.setEncoding("utf8").on("data", (text: string) => {
         ended.stdout += text;
@@ -291,7 +301,8 @@ function page(): string {
 <title>Observed</title><style nonce="${nonce}">
 body { font: var(--vscode-font-size) var(--vscode-font-family); padding: 1em; }
 h1, h2 { font-size: 1.1em; } table { border-collapse: collapse; } th { text-align: left; font-weight: normal; }
-th, td { padding: 2px 1em 2px 0; white-space: nowrap; } thead { color: var(--vscode-descriptionForeground); }
+th, td { padding: 2px 1em 2px 0; white-space: nowrap; } thead { color: var(--vscode-descriptionForeground); vertical-align: bottom; } thead th { white-space: normal; }
+td svg { width: clamp(40px, 25vw, ${width}px); } @media (max-width: 480px) { th, td { padding-right: .6em; } :is(th, td):last-child { display: none; } }
 .track { fill: var(--vscode-editorWidget-border, #8888); } .seen { fill: var(--vscode-charts-blue); color: var(--vscode-charts-blue); }
 .missed .seen { fill: var(--vscode-editorError-foreground); } .missed td:nth-child(2) { color: var(--vscode-editorError-foreground); }
 line { stroke-width: 2; } .bound { stroke: var(--vscode-charts-orange); color: var(--vscode-charts-orange); }
