@@ -7,6 +7,9 @@ use mauve_wcrt::ActivityReport;
 use crate::figure::{Forms, HintStatus, MOST_CHARACTERS, cut};
 use crate::reasons::short_reason;
 
+/// The length of the start of a reason that says something of it: `? no time…`.
+const FEW_CHARACTERS: usize = 12;
+
 /// Returns the forms of an activity's response time, or why it has none. Slack below `tight_slack` percent of the deadline is
 /// [`HintStatus::Tight`].
 pub fn figure<'db>(
@@ -25,8 +28,9 @@ pub fn figure<'db>(
             Forms::with("", response, deadline, is_assumed, tight_slack)
         }
         (Status::NotAnalysed, _) => {
-            let reason = cut(&format!("? {}", reason()), MOST_CHARACTERS);
-            Forms::of_texts([reason, "?".to_owned()], HintStatus::Unknown)
+            let reason = format!("? {}", reason());
+            let texts = [MOST_CHARACTERS, FEW_CHARACTERS].map(|most| cut(&reason, most));
+            Forms::of_texts(texts.into_iter().chain(["?".to_owned()]), HintStatus::Unknown)
         }
         (Status::Unbounded, _) => {
             let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));

@@ -39,7 +39,8 @@ pub(super) fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> boo
     }
 }
 
-/// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older.
+/// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older; a count, which
+/// says no reason, replaces it.
 pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<HintOf> {
     let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
         let earlier =
@@ -49,6 +50,9 @@ pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<Hint
     match shown {
         None if found.hint.label.is_empty() => Vec::new(),
         None => vec![found],
+        Some((_, true)) if matches!(found.subject, Some(Subject::Deadlines | Subject::Cpus(_))) => {
+            vec![found]
+        }
         Some((hint, are_reasons_shown)) => {
             let beside = (are_reasons_shown && !found.hint.label.is_empty()).then(|| found.clone());
             [HintOf { hint, ..found }].into_iter().chain(beside).collect()
