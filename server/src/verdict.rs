@@ -70,8 +70,8 @@ impl Verdict {
     /// Its worst part; [`HintStatus::Time`] where there is no deadline.
     pub(crate) fn status(&self) -> HintStatus {
         match self {
-            _ if self.errors + self.late + self.late_chains > 0 => HintStatus::Missed,
-            _ if self.unknown > 0 => HintStatus::Unknown,
+            _ if self.late + self.late_chains > 0 => HintStatus::Missed,
+            _ if self.errors + self.unknown > 0 => HintStatus::Unknown,
             _ if self.tight > 0 => HintStatus::Tight,
             _ if self.met > 0 => HintStatus::Met,
             _ => HintStatus::Time,
@@ -124,7 +124,7 @@ mod tests {
         );
         let late = Verdict { late: 1, unknown: 2, ..all_right() };
         assert_eq!(late.words(), "✗ 1 late · 2 unknown · 9 measured");
-        assert_eq!(Verdict { errors: 1, ..all_right() }.words(), "✗ 1 error · 9 met · 9 measured");
+        assert_eq!(Verdict { errors: 1, ..all_right() }.words(), "? 1 error · 9 met · 9 measured");
         assert_eq!(Verdict { late_chains: 2, ..Default::default() }.words(), "✗ 2 chains late");
         assert_eq!(Verdict::default().words(), "no deadlines");
         assert_eq!(late.document()["status"], "missed");

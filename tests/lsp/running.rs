@@ -324,5 +324,5 @@ deployment D { architecture A  activity a { priority = 2 period = 10 }  activity
     client.edit(&mut table, "30", "5");
     assert_eq!(verdict(&mut client), "! 2 met · 1 tight");
     client.edit(&mut table, "f = 5", "f = ");
-    assert_eq!(verdict(&mut client), "✗ 1 error · 2 unknown");
+    assert_eq!(verdict(&mut client), "? 1 error · 2 unknown");
 }
