@@ -230,8 +230,10 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
               ((slot-exists-p server 'verdict))
               (verdict (slot-value server 'verdict)))
     (propertize (concat " MAUVE " (string-replace "%" "%%" (plist-get verdict :text)))
-                'face (pcase (plist-get verdict :status)
-                        ("missed" 'error) ("tight" 'warning) ("met" 'success))
+                ;; Colours are made for the background of the text.
+                'face (list (pcase (plist-get verdict :status)
+                              ("missed" 'error) ((or "tight" "unknown") 'warning) ("met" 'success))
+                            'default)
                 'help-echo "mouse-1: list the problems of all files"
                 'local-map mauve--header-map)))
 
