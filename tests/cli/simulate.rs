@@ -118,7 +118,7 @@ fn the_worst_case_of_an_instance() {
           camera      1        30      10     4    5.500     7.000   100.0 %     0  ✓ 7 / 10 ms
           planner     1        20      20     2   12.500    18.000   100.0 %     0  ✓ 18 / 20 ms
           monitor     1        10      40     1   28.000    28.000   100.0 %     0  ! 28 / 30 ms
-          job 1 of monitor responds in 28 ms, which is its bound
+          job 1 of monitor: ! 28 / 30 ms, which is its bound
     "#]]
     .assert_eq(&found.out);
     let json = document(&run(&["p3dx", "--worst", "navigation", "--format", "json"]));
@@ -130,7 +130,7 @@ fn the_worst_case_of_an_instance() {
     let mut jobs = json["jobs"].as_array().unwrap().iter();
     assert_eq!(jobs.find(|job| job["instance"] == "navigation").unwrap()["end"], 997);
     let svg = run(&["sorter", "--worst", "monitor", "--format", "svg"]);
-    assert!(svg.out.contains("Sorter at 1e-4: job 1 of monitor responds in 28 ms, which is its bound"));
+    assert!(svg.out.contains("Sorter at 1e-4: job 1 of monitor: ! 28 / 30 ms, which is its bound"));
     // The calls of clients are at random.
     let found = run(&["shared_cpus", "--worst", "map"]);
     assert!(found.out.contains(" ms; no later schedule is known, its bound is 31 ms\n"), "{}", found.out);
@@ -144,7 +144,7 @@ fn a_gantt_chart() {
     assert!(found.out.contains("P3dxDeployment at 1e-4: a simulated schedule, seed 1"));
     let found = run(&["p3dx", "--worst", "teleop", "--format", "text"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
-    assert!(found.out.contains("job 1 of teleop responds in 70 ms, which is its bound; times in ms\n"));
+    assert!(found.out.contains("job 1 of teleop: ✓ 70 / 100 ms, which is its bound; times in ms\n"));
     let of_teleop = found.out.lines().find(|line| line.starts_with("  teleop")).unwrap();
     // A column is a millisecond: it waits for 63, then executes for 7.
     let (waits, executes) = (of_teleop.matches('·').count(), of_teleop.matches('█').count());

@@ -195,7 +195,7 @@ fn a_schedule_is_that_behind_a_response_time() {
     let found = client.call("mauve/schedule", json!({"textDocument": document})).unwrap();
     assert_eq!((&found["deployment"], &found["instance"]), (&json!("P3dxDeployment"), &json!("navigation")));
     assert_eq!((&found["bound"], &found["response"]), (&json!(997), &json!(997)));
-    assert_eq!(found["note"], "job 1 of navigation responds in 997 ms, which is its bound");
+    assert_eq!(found["note"], "job 1 of navigation: ! 997 / 1000 ms, which is its bound");
     let instances = found["instances"].as_array().unwrap();
     // What is not analysed is named, too: it may be the one that is asked for.
     let exploration = instances.iter().find(|it| it["instance"] == "exploration").unwrap();

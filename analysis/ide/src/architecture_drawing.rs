@@ -523,12 +523,27 @@ fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize) -> Option<String>
     if width > columns as f64 {
         text = drawn(false)?.0;
     }
-    Some(format!("{}\n\n{text}", graph.title))
+    // It may be below the edge of the terminal.
+    let worst = graph.nodes.iter().filter(|it| it.activity.is_some()).min_by(|a, b| worst_first(a, b));
+    let worst = worst.map(|it| format!(": {} {}", it.instance, it.figure)).unwrap_or_default();
+    Some(format!("{}{worst}\n\n{text}", name_and_level(graph)))
 }
 
 /// Returns the names of CPUs, with their host if the graph is of a deployment on several.
 fn cpus_of(graph: &Graph<'_>, cpus: CpuSet) -> String {
     graph.report.map_or_else(|| cpus.to_string(), |report| report.hosts.names(cpus))
+}
+
+/// The order of instances: missed before not analysed before tight before met, then by the part of the deadline that is used.
+fn worst_first(one: &GraphNode<'_>, other: &GraphNode<'_>) -> Ordering {
+    let mark = |node: &GraphNode<'_>| node.figure.chars().next().and_then(|mark| "✗?!✓–".find(mark));
+    let used = |node: &GraphNode<'_>| node.activity.and_then(|it| it.used()).unwrap_or(f64::INFINITY);
+    mark(one).cmp(&mark(other)).then(used(other).total_cmp(&used(one)))
+}
+
+/// Returns the name of a graph and its level: its title without what the figures are.
+fn name_and_level<'a>(graph: &'a Graph<'_>) -> &'a str {
+    graph.title.split(": ").next().unwrap_or_default()
 }
 
 /// Lists the instances of a graph below their CPUs, the worst first: `  pilot  ✗ 50 / 40 ms`.
@@ -537,16 +552,13 @@ pub fn instance_tree(graph: &Graph<'_>) -> String {
     for node in &graph.nodes {
         groups.entry(node.activity.and_then(|it| it.cpus).unwrap_or_default()).or_default().push(node);
     }
-    let mut out = format!("{}\n", graph.title.split(": ").next().unwrap_or_default());
+    let mut out = format!("{}\n", name_and_level(graph));
     for (cpus, mut nodes) in groups {
         let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.cpus == cpus));
         let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
         let _ = writeln!(out, "  {}{load}", cpus_of(graph, cpus));
-        let mark = |node: &GraphNode<'_>| node.figure.chars().next().and_then(|mark| "✗?!✓–".find(mark));
-        let used = |node: &GraphNode<'_>| node.activity.and_then(|it| it.used()).unwrap_or(f64::INFINITY);
         nodes.sort_by(|one, other| {
-            let order = mark(one).cmp(&mark(other)).then(used(other).total_cmp(&used(one)));
-            order.then_with(|| one.instance.as_str().cmp(other.instance.as_str()))
+            worst_first(one, other).then_with(|| one.instance.as_str().cmp(other.instance.as_str()))
         });
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();
         for node in nodes {
@@ -688,16 +700,16 @@ mod tests {
             "D",
             Drawing::Text(Some(60)),
             expect![[r#"
-            D at 1e-4: response times and deadlines in ms, CPU utilisation
+                D at 1e-4: pilot ✗ 50 / 40 ms
 
-            laser: Laser    ✓ 20 / 100 ms · 20.0 %
-              scan ───────────────────────────────────┐
-            spare: Unknown  – not real-time           │
-            pilot: Pilot    ✗ 50 / 40 ms · 30.0 %     │
-              back ◂────────────────────────────────┐ │
-              scan ◂────────────────────────────────┼─┘
-              go ───────────────────────────────────┘
-        "#]],
+                laser: Laser    ✓ 20 / 100 ms · 20.0 %
+                  scan ───────────────────────────────────┐
+                spare: Unknown  – not real-time           │
+                pilot: Pilot    ✗ 50 / 40 ms · 30.0 %     │
+                  back ◂────────────────────────────────┐ │
+                  scan ◂────────────────────────────────┼─┘
+                  go ───────────────────────────────────┘
+            "#]],
         );
         check(
             "WithCall",

@@ -1,8 +1,9 @@
 //! The schedule behind the response time of an activity: the releases and the paths that its analysis found. The schedule with
 //! the longest way of data along a chain that a search finds.
 
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_hir::{Decl, ModelDb, Project, config_of};
-use mauve_timing::{ChainStep, NoWorstCase, Schedule, SimulationOptions, Time, Way, WorstCase};
+use mauve_timing::{ChainStep, Job, NoWorstCase, Schedule, SimulationOptions, Time, Way, WorstCase};
 use mauve_wcrt::chains::chains_of;
 use mauve_wcrt::{DeployedTasks, Query};
 
@@ -51,21 +52,29 @@ impl WorstOf {
 
     /// Returns the response time of its late job in a schedule, if that ended.
     pub fn response(&self, schedule: &Schedule) -> Option<Time> {
-        let mut jobs = schedule.jobs.iter();
-        let job = jobs.find(|job| job.activity == self.activity && job.number == self.case.job)?;
+        let job = self.job(schedule)?;
         job.end?.checked_sub(job.nominal)
     }
 
-    /// Says what the schedule shows: `job 1 of pilot responds in 19 ms, which is its bound`.
+    fn job<'a>(&self, schedule: &'a Schedule) -> Option<&'a Job> {
+        schedule.jobs.iter().find(|job| job.activity == self.activity && job.number == self.case.job)
+    }
+
+    /// Says what the schedule shows: `job 1 of pilot: ✓ 19 / 40 ms, which is its bound`.
     pub fn description(&self, deployment: &DeployedTasks<'_>, schedule: &Schedule) -> String {
         let WorstCase { job, bound, .. } = &self.case;
         let instance = deployment.tasks.name(self.activity);
+        let figure = |response: Time| {
+            let deadline = self.job(schedule).and_then(|job| job.deadline.checked_sub(job.nominal));
+            Forms::of(response, deadline.unwrap_or_default(), TIGHT_SLACK).text().to_owned()
+        };
         match self.response(schedule) {
             Some(time) if time == *bound => {
-                format!("job {job} of {instance} responds in {time}, which is its bound")
+                format!("job {job} of {instance}: {}, which is its bound", figure(time))
             }
             Some(time) => format!(
-                "job {job} of {instance} responds in {time}; no later schedule is known, its bound is {bound}"
+                "job {job} of {instance}: {}; no later schedule is known, its bound is {bound}",
+                figure(time)
             ),
             // Too many events for a drawing.
             None if schedule.end < self.case.length => {
