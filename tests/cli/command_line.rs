@@ -420,7 +420,7 @@ fn wcrt_as_csv_and_explained() {
     ];
     let explained = run_in("late-job", &late, &["wcrt", "--explain", "b"]);
     for part in [
-        "  ✗ 118 / 100 ms ▰▰▰▰▰▰ 118 %, period 100 ms",
+        "b (E): ✗ 118 / 100 ms ▰▰▰▰▰▰ 118 %\n  at 1e-4, method exact, period 100 ms\n",
         "job 5 of the busy window has the largest response time: it ends 518 ms after",
         "iteration 4 exceeds the deadline (500 ms after the start of the busy window)\n  310 ms → 440 ms → 492 ms → 518 ms\n",
     ] {

@@ -242,7 +242,7 @@ fn compared(response: Time, deadline: Time) -> Vec<String> {
 
 /// The direction in which a time is rounded that has more than six digits.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Round {
+pub(crate) enum Round {
     Up,
     Down,
 }
@@ -262,7 +262,7 @@ fn digits(time: Time) -> usize {
 }
 
 /// Returns a time with six significant digits.
-fn rounded(time: Time, round: Round) -> Time {
+pub(crate) fn rounded(time: Time, round: Round) -> Time {
     if digits(time) <= MOST_DIGITS {
         return time;
     }

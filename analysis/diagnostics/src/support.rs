@@ -4,6 +4,7 @@ use mauve_timing::NoLateness;
 use mauve_wcrt::{MissProbability, Support};
 
 use crate::enumerated;
+use crate::figure::{Round, rounded};
 
 /// Returns what a level supports: `at 1e-4, about 12 executions an hour may exceed their times`.
 pub fn supported(support: Support) -> String {
@@ -74,7 +75,8 @@ pub fn not_independent(of: &MissProbability) -> Option<String> {
 pub fn miss_rule(of: &MissProbability) -> String {
     match (of.tolerated, of.level) {
         (Some((level, it)), _) => {
-            format!("beyond the times at {level}, {} more within {} are tolerated", it.tolerated, it.window)
+            let (tolerated, window) = (rounded(it.tolerated, Round::Down), rounded(it.window, Round::Up));
+            format!("beyond the times at {level}, {tolerated} more within {window} are tolerated")
         }
         (None, Some(level)) => format!("the deadline is met at {level}"),
         (None, None) => "the deadline is met at no level".to_owned(),

@@ -340,8 +340,8 @@ fn threads_bursts_and_releases_by_data_are_named() {
     let report = response_times_of(&set, query).unwrap();
     let of = |task: usize| explain_response_of(&db, &set, &report, task, query);
     expect![[r#"
-        gps (component unknown) at 1e-4, method exact
-          ✓ 6 / 10 ms ▰▰▰▱▱▱ 60 %, period 10 ms
+        gps (component unknown): ✓ 6 / 10 ms ▰▰▰▱▱▱ 60 %
+          at 1e-4, method exact, period 10 ms
           assumes real-time throttling off
 
         execution time of its own job: 2 ms
@@ -353,8 +353,8 @@ fn threads_bursts_and_releases_by_data_are_named() {
 
         response time at the critical instant: 6 ms
 
-        can (component unknown) at 1e-4, method exact
-          ✓ 3 / 20 ms ▰▱▱▱▱▱ 15 %, period 20 ms (in bursts of 3)
+        can (component unknown): ✓ 3 / 20 ms ▰▱▱▱▱▱ 15 %
+          at 1e-4, method exact, period 20 ms (in bursts of 3)
           assumes real-time throttling off
 
         job 3 of the busy window has the largest response time: it ends 3 ms after the start of the window
@@ -362,8 +362,8 @@ fn threads_bursts_and_releases_by_data_are_named() {
 
         execution time 1 ms: update
 
-        plan (component unknown) at 1e-4, method exact
-          ✓ 15 / 100 ms ▰▱▱▱▱▱ 15 %, period 100 ms
+        plan (component unknown): ✓ 15 / 100 ms ▰▱▱▱▱▱ 15 %
+          at 1e-4, method exact, period 100 ms
           assumes real-time throttling off
 
         execution time of its own job: 1 ms

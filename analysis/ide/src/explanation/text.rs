@@ -44,23 +44,23 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     let component = &activity.component_name;
     let component = if component.is_empty() { "component unknown" } else { component };
     let (level, method, of_which) = (facts.query.level, facts.method(), &facts.of_which);
-    let mut out = format!("{} ({component}) at {level}, method {method}{of_which}\n", activity.instance);
+    let mut out = format!("{} ({component}): ", activity.instance);
     if activity.verdict == Status::Background {
-        return out + "  background: not real-time, not analysed\n";
+        return out + "background, not real-time, not analysed\n";
     }
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
-    let period = time(activity.period);
-    let _ = match activity.response.zip(activity.deadline) {
+    let deadline = match activity.response.zip(activity.deadline) {
         Some((response, deadline)) => {
-            write!(out, "  {}, period {period}", Forms::of(response, deadline, TIGHT_SLACK).full())
+            out += &Forms::of(response, deadline, TIGHT_SLACK).full();
+            String::new()
         }
-        None => write!(
-            out,
-            "  {}: no response time, deadline {}, period {period}",
-            activity.verdict.name(),
-            time(activity.deadline)
-        ),
+        None => {
+            let _ = write!(out, "{}, no response time", activity.verdict.name());
+            format!("deadline {}, ", time(activity.deadline))
+        }
     };
+    let period = time(activity.period);
+    let _ = write!(out, "\n  at {level}, method {method}{of_which}, {deadline}period {period}");
     out.extend(facts.released.iter().map(|released| format!(" ({released})")));
     if activity.jitter > Time::ZERO {
         let _ = write!(out, ", jitter {}", activity.jitter);
