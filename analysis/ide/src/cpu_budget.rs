@@ -1,5 +1,5 @@
 //! The CPU budget of a deployment: for each CPU a bar of its instances, the largest part first, and what is left. Above 90 %, a second
-//! bar shows the last per cents enlarged: 94 % and 99.7 % are not alike.
+//! bar of characters shows the last per cents enlarged: 94 % and 99.7 % are not alike.
 //!
 //! ```text
 //! P3dxDeployment at 1e-4: CPU budget
@@ -248,32 +248,18 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
     };
     *out += &line("name status", (MARGIN, *y), "", &fitted(&cpu.figure, PLOT, 13.0, true));
     *y += 9.0;
-    svg_bar(out, &shown, cpu, (*y, BAR), (0.0, cpu.limit.max(cpu.used)));
+    svg_bar(out, &shown, cpu, *y);
     *y += BAR + 13.0;
-    let x_of = |part: f64, (from, to): (f64, f64)| MARGIN + (part - from) / (to - from) * PLOT;
-    let tick = |part: f64, range: (f64, f64), y: f64| {
-        let anchor = match x_of(part, range) {
+    let x_of = |part: f64| MARGIN + part / cpu.limit.max(cpu.used) * PLOT;
+    let tick = |part: f64, y: f64| {
+        let anchor = match x_of(part) {
             x if x < MARGIN + 8.0 => "",
             x if x > MARGIN + PLOT - 8.0 => " text-anchor=\"end\"",
             _ => " text-anchor=\"middle\"",
         };
-        line("mark", (x_of(part, range), y), anchor, &format!("{:.0} %", part * 100.0))
+        line("mark", (x_of(part), y), anchor, &format!("{:.0} %", part * 100.0))
     };
-    let whole = (0.0, cpu.limit.max(cpu.used));
-    out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, whole, *y)));
-    if let Some((from, to)) = cpu.enlarged().map(|(from, to)| (from * cpu.limit, to * cpu.limit)) {
-        // Two lines lead from the end of the bar to the enlarged one.
-        let (left, top, bottom) = (x_of(from, whole), *y - 13.0, *y + 15.0);
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{left:.1} {top:.1}L{MARGIN} {bottom:.1}M{:.1} {top:.1}V{bottom:.1}\"/>",
-            MARGIN + PLOT
-        );
-        *y += 15.0;
-        svg_bar(out, &shown, cpu, (*y, 14.0), (from, to));
-        *y += 14.0 + 13.0;
-        out.extend((0..=5).map(|step| tick(from + (to - from) * f64::from(step) / 5.0, (from, to), *y)));
-    }
+    out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, *y)));
     *y += 6.0;
     for (index, (name, share, figure)) in shown.iter().enumerate() {
         let column = (index % 2) as f64 * (PLOT / 2.0 + 8.0);
@@ -297,15 +283,9 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
     *y += 40.0;
 }
 
-/// Draws the parts of a bar that are in a range of the utilisation, and the limit.
-fn svg_bar(
-    out: &mut String,
-    shown: &[(String, f64, &str)],
-    cpu: &DrawnCpu<'_>,
-    (y, height): (f64, f64),
-    (from, to): (f64, f64),
-) {
-    let x_of = |part: f64| MARGIN + ((part - from) / (to - from)).clamp(0.0, 1.0) * PLOT;
+/// Draws the parts of a bar, and the limit.
+fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, y: f64) {
+    let x_of = |part: f64| MARGIN + (part / cpu.limit.max(cpu.used)).clamp(0.0, 1.0) * PLOT;
     let mut rect = |class: &str, start: f64, end: f64, title: &str| {
         let (x, width) = (x_of(start), x_of(end) - x_of(start));
         if width > 0.0 {
@@ -313,11 +293,11 @@ fn svg_bar(
                 if title.is_empty() { String::new() } else { format!("<title>{}</title>", svg_text(title)) };
             let _ = writeln!(
                 out,
-                "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{height}\">{title}</rect>"
+                "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{BAR}\">{title}</rect>"
             );
         }
     };
-    rect("track", from, cpu.limit, "");
+    rect("track", 0.0, cpu.limit, "");
     let mut used = 0.0;
     let mut labels = String::new();
     for (index, (name, share, figure)) in shown.iter().enumerate() {
@@ -326,7 +306,7 @@ fn svg_bar(
         let title = format!("{name}: {} {figure}", percent(*share));
         rect(&format!("slice cpu{}", index % 8), start, end, title.trim_end());
         let width = x_of(end.min(cpu.limit)) - x_of(start) - 8.0;
-        if text_width(name, 12.0, false) <= width && height >= BAR {
+        if text_width(name, 12.0, false) <= width {
             let _ = writeln!(
                 labels,
                 "<text class=\"inner figure\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
@@ -344,7 +324,7 @@ fn svg_bar(
             "<path class=\"deadline\" d=\"M{:.1} {:.1}v{}\"/>",
             x_of(cpu.limit),
             y - 4.0,
-            height + 8.0
+            BAR + 8.0
         );
     }
 }

@@ -14,6 +14,7 @@ use crate::analysis_document::Deployed;
 use crate::cli::check::verdict::{limits, supports};
 use crate::cli::comparison::{changed, lines, why};
 use crate::cli::lines::Lines;
+use crate::verdict::Verdict;
 
 /// All that the page shows.
 pub(super) struct Page<'a, 'db> {
@@ -66,38 +67,15 @@ impl Page<'_, '_> {
             self.deployed.iter().flat_map(|of| rows(of).into_iter().map(move |row| (of, row))).collect();
         all.sort_by_key(|(_, row)| row.order());
         let chains: Vec<_> = self.deployed.iter().flat_map(deployment::late_chains).collect();
-        let is_lost =
-            |it: &Deployed<'_>| it.errors > 0 || it.reports.iter().any(|(_, it)| !it.not_analysed.is_empty());
-        let of_chains = chains.iter().map(|chain| match chain.status {
-            HintStatus::Missed => HintStatus::Missed,
-            _ => HintStatus::Unknown,
-        });
-        let of_deployments =
-            self.deployed.iter().filter(|it| is_lost(it)).map(|_| HintStatus::Unknown).chain(of_chains);
-        let of_rows = all.iter().take(1).map(|(_, row)| row.forms.status);
-        let status = of_deployments.chain(of_rows).min_by_key(|it| rank(*it)).unwrap_or(HintStatus::Unknown);
-        let mark = match status {
-            HintStatus::Missed => "✗",
-            HintStatus::Tight => "!",
-            HintStatus::Met => "✓",
-            _ => "?",
-        };
-        let (said, conditions) = self.verdict.split_once(", if ").unwrap_or((&self.verdict, ""));
-        let tight = all.iter().filter(|(_, row)| row.forms.status == HintStatus::Tight).count();
-        let said = match (status, tight) {
-            (HintStatus::Tight, tight) => format!("{said}, {tight} with little slack"),
-            _ => said.to_owned(),
-        };
-        let conditions = if conditions.is_empty() { String::new() } else { format!("if {conditions}") };
-        let more = format!("{conditions}{}{}", limits(self.deployed), supports(self.deployed));
+        let verdict = Verdict::of(self.deployed, TIGHT_SLACK);
+        let (status, words) = (verdict.status(), verdict.words());
+        let conditions = format!("{}{}{}", self.verdict, limits(self.deployed), supports(self.deployed));
         let mut out = format!(
-            "<section class=\"verdict {}\" aria-label=\"Verdict\">\n<p class=\"headline\"><span class=\"mark\" aria-hidden=\"true\">{mark}</span> {}</p>\n",
+            "<section class=\"verdict {}\" aria-label=\"Verdict\">\n<p class=\"headline\">{}</p>\n<p>{}.</p>\n",
             status.name(),
-            html_text(&capitalised(&said)),
+            html_text(&words),
+            html_text(&capitalised(&conditions)),
         );
-        if !more.is_empty() {
-            let _ = writeln!(out, "<p>{}.</p>", html_text(&capitalised(more.trim_start_matches("; "))));
-        }
         let is_bad = |row: &Row<'_, '_>| rank(row.forms.status) < rank(HintStatus::Tight);
         let shown_rows =
             all.iter().take(all.iter().filter(|(_, row)| is_bad(row)).count().clamp(1, MOST_NEXT));

@@ -26,10 +26,7 @@ pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
 impl Row<'_, '_> {
     /// The worst status is the first; of several with one status, the one with the least slack relative to the deadline.
     pub(super) fn order(&self) -> (usize, i64) {
-        let (response, deadline) = (self.activity.response, self.activity.deadline);
-        let part =
-            response.zip(deadline).map(|(of, all)| of.as_nanos() as f64 / all.as_nanos().max(1) as f64);
-        (rank(self.forms.status), part.map_or(i64::MIN, |part| -(part * 1e9) as i64))
+        (rank(self.forms.status), self.activity.used().map_or(i64::MIN, |part| -(part * 1e9) as i64))
     }
 }
 
