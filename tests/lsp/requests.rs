@@ -421,6 +421,9 @@ fn execution_times_of_a_codel_at_all_levels() {
         (level["verdict"]["status"].as_str().unwrap(), level["verdict"]["text"].as_str().unwrap())
     };
     assert!(at(1e-4).0 == "tight" && at(1e-9).0 == "missed", "{levels:?}");
+    let params = json!({"textDocument": document, "codel": "astar"});
+    let limit = &client.call("mauve/executionTimes", params).unwrap()["limit"];
+    assert_eq!(*limit, json!({"status": "tight", "text": "! ≤ 296 ms"}));
     assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
     // At its declaration.
     let uri = found["location"]["uri"].as_str().unwrap().to_owned();

@@ -17,7 +17,7 @@ mod values;
 pub use earlier::EarlierFigures;
 pub use in_file::{hash_of_hints, inlay_hints};
 pub(crate) use programs::components_of;
-pub use tables::{hash_of_table, table_hints};
+pub use tables::{hash_of_table, limit_of, table_hints};
 
 use mauve_timing::CpuSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};

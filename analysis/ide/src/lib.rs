@@ -140,7 +140,7 @@ pub use hover::{Hover, HoverFormat, hover};
 pub use html::{code as html_code, page as html_page, text as html_text};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{
-    EarlierFigures, HintOptions, InlayHint, hash_of_hints, hash_of_table, inlay_hints, table_hints,
+    EarlierFigures, HintOptions, InlayHint, hash_of_hints, hash_of_table, inlay_hints, limit_of, table_hints,
 };
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::{Links, code as markdown_code};

@@ -117,9 +117,10 @@ impl Plot<'_> {
             // To the left of the curve, where there is room.
             let has_room = at - LEFT > text_width(&point.label, 12.0, true) + 16.0;
             let (label_x, anchor) = if has_room { (at - 9.0, "end") } else { (at + 9.0, "start") };
-            // One label at a height.
+            // One label at a height, and for a time.
             let is_near = |(other, it): (usize, &PlotPoint)| {
-                (other > index || it.is_shown) && (y(it.probability) - down).abs() < 14.0
+                let is_same = it.time == point.time || (y(it.probability) - down).abs() < 14.0;
+                (other > index || it.is_shown) && is_same
             };
             let is_hidden = !point.is_shown && self.points.iter().enumerate().any(is_near);
             let label = if is_hidden { String::new() } else { svg_text(&point.label) };

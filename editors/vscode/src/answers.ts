@@ -137,6 +137,8 @@ export interface ExecutionTimes extends Drawn {
   compared: string[];
   /** The times of the compared codels, with the verdict on the project's deployments at each level. */
   levels: { significance: number; times: (number | null)[]; verdict: Verdict }[];
+  /** `! ≤ 296 ms`: the longest time of one codel with which all deadlines are met, or why there is none. */
+  limit: Verdict | null;
   shown: number;
   /** What was measured. */
   evidence: string[];

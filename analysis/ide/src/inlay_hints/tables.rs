@@ -13,8 +13,8 @@ use mauve_hir::{Decl, File, ModelDb, ProgramKey, Project, names_of};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Entry, Status, Table};
 use mauve_wcrt::{
-    ExecutedTime, Limit, Origin, Query, TimeSensitivity, Timed, executed_times, files_of, origin_of,
-    response_times, table, table_files, time_sensitivity,
+    ExecutedTime, Limit, Origin, Query, TableSet, TimeSensitivity, Timed, executed_times, files_of,
+    origin_of, response_times, table, table_files, time_sensitivity,
 };
 use rustc_hash::FxHashMap;
 
@@ -36,7 +36,7 @@ pub fn table_hints<'db>(
     if !options.program_times || !projects.iter().any(has_it) {
         return (Vec::new(), false);
     }
-    let (text, times) = (file.text(db), times_in(db, projects, file));
+    let (text, times) = (file.text(db), times_in(db, projects, Some(file)));
     let mut by_subject: FxHashMap<(Project<'db>, Timed<'db>), Vec<&TimeIn<'db>>> = FxHashMap::default();
     for it in &times {
         by_subject.entry((it.project, it.executed.of.clone())).or_default().push(it);
@@ -70,10 +70,24 @@ pub fn table_hints<'db>(
     (of_line.flat_map(on_one_line).collect(), is_incomplete)
 }
 
+/// Returns the limit of the time of a codel as the hints show it, and its status: of several deployments, the worst one.
+pub fn limit_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    codel: Decl<'db>,
+    tight_slack: u32,
+) -> Option<(String, HintStatus)> {
+    let times = times_in(db, &[project], None);
+    let own = times.iter().filter(|it| it.executed.of == Timed::Codel(codel));
+    let shown = own.map(|it| it.shown(db, it.sensitivity(db), tight_slack));
+    let (_, (texts, status)) = shown.min_by_key(|(rank, _)| *rank)?;
+    Some((texts.within(usize::MAX).split(" · ").next()?.to_owned(), status))
+}
+
 /// Returns a value that changes when what the limits depend on changes: times, and the activities with their responses. No limit is
 /// searched for it.
 pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, options: HintOptions) -> u64 {
-    let times = times_in(db, projects, file);
+    let times = times_in(db, projects, Some(file));
     let of_time = |it: &TimeIn<'_>| (it.executed.time(db, it.query.level), it.executed.activities().len());
     let of_deployment = |all: &[TimeIn<'_>]| {
         let report = all.first().map(|it| response_times(db, it.project, it.deployment, it.query));
@@ -130,14 +144,16 @@ struct TimeIn<'db> {
     origin: Origin,
 }
 
-/// Returns the times that deployments with this table execute.
-fn times_in<'db>(db: &'db dyn ModelDb, projects: &[Project<'db>], file: File) -> Vec<TimeIn<'db>> {
+/// Returns the times that deployments execute: those with this table, if there is one.
+fn times_in<'db>(db: &'db dyn ModelDb, projects: &[Project<'db>], file: Option<File>) -> Vec<TimeIn<'db>> {
     let mut found = Vec::new();
     for &project in projects {
         for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
             let query = Query::shown(db, project, deployment);
             for executed in executed_times(db, project, deployment, query.level) {
-                let with_file = executed.tables.iter().find(|it| files_of(db, **it).contains(&file));
+                let has_it =
+                    |tables: &TableSet<'db>| file.is_none_or(|it| files_of(db, *tables).contains(&it));
+                let with_file = executed.tables.iter().find(|it| has_it(it));
                 found.extend(with_file.map(|&tables| {
                     let origin = origin_of(db, tables, &executed.of, query.level);
                     TimeIn { project, deployment, query, executed, origin }

@@ -1,5 +1,5 @@
 // What a panel shows beside its drawing, by its kind.
-import type { Answers, Chains, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
+import type { Answers, Chains, Graph, Item, Machine, PanelKind, Program, Scheduled, Verdict } from "../answers";
 import { bar, h } from "./dom";
 import { cpus, number, percent, Row, rows, Said, statusOf, Step, steps, summary } from "./figures";
 
@@ -75,11 +75,17 @@ const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Said | Said[]
     const chain = chains.length === 1 ? "1 chain" : `${chains.length} chains`;
     return { status, text: parts.length === 0 ? chain : parts.join("; ") };
   },
-  executionTimes: ({ levels, shown, assumed, compared }) => {
+  executionTimes: ({ levels, shown, assumed, compared, limit }) => {
     const at = levels.find(({ significance }) => significance === shown);
     const what = compared.length > 1 ? `${compared.length} codels` : `${number(at?.times[0] ?? 0)} ms`;
-    const text = at === undefined ? "No execution time" : `${what} at level ${level(shown)}`;
-    return { status: at === undefined ? "unknown" : "none", text: assumed ? `${text}, assumed` : text };
+    if (at === undefined) {
+      return { status: "unknown", text: "No execution time" };
+    }
+    const up = limit === null ? "" : limit.text.replace(/^[✓!✗?–] ?/, ": ").replace("≤", "deadlines hold up to");
+    const time: Verdict = { status: limit?.status ?? "time", text: `${what} at level ${level(shown)}${assumed ? ", assumed" : ""}${up}` };
+    // The page writes the mark of what is unknown.
+    const verdict = { ...at.verdict, text: at.verdict.text.replace(/^\? /, "") };
+    return [time, verdict].map(({ status, text }) => ({ status: status === "time" ? "none" : status, text }));
   },
   probability: ({ instance, instances }) => {
     const shown = instances.find((it) => it.instance === instance);
@@ -254,17 +260,18 @@ function ofWhatIf({ rows, reasons: why }: Answers["whatIf"]): HTMLElement[] {
 }
 
 function ofTimes({ levels, shown, source, evidence, reasons: why, compared }: Answers["executionTimes"], actions: Actions): HTMLElement[] {
-  const isOne = compared.length === 1;
+  // Compared times are in the drawing, and the headline has one that is the same at all levels.
+  const hasTimes = compared.length === 1 && levels.some(({ times: [time] }) => time !== levels[0].times[0]);
   const row = ({ significance, times, verdict }: (typeof levels)[number]) => {
     const isShown = significance === shown;
     const text = level(significance);
     const choose = { class: "link", "data-key": text, "aria-pressed": String(isShown), title: `Show all figures at ${text}`, click: () => actions.setLevel(significance) };
-    // Compared times are in the drawing.
-    const cells = [...(isOne ? times.map((time) => figure(number(time ?? 0))) : []), h("td", { class: `verdict-at ${verdict.status}` }, verdict.text)];
+    const time = figure(number(times[0] ?? 0));
+    const cells = [...(hasTimes ? [time] : []), h("td", { class: `verdict-at ${verdict.status}` }, verdict.text)];
     return h("tr", { class: isShown ? "chosen" : undefined }, name(h("button", choose, text)), ...cells);
   };
   const caption = source === null ? "Execution times, and the deadlines at each level" : `Execution times of ${source}, and the deadlines at each level`;
-  const columns = { Level: "" as const, ...(isOne && { "Time ms": "figure" as const }), "The project at this level": "" as const };
+  const columns = { Level: "" as const, ...(hasTimes && { "Time ms": "figure" as const }), "The project at this level": "" as const };
   return [reasons("Times are missing", why), table("levels", caption, columns, levels.map(row)), reasons("Evidence", evidence.flatMap((it) => it.split("\n")))];
 }
 

@@ -10,7 +10,8 @@
 //!
 //! Of the result, `codels` has the names of all codels of the project, `instances` the activities with several codels, `compared` the
 //! codels that are shown, and `levels`, from the most probable one on, the times of these (or null), with the `verdict` on the
-//! deployments of the project at that level, as in `mauve/status`. `evidence` says what was measured,
+//! deployments of the project at that level, as in `mauve/status`. `limit` is the longest time of one codel
+//! with which all deadlines are met, or why there is none. `evidence` says what was measured,
 //! `source` is the section of `mauve.toml` with the timing tables, or null, and `assumed` says that no table has a time. In the
 //! SVG, `data-level` holds the index of a level. `reasons` say why times are missing. `incomplete` is whether a text has
 //! syntax errors.
@@ -19,7 +20,9 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Location, names_of};
-use mauve_ide::{CodelOf, activity_codels, draw_exceedance, exceedance, exceedances_of, selected_codel};
+use mauve_ide::{
+    CodelOf, activity_codels, draw_exceedance, exceedance, exceedances_of, limit_of, selected_codel,
+};
 use mauve_timing::Level;
 use mauve_wcrt::{Query, ResolvedActivity};
 use serde_json::{Value, json};
@@ -36,16 +39,18 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
     snapshot.complete()?;
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
+    let tight_slack = snapshot.settings.hints.tight_slack;
     let asked = (&params.instance, &params.codel, params.position);
     let found = snapshot.answering(file).into_iter().find_map(|project| {
         let activities = activity_codels(db, project);
         let of_codel = |selection| {
             let codel = selected_codel(db, project, file, selection)?;
-            Some((None, Location::name_of(codel), vec![exceedance(db, project, codel)]))
+            let limit = limit_of(db, project, codel, tight_slack);
+            Some((None, Location::name_of(codel), vec![exceedance(db, project, codel)], limit))
         };
         let of_activity = |is_it: &dyn Fn(&ResolvedActivity<'_>) -> bool| {
             let (it, codels) = activities.iter().find(|(it, _)| is_it(it))?;
-            Some((Some(&it.instance), it.at.clone(), exceedances_of(db, it, codels)))
+            Some((Some(&it.instance), it.at.clone(), exceedances_of(db, it, codels), None))
         };
         let line_of = |at: &Location<'_>| lines.position(at.range(db).start()).line;
         let shown = match asked {
@@ -63,9 +68,8 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
         (None, None, Some(_)) => "no codel here".to_owned(),
         _ => "mauve/executionTimes takes a `position`, a `codel` or an `instance`".to_owned(),
     };
-    let (project, (instance, location, all), activities) =
+    let (project, (instance, location, all, limit), activities) =
         found.ok_or_else(|| Error::invalid_params(refusal()))?;
-    let tight_slack = snapshot.settings.hints.tight_slack;
     let verdict = |level: Level| {
         let deployed = deployments_of(db, project).map(|of| {
             let query = Query::at_level(db, project, of, Some(level));
@@ -89,6 +93,7 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
         "codels": codels.collect::<Vec<_>>(),
         "unit": "ms",
         "levels": levels.collect::<Vec<_>>(),
+        "limit": limit.map(|(text, status)| json!({ "status": status.name(), "text": text })),
         "shown": all.first().map(|it| it.shown.as_f64()),
         "source": all.first().and_then(|it| it.times.as_ref()),
         "assumed": all.iter().all(|it| it.is_assumed),
