@@ -76,31 +76,26 @@ pub fn exceedance<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
     in_tables(db, TableSet::new(db, project, None, None), codel)
 }
 
-/// Returns the activities of all deployments that execute codels, with these.
-pub fn activity_codels<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> Vec<(&'db ResolvedActivity<'db>, Vec<Decl<'db>>)> {
+/// An activity, and the codels that it executes, at least one.
+pub type ActivityCodels<'db> = (&'db ResolvedActivity<'db>, Vec<Decl<'db>>);
+
+/// Returns the activities of all deployments that execute codels.
+pub fn activity_codels<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<ActivityCodels<'db>> {
     let of_deployment = |deployment: Decl<'db>| {
         let executed = executed_times(db, project, deployment, level_shown(db, project));
         let activities = system_of(db, project, deployment).activities.iter().enumerate();
         activities.map(move |(index, activity)| {
             let own = executed.iter().filter(|it| it.activities().binary_search(&index).is_ok());
-            let codels =
-                own.filter_map(|it| if let Timed::Codel(codel) = it.of { Some(codel) } else { None });
-            (activity, codels.collect())
+            let codel = |of: &Timed<'db>| if let Timed::Codel(codel) = of { Some(*codel) } else { None };
+            (activity, own.filter_map(|it| codel(&it.of)).collect())
         })
     };
     let all = names_of(db, project).of_kind(db, Kind::Deployment).flat_map(of_deployment);
-    all.filter(|(_, codels): &(_, Vec<_>)| !codels.is_empty()).collect()
+    all.filter(|(_, codels): &ActivityCodels<'db>| !codels.is_empty()).collect()
 }
 
-/// Returns the execution times of codels of an activity, the longest one at the shown level first.
-pub fn exceedances_of<'db>(
-    db: &'db dyn ModelDb,
-    activity: &ResolvedActivity<'db>,
-    codels: &[Decl<'db>],
-) -> Vec<Exceedance> {
+/// Returns the execution times of the codels of an activity, the longest one at the shown level first.
+pub fn exceedances_of(db: &dyn ModelDb, (activity, codels): &ActivityCodels<'_>) -> Vec<Exceedance> {
     let mut all: Vec<_> = codels.iter().map(|codel| in_tables(db, activity.tables, *codel)).collect();
     all.sort_by_key(|it| std::cmp::Reverse(it.time(it.shown)));
     for Exceedance { codel, evidence, reasons, .. } in &mut all {
@@ -206,22 +201,16 @@ const LINES: [&str; 10] = [
 ];
 
 fn svg(instance: Option<&str>, all: &[Exceedance]) -> String {
-    let of_codels =
-        instance.map(|it| format!("{it}: probability that an execution of a codel exceeds a time"));
-    let of_one = |of: &Exceedance| {
-        of.levels
-            .iter()
-            .map(|(level, time)| PlotPoint {
-                time: *time,
-                probability: level.as_f64(),
-                label: format!("{time} at {level}"),
-                title: format!(
-                    "{time} at {level}: an execution takes longer with a probability of at most {level}"
-                ),
-                is_shown: *level == of.shown,
-            })
-            .collect()
-    };
+    // Beside each other, all of them say their times in the legend.
+    let labelled = if let [of] = all { of.levels.as_slice() } else { &[] };
+    let points = labelled.iter().map(|(level, time)| PlotPoint {
+        time: *time,
+        probability: level.as_f64(),
+        label: format!("{time} at {level}"),
+        title: format!("{time} at {level}: an execution takes longer with a probability of at most {level}"),
+        is_shown: all.iter().any(|of| of.shown == *level),
+    });
+    let of_codels = |it| format!("{it}: probability that an execution of a codel exceeds a time");
     let lines = all.iter().zip(LINES.iter().cycle()).map(|(of, class)| {
         let time = of.time(of.shown).map_or_else(|| "no time".to_owned(), |time| time.to_string());
         let assumed = if of.is_assumed { ", assumed" } else { "" };
@@ -229,10 +218,10 @@ fn svg(instance: Option<&str>, all: &[Exceedance]) -> String {
         (*class, format!("{}: {time} at {}{assumed}", of.codel, of.shown), stairs.collect())
     });
     Plot {
-        title: of_codels.or(all.first().map(title)).unwrap_or_default(),
+        title: instance.map(of_codels).or(all.first().map(title)).unwrap_or_default(),
         axis: "execution time in ms",
         upright: "probability of a longer execution",
-        points: if let [of] = all { of_one(of) } else { Vec::new() },
+        points: points.collect(),
         deadline: None,
         level: all.get(1).map(|of| of.shown.as_f64()),
         lines: lines.collect(),
@@ -325,8 +314,8 @@ $0";
     fn codels_of_an_activity_are_compared() {
         let Fixture { db, workspace, file, .. } = Fixture::new(ROBOT);
         let project = project_of(&db, workspace, file);
-        let [(eye, codels)] = &activity_codels(&db, project)[..] else { panic!("one activity") };
-        let all = exceedances_of(&db, eye, codels);
+        let [eye] = &activity_codels(&db, project)[..] else { panic!("one activity") };
+        let all = exceedances_of(&db, eye);
         expect![[r#"
             see: probability that an execution exceeds a time
 
@@ -340,8 +329,8 @@ $0";
                 1e-4  ██████████████████████████████████████████████████ 0.4 ms (current level)
                 1e-9  ██████████████████████████████████████████████████ 0.4 ms
         "#]]
-        .assert_eq(&draw_exceedance(Some(&eye.instance), &all, Drawing::Text(None)));
-        let svg = draw_exceedance(Some(&eye.instance), &all, Drawing::Svg);
+        .assert_eq(&draw_exceedance(Some(&eye.0.instance), &all, Drawing::Text(None)));
+        let svg = draw_exceedance(Some(&eye.0.instance), &all, Drawing::Svg);
         // By the ticks, as a reader does.
         let (one, ten) = (tick(&svg, 'x', "1"), tick(&svg, 'x', "10"));
         let x = |time: f64| one + (ten - one) * time.log10();

@@ -127,7 +127,8 @@ pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
 pub use exceedance::{
-    CodelOf, Exceedance, activity_codels, draw_exceedance, exceedance, exceedances_of, selected_codel,
+    ActivityCodels, CodelOf, Exceedance, activity_codels, draw_exceedance, exceedance, exceedances_of,
+    selected_codel,
 };
 pub use execution_report::{ExecutionReport, Measured, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};

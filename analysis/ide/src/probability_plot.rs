@@ -66,6 +66,8 @@ impl Plot<'_> {
         let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
         let legend = self.legend(TOP + height + 70.0);
         let width = (LEFT + WIDTH + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
+        let legends = self.lines.iter().map(|it| LEFT + 64.0 + text_width(&it.1, 12.0, false));
+        let width = legends.fold(width, f64::max);
         let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
         let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
         out += &grid(decades, height, &axis, end / step);
@@ -87,13 +89,8 @@ impl Plot<'_> {
             let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x} {top}V{bottom}\"/>");
         }
         if let Some(level) = self.level {
-            let _ = writeln!(
-                out,
-                "<path class=\"limit\" d=\"M{} {}H{}\"/>",
-                number(LEFT),
-                number(y(level)),
-                number(LEFT + WIDTH)
-            );
+            let [from, y, to] = [LEFT, y(level), LEFT + WIDTH].map(number);
+            let _ = writeln!(out, "<path class=\"limit\" d=\"M{from} {y}H{to}\"/>");
         }
         for (class, words, points) in &self.lines {
             let to = |(time, probability): &(Time, f64)| {

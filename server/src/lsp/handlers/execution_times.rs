@@ -49,8 +49,8 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
             Some((None, Location::name_of(codel), vec![exceedance(db, project, codel)], limit))
         };
         let of_activity = |is_it: &dyn Fn(&ResolvedActivity<'_>) -> bool| {
-            let (it, codels) = activities.iter().find(|(it, _)| is_it(it))?;
-            Some((Some(&it.instance), it.at.clone(), exceedances_of(db, it, codels), None))
+            let it = activities.iter().find(|(it, _)| is_it(it))?;
+            Some((Some(&it.0.instance), it.0.at.clone(), exceedances_of(db, it), None))
         };
         let line_of = |at: &Location<'_>| lines.position(at.range(db).start()).line;
         let shown = match asked {
