@@ -44,7 +44,7 @@ export class Runs implements vscode.Disposable {
     /** Where the recording of the last run is. */
     private readonly storage: vscode.Uri,
   ) {
-    const command = (name: string, run: () => Promise<void>) =>
+    const command = (name: string, run: () => Promise<unknown>) =>
       vscode.commands.registerCommand(name, () => run().catch((error) => vscode.window.showErrorMessage(messageOf(error))));
     this.registrations = vscode.Disposable.from(
       this.output,
@@ -82,7 +82,7 @@ export class Runs implements vscode.Disposable {
     }
   }
 
-  private async runWith(place: Place, options: string[]): Promise<void> {
+  private async runWith(place: Place, options: string[]): Promise<unknown> {
     const { graph, model } = place;
     rmSync(this.recording, { recursive: true, force: true });
     mkdirSync(this.storage.fsPath, { recursive: true });
@@ -110,26 +110,18 @@ export class Runs implements vscode.Disposable {
       }
     };
     const parameters = ["run", model, "--deployment", graph.name, "--trace", this.recording, ...options];
-    const { code, stderr, isCancelled } = await this.start(place, `Running ${graph.name}`, parameters, follow);
+    const ended = await this.start(place, `Running ${graph.name}`, parameters, follow);
     const anyway = "--allow-non-realtime";
     if (!existsSync(this.recording)) {
-      if (isCancelled) {
-        return;
-      }
-      const offers = stderr.includes(anyway) && !options.includes(anyway) ? ["Run Without Real-Time Priorities"] : [];
-      const choice = await vscode.window.showErrorMessage(`${graph.name} did not run: ${lastLine(stderr)}`, "Show Output", ...offers);
-      if (choice === "Show Output") {
-        this.output.show();
-      } else if (choice !== undefined) {
-        await this.runWith(place, [...options, anyway]);
-      }
-      return;
+      const offers = ended.stderr.includes(anyway) && !options.includes(anyway) ? ["Run Without Real-Time Priorities"] : [];
+      const choice = await this.fail(`${graph.name} did not run`, ended, ...offers);
+      return choice && this.runWith(place, [...options, anyway]);
     }
-    await this.compare(place, [this.recording], code === 0 ? "" : ` (exit code ${code}: see the output)`);
+    return this.compare(place, [this.recording], ended.code === 0 ? "" : ` (exit code ${ended.code}: see the output)`);
   }
 
   /** Adds the execution times of a recording to a sample file. */
-  private async import(): Promise<void> {
+  private async import(): Promise<unknown> {
     const place = await this.place("import");
     const recordings = place && (await this.ask("Import"));
     const samples =
@@ -142,12 +134,11 @@ export class Runs implements vscode.Disposable {
     if (samples === undefined) {
       return;
     }
-    const { code, stdout, stderr, isCancelled } = await this.start(place!, "Importing the recording", ["trace", "import", ...recordings!, "-o", samples.fsPath]);
-    if (code !== 0) {
-      void (isCancelled || this.fail("Nothing was imported", stderr));
-      return;
+    const ended = await this.start(place!, "Importing the recording", ["trace", "import", ...recordings!, "-o", samples.fsPath]);
+    if (ended.code !== 0) {
+      return this.fail("Nothing was imported", ended);
     }
-    const said = /^imported .*/m.exec(`${stdout}\n${stderr}`)?.[0] ?? "imported";
+    const said = /^imported .*/m.exec(`${ended.stdout}\n${ended.stderr}`)?.[0] ?? "imported";
     if ((await vscode.window.showInformationMessage(said, "Show What Was Observed")) !== undefined) {
       // The samples are not text. What is beside them is, and says how `mauve check` compares it.
       const { dir, name } = path.parse(samples.fsPath);
@@ -164,15 +155,14 @@ export class Runs implements vscode.Disposable {
     }
   }
 
-  private async compare(place: Place, recordings: string[], more: string): Promise<void> {
+  private async compare(place: Place, recordings: string[], more: string): Promise<unknown> {
     const { graph, model } = place;
     const parameters = ["trace", "check", "--format", "json", "--deployment", graph.name, ...recordings, model];
-    const { stdout, stderr, isCancelled } = await this.start(place, "Comparing the recording with the model", parameters);
-    if (!stdout.startsWith("{")) {
-      void (isCancelled || this.fail("The recording was not compared", stderr));
-      return;
+    const ended = await this.start(place, "Comparing the recording with the model", parameters);
+    if (!ended.stdout.startsWith("{")) {
+      return this.fail("The recording was not compared", ended);
     }
-    const comparison = JSON.parse(stdout) as Comparison;
+    const comparison = JSON.parse(ended.stdout) as Comparison;
     const { length } = comparison.findings;
     const said = length === 0 ? "nothing contradicts the model" : length === 1 ? "1 finding contradicts the model" : `${length} findings contradict the model`;
     this.show(`${graph.name}: ${said}${more}`, graph, observedOf(comparison), comparison.findings.map(({ message }) => message));
@@ -180,10 +170,10 @@ export class Runs implements vscode.Disposable {
     void tell(`${graph.name}: ${said}${more}`, "Show Output").then((choice) => choice && this.output.show());
   }
 
-  private async fail(what: string, stderr: string): Promise<void> {
-    if ((await vscode.window.showErrorMessage(`${what}: ${lastLine(stderr)}`, "Show Output")) !== undefined) {
-      this.output.show();
-    }
+  /** Says what failed, unless the user cancelled it; returns the offer that is chosen. */
+  private async fail(what: string, { stderr, isCancelled }: Ended, ...offers: string[]): Promise<string | undefined> {
+    const choice = isCancelled ? undefined : await vscode.window.showErrorMessage(`${what}: ${lastLine(stderr)}`, "Show Output", ...offers);
+    return choice === "Show Output" ? void this.output.show() : choice;
   }
 
   /** The recordings to be read: that of the last run, or others. */

@@ -58,7 +58,7 @@ const headlines: { [Kind in PanelKind]: (answer: Answers[Kind]) => Said | Said[]
     const order = ["missed", "unknown", "tight", "met"] as const;
     const worst = order.map((status) => cpus.find((cpu) => cpu.status === status)).find((cpu) => cpu !== undefined);
     const { status, figure } = worst ?? { status: "none", figure: "No CPU is used" };
-    return { status: status === "tight" ? "met" : status, text: figure.replace(/^[✓!✗?] /, "") };
+    return { status, text: figure.replace(/^[✓!✗?] /, "") };
   },
   schedule: ({ instance, instances, bound, note }) => {
     const shown = instances.find((it) => it.instance === instance);

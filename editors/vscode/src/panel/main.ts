@@ -150,16 +150,12 @@ addEventListener("keydown", (event) => {
 });
 addEventListener("message", ({ data }: MessageEvent<ToPanel>) => receive(data));
 /** In a narrow page, drawings go from top to bottom. */
-const isNarrow = () => innerWidth < 980;
-let wasNarrow = isNarrow();
-addEventListener("resize", () => {
-  if (isNarrow() !== wasNarrow) {
-    wasNarrow = isNarrow();
-    stage.reset();
-    post({ type: "narrow", narrow: wasNarrow });
-  }
+const narrow = matchMedia("not (min-width: 980px)");
+narrow.addEventListener("change", () => {
+  stage.reset();
+  post({ type: "narrow", narrow: narrow.matches });
 });
-post({ type: "ready", narrow: wasNarrow });
+post({ type: "ready", narrow: narrow.matches });
 
 function button(name: string, text: string, title: string, action: () => void): HTMLButtonElement {
   // Signs have a name; words are their own.

@@ -51,10 +51,7 @@ function union(areas: Area[]): Area {
 
 /** The place at which all of a drawing is seen. */
 export function whole(bounds: Area, window: { width: number; height: number }): Place {
-  return fitted(bounds, window, Math.max(least, Math.min(1, window.width / bounds.width, window.height / bounds.height)));
-}
-
-function fitted(bounds: Area, window: { width: number; height: number }, scale: number): Place {
+  const scale = Math.max(least, Math.min(1, window.width / bounds.width, window.height / bounds.height));
   const middle = (from: number, size: number, of: number) => from - Math.max(0, of / scale - size) / 2;
   return { x: middle(bounds.x, bounds.width, window.width), y: middle(bounds.y, bounds.height, window.height), scale };
 }
