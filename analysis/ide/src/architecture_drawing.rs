@@ -64,6 +64,8 @@ struct Figures {
     status: &'static str,
     /// `✓ 53 / 100 ms`.
     verdict: String,
+    /// `✓ 53`, where there is less room.
+    short: String,
     /// `29.7 %`; empty if unknown.
     load: String,
     /// `priority 9 · 100 ms · CPU 1`, in the title of its box: elsewhere, the deployment is beside the drawing.
@@ -90,6 +92,7 @@ impl Figures {
         Some(Figures {
             status,
             verdict: node.figure.clone(),
+            short: node.short.clone(),
             load: node.load.map(percentage).unwrap_or_default(),
             settings: settings.join(" · "),
             part: part.filter(|_| activity.verdict != Status::Background),
@@ -293,17 +296,8 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             let y = below + height * (index + 1) as f64 / count;
             nets.entry(end.2).or_default().push(NetEnd { row: places.len(), tip: end.3 });
             places.insert((*instance, *end), (places.len(), y));
-            let tip = if end.0 { 4.0 } else { -4.0 };
-            let _ = writeln!(
-                triangles[*instance],
-                "<path class=\"port\" d=\"M{a} {}L{b} {}L{a} {}z\"><title>{}</title></path>",
-                number(y - 3.0),
-                number(y),
-                number(y + 3.0),
-                svg_text(end.1),
-                a = number(right - tip),
-                b = number(right + tip),
-            );
+            let tip = if end.0 { 3.5 } else { -3.5 };
+            triangles[*instance] += &svg_port("", (right, y), tip, end.1);
         }
         below += height + NARROW.boxes;
     }
@@ -372,8 +366,9 @@ fn svg_line(class: &str, at: (f64, f64), anchor: &str, text: &str) -> String {
 
 /// The verdict of a box, with its bar: from a position on, in a width.
 fn svg_verdict(out: &mut String, figures: &Figures, (left, y): (f64, f64), width: f64) {
-    let verdict = fitted(&figures.verdict, width, 12.0, true);
-    *out += &svg_line("figure status", (left, y), "", &verdict);
+    let is_short = text_width(&figures.verdict, 12.0, true) > width;
+    let verdict = if is_short { &figures.short } else { &figures.verdict };
+    *out += &svg_line("figure status", (left, y), "", &fitted(verdict, width, 12.0, true));
     for (class, part) in
         figures.part.into_iter().flat_map(|part| [("track", 1.0), ("filled", part.clamp(0.0, 1.0))])
     {
@@ -385,6 +380,16 @@ fn svg_verdict(out: &mut String, figures: &Figures, (left, y): (f64, f64), width
             number(width * part)
         );
     }
+}
+
+/// A triangle on the border of a box, in the direction of the data.
+fn svg_port(free: &str, (x, y): (f64, f64), tip: f64, name: &str) -> String {
+    let [a, b] = [x - tip, x + tip].map(number);
+    let [top, y, bottom] = [y - 0.9 * tip, y, y + 0.9 * tip].map(number);
+    let name = svg_text(name);
+    format!(
+        "<path class=\"port{free}\" d=\"M{a} {top}L{b} {y}L{a} {bottom}z\"><title>{name}</title></path>\n"
+    )
 }
 
 fn svg_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
@@ -403,19 +408,10 @@ fn svg_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, por
             Side::Left => (x, x + 12.0, ""),
             Side::Right => (x + width, x + width - 12.0, " text-anchor=\"end\""),
         };
-        // A triangle on the border, in the direction of the data.
         let to_right = *is_incoming == (slot.side == Side::Left);
         let tip = if to_right { 5.0 } else { -5.0 };
         let free = if slot.has_line { "" } else { " free" };
-        let _ = writeln!(
-            out,
-            "<path class=\"port{free}\" d=\"M{a} {top}L{b} {y}L{a} {bottom}z\"/>",
-            a = number(border - tip),
-            b = number(border + tip),
-            y = number(slot.y),
-            top = number(slot.y - 4.5),
-            bottom = number(slot.y + 4.5),
-        );
+        *out += &svg_port(free, (border, slot.y), tip, name);
         *out += &svg_line("label", (inside, slot.y + 4.0), anchor, name);
     }
     out.push_str("</g>\n");

@@ -49,6 +49,8 @@ pub struct GraphNode<'db> {
     pub activity: Option<&'db ActivityReport<'db>>,
     /// The [`figure`] of its activity, `✓ 53 / 100 ms`; empty without an activity.
     pub figure: String,
+    /// The figure where there is less room: `✓ 53`, `✗ overloaded`.
+    pub short: String,
     /// What the figure says; none without an activity.
     pub status: Option<HintStatus>,
     /// The utilisation of its activity, if known; 1 is a full CPU.
@@ -258,6 +260,7 @@ fn node<'db>(
         at,
         activity,
         figure: forms.as_ref().map_or_else(String::new, |it| it.text().to_owned()),
+        short: forms.as_ref().map_or_else(String::new, |it| it.with_response().to_owned()),
         status: forms.map(|it| it.status),
         load,
         host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),

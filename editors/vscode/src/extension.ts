@@ -48,7 +48,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
-    vscode.commands.registerCommand("mauve.showMenu", () => showMenu(server, verdict.text)),
+    vscode.commands.registerCommand("mauve.showMenu", () => showMenu(server, verdict)),
     vscode.workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("mauve.server")) {
         void server.restart();

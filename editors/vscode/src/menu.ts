@@ -7,10 +7,11 @@ import { openServerSetting } from "./settings";
 const patience = 500;
 
 /** Shows the list behind the item in the status bar: the problems with their fixes, then the server and what one does with it. */
-export async function showMenu(server: Server, verdict: string): Promise<void> {
+export async function showMenu(server: Server, verdict: { text: string }): Promise<void> {
   const picker = vscode.window.createQuickPick<Entry>();
   const menu = menuOf(server);
-  picker.title = verdict === "" ? `MAUVE server: ${server.current.kind}` : `MAUVE ${verdict}`;
+  const title = () => (verdict.text === "" ? `MAUVE server: ${server.current.kind}` : `MAUVE ${verdict.text}`);
+  picker.title = title();
   picker.placeholder = "Go to a problem, apply a fix, or choose a command";
   picker.matchOnDescription = true;
   picker.keepScrollPosition = true;
@@ -27,10 +28,11 @@ export async function showMenu(server: Server, verdict: string): Promise<void> {
   });
   const fill = async () => {
     const problems = await problemsOf(server);
-    const none = { label: verdict === "" ? "The models are being analysed" : "No problems" };
+    const none = { label: verdict.text === "" ? "The models are being analysed" : "No problems" };
     const fixes = new Map<Problem, vscode.CodeAction[]>();
     const show = () => {
       const [active] = picker.activeItems;
+      picker.title = title();
       picker.items = [...(problems.length === 0 ? [none] : entriesOf(problems, fixes)), ...menu];
       // The row that the user has reached stays the active one.
       picker.activeItems = picker.items.filter(({ label }) => fixes.size > 0 && label === active?.label).slice(0, 1);
