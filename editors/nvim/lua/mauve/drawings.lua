@@ -83,11 +83,11 @@ local function colour(buffer)
   vim.api.nvim_buf_call(buffer, function()
     vim.cmd([[
       syntax clear
-      syntax match MauveMet /✓ [^│┤├·]*/
-      syntax match MauveTight /\(! [0-9≤]\|^! \)[^│┤├·]*/
-      syntax match MauveMissed /✗ [^│┤├·]*/
-      syntax match MauveUnknown /? [^│┤├·]*/
       syntax match MauveMissed /!\+/
+      syntax match MauveMet /✓ [^│┤├·,;]*/
+      syntax match MauveTight /\(! [0-9≤]\|^! \)[^│┤├·,;]*/
+      syntax match MauveMissed /✗ [^│┤├·,;]*/
+      syntax match MauveUnknown /? [^│┤├·,;]*/
       syntax match MauveTime /[█▒▓]\+/
       syntax match MauveUnknown /^\(incomplete\|no times\): .*/
     ]])
