@@ -27,9 +27,6 @@ const MOST_EXPLAINED: usize = 20;
 /// The number of parts of a response time that have a name.
 const MOST_PARTS: usize = 4;
 
-/// The number of chains without a latency that are listed.
-const MOST_CHAINS: usize = 5;
-
 /// Returns the section of the deployment of this index.
 pub(super) fn section(of: &Deployed<'_>, index: usize) -> String {
     let (Origin::Model(tables), Some(declared), Some((query, report))) =
@@ -213,7 +210,7 @@ pub(super) fn chain_figure(it: &DrawnChain<'_>) -> String {
     format!("<span class=\"figure {}\">{}</span>", it.status.name(), html_text(&it.figure))
 }
 
-/// The chains with a latency or a limit as a drawing; of the others, why they have none.
+/// The chains with a latency or a limit, also as a drawing.
 fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> String {
     let mut drawn = drawn_chains(of.db, at, None, TIGHT_SLACK);
     let (known, unknown): (Vec<_>, Vec<_>) =
@@ -238,19 +235,9 @@ fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> Stri
     }
     let count = unknown.len() + left_out;
     if count > 0 {
-        let _ = writeln!(
-            out,
-            "<p>{} without a limit {} no bound on {} latency:</p>",
-            counted(count, "chain"),
-            if count == 1 { "has" } else { "have" },
-            if count == 1 { "its" } else { "their" }
-        );
-        let reason = |it: &DrawnChain<'_>| {
-            format!("{}: {}", html_code(&it.name), html_text(it.reasons.first().map_or("", String::as_str)))
-        };
-        let more = count.saturating_sub(MOST_CHAINS);
-        let more = (more > 0).then(|| format!("{more} more: <code>mauve chains</code> lists them"));
-        out += &list(unknown.iter().take(MOST_CHAINS).map(reason).chain(more));
+        let count = counted(count, "chain");
+        let _ =
+            writeln!(out, "<p>{count} without a limit or a bound: <code>mauve chains</code> says why.</p>");
     }
     out
 }
