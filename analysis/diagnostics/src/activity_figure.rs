@@ -8,7 +8,7 @@ use crate::figure::{Forms, HintStatus, MOST_CHARACTERS, cut};
 use crate::reasons::short_reason;
 
 /// The length of the start of a reason that says something of it: `? no time…`.
-const FEW_CHARACTERS: usize = 12;
+const FEW_CHARACTERS: usize = 10;
 
 /// Returns the forms of an activity's response time, or why it has none. Slack below `tight_slack` percent of the deadline is
 /// [`HintStatus::Tight`].

@@ -17,7 +17,7 @@ pub enum Drawing {
     /// For a browser.
     #[default]
     Svg,
-    /// For a narrow part of a window, as SVG: the boxes of an architecture one below the other, and a schedule with short times.
+    /// For a narrow part of a window, as SVG: the boxes of an architecture one below the other, schedules and plots with short axes.
     Narrow,
     /// For Graphviz.
     Dot,

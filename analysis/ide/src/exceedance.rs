@@ -15,7 +15,7 @@ use mauve_wcrt::{
 
 use crate::drawing::Drawing;
 use crate::occurrences::{Definition, names_at};
-use crate::probability_plot::{Plot, PlotPoint};
+use crate::probability_plot::{Plot, PlotPoint, plot_width};
 
 /// The execution times of a codel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -167,7 +167,7 @@ pub(crate) fn measurements<'db>(
 pub fn draw_exceedance(instance: Option<&str>, all: &[Exceedance], drawing: Drawing) -> String {
     match drawing {
         Drawing::Text(_) | Drawing::Dot => all.iter().map(text).collect::<Vec<_>>().join("\n"),
-        Drawing::Svg | Drawing::Narrow => svg(instance, all),
+        Drawing::Svg | Drawing::Narrow => svg(instance, all, plot_width(drawing)),
     }
 }
 
@@ -200,7 +200,7 @@ const LINES: [&str; 10] = [
     "curve c9",
 ];
 
-fn svg(instance: Option<&str>, all: &[Exceedance]) -> String {
+fn svg(instance: Option<&str>, all: &[Exceedance], width: f64) -> String {
     // Beside each other, all of them say their times in the legend.
     let labelled = if let [of] = all { of.levels.as_slice() } else { &[] };
     let points = labelled.iter().map(|(level, time)| PlotPoint {
@@ -222,6 +222,7 @@ fn svg(instance: Option<&str>, all: &[Exceedance]) -> String {
         axis: "execution time in ms",
         upright: "probability of a longer execution",
         points: points.collect(),
+        width,
         deadline: None,
         level: all.get(1).map(|of| of.shown.as_f64()),
         lines: lines.collect(),

@@ -10,7 +10,7 @@ use mauve_wcrt::{
 };
 
 use crate::drawing::Drawing;
-use crate::probability_plot::{Plot, PlotLine, PlotPoint};
+use crate::probability_plot::{Plot, PlotLine, PlotPoint, plot_width};
 use crate::text_canvas::in_columns;
 
 /// Draws how probable it is that the activity of this index is late; `None` where that is unknown, or no time depends on the level.
@@ -64,6 +64,7 @@ pub fn draw_probability<'db>(
             axis: "response time in ms",
             upright: "probability in an hour",
             points,
+            width: plot_width(drawing),
             deadline: report.deadline,
             level: None,
             lines,

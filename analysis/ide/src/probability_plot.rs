@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mauve_timing::{Time, Unit};
 
-use crate::drawing::{number, svg_head, svg_text, text_width};
+use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
 use crate::execution_report::{Axis, step};
 
 /// What is drawn.
@@ -16,6 +16,8 @@ pub(crate) struct Plot<'a> {
     pub(crate) upright: &'a str,
     /// In descending order of probability.
     pub(crate) points: Vec<PlotPoint>,
+    /// The width of its axis of times, [`plot_width`].
+    pub(crate) width: f64,
     /// A vertical line.
     pub(crate) deadline: Option<Time>,
     /// The level at which the lines are compared: a horizontal line. The times of several lines may differ much: their axis is
@@ -41,7 +43,11 @@ pub(crate) struct PlotPoint {
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 56.0;
-const WIDTH: f64 = 560.0;
+
+/// The width of the axis of times in a drawing.
+pub(crate) fn plot_width(drawing: Drawing) -> f64 {
+    if drawing == Drawing::Narrow { 340.0 } else { 560.0 }
+}
 
 /// The least probability that is drawn: sums of doubles do not support less.
 const LEAST: f64 = 1e-13;
@@ -53,11 +59,12 @@ impl Plot<'_> {
         let height = (decades * 34.0).clamp(170.0, 420.0);
         let times = all().map(|it| it.0).chain(self.deadline);
         let greatest = times.map(|it| it.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
+        let right = LEFT + self.width;
         // At most ten marks.
-        let step = step(greatest / 9.0);
+        let step = step(greatest / (self.width / 62.0).floor());
         let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
         let least = all().map(|it| it.0.as_f64(Unit::Milliseconds)).filter(|it| *it > 0.0);
-        let ends = (LEFT, LEFT + WIDTH);
+        let ends = (LEFT, right);
         let axis = match self.level {
             Some(_) => Axis::logarithmic((least.fold(f64::INFINITY, f64::min) / 1.2, greatest * 1.2), ends),
             None => Axis::linear((0.0, end), 0.0, ends),
@@ -65,16 +72,16 @@ impl Plot<'_> {
         let x = |time: Time| axis.at(time.as_f64(Unit::Milliseconds));
         let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
         let legend = self.legend(TOP + height + 70.0);
-        let width = (LEFT + WIDTH + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
+        let width = (right + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
         let legends = self.lines.iter().map(|it| LEFT + 64.0 + text_width(&it.1, 12.0, false));
         let width = legends.fold(width, f64::max);
         let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
         let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
-        out += &grid(decades, height, &axis, end / step);
+        out += &grid(decades, (right, height), &axis, end / step);
         let _ = writeln!(
             out,
             "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            number(LEFT + WIDTH / 2.0),
+            number(LEFT + self.width / 2.0),
             number(TOP + height + 44.0),
             svg_text(self.axis),
         );
@@ -89,7 +96,7 @@ impl Plot<'_> {
             let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x} {top}V{bottom}\"/>");
         }
         if let Some(level) = self.level {
-            let [from, y, to] = [LEFT, y(level), LEFT + WIDTH].map(number);
+            let [from, y, to] = [LEFT, y(level), right].map(number);
             let _ = writeln!(out, "<path class=\"limit\" d=\"M{from} {y}H{to}\"/>");
         }
         for (class, words, points) in &self.lines {
@@ -99,7 +106,7 @@ impl Plot<'_> {
             let curve: String = points.iter().map(to).collect();
             // What was observed ends with the greatest. Compared lines have nothing in common.
             let is_short = *class == "seen" || self.level.is_some();
-            let end = if is_short { String::new() } else { format!("H{}", number(LEFT + WIDTH)) };
+            let end = if is_short { String::new() } else { format!("H{}", number(right)) };
             let start = points.first().filter(|_| self.level.is_some()).map_or(LEFT, |(time, _)| x(*time));
             let _ = writeln!(
                 out,
@@ -155,7 +162,7 @@ impl Plot<'_> {
 }
 
 /// Returns lines for the decades of probability, and for at most so many times.
-fn grid(decades: f64, height: f64, axis: &Axis, most: f64) -> String {
+fn grid(decades: f64, (right, height): (f64, f64), axis: &Axis, most: f64) -> String {
     let mut out = String::new();
     for decade in 0..=decades as u32 {
         let at = number(TOP + height * f64::from(decade) / decades);
@@ -165,7 +172,7 @@ fn grid(decades: f64, height: f64, axis: &Axis, most: f64) -> String {
             "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
              text-anchor=\"end\">{label}</text>",
             number(LEFT),
-            number(LEFT + WIDTH),
+            number(right),
             number(LEFT - 10.0),
         );
     }

@@ -24,7 +24,8 @@ function rows(page) {
 async function choose({ page, expect }, text) {
   await page.click('.statusbar-item [aria-label^="MAUVE server"]');
   await expect(`the menu has ${text}`, () => rows(page), (seen) => seen.some((row) => row.includes(text)));
-  const row = page.locator(".quick-input-widget .monaco-list-row", { hasText: text });
+  // By the label: rows are used again, with a hidden text of before.
+  const row = page.locator(`.quick-input-widget .monaco-list-row[aria-label*=${JSON.stringify(text)}]`);
   await row.click();
   await page.waitForSelector(".quick-input-widget", { state: "hidden" });
 }

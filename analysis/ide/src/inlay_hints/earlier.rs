@@ -414,8 +414,9 @@ deployment D {
         let broken = MODEL.replace("period = 200", "period = ");
         let shown = editor.set("/robot.mal", &broken, true);
         assert_eq!(
-            shown[8..],
+            shown[5..],
             [
+                "deployment D { | CPU 1 ≥ 34.0 % | unknown",
                 "activity driver { | ✓ 17 / 50 ms | met",
                 "activity planner | … 121 / 200 ms | older",
                 "activity planner | ? syntax error | unknown",

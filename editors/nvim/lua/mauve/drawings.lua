@@ -88,7 +88,7 @@ local function colour(buffer)
       syntax match MauveTight /\(! [0-9≤]\|^! \)[^│┤├·,;]*/
       syntax match MauveMissed /✗ [^│┤├·,;]*/
       syntax match MauveUnknown /? [^│┤├·,;]*/
-      syntax match MauveTime /[█▒▓]\+/
+      syntax match MauveTime /·\+/
       syntax match MauveUnknown /^\(incomplete\|no times\): .*/
     ]])
   end)
