@@ -28,9 +28,7 @@ pub fn draw_schedule(
     interrupt: &dyn Fn(),
 ) -> String {
     let lanes = lanes(deployment, schedule);
-    let is_it =
-        |job: &&Job| worst.is_some_and(|(it, _)| (it.activity, it.case.job) == (job.activity, job.number));
-    let job = schedule.jobs.iter().find(is_it).zip(worst.map(|it| it.1));
+    let job = worst.and_then(|(it, tight_slack)| Some((it.job(schedule)?, tight_slack)));
     let chart = Chart::new(&lanes, deployment, (schedule, way, job), drawing == Drawing::Narrow);
     match drawing {
         Drawing::Svg | Drawing::Narrow => chart.draw(title, interrupt),

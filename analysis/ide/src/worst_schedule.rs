@@ -1,7 +1,7 @@
 //! The schedule behind the response time of an activity: the releases and the paths that its analysis found. The schedule with
 //! the longest way of data along a chain that a search finds.
 
-use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
+use mauve_diagnostics::figure::Forms;
 use mauve_hir::{Decl, ModelDb, Project, config_of};
 use mauve_timing::{ChainStep, Job, NoWorstCase, Schedule, SimulationOptions, Time, Way, WorstCase};
 use mauve_wcrt::chains::chains_of;
@@ -56,17 +56,24 @@ impl WorstOf {
         job.end?.checked_sub(job.nominal)
     }
 
-    fn job<'a>(&self, schedule: &'a Schedule) -> Option<&'a Job> {
+    /// Returns its late job in a schedule, if that has it.
+    pub(crate) fn job<'a>(&self, schedule: &'a Schedule) -> Option<&'a Job> {
         schedule.jobs.iter().find(|job| job.activity == self.activity && job.number == self.case.job)
     }
 
-    /// Says what the schedule shows: `job 1 of pilot: ✓ 19 / 40 ms, which is its bound`.
-    pub fn description(&self, deployment: &DeployedTasks<'_>, schedule: &Schedule) -> String {
+    /// Says what the schedule shows: `job 1 of pilot: ✓ 19 / 40 ms, which is its bound`. Slack below `tight_slack` percent of the
+    /// deadline is little.
+    pub fn description(
+        &self,
+        deployment: &DeployedTasks<'_>,
+        schedule: &Schedule,
+        tight_slack: u32,
+    ) -> String {
         let WorstCase { job, bound, .. } = &self.case;
         let instance = deployment.tasks.name(self.activity);
         let figure = |response: Time| {
             let deadline = self.job(schedule).and_then(|job| job.deadline.checked_sub(job.nominal));
-            Forms::of(response, deadline.unwrap_or_default(), TIGHT_SLACK).text().to_owned()
+            Forms::of(response, deadline.unwrap_or_default(), tight_slack).text().to_owned()
         };
         match self.response(schedule) {
             Some(time) if time == *bound => {

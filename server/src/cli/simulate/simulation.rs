@@ -1,5 +1,6 @@
 //! A simulated deployment and its activities.
 
+use mauve_diagnostics::figure::TIGHT_SLACK;
 use mauve_hir::Database;
 use mauve_ide::{WayOf, WorstOf};
 use mauve_timing::{LeftOut, Level, Pass, Schedule, SimulationOptions, Statistics, TaskKind, Unit};
@@ -60,7 +61,7 @@ impl<'db> Simulation<'db> {
     pub(super) fn worst_case(&self) -> Option<String> {
         let of_chain = || self.way.as_ref().map(WayOf::description);
         let worst = self.worst.as_ref();
-        worst.map(|worst| worst.description(&self.deployment, &self.schedule)).or_else(of_chain)
+        worst.map(|worst| worst.description(&self.deployment, &self.schedule, TIGHT_SLACK)).or_else(of_chain)
     }
 
     /// Returns the way of data that `--worst-chain` has found.

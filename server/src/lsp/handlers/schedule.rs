@@ -79,11 +79,12 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
     match WorstOf::of(&deployment, index, query, &interrupt) {
         Ok(worst) => {
             let schedule = worst.schedule(&deployment, MOST_EVENTS, &interrupt);
-            let note = worst.description(&deployment, &schedule);
+            let tight_slack = snapshot.settings.hints.tight_slack;
+            let note = worst.description(&deployment, &schedule, tight_slack);
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            let shown = (&schedule, &[][..], Some((&worst, snapshot.settings.hints.tight_slack)));
+            let shown = (&schedule, &[][..], Some((&worst, tight_slack)));
             document["drawing"] =
                 draw_schedule(&title, &deployment, shown, params.drawing(), &interrupt).into();
         }
