@@ -151,6 +151,11 @@ impl DrawnCpu<'_> {
         format!("{bar}▏ {}: {}", self.figure, shown.chain(others).collect::<Vec<_>>().join(", "))
     }
 
+    /// The position of a part of it in SVG.
+    fn x(&self, part: f64) -> f64 {
+        MARGIN + (part / self.limit.max(self.used)).clamp(0.0, 1.0) * PLOT
+    }
+
     /// Returns what a bar of the last per cents shows, as parts of the limit: `(0.9, 1.0)`.
     fn enlarged(&self) -> Option<(f64, f64)> {
         match self.used / self.limit {
@@ -250,14 +255,13 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
     *y += 9.0;
     svg_bar(out, &shown, cpu, *y);
     *y += BAR + 13.0;
-    let x_of = |part: f64| MARGIN + part / cpu.limit.max(cpu.used) * PLOT;
     let tick = |part: f64, y: f64| {
-        let anchor = match x_of(part) {
+        let anchor = match cpu.x(part) {
             x if x < MARGIN + 8.0 => "",
             x if x > MARGIN + PLOT - 8.0 => " text-anchor=\"end\"",
             _ => " text-anchor=\"middle\"",
         };
-        line("mark", (x_of(part), y), anchor, &format!("{:.0} %", part * 100.0))
+        line("mark", (cpu.x(part), y), anchor, &format!("{:.0} %", part * 100.0))
     };
     out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, *y)));
     *y += 6.0;
@@ -285,9 +289,8 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
 
 /// Draws the parts of a bar, and the limit.
 fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, y: f64) {
-    let x_of = |part: f64| MARGIN + (part / cpu.limit.max(cpu.used)).clamp(0.0, 1.0) * PLOT;
     let mut rect = |class: &str, start: f64, end: f64, title: &str| {
-        let (x, width) = (x_of(start), x_of(end) - x_of(start));
+        let (x, width) = (cpu.x(start), cpu.x(end) - cpu.x(start));
         if width > 0.0 {
             let title =
                 if title.is_empty() { String::new() } else { format!("<title>{}</title>", svg_text(title)) };
@@ -305,12 +308,12 @@ fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, 
         used = end;
         let title = format!("{name}: {} {figure}", percent(*share));
         rect(&format!("slice cpu{}", index % 8), start, end, title.trim_end());
-        let width = x_of(end.min(cpu.limit)) - x_of(start) - 8.0;
+        let width = cpu.x(end.min(cpu.limit)) - cpu.x(start) - 8.0;
         if text_width(name, 12.0, false) <= width {
             let _ = writeln!(
                 labels,
                 "<text class=\"inner figure\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                x_of(start) + 4.0,
+                cpu.x(start) + 4.0,
                 y + 17.0,
                 svg_text(name)
             );
@@ -322,7 +325,7 @@ fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, 
         let _ = writeln!(
             out,
             "<path class=\"deadline\" d=\"M{:.1} {:.1}v{}\"/>",
-            x_of(cpu.limit),
+            cpu.x(cpu.limit),
             y - 4.0,
             BAR + 8.0
         );
