@@ -48,6 +48,12 @@ impl HintStatus {
             HintStatus::Value => "value",
         }
     }
+
+    /// Its weight, the worst first: missed, unknown, tight, met, and what is no verdict.
+    pub fn rank(self) -> usize {
+        let order = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight, HintStatus::Met];
+        order.iter().position(|it| *it == self).unwrap_or(order.len())
+    }
 }
 
 /// A figure in fewer and fewer words.

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use mauve_diagnostics::figure::HintStatus;
 use mauve_diagnostics::utilisation;
 use mauve_hir::ModelDb;
 use mauve_hir::item_tree::{FeatureKind, Name};
@@ -532,9 +533,9 @@ fn cpus_of(graph: &Graph<'_>, cpus: CpuSet) -> String {
 
 /// The order of instances: missed before not analysed before tight before met, then by the part of the deadline that is used.
 fn worst_first(one: &GraphNode<'_>, other: &GraphNode<'_>) -> Ordering {
-    let mark = |node: &GraphNode<'_>| node.figure.chars().next().and_then(|mark| "✗?!✓–".find(mark));
+    let rank = |node: &GraphNode<'_>| node.status.map(HintStatus::rank);
     let used = |node: &GraphNode<'_>| node.activity.and_then(|it| it.used()).unwrap_or(f64::INFINITY);
-    mark(one).cmp(&mark(other)).then(used(other).total_cmp(&used(one)))
+    rank(one).cmp(&rank(other)).then(used(other).total_cmp(&used(one)))
 }
 
 /// Returns the name of a graph and its level: its title without what the figures are.

@@ -120,8 +120,7 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
             format!("{met}/{all}"),
         ]),
     };
-    let has = |status: HintStatus| activities.iter().any(|activity| activity.status == status);
-    let worst = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight].into_iter().find(|it| has(*it));
+    let worst = activities.iter().map(|it| it.status).min_by_key(|it| it.rank());
     let figure = Some(Figure { texts: texts.clone(), missing: unknown });
     Shown { texts, status: worst.unwrap_or(HintStatus::Met), figure }
 }

@@ -9,7 +9,7 @@ use mauve_hir::Database;
 use mauve_ide::{Comparison, html_code, html_page, html_text};
 
 use super::deployment;
-use super::rows::{Row, list, rank, rows, shown, table};
+use super::rows::{Row, list, rows, shown, table};
 use crate::analysis_document::Deployed;
 use crate::cli::check::verdict::{limits, supports};
 use crate::cli::comparison::{changed, lines, why};
@@ -76,7 +76,7 @@ impl Page<'_, '_> {
             html_text(&words),
             html_text(&capitalised(&conditions)),
         );
-        let is_bad = |row: &Row<'_, '_>| rank(row.forms.status) < rank(HintStatus::Tight);
+        let is_bad = |row: &Row<'_, '_>| row.forms.status.rank() < HintStatus::Tight.rank();
         let shown_rows =
             all.iter().take(all.iter().filter(|(_, row)| is_bad(row)).count().clamp(1, MOST_NEXT));
         let named = shown_rows.map(|(of, row)| {
@@ -89,7 +89,7 @@ impl Page<'_, '_> {
             .take(MOST_NEXT)
             .map(|it| format!("chain {}: {}", html_code(&it.name), deployment::chain_figure(it)));
         let named: Vec<String> = late.chain(named).collect();
-        let what = if rank(status) < rank(HintStatus::Tight) { "Worst" } else { "Least slack" };
+        let what = if status.rank() < HintStatus::Tight.rank() { "Worst" } else { "Least slack" };
         let _ = write!(
             out,
             "<h2>{what}</h2>\n{}<h2>What next</h2>\n{}</section>\n",

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::activity_figure::figure;
-use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK};
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_ide::html_text;
 use mauve_wcrt::ActivityReport;
 
@@ -26,14 +26,8 @@ pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
 impl Row<'_, '_> {
     /// The worst status is the first; of several with one status, the one with the least slack relative to the deadline.
     pub(super) fn order(&self) -> (usize, i64) {
-        (rank(self.forms.status), self.activity.used().map_or(i64::MIN, |part| -(part * 1e9) as i64))
+        (self.forms.status.rank(), self.activity.used().map_or(i64::MIN, |part| -(part * 1e9) as i64))
     }
-}
-
-/// The order of statuses: missed, unknown, tight, met.
-pub(super) fn rank(status: HintStatus) -> usize {
-    let order = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight, HintStatus::Met];
-    order.iter().position(|it| *it == status).unwrap_or(order.len())
 }
 
 /// Returns a figure with its bar and per cent; the bar is for the eye only.
