@@ -13,7 +13,7 @@ use mauve_timing::{CpuSet, Status, Time, Unit};
 use rustc_hash::FxHashMap;
 
 use crate::drawing::{
-    Drawing, dot_text, drawn_name, fitted, moved, number, svg_frame, svg_head, svg_path, svg_text,
+    Drawing, dot_text, drawn_name, fitted, moved, number, svg_frame, svg_head, svg_line, svg_path, svg_text,
     text_width, too_large,
 };
 use crate::graph::{Graph, GraphEdge, GraphNode};
@@ -353,16 +353,6 @@ fn svg_group(out: &mut String, (graph, index, node): Instance<'_, '_>, area: Are
         svg_frame(area, 7),
     );
     figures
-}
-
-/// A text of a box.
-fn svg_line(class: &str, at: (f64, f64), anchor: &str, text: &str) -> String {
-    format!(
-        "<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{}</text>\n",
-        number(at.0),
-        number(at.1),
-        svg_text(text)
-    )
 }
 
 /// The verdict of a box, with its bar: from a position on, in a width.

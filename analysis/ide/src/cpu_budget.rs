@@ -20,7 +20,7 @@ use mauve_hir::{Decl, ModelDb, Project};
 use mauve_timing::CpuLoad;
 use mauve_wcrt::{CpuBudget, CpuPart, Query, response_times};
 
-use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
+use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_line, svg_text, text_width};
 use crate::text_canvas::cells;
 
 /// The CPU budget of a deployment as it is drawn.
@@ -243,15 +243,7 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
     let shown = cpu.shown();
     let status = cpu.status.name();
     let _ = writeln!(out, "<g class=\"box {status}\"><title>{}</title>", svg_text(&cpu.figure));
-    let line = |class: &str, at: (f64, f64), more: &str, text: &str| {
-        format!(
-            "<text class=\"{class}\" x=\"{:.1}\" y=\"{:.1}\"{more}>{}</text>\n",
-            at.0,
-            at.1,
-            svg_text(text)
-        )
-    };
-    *out += &line("name status", (MARGIN, *y), "", &fitted(&cpu.figure, PLOT, 13.0, true));
+    *out += &svg_line("name status", (MARGIN, *y), "", &fitted(&cpu.figure, PLOT, 13.0, true));
     *y += 9.0;
     svg_bar(out, &shown, cpu, *y);
     *y += BAR + 13.0;
@@ -261,7 +253,7 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
             x if x > MARGIN + PLOT - 8.0 => " text-anchor=\"end\"",
             _ => " text-anchor=\"middle\"",
         };
-        line("mark", (cpu.x(part), y), anchor, &format!("{:.0} %", part * 100.0))
+        svg_line("mark", (cpu.x(part), y), anchor, &format!("{:.0} %", part * 100.0))
     };
     out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, *y)));
     *y += 6.0;
@@ -279,9 +271,9 @@ fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
         let of_name = text_width(name, 12.0, false).min(width - 190.0);
         let figure = &fitted(figure, width - of_name - 84.0, 12.0, false);
         let of_figure = text_width(figure, 12.0, false);
-        *out += &line("figure", (x + 74.0, *y), "", &fitted(name, width - of_figure - 84.0, 12.0, false));
-        *out += &line("figure", (x + 66.0, *y), " text-anchor=\"end\"", &percent(*share));
-        *out += &line("soft", (x + width, *y), " text-anchor=\"end\"", figure);
+        *out += &svg_line("figure", (x + 74.0, *y), "", &fitted(name, width - of_figure - 84.0, 12.0, false));
+        *out += &svg_line("figure", (x + 66.0, *y), " text-anchor=\"end\"", &percent(*share));
+        *out += &svg_line("soft", (x + width, *y), " text-anchor=\"end\"", figure);
     }
     out.push_str("</g>\n");
     *y += 40.0;
@@ -310,13 +302,7 @@ fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, 
         rect(&format!("slice cpu{}", index % 8), start, end, title.trim_end());
         let width = cpu.x(end.min(cpu.limit)) - cpu.x(start) - 8.0;
         if text_width(name, 12.0, false) <= width {
-            let _ = writeln!(
-                labels,
-                "<text class=\"inner figure\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                cpu.x(start) + 4.0,
-                y + 17.0,
-                svg_text(name)
-            );
+            labels += &svg_line("inner figure", (cpu.x(start) + 4.0, y + 17.0), "", name);
         }
     }
     rect("late", cpu.limit, used.max(cpu.used), "beyond the CPU");

@@ -201,6 +201,16 @@ pub(crate) fn svg_text(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// A line of text; `anchor` holds further attributes.
+pub(crate) fn svg_line(class: &str, at: (f64, f64), anchor: &str, text: &str) -> String {
+    format!(
+        "<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{}</text>\n",
+        number(at.0),
+        number(at.1),
+        svg_text(text)
+    )
+}
+
 /// Returns `text` as a quoted identifier of DOT.
 pub(crate) fn dot_text(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))

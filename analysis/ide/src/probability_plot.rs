@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mauve_timing::{Time, Unit};
 
-use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
+use crate::drawing::{Drawing, number, svg_head, svg_line, svg_text, text_width};
 use crate::execution_report::{Axis, step};
 
 /// What is drawn.
@@ -78,13 +78,8 @@ impl Plot<'_> {
         let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
         let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
         out += &grid(decades, (right, height), &axis, end / step);
-        let _ = writeln!(
-            out,
-            "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            number(LEFT + self.width / 2.0),
-            number(TOP + height + 44.0),
-            svg_text(self.axis),
-        );
+        let below = (LEFT + self.width / 2.0, TOP + height + 44.0);
+        out += &svg_line("soft", below, " text-anchor=\"middle\"", self.axis);
         let _ = writeln!(
             out,
             "<text class=\"soft\" transform=\"translate(26 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
