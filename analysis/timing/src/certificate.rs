@@ -125,6 +125,7 @@ impl Tasks {
             "jitter": task.jitter.as_nanos(),
             "burst": task.burst(),
             "sporadic": task.is_sporadic,
+            "throttling": task.is_throttling,
             "thread": task.thread,
             "cpus": task.cpus.map(|cpus| cpus.iter().collect::<Vec<u32>>()),
             "machine": machine,

@@ -22,6 +22,8 @@ pub(crate) struct Member<'a> {
     pub(crate) jitter: u64,
     /// B, how long a lower priority that holds a lock delays a job.
     pub(crate) blocking: u64,
+    /// The part of B by jobs in the background.
+    background_blocking: u64,
     /// How often a job waits, at most.
     pub(crate) waits: u64,
     /// The nominal instant of the first release in the window, counted from J before its start. Less than the period; 0 for a
@@ -113,6 +115,7 @@ impl<'a> Member<'a> {
             burst: task.burst(),
             jitter: task.jitter.as_nanos(),
             blocking: task.blocking.as_nanos(),
+            background_blocking: task.background_blocking.as_nanos(),
             waits: task.waits.as_ref().and_then(|waits| waits.times).unwrap_or(0),
             delay: 0,
             machine,
@@ -195,6 +198,13 @@ impl<'a> Member<'a> {
         };
         let fewer = clipped(jobs.saturating_sub(1), rest.saturating_add(self.period))?;
         Ok((jobs, clipped(jobs, rest)?.max(fewer)))
+    }
+
+    /// Returns for how long locks that lower priorities take during a job of `other`, a member of hp(i) or i, delay this member, i.
+    fn blocking_by_job_of(&self, other: &Member<'_>) -> u128 {
+        let by_waits = u128::from(other.waits) * u128::from(self.blocking);
+        let by_throttling = if other.task.is_throttling { self.background_blocking } else { 0 };
+        by_waits.saturating_add(by_throttling.into())
     }
 
     /// See [`Paths::requests`].
@@ -417,32 +427,34 @@ impl Lane<'_, '_> {
     /// Returns for how long jobs of lower priority that hold locks delay the member at `place` in a window with `jobs` jobs of it.
     ///
     /// In the window, a lower priority executes only to leave a lock that it took before: that is B, once. While the member or one
-    /// of hp(i) waits, a lower priority may take a lock again: once more for each wait. Where some of hp(i) may run on other CPUs,
-    /// it may also take one between two jobs of the member.
+    /// of hp(i) waits, a lower priority may take a lock again: once more for each wait. While real-time tasks are throttled, so may
+    /// the background: its part once more for each throttling. Where some of hp(i) may run on other CPUs, a lower priority may also
+    /// take one between two jobs of the member.
     pub(crate) fn blocking(&self, place: usize, jobs: u64, window: u64) -> Result<u64, NoBoundReason> {
         let member = self.members.get(place);
         if member.blocking == 0 {
             return Ok(0);
         }
-        let mut times = 1u128;
+        let mut blocking = u128::from(member.blocking);
         let mut has_several_cpus = false;
         for other in (0..self.members.len()).filter(|&other| self.priority(other) >= member.task.priority) {
             let of_other = self.members.get(other);
             has_several_cpus |= !of_other.task.cpus().is_one();
-            if of_other.waits > 0 {
+            let of_job = member.blocking_by_job_of(of_other);
+            if of_job > 0 {
                 let jobs = if other == place { jobs } else { of_other.jobs_released(window, None)? };
-                times += u128::from(jobs) * u128::from(of_other.waits);
+                blocking = blocking.saturating_add(u128::from(jobs).saturating_mul(of_job));
             }
         }
         if has_several_cpus {
-            times += u128::from(jobs - 1);
+            let between = u128::from(jobs - 1).saturating_mul(u128::from(member.blocking));
+            blocking = blocking.saturating_add(between);
         }
-        let blocking = times.checked_mul(u128::from(member.blocking));
-        blocking.and_then(|it| u64::try_from(it).ok()).ok_or(NoBoundReason::Overflow)
+        u64::try_from(blocking).map_err(|_| NoBoundReason::Overflow)
     }
 
     /// Returns why no window of the member at `place` ends, or without its own jobs no first job, if the utilisation is 1 or more
-    /// with B for each wait. (Or nearly 1.)
+    /// with what [`Lane::blocking`] adds for each job. (Or nearly 1.)
     pub(crate) fn overload_by_blocking(&self, place: usize, has_own: bool) -> Option<NoBoundReason> {
         let member = self.members.get(place);
         let counts =
@@ -450,14 +462,14 @@ impl Lane<'_, '_> {
         let others = || (0..self.members.len()).filter(counts).map(|other| self.members.get(other));
         let is_own = |other: &Member<'_>| other.index == member.index;
         let has_several_cpus = has_own && others().any(|it| !it.task.cpus().is_one());
-        let times = |of: &Member<'_>| of.waits.saturating_add(u64::from(has_several_cpus && is_own(of)));
-        if member.blocking == 0 || others().all(|it| times(it) == 0) {
+        let between = |of: &Member<'_>| if has_several_cpus && is_own(of) { member.blocking } else { 0 };
+        let of_job = |of: &Member<'_>| member.blocking_by_job_of(of).saturating_add(between(of).into());
+        if others().all(|it| of_job(it) == 0) {
             return None;
         }
         let blocking = others().map(|it| {
-            let times = times(it).saturating_mul(it.burst);
-            let cost = Time::from_nanos(times.saturating_mul(member.blocking));
-            Share::new(CycleMean { cost, length: 1 }, Time::from_nanos(it.period))
+            let cost = u64::try_from(of_job(it)).unwrap_or(u64::MAX).saturating_mul(it.burst);
+            Share::new(CycleMean { cost: Time::from_nanos(cost), length: 1 }, Time::from_nanos(it.period))
         });
         let demand = others().map(|it| if is_own(it) { it.share } else { it.interfering_share() });
         let utilisation = Utilisation::sum(demand.chain(blocking));

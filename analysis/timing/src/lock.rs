@@ -48,21 +48,26 @@ pub struct Lock {
 pub struct LockUser {
     /// The index of the task.
     pub task: usize,
-    /// For how long it executes while it holds the lock, at most; `None` if that is unknown.
+    /// For how long it executes from the instant at which it takes the lock until it holds no lock, at most; meanwhile it neither
+    /// waits nor is blocked by a job of lower priority. `None` if that is unknown, as for a task of unknown demand.
     pub held: Option<Time>,
 }
 
 /// What locks do to a task.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Blocking {
-    /// Jobs of lower priority delay it for this long, once in a window and once more for each wait in it; 0 without locks.
-    Time(Time),
+    /// Jobs of lower priority delay it for this long, once in a window and once more for each wait in it; 0 without locks. The
+    /// second time is the part of those in the background, which delay it once more each time that real-time tasks are throttled.
+    Time(Time, Time),
     /// The time for which this task may hold this lock (an index into [`Tasks::locks`](crate::Tasks::locks)) is unknown.
     UnknownTime {
         /// The lock.
         lock: usize,
         /// The task.
         holder: usize,
+        /// The task of unknown demand, or with a lock that it holds for an unknown time, which it may have to wait for: itself, or
+        /// one that shares locks with it, directly or through others.
+        because: usize,
     },
     /// The task uses this lock, whose users do not all run on one CPU.
     SeveralCpus {

@@ -5,7 +5,8 @@
 //! has, and which locks count, depends on the [`Protocol`]:
 //!
 //! - With a *ceiling*, a job that holds a lock has the highest priority of all users of the lock. Only one job of lower priority
-//!   can be within such locks when the window begins: B is the greatest of their times.
+//!   can be within such locks when the window begins: B is the greatest of their times. It may go from one to the next, since the time
+//!   of a lock lasts until the job has left all.
 //! - With *inheritance*, it has the highest priority of the jobs that wait for the lock. Several may be within locks, each within
 //!   one, and each lock is held by one: B is the lesser of Σ over the tasks of their greatest time, and Σ over the locks of the
 //!   greatest time (L. Sha, R. Rajkumar, J. Lehoczky, "Priority Inheritance Protocols: An Approach to Real-Time
@@ -18,29 +19,82 @@
 //!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
+//!
+//! **Throttling.** While Linux throttles real-time tasks, the background executes, and may take a lock again, also where a real-time
+//! job is within one: its part of B counts for each throttling, and as with inheritance, whatever the protocol.
+//!
+//! **Unknown.** A task of unknown demand may hold its locks for ever. So may each of their other users, since it may wait for one of
+//! them while it holds another: the time is unknown for all users of locks that users link.
+
+use std::collections::BTreeMap;
 
 use crate::response_time::linked_cpus;
-use crate::{Blocking, CpuSet, Demand, Lock, LockUser, Priority, Protocol, Task, TaskKind, Tasks, Time};
+use crate::{Blocking, CpuSet, Demand, Lock, LockUser, Priority, Protocol, Task, Tasks, Time};
+
+/// Σ over the locks, and Σ over the tasks, of the greatest time for which jobs hold a lock.
+struct HeldTimes {
+    of_locks: u64,
+    of_lock: u64,
+    of_tasks: Vec<u64>,
+}
+
+impl HeldTimes {
+    fn add(&mut self, holder: usize, held: u64) {
+        self.of_lock = held.max(self.of_lock);
+        self.of_tasks[holder] = held.max(self.of_tasks[holder]);
+    }
+
+    fn end_lock(&mut self) {
+        self.of_locks = self.of_locks.saturating_add(std::mem::take(&mut self.of_lock));
+    }
+
+    fn lesser_sum(&self) -> u64 {
+        self.of_tasks.iter().copied().fold(0, u64::saturating_add).min(self.of_locks)
+    }
+}
 
 impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
     /// has unknown demand.
-    pub(crate) fn with_blocking(&self) -> (Vec<Task>, Vec<Blocking>) {
+    pub(crate) fn with_blocking(self) -> (Vec<Task>, Vec<Blocking>) {
         if self.locks.is_empty() {
-            return (self.all.clone(), Vec::new());
+            return (self.all, Vec::new());
         }
         let raised = self.raised();
         let linked = linked_cpus(&raised);
+        let unknown = self.unknown_holders();
         let found: Vec<Blocking> =
-            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised)).collect();
+            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised, &unknown)).collect();
         let mut tasks = raised;
         for (task, blocking) in tasks.iter_mut().zip(&found) {
             match blocking {
-                Blocking::Time(time) => task.blocking = *time,
+                Blocking::Time(time, in_background) => {
+                    (task.blocking, task.background_blocking) = (*time, *in_background);
+                }
                 _ => task.demand = Demand::Unknown,
             }
         }
         (tasks, found)
+    }
+
+    /// Returns the locks whose users may hold them for an unknown time, each with the task for which that is so.
+    fn unknown_holders(&self) -> BTreeMap<usize, usize> {
+        let shared = || self.locks.iter().enumerate().filter(|(_, lock)| lock.users.len() > 1);
+        let is_unknown =
+            |user: &&LockUser| user.held.is_none() || self.all.get(user.task).is_none_or(Task::is_unknown);
+        let itself = |(lock, it): (usize, &Lock)| Some((lock, it.users.iter().find(is_unknown)?.task));
+        let mut found: BTreeMap<usize, usize> = shared().filter_map(itself).collect();
+        loop {
+            let because = |user: &LockUser| {
+                found.iter().find(|(lock, _)| self.locks[**lock].users.iter().any(|it| it.task == user.task))
+            };
+            let linked = |(lock, it): (usize, &Lock)| Some((lock, *it.users.iter().find_map(because)?.1));
+            let Some((lock, task)) = shared().filter(|(lock, _)| !found.contains_key(lock)).find_map(linked)
+            else {
+                return found;
+            };
+            found.insert(lock, task);
+        }
     }
 
     /// Returns the tasks, where the users of a lock on several CPUs have the highest priority of all of them: that is what they may
@@ -67,8 +121,14 @@ impl Tasks {
         raised
     }
 
-    fn blocking_of(&self, of: usize, linked: Option<CpuSet>, raised: &[Task]) -> Blocking {
-        let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO) };
+    fn blocking_of(
+        &self,
+        of: usize,
+        linked: Option<CpuSet>,
+        raised: &[Task],
+        unknown: &BTreeMap<usize, usize>,
+    ) -> Blocking {
+        let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO, Time::ZERO) };
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
             if users.len() < 2 || !users.iter().any(|user| user.task == of) {
                 continue;
@@ -85,15 +145,23 @@ impl Tasks {
             }
         }
         if task.priority == Priority::Background {
-            return Blocking::Time(Time::ZERO);
+            return Blocking::Time(Time::ZERO, Time::ZERO);
         }
-        self.time_of(of, task, linked)
+        self.time_of(of, task, linked, unknown)
     }
 
     /// B of the task `of`.
-    fn time_of(&self, of: usize, task: &Task, linked: Option<CpuSet>) -> Blocking {
+    fn time_of(
+        &self,
+        of: usize,
+        task: &Task,
+        linked: Option<CpuSet>,
+        unknown: &BTreeMap<usize, usize>,
+    ) -> Blocking {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
-        let (mut of_ceilings, mut of_locks, mut of_tasks) = (0, 0u64, vec![0; self.all.len()]);
+        let sums = || HeldTimes { of_locks: 0, of_lock: 0, of_tasks: vec![0; self.all.len()] };
+        let (mut of_ceilings, mut others, mut in_background) = (0, sums(), sums());
+        let is_throttled = self.all.iter().any(|it| it.is_throttling && it.cpus().meets(task.cpus()));
         let mut first_lock = None;
         let unraised = self.least_unraised(task);
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
@@ -107,27 +175,32 @@ impl Tasks {
                     _ => continue,
                 },
             };
-            let mut of_lock = 0;
             for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, below)) {
                 if linked.is_some() || !(task.cpus() - cpus).is_empty() {
                     return Blocking::Migrates { lock };
                 }
-                let Some(held) = held.map(Time::as_nanos) else {
-                    return Blocking::UnknownTime { lock, holder };
+                let held = match (unknown.get(&lock), held) {
+                    (None, Some(held)) => held.as_nanos(),
+                    (because, _) => {
+                        let because = because.copied().unwrap_or(holder);
+                        return Blocking::UnknownTime { lock, holder, because };
+                    }
                 };
                 first_lock = first_lock.or(Some(lock).filter(|_| held > 0));
+                let is_woken = is_throttled && self.is_in_background(holder);
+                if is_woken {
+                    in_background.add(holder, held);
+                }
                 match protocol {
-                    Protocol::Ceiling => of_ceilings = held.max(of_ceilings),
-                    Protocol::Inheritance | Protocol::None => {
-                        of_lock = held.max(of_lock);
-                        of_tasks[holder] = held.max(of_tasks[holder]);
-                    }
+                    Protocol::Ceiling if !is_woken => of_ceilings = held.max(of_ceilings),
+                    _ => others.add(holder, held),
                 }
             }
-            of_locks = of_locks.saturating_add(of_lock);
+            others.end_lock();
+            in_background.end_lock();
         }
-        let of_tasks = of_tasks.into_iter().fold(0u64, u64::saturating_add);
-        let blocking = of_locks.min(of_tasks).saturating_add(of_ceilings);
+        let [blocking, in_background] = [&others, &in_background].map(HeldTimes::lesser_sum);
+        let blocking = blocking.saturating_add(of_ceilings);
         let interferes = |other: &Task| other.priority >= task.priority && other.cpus().meets(task.cpus());
         let waits_often = |other: &Task| {
             interferes(other) && other.waits.as_ref().is_some_and(|waits| waits.times.is_none())
@@ -135,8 +208,12 @@ impl Tasks {
         let mut waiting = std::iter::once(of).chain(0..self.all.len());
         match (first_lock, waiting.find(|&it| self.all.get(it).is_some_and(waits_often))) {
             (Some(lock), Some(waiting)) => Blocking::UnknownWaits { lock, waiting },
-            _ => Blocking::Time(Time::from_nanos(blocking)),
+            _ => Blocking::Time(Time::from_nanos(blocking), Time::from_nanos(in_background)),
         }
+    }
+
+    fn is_in_background(&self, task: usize) -> bool {
+        self.all.get(task).is_some_and(|it| it.priority == Priority::Background)
     }
 
     /// Whether one of the users of a lock has at least the priority of a task.
@@ -175,14 +252,14 @@ impl Tasks {
     /// Returns the tasks that preempt `holder` while it holds a lock that the task `of` waits for. `None` if there are none.
     fn between(&self, of: usize, holder: usize, raised: &[Task]) -> Option<(usize, Vec<usize>)> {
         let (task, held_by) = (self.all.get(of)?, self.all.get(holder)?);
-        if held_by.priority == Priority::Background {
+        if self.is_in_background(holder) {
             return Some((holder, Vec::new()));
         }
         let is_between = |&(index, it): &(usize, &Task)| {
             let is_in = it.priority >= held_by.priority || held_by.priority == Priority::Unknown;
             let is_below = it.priority < task.priority || it.priority == Priority::Unknown;
             // Throttling delays all, and so is no more between than any other task of higher priority.
-            let is_other = index != of && index != holder && self.kind(index) != TaskKind::Throttling;
+            let is_other = index != of && index != holder && !it.is_throttling;
             // The thread of the holder executes no other job before that of the holder.
             let is_other = is_other && !held_by.is_mate(it);
             is_other && is_in && is_below && it.cpus().meets(held_by.cpus())
@@ -211,7 +288,7 @@ mod tests {
     }
 
     fn time(time: u64) -> Blocking {
-        Blocking::Time(Time::from_nanos(time))
+        Blocking::Time(Time::from_nanos(time), Time::ZERO)
     }
 
     /// The second task uses no lock.
@@ -247,9 +324,61 @@ mod tests {
     }
 
     #[test]
+    fn the_background_takes_locks_while_tasks_are_throttled() {
+        let background = |mut task: Task| {
+            task.priority = Priority::Background;
+            task
+        };
+        let tasks = vec![
+            simple(3, 100, 10),
+            simple(2, 100, 10),
+            background(simple(0, 100, 0)),
+            background(simple(0, 100, 0)),
+        ];
+        let both = [(0, Some(1)), (1, Some(5)), (2, Some(4)), (3, Some(3))];
+        let other = [(0, Some(1)), (3, Some(2))];
+        for (protocol, is_throttled, expected) in [
+            // The greatest; by lock, 5 + 2, the part of the background 4 + 2.
+            (Protocol::Ceiling, false, (5, 0)),
+            (Protocol::Inheritance, false, (7, 0)),
+            (Protocol::Inheritance, true, (7, 6)),
+            // The second task may be within the first lock, and one of the background in each: 5 and 4 + 2.
+            (Protocol::Ceiling, true, (11, 6)),
+        ] {
+            let locks = vec![lock(protocol, &both), lock(protocol, &other)];
+            let set = Tasks { locks, ..Tasks::new(tasks.clone()).with_platform(Vec::new(), is_throttled) };
+            let [all, part] = [expected.0, expected.1].map(Time::from_nanos);
+            assert_eq!(set.with_blocking().1[0], Blocking::Time(all, part), "{protocol:?} {is_throttled}");
+        }
+    }
+
+    #[test]
+    fn a_refused_task_leaves_no_bound_to_those_that_locks_link() {
+        // The third task shares a lock with the first, and another with the last.
+        let tasks = || vec![simple(4, 100, 10), simple(3, 100, 10), simple(2, 100, 10), simple(1, 100, 10)];
+        let locks = [
+            lock(Protocol::Ceiling, &[(0, Some(1)), (2, Some(5))]),
+            lock(Protocol::Ceiling, &[(2, Some(1)), (3, Some(4))]),
+        ];
+        assert_eq!(blocking(tasks(), &locks), [time(5), time(5), time(4), time(0)]);
+        let unknown =
+            |lock: usize, holder: usize, because: usize| Blocking::UnknownTime { lock, holder, because };
+        let expected = [unknown(0, 2, 3), unknown(0, 2, 3), unknown(1, 3, 3), time(0)];
+        let mut set = Tasks { locks: locks.to_vec(), ..Tasks::new(tasks()) };
+        set.refuse(3);
+        assert_eq!(set.with_blocking().1, expected);
+        // In the background, a task has no demand.
+        let mut set = Tasks { locks: locks.to_vec(), ..Tasks::new(tasks()) };
+        (set.all[3].priority, set.all[3].demand) = (Priority::Background, Demand::Unknown);
+        assert_eq!(set.clone().with_blocking().1, [time(5), time(5), time(4), time(0)]);
+        set.refuse(3);
+        assert_eq!(set.with_blocking().1, expected);
+    }
+
+    #[test]
     fn what_is_not_analysed() {
         let unknown = [lock(Protocol::Ceiling, &[(0, None), (2, None)])];
-        let is_unknown = Blocking::UnknownTime { lock: 0, holder: 2 };
+        let is_unknown = Blocking::UnknownTime { lock: 0, holder: 2, because: 0 };
         assert_eq!(blocking(three(), &unknown), [is_unknown.clone(), is_unknown, time(0), time(0)]);
         let locks = [lock(Protocol::Ceiling, &[(0, Some(1)), (2, Some(5))])];
         let mut tasks = three();

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::{Bound, Demand, Method, Options, Priority, Task, Tasks, Time, Waits, response_times};
+use crate::{Blocking, Bound, Demand, Method, Options, Priority, Task, Tasks, Time, Waits, response_times};
 
 /// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
 const MOST_ROUNDS: u32 = 32;
 
-/// Returns the tasks, each with the calls that it executes, and for each operation the number of calls that each job of its
-/// provider counts; `None` where it is unknown.
+/// Returns the tasks, each with the calls that it executes, what locks do to each of them, and for each operation the number of calls
+/// that each job of its provider counts; `None` where it is unknown.
 ///
 /// The provider executes a call in its own thread, and always in the same way: at the start of its next job, or at once when it is
 /// idle. Each job of the provider counts k · ⌈(Tp + Rp + Rc)/Tc⌉ calls, with k the greatest number that one job of the client
@@ -25,7 +25,7 @@ pub(crate) fn with_calls(
     set: &Tasks,
     options: &Options,
     interrupt: &dyn Fn(),
-) -> (Vec<Task>, Vec<Option<u64>>) {
+) -> (Vec<Task>, Vec<Blocking>, Vec<Option<u64>>) {
     let options = Options { method: options.method.min(Method::Psm), horizon: None, ..*options };
     // In the background, an activity may respond arbitrarily late.
     let first = |task: &Task| (task.priority != Priority::Background).then_some(Time::ZERO);
@@ -33,7 +33,9 @@ pub(crate) fn with_calls(
     let mut counts = counts(set, &responses);
     let mut rounds = 0;
     loop {
-        let tasks = executing(set, &mut counts);
+        // A provider whose calls are unknown may hold its locks for ever.
+        let tasks = Tasks { all: executing(set, &mut counts), ..set.clone() };
+        let (tasks, blocking) = tasks.with_blocking();
         for (known, found) in responses.iter_mut().zip(response_times(&tasks, &options, interrupt).responses)
         {
             // What has no bound once stays unknown, and what is counted never falls: so the iteration ends.
@@ -44,7 +46,7 @@ pub(crate) fn with_calls(
         }
         let mut next = self::counts(set, &responses);
         if next == counts {
-            return (tasks, counts);
+            return (tasks, blocking, counts);
         }
         rounds += 1;
         if rounds >= MOST_ROUNDS {

@@ -29,10 +29,12 @@ pub struct SetAnalysis {
 impl Tasks {
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
-        let (all, blocking) = self.with_blocking();
-        let (all, calls) = match self.operations.as_slice() {
-            [] => (all, Vec::new()),
-            _ => with_calls(&Tasks { all, ..self.clone() }, options, interrupt),
+        let (all, blocking, calls) = match self.operations.as_slice() {
+            [] => {
+                let (all, blocking) = self.clone().with_blocking();
+                (all, blocking, Vec::new())
+            }
+            _ => with_calls(self, options, interrupt),
         };
         let Analysis { responses, cpus } = response_times(&all, options, interrupt);
         let is_overloaded = responses.iter().any(|it| matches!(it.bound, Bound::Unbounded { .. }));

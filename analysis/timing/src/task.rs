@@ -60,6 +60,10 @@ pub struct Task {
     /// B, the time for which jobs of lower priority that hold a lock delay its jobs, once in a window and once more for each wait
     /// in it. [`Tasks::response_times`](crate::Tasks::response_times) computes it.
     pub blocking: Time,
+    /// The part of B by jobs in the background: once more each time that Linux throttles real-time tasks.
+    pub background_blocking: Time,
+    /// Whether it stands for real-time throttling: meanwhile, jobs in the background execute, and may take locks.
+    pub is_throttling: bool,
     /// Whether the demand contains calls of operations, which it may execute between two of its jobs.
     /// [`Tasks::response_times`](crate::Tasks::response_times) computes it.
     pub has_calls: bool,

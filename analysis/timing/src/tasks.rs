@@ -87,6 +87,15 @@ impl Tasks {
         &mut self.all[..self.activities]
     }
 
+    /// Makes unknown what a task does: what its jobs demand, and for how long they hold locks. Whatever it may delay has no bound then.
+    pub fn refuse(&mut self, task: usize) {
+        if let Some(task) = self.all.get_mut(task) {
+            task.demand = Demand::Unknown;
+        }
+        let users = self.locks.iter_mut().flat_map(|lock| &mut lock.users);
+        users.filter(|user| user.task == task).for_each(|user| user.held = None);
+    }
+
     /// Returns the tasks of other real-time work.
     pub fn others(&self) -> &[Task] {
         &self.all[self.activities..self.activities + self.others]
@@ -112,5 +121,6 @@ pub fn name_of_other(name: &str) -> String {
 /// The task with the highest priority on a CPU: what throttling takes.
 fn throttling(cpu: CpuSet) -> Task {
     let task = Task::new(0, THROTTLING_PERIOD, StateMachine::single(THROTTLED));
-    Task { name: THROTTLING.into(), priority: Priority::Unknown, cpus: Some(cpu), ..task }
+    let (name, priority) = (THROTTLING.into(), Priority::Unknown);
+    Task { name, priority, cpus: Some(cpu), is_throttling: true, ..task }
 }

@@ -3,7 +3,14 @@
 //! All users of a lock have to run on one CPU. There, a job of lower priority executes while a task is busy only to leave a lock
 //! that it took before, and only a lock that the task, or one of at least its priority, uses. With a ceiling, one job is within
 //! such locks: B is the greatest time. With inheritance, each job is within one lock, and each lock is held by one job: B is the
-//! lesser of the sums, by job and by lock. Without a protocol, this holds if no task has a priority between.
+//! lesser of the sums, by job and by lock. Without a protocol, this holds if no task has a priority between. The time of a lock lasts
+//! until the job holds none.
+//!
+//! While real-time tasks are throttled, the background executes, and may take its locks again: its part of B is counted apart, by
+//! the sums. A task of unknown demand, and each that shares locks with it, directly or through others, holds its locks for an unknown
+//! time: a job may wait for one lock while it holds another.
+
+use std::collections::BTreeSet;
 
 use crate::certificate::{Lock, Protocol};
 use crate::demand::Check;
@@ -23,10 +30,35 @@ impl Tasks<'_> {
                 (of.has_locks, of.raised) = (true, of.raised.max(highest));
             }
         }
+        let unknown = self.unknown_locks(locks)?;
         for task in 0..self.all.len() {
-            self.all[task].blocking = self.blocking_of(task, locks);
+            self.all[task].blocking = self.blocking_of(task, locks, &unknown);
         }
         Ok(())
+    }
+
+    /// Returns the locks that are held for an unknown time.
+    fn unknown_locks(&self, locks: &[Lock]) -> Check<BTreeSet<usize>> {
+        let shared = || locks.iter().enumerate().filter(|(_, lock)| lock.users.len() > 1);
+        let is_unknown = |&(task, held): &(usize, Option<u64>)| {
+            let of = &self.all[task];
+            held.is_none() || of.rank > 0 && (of.demand.is_none() || of.period == 0)
+        };
+        let mut found = BTreeSet::new();
+        let mut users: BTreeSet<usize> = BTreeSet::new();
+        loop {
+            let known = found.len();
+            for (index, lock) in shared() {
+                self.work.spend(lock.users.len())?;
+                if lock.users.iter().any(|user| users.contains(&user.0) || is_unknown(user)) {
+                    found.insert(index);
+                    users.extend(lock.users.iter().map(|user| user.0));
+                }
+            }
+            if found.len() == known {
+                return Ok(found);
+            }
+        }
     }
 
     /// Returns the CPU that all users of a lock run on.
@@ -45,7 +77,8 @@ impl Tasks<'_> {
         lock.users.iter().filter(move |user| is_below(self.all[user.0].rank)).copied()
     }
 
-    fn blocking_of(&self, task: usize, locks: &[Lock]) -> Check<u64> {
+    /// Returns B, and the part of it by the background if tasks are throttled.
+    fn blocking_of(&self, task: usize, locks: &[Lock], unknown: &BTreeSet<usize>) -> Check<(u64, u64)> {
         let of = &self.all[task];
         self.work.spend(locks.iter().map(|it| it.users.len() + 1).sum())?;
         let is_user = |lock: &&Lock| lock.users.len() > 1 && lock.users.iter().any(|user| user.0 == task);
@@ -66,28 +99,39 @@ impl Tasks<'_> {
         let unraised = unraised.filter(|it| is_used_from(it, of.rank)).flat_map(|it| self.below(it, of.rank));
         let least = unraised.map(|user| self.all[user.0].rank).fold(of.rank, u64::min);
         let is_alone = of.is_pinned() && !self.is_as_one(task);
-        let (mut ceilings, mut by_lock, mut by_task) = (0, 0u64, vec![0; self.all.len()]);
-        for lock in locks.iter().filter(is_here) {
+        let is_throttled = self.all.iter().any(|it| it.task.throttling && it.cpus & of.cpus != 0);
+        let mut ceilings = 0;
+        // Of all others, and of those in the background.
+        let mut sums = [(0u64, vec![0; self.all.len()]), (0, vec![0; self.all.len()])];
+        for (index, lock) in locks.iter().enumerate().filter(|it| is_here(&it.1)) {
             let is_ceiling = lock.protocol == Protocol::Ceiling;
             let from = [of.rank, if is_ceiling { least } else { of.rank }];
             let Some(rank) = from.into_iter().find(|it| is_used_from(lock, *it)) else { continue };
-            let mut of_lock = 0;
+            let mut of_lock = [0, 0];
             for (holder, held) in self.below(lock, rank) {
                 if !is_alone {
                     return Err(format!("lock {} may be held on another of its CPUs", lock.name));
                 }
+                let held = held.filter(|_| !unknown.contains(&index));
                 let held =
                     held.ok_or_else(|| format!("for how long lock {} is held is unknown", lock.name))?;
-                if is_ceiling {
+                let is_woken = is_throttled && self.all[holder].rank == 0;
+                if is_ceiling && !is_woken {
                     ceilings = held.max(ceilings);
-                } else {
-                    of_lock = held.max(of_lock);
+                    continue;
+                }
+                for (which, (_, by_task)) in sums.iter_mut().enumerate().take(1 + usize::from(is_woken)) {
+                    of_lock[which] = held.max(of_lock[which]);
                     by_task[holder] = held.max(by_task[holder]);
                 }
             }
-            by_lock = by_lock.saturating_add(of_lock);
+            for ((by_lock, _), of_lock) in sums.iter_mut().zip(of_lock) {
+                *by_lock = by_lock.saturating_add(of_lock);
+            }
         }
-        Ok(by_task.into_iter().fold(0, u64::saturating_add).min(by_lock).saturating_add(ceilings))
+        let [all, in_background] =
+            sums.map(|(by_lock, by_task)| by_task.into_iter().fold(0, u64::saturating_add).min(by_lock));
+        Ok((all.saturating_add(ceilings), in_background))
     }
 
     /// Whether others preempt `holder` while `task` waits for its lock without a protocol.

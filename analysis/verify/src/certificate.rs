@@ -45,6 +45,9 @@ pub(crate) struct Task {
     pub(crate) jitter: u64,
     pub(crate) burst: u64,
     pub(crate) sporadic: bool,
+    /// Whether it stands for real-time throttling: meanwhile, the background may take locks.
+    #[serde(default)]
+    pub(crate) throttling: bool,
     pub(crate) thread: Option<u32>,
     /// None: unknown, so any.
     pub(crate) cpus: Option<Vec<u32>>,

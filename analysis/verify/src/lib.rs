@@ -111,7 +111,7 @@ fn check_claim(tasks: &Tasks<'_>, claim: &Claim) -> Check<()> {
     if of.task.cpus.is_none() || of.rank == u64::MAX {
         return Err("its CPUs or its priority are unknown".to_owned());
     }
-    let blocking = of.blocking.clone()?;
+    let (blocking, _) = of.blocking.clone()?;
     if blocking > claim.blocking {
         return Err(format!("lower priorities block it for {blocking} ns, not {}", claim.blocking));
     }

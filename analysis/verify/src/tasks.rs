@@ -26,8 +26,8 @@ pub(crate) struct Member<'c> {
     pub(crate) has_locks: bool,
     /// The tasks of its thread, with itself; only itself without one.
     pub(crate) thread: Vec<usize>,
-    /// B, or why locks leave it without a bound.
-    pub(crate) blocking: Check<u64>,
+    /// B, and the part by the background each time that tasks are throttled; or why locks leave it without a bound.
+    pub(crate) blocking: Check<(u64, u64)>,
 }
 
 pub(crate) struct Tasks<'c> {
@@ -167,7 +167,7 @@ fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>
         has_calls: operations().next().is_some(),
         has_locks: false,
         thread,
-        blocking: Ok(0),
+        blocking: Ok((0, 0)),
     })
 }
 

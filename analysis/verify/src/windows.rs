@@ -82,22 +82,24 @@ impl Window<'_, '_> {
     }
 
     /// B once, and once more for each wait in the window, in which another job may take a lock; and for each further job, if a
-    /// task may run on another CPU meanwhile.
+    /// task may run on another CPU meanwhile. The part by the background once more for each throttling.
     fn blocking(&self, job: u64, end: u64) -> Check<u128> {
-        let blocking = self.of.blocking.clone()?;
+        let (blocking, in_background) = self.of.blocking.clone()?;
         if blocking == 0 {
             return Ok(0);
         }
-        let mut times = 1u128;
+        let (mut times, mut throttled) = (1u128, 0u128);
         for &index in &self.everyone {
             let jobs = if index == self.claim.task { job } else { self.jobs(index, end)? };
-            let waits = self.tasks.all[index].waits;
-            times = times.saturating_add(u128::from(jobs).saturating_mul(waits.into()));
+            let of = &self.tasks.all[index];
+            times = times.saturating_add(u128::from(jobs).saturating_mul(of.waits.into()));
+            throttled = throttled.saturating_add(if of.task.throttling { jobs.into() } else { 0 });
         }
         if !self.everyone.iter().all(|it| self.tasks.all[*it].is_pinned()) {
             times = times.saturating_add((job - 1).into());
         }
-        Ok(times.saturating_mul(blocking.into()))
+        let by_throttling = throttled.saturating_mul(in_background.into());
+        Ok(times.saturating_mul(blocking.into()).saturating_add(by_throttling))
     }
 
     /// The most releases of a task in the first `end`.

@@ -107,6 +107,9 @@ impl<'a> Reader<'a> {
         let lock =
             |entry: &LockEntry| self.lock(entry, &indices).map_err(|error| error.of("lock", &entry.name));
         read.locks = self.set.lock.iter().map(lock).collect::<Result<_>>()?;
+        let tasks = (0..).zip(&self.set.task);
+        let refused = tasks.filter(|(_, entry)| self.has_reason(entry, self.method));
+        refused.for_each(|(task, _)| read.refuse(task));
         Ok(read)
     }
 

@@ -160,7 +160,7 @@ fn a_task_of_unknown_demand_has_no_bound() {
 }
 
 fn served(provider: usize, client: usize, time: u64) -> Served {
-    Served { provider, client, sends: 1, time }
+    Served { provider, client, sends: 1, time, wait: 0 }
 }
 
 #[test]
@@ -309,4 +309,30 @@ fn a_task_in_the_background_that_holds_a_lock() {
     let system = system.sharing(Protocol::None, &users);
     assert_eq!(system.bounds(Method::Exact), [None; 3]);
     assert_eq!(greatest_responses(&system)[0], 6);
+}
+
+/// While the second task is throttled, that in the background takes the lock again, which it had already left once.
+#[test]
+fn the_background_takes_a_lock_while_tasks_are_throttled() {
+    let tasks = vec![simple(2, 20, 3), simple(0, 20, 2).background(), simple(9, 20, 3).throttling()];
+    for protocol in [Protocol::Inheritance, Protocol::Ceiling] {
+        let system = System::new(tasks.clone()).sharing(protocol, &[(0, 1), (1, 2)]);
+        // 3 of its own, 3 throttled, and the lock twice.
+        assert_eq!(system.bounds(Method::Exact), [Some(10), None, Some(3)]);
+        assert_eq!(greatest_responses(&system)[0], 10);
+    }
+}
+
+/// From the first lock to the second: each is held for at most 4 until the job has left both, and 6 together.
+#[test]
+fn ceilings_from_hand_to_hand() {
+    let nested = Task { nests: true, ..simple(1, 20, 6) };
+    let users = [(0, 1), (1, 4)];
+    let of = |task: Task| {
+        let system = System::new(vec![simple(2, 20, 2), task]);
+        system.sharing(Protocol::Ceiling, &users).sharing(Protocol::Ceiling, &users)
+    };
+    assert_eq!(of(nested.clone()).bounds(Method::Exact), [Some(6), Some(8)]);
+    check(&of(nested), &[6, 8]);
+    check(&of(simple(1, 20, 6)), &[6, 8]);
 }

@@ -47,6 +47,14 @@ enum Kind {
     LocksAndWaits,
     /// Two or three CPUs, with locks that are mostly used on one of them, and sometimes waits.
     LocksOnSeveralCpus,
+    /// One CPU, with ceilings that jobs take within each other, sometimes with waits, release jitter or a thread.
+    Nested,
+    /// One CPU or two, with a task of unknown demand, mostly with a lock: it waits within it, and holds it for long.
+    Refused,
+    /// One CPU, or two, throttled, with tasks in the background, and locks or waits.
+    Throttled,
+    /// One CPU or two, with operations, and locks or waits, sometimes with throttling or a task of unknown demand.
+    CallsWithMore(Calls),
     /// One CPU, with a thread of several tasks, sometimes with release jitter or offsets.
     Threads,
     /// One to three CPUs, with a thread of several tasks, and operations, waits or locks.
@@ -63,7 +71,7 @@ enum Kind {
 
 /// Returns a system of one of all kinds.
 pub(crate) fn system_of_any_kind(random: &mut Random) -> System {
-    const KINDS: [Kind; 22] = [
+    const KINDS: [Kind; 26] = [
         Kind::OneCpu(2),
         Kind::OneCpu(4),
         Kind::Paths,
@@ -80,6 +88,10 @@ pub(crate) fn system_of_any_kind(random: &mut Random) -> System {
         Kind::Locks,
         Kind::LocksAndWaits,
         Kind::LocksOnSeveralCpus,
+        Kind::Nested,
+        Kind::Refused,
+        Kind::Throttled,
+        Kind::CallsWithMore(Calls::BetweenPeriods),
         Kind::Threads,
         Kind::ThreadsWithMore,
         Kind::Sporadic,
@@ -307,6 +319,82 @@ impl Random {
                 }
                 system
             }
+            Kind::Nested => {
+                let tasks = self.within(2, 3);
+                let mut system = self.tasks(tasks, 1, 2);
+                match self.below(3) {
+                    0 => self.wait(&mut system),
+                    1 => self.delay_releases(&mut system),
+                    _ => {}
+                }
+                self.share_ceilings(&mut system, tasks);
+                if self.one_in(4) {
+                    self.join(&mut system);
+                }
+                system
+            }
+            Kind::Refused => {
+                let tasks = self.within(2, 3);
+                let mut system = self.tasks(tasks, 1, 1);
+                if self.one_in(3) {
+                    self.place(&mut system, 2);
+                }
+                match self.below(3) {
+                    0 => self.share_ceilings(&mut system, tasks),
+                    _ => self.share(&mut system, tasks),
+                }
+                if self.one_in(3) {
+                    self.wait(&mut system);
+                }
+                let unknown = self.below(tasks) as usize;
+                // Mostly of the least priority, and sometimes without the first lock: then others have bounds.
+                if self.one_in(2) {
+                    system.locks[0].users.retain(|(user, _)| *user != unknown);
+                }
+                let task = &mut system.tasks[unknown];
+                (task.is_unknown, task.nests) = (true, false);
+                task.priority = if self.one_in(6) { task.priority } else { 0 };
+                task.is_background = task.priority == 0 && self.one_in(2);
+                (task.waits, task.times) = (vec![self.within(1, 6); task.edges.len()], Some(1));
+                task.edges.iter_mut().for_each(|edge| edge.2 = edge.2.min(3));
+                self.raise_above_background(&mut system);
+                system
+            }
+            Kind::Throttled => {
+                let tasks = self.within(2, 3);
+                let mut system = self.tasks(tasks, 1, 1);
+                if self.one_in(6) {
+                    self.place(&mut system, 2);
+                    system.tasks.iter_mut().filter(|it| it.cpus == 3).for_each(|it| it.cpus = 1);
+                }
+                match self.below(4) {
+                    0 => self.share_ceilings(&mut system, tasks),
+                    1 => self.wait(&mut system),
+                    _ => self.share(&mut system, tasks),
+                }
+                if self.one_in(6) {
+                    self.wait(&mut system);
+                }
+                self.throttle(&mut system);
+                system
+            }
+            Kind::CallsWithMore(calls) => {
+                let tasks = self.within(2, 3);
+                let mut system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
+                if self.one_in(4) {
+                    self.place(&mut system, 2);
+                }
+                let mut served = self.served(tasks);
+                match self.below(3) {
+                    0 => (served.time, served.wait) = (served.time + 1, 1),
+                    1 => self.wait(&mut system),
+                    _ => self.share(&mut system, tasks),
+                }
+                if self.one_in(6) && tasks == 2 && system.tasks.iter().all(|it| it.cpus == 1) {
+                    self.throttle(&mut system);
+                }
+                system.serving(calls, &[served])
+            }
             Kind::Threads => {
                 let tasks = self.within(2, 4);
                 let mut system = self.tasks(tasks, 1, if tasks == 4 { 1 } else { 2 });
@@ -471,6 +559,51 @@ impl Random {
         }
     }
 
+    /// Adds two ceilings that most users take within each other. A job may hold each until it has left both.
+    fn share_ceilings(&mut self, system: &mut System, tasks: u64) {
+        system.locks.clear();
+        while system.locks.len() < LOCKS {
+            self.share(system, tasks);
+        }
+        system.locks.truncate(LOCKS);
+        system.locks.iter_mut().for_each(|lock| lock.protocol = Protocol::Ceiling);
+        let is_on_one_cpu = system.is_on_one_cpu();
+        let may_wait = |system: &System, place: usize| {
+            let locks = system.locks.iter().filter(|lock| lock.users.iter().any(|(user, _)| *user == place));
+            // While real-time tasks are throttled, another in the background may have the second lock.
+            locks.count() == LOCKS
+        };
+        for place in 0..system.tasks.len() {
+            system.tasks[place].nests = is_on_one_cpu && may_wait(system, place) && !self.one_in(4);
+        }
+    }
+
+    /// Tasks of the least priority are in the background, where one is: others have a greater priority.
+    fn raise_above_background(&mut self, system: &mut System) {
+        if system.tasks.iter().any(|task| task.is_background) {
+            let real_time = system.tasks.iter_mut().filter(|task| !task.is_background);
+            real_time.for_each(|task| task.priority = task.priority.max(1));
+        }
+    }
+
+    /// Adds throttling of the first CPU, and lets tasks of the least priority be in the background.
+    fn throttle(&mut self, system: &mut System) {
+        for task in &mut system.tasks {
+            task.is_background = task.priority == 0 || self.one_in(3);
+            task.priority = if task.is_background { 0 } else { task.priority };
+        }
+        self.raise_above_background(system);
+        // See `TakenWhileThrottled` in the crate `wcrt`.
+        let in_background: Vec<usize> =
+            (0..system.tasks.len()).filter(|&place| system.tasks[place].is_background).collect();
+        let users = || system.locks.iter().flat_map(|lock| &lock.users);
+        if users().any(|(user, _)| in_background.contains(user)) {
+            system.tasks.iter_mut().for_each(|task| task.nests = false);
+        }
+        let (time, period) = (self.within(1, 3), self.within(6, 12));
+        system.tasks.push(simple(9, period, time).throttling());
+    }
+
     /// Gives most tasks an offset, and a period that has a common divisor with those of the others.
     fn synchronise(&mut self, system: &mut System) {
         for task in &mut system.tasks {
@@ -503,6 +636,7 @@ impl Random {
             client: client as usize,
             sends,
             time: if self.one_in(3) { 2 } else { 1 },
+            wait: 0,
         }
     }
 }
@@ -668,7 +802,11 @@ pub(crate) fn systems_or(number: u64) -> u64 {
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
     let is_larger = matches!(
         kind,
-        Kind::Threads
+        Kind::Nested
+            | Kind::Refused
+            | Kind::Throttled
+            | Kind::CallsWithMore(_)
+            | Kind::Threads
             | Kind::ThreadsWithMore
             | Kind::Sporadic
             | Kind::SporadicWithMore
@@ -682,7 +820,7 @@ fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
         if totals.explored == systems {
             break;
         }
-        assert!(tried < 30 * systems, "too few systems can be explored: {totals}");
+        assert!(tried < 50 * systems, "too few systems can be explored: {totals}");
         let system = random.system(kind);
         let bounds = system.all_bounds();
         bounds.check_order(&system);
@@ -843,6 +981,31 @@ fn no_schedule_with_locks_on_several_cpus_is_above_a_bound() {
     let totals = explore_random_systems(Kind::LocksOnSeveralCpus, 18);
     check_locks(&totals);
     assert!(totals.attained[3] * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_nested_ceilings_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Nested, 26);
+    assert!(totals.with_blocking[0] * 5 > totals.bounds && totals.attained[3] * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_a_refused_task_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Refused, 27);
+    assert!(totals.refused * 5 > totals.explored && totals.attained[3] * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_throttling_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Throttled, 28);
+    assert!(totals.with_blocking[0] * 10 > totals.bounds && totals.attained[3] * 3 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_calls_that_wait_or_lock_is_above_a_bound() {
+    let next = explore_random_systems(Kind::CallsWithMore(Calls::AtNextPeriod), 29);
+    let between = explore_random_systems(Kind::CallsWithMore(Calls::BetweenPeriods), 30);
+    assert!(next.with_blocking[0] * 10 > next.bounds && between.attained[3] * 10 > between.bounds);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Every schedule of a small system with waits and locks, one nanosecond after the other.
+//! Every schedule of a small system with waits, locks or throttling, one nanosecond after the other.
 //!
 //! At each instant, before the nanosecond that follows, tasks take *steps* that take no time, in any order: jobs are released, a
 //! job that waits ends its wait, and a job that has a CPU begins, begins to wait, or takes a lock. So the releases of one instant
@@ -9,6 +9,13 @@
 //!   it waits or ends. If another job has the lock, it is blocked until that leaves it; whoever has a CPU then is the next to take
 //!   it.
 //! - A job that has a lock has the priority that the protocol gives it. Jobs of equal priority take turns in any way.
+//! - A job that *nests* takes a second lock before it leaves the first, and leaves them in any order. Then no job of equal priority
+//!   preempts one that has a ceiling, as under SCHED_FIFO.
+//! - A task of unknown demand waits within its locks, and holds them for as long as its job lasts.
+//! - While a task of throttling has a job, no real-time task executes on its CPU, and the background does. A job of the background with
+//!   a lock that gives it a real-time priority may execute then or not.
+//! - A job sends calls at any instant at which it has a CPU. The provider executes them before the edge of its next job, or between two
+//!   jobs, and takes locks and waits meanwhile as in a job.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
@@ -16,9 +23,9 @@ use std::fmt::Write;
 use mauve_timing::Protocol;
 use rustc_hash::FxHashMap;
 
-use super::explore::{MOST_UNENDED, Outcome, Seen, TASKS};
+use super::explore::{MOST_UNENDED, OPERATIONS, Outcome, Seen, TASKS};
 use super::scheduler::Scheduler;
-use super::system::System;
+use super::system::{Calls, System};
 
 /// A system with more states than this is dropped.
 pub(crate) const MOST_STATES: usize = 40_000;
@@ -34,12 +41,8 @@ enum Status {
     /// No job has begun.
     #[default]
     Idle,
-    /// Begun, without a lock.
     Ready,
     Waiting,
-    /// It takes this lock as soon as it has a CPU and the lock is free.
-    Wants(u8),
-    Holds(u8),
 }
 
 #[derive(Clone, Copy, PartialEq, Default)]
@@ -58,22 +61,21 @@ struct TaskState {
     wait: u8,
     /// How often it may still wait, or [`ANY_NUMBER`]. 2 bits.
     times: u8,
-    /// 3 bits.
+    /// 2 bits.
     status: Status,
-    /// For how long it may still hold its lock. 4 bits.
+    /// The locks that it has, a bit for each.
+    locks: u8,
+    /// 1 more than the lock that it takes as soon as it has a CPU and the lock is free; 0 for none. 2 bits.
+    wants: u8,
+    /// For how long it may still hold its locks. 4 bits.
     hold: u8,
+    /// Whether it is a call, executed between two jobs. Only in systems with operations.
+    is_call: bool,
 }
 
 impl TaskState {
     /// `None` if a counter is too great.
     fn pack(&self) -> Option<u128> {
-        let status = match self.status {
-            Status::Idle => 0,
-            Status::Ready => 1,
-            Status::Waiting => 2,
-            Status::Wants(lock) => 3 + lock,
-            Status::Holds(lock) => 5 + lock,
-        };
         let parts = [
             (self.to_release, 5),
             (self.machine, 2),
@@ -82,7 +84,9 @@ impl TaskState {
             (self.remaining, 5),
             (self.wait, 4),
             (self.times, 2),
-            (status, 3),
+            (self.status as u8, 2),
+            (self.locks, LOCKS as u32),
+            (self.wants, 2),
             (self.hold, 4),
         ];
         let packed =
@@ -96,30 +100,71 @@ impl TaskState {
             packed >>= bits;
             part
         };
-        let (hold, status, times, wait, remaining) = (part(4), part(3), part(2), part(4), part(5));
+        let (hold, wants, locks, status) = (part(4), part(2), part(LOCKS as u32), part(2));
+        let (times, wait, remaining) = (part(2), part(4), part(5));
         let (is_released, jobs, machine, to_release) = (part(1) == 1, part(3), part(2), part(5));
-        let status = match status {
-            0 => Status::Idle,
-            1 => Status::Ready,
-            2 => Status::Waiting,
-            3 | 4 => Status::Wants(status - 3),
-            _ => Status::Holds(status - 5),
-        };
-        TaskState { to_release, machine, jobs, is_released, remaining, wait, times, status, hold }
+        let status = [Status::Idle, Status::Ready, Status::Waiting][usize::from(status)];
+        TaskState {
+            to_release,
+            machine,
+            jobs,
+            is_released,
+            remaining,
+            wait,
+            times,
+            status,
+            locks,
+            wants,
+            hold,
+            is_call: false,
+        }
     }
 }
 
 /// The bits of a task in a packed state.
-const BITS: u32 = 29;
+const BITS: u32 = 32;
 
-type State = [TaskState; TASKS];
+#[derive(Clone, Copy, PartialEq, Default)]
+struct State {
+    tasks: [TaskState; TASKS],
+    /// For each operation, the calls that wait, 3 bits, and those that the job of the client may still send, 2 bits.
+    calls: [(u8, u8); OPERATIONS],
+}
 
-fn unpack(packed: u128, tasks: usize) -> State {
-    let mut state = State::default();
-    for (place, now) in state[..tasks].iter_mut().enumerate() {
-        *now = TaskState::unpack(packed >> (BITS * place as u32) & ((1 << BITS) - 1));
+impl State {
+    fn pack(&self, system: &System) -> Option<u128> {
+        let operations = system.operations.len();
+        let mut packed = 0;
+        for now in self.tasks[..system.tasks.len()].iter().rev() {
+            packed = packed << BITS | now.pack()?;
+            if operations > 0 {
+                packed = packed << 1 | u128::from(now.is_call);
+            }
+        }
+        for &(waiting, unsent) in self.calls[..operations].iter().rev() {
+            if waiting >= 8 || unsent >= 4 {
+                return None;
+            }
+            packed = packed << 5 | u128::from(waiting << 2 | unsent);
+        }
+        Some(packed)
     }
-    state
+
+    fn unpack(mut packed: u128, system: &System) -> State {
+        let operations = system.operations.len();
+        let mut state = State::default();
+        for calls in &mut state.calls[..operations] {
+            *calls = (packed as u8 >> 2 & 7, packed as u8 & 3);
+            packed >>= 5;
+        }
+        for now in &mut state.tasks[..system.tasks.len()] {
+            let is_call = operations > 0 && packed & 1 == 1;
+            packed >>= u32::from(operations > 0);
+            *now = TaskState { is_call, ..TaskState::unpack(packed & ((1 << BITS) - 1)) };
+            packed = packed.checked_shr(BITS).unwrap_or(0);
+        }
+        state
+    }
 }
 
 /// As [`super::explore::explore`].
@@ -136,18 +181,23 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
     let mut states = Vec::new();
     let mut last = exploration.expanded;
     while let Some(packed) = last {
-        states.push(unpack(packed, system.tasks.len()));
+        states.push(State::unpack(packed, system));
         last = exploration.before.as_ref().and_then(|before| before.get(&packed).copied());
     }
     let mut text = format!("{outcome:?} in the nanosecond after the last of these states:\n");
     for state in states.iter().rev() {
-        for now in &state[..system.tasks.len()] {
+        for now in &state.tasks[..system.tasks.len()] {
             let late = if now.jobs > 0 && !now.is_released { " (late)" } else { "" };
             let _ = write!(text, " | release in {}, {} jobs{late}", now.to_release, now.jobs);
             if now.status != Status::Idle {
-                let TaskState { status, hold, remaining, wait, .. } = now;
-                let _ = write!(text, ", {status:?} for {hold}, {remaining} to execute, {wait} to wait");
+                let TaskState { status, locks, wants, hold, remaining, wait, is_call, .. } = now;
+                let _ = write!(text, ", {status:?}, {remaining} to execute, {wait} to wait");
+                let _ = write!(text, ", locks {locks:b} for {hold}, wants {wants}");
+                text.push_str(if *is_call { ", a call" } else { "" });
             }
+        }
+        for (waiting, unsent) in &state.calls[..system.operations.len()] {
+            let _ = write!(text, " | {waiting} calls wait, {unsent} to send");
         }
         text.push('\n');
     }
@@ -172,6 +222,11 @@ struct ExploredTask {
     successors: Vec<Vec<Edge>>,
     /// For each lock, how long it is held; 0 for those that it does not take.
     held: [u8; LOCKS],
+    nests: bool,
+    is_unknown: bool,
+    is_background: bool,
+    /// Where it is throttling: its CPU.
+    throttles: Option<u64>,
 }
 
 struct Exploration<'a> {
@@ -196,7 +251,9 @@ struct Exploration<'a> {
 
 impl<'a> Exploration<'a> {
     fn new(system: &'a System, limits: &[Option<u64>]) -> Exploration<'a> {
-        assert!(system.tasks.len() <= TASKS && system.locks.len() <= LOCKS && system.operations.is_empty());
+        let bits = system.tasks.len() as u32 * (BITS + u32::from(!system.operations.is_empty()));
+        assert!(system.tasks.len() <= TASKS && system.locks.len() <= LOCKS);
+        assert!(system.operations.len() <= OPERATIONS && bits + 5 * system.operations.len() as u32 <= 128);
         let small = |number: u64| u8::try_from(number).unwrap();
         let explored = system.tasks.iter().zip(limits).enumerate().map(|(index, (task, &limit))| {
             let mut successors: Vec<Vec<Edge>> = (0..task.states()).map(|_| Vec::new()).collect();
@@ -214,7 +271,19 @@ impl<'a> Exploration<'a> {
             let (priority, period) = (task.priority, small(task.period));
             assert_eq!(task.burst, None);
             let jitter = if system.is_first_of_thread(index) { task.jitter } else { 0 };
-            ExploredTask { priority, period, jitter, limit, times, successors, held }
+            ExploredTask {
+                priority,
+                period,
+                jitter,
+                limit,
+                times,
+                successors,
+                held,
+                nests: task.nests,
+                is_unknown: task.is_unknown,
+                is_background: task.is_background,
+                throttles: task.is_throttling.then_some(task.cpus),
+            }
         });
         let locks = system.locks.iter().map(|lock| {
             let priorities = lock.users.iter().map(|&(user, _)| system.tasks[user].priority);
@@ -269,7 +338,7 @@ impl<'a> Exploration<'a> {
             let next = if self.before.is_some() { self.open.pop_front() } else { self.open.pop_back() };
             let Some(packed) = next else { return Ok(()) };
             self.expanded = Some(packed);
-            let state = unpack(packed, self.tasks.len());
+            let state = State::unpack(packed, self.system);
             self.next.clear();
             self.steps(&state);
             self.nanosecond(&state)?;
@@ -290,11 +359,11 @@ impl<'a> Exploration<'a> {
                 continue;
             }
             let thread = self.threads.iter().find(|thread| thread.contains(&place)).unwrap();
-            if thread[0] != place && state[thread[0]].to_release != to_release {
+            if thread[0] != place && state.tasks[thread[0]].to_release != to_release {
                 continue;
             }
             for machine in 0..states {
-                state[place] = TaskState { to_release, machine, ..TaskState::default() };
+                state.tasks[place] = TaskState { to_release, machine, ..TaskState::default() };
                 self.start(state, place + 1, now)?;
             }
         }
@@ -302,10 +371,7 @@ impl<'a> Exploration<'a> {
     }
 
     fn reach(&mut self, state: &State) -> Result<(), Outcome> {
-        let mut packed = 0;
-        for (place, now) in state[..self.tasks.len()].iter().enumerate() {
-            packed |= now.pack().ok_or(Outcome::TooLarge)? << (BITS * place as u32);
-        }
+        let packed = state.pack(self.system).ok_or(Outcome::TooLarge)?;
         if self.seen.insert(packed) {
             if self.seen.count > self.most_states {
                 return Err(Outcome::TooManyStates);
@@ -321,64 +387,140 @@ impl<'a> Exploration<'a> {
     /// Adds the states after each step that takes no time.
     fn steps(&mut self, state: &State) {
         let has_cpu = self.choices(state).iter().fold(0, |all, executing| all | executing);
+        let mut next = std::mem::take(&mut self.next);
         for (place, task) in self.tasks.iter().enumerate() {
-            let now = &state[place];
-            let mut reach = |changed: TaskState| {
+            let now = &state.tasks[place];
+            let with = |changed: TaskState| {
                 let mut state = *state;
-                state[place] = changed;
-                self.next.push(state);
+                state.tasks[place] = changed;
+                state
             };
             if now.to_release == 0 {
                 let is_counted = task.limit.is_some() || now.jobs < MOST_UNENDED;
                 let jobs = now.jobs + u8::from(is_counted);
-                reach(TaskState { to_release: task.period, jobs, ..*now }.released(task));
+                next.push(with(TaskState { to_release: task.period, jobs, ..*now }.released(task)));
                 // Nominally, it was released before anything else that it does.
                 continue;
             }
             if now.jobs > 0 && !now.is_released {
-                reach(TaskState { is_released: true, ..*now });
+                next.push(with(TaskState { is_released: true, ..*now }));
             }
-            if now.status == Status::Waiting {
-                let ready = now.ready();
-                match now.remaining {
-                    0 => {
-                        let greatest = &mut self.greatest[place];
-                        *greatest = age(now, task).max(*greatest);
-                        reach(ready.ended(task));
-                    }
-                    _ => reach(ready),
+            if now.status == Status::Waiting && now.remaining > 0 {
+                next.push(with(now.ready()));
+            } else if now.status == Status::Waiting {
+                if !now.is_call {
+                    self.greatest[place] = age(now, task).max(self.greatest[place]);
                 }
+                next.extend(self.ends(state, place, now.ready()));
             }
-            if has_cpu >> place & 1 == 0 {
+            if has_cpu >> place & 1 == 0 || now.status == Status::Waiting {
                 continue;
             }
-            let lock = |lock: u8| TaskState {
-                status: Status::Holds(lock),
-                hold: task.held[usize::from(lock)],
-                ..*now
+            if now.status == Status::Idle {
+                next.extend(self.begins(state, place));
+                continue;
+            }
+            if now.wants == 0 {
+                let may_wait = now.locks == 0 || task.is_unknown;
+                next.extend(now.waiting().filter(|_| may_wait).map(with));
+                next.extend(self.sends(state, place));
+            }
+            let may_take = now.wants > 0 || now.locks == 0 || task.nests;
+            let is_wanted = |lock: &u8| match now.wants {
+                0 => task.held[usize::from(*lock)] > 0 && now.locks >> *lock & 1 == 0,
+                wanted => wanted == lock + 1,
             };
-            let is_taken = |lock: u8| state.iter().any(|other| other.status == Status::Holds(lock));
-            match now.status {
-                Status::Idle => {
-                    for edge in &task.successors[usize::from(now.machine)] {
-                        let (machine, remaining, wait) = (edge.target, edge.cost, edge.wait);
-                        let times = if wait == 0 { 0 } else { task.times };
-                        reach(TaskState { machine, remaining, wait, times, status: Status::Ready, ..*now });
-                    }
+            for lock in (0..LOCKS as u8).filter(|lock| may_take && is_wanted(lock)) {
+                let held = task.held[usize::from(lock)];
+                let hold = if now.locks == 0 { held } else { held.min(now.hold) };
+                let (locks, wants) = (now.locks | 1 << lock, lock + 1);
+                match is_taken(state, lock) {
+                    true if now.wants == 0 => next.push(with(TaskState { wants, ..*now })),
+                    true => {}
+                    false => next.push(with(TaskState { locks, wants: 0, hold, ..*now })),
                 }
-                Status::Ready => {
-                    now.waiting().into_iter().for_each(&mut reach);
-                    for wanted in (0..LOCKS as u8).filter(|&it| task.held[usize::from(it)] > 0) {
-                        match is_taken(wanted) {
-                            true => reach(TaskState { status: Status::Wants(wanted), ..*now }),
-                            false => reach(lock(wanted)),
-                        }
-                    }
-                }
-                Status::Wants(wanted) => reach(lock(wanted)),
-                Status::Holds(_) | Status::Waiting => {}
             }
         }
+        self.next = next;
+    }
+
+    /// Returns the states after the job or a call of an idle task that has a CPU begins.
+    fn begins(&self, state: &State, place: usize) -> Vec<State> {
+        let (task, now, status) = (&self.tasks[place], &state.tasks[place], Status::Ready);
+        let operations = || self.system.operations.iter().enumerate();
+        let mut next = Vec::new();
+        for edge in &task.successors[usize::from(now.machine)] {
+            if !now.is_released || !self.is_turn(state, place) {
+                break;
+            }
+            let mut after = *state;
+            let (mut remaining, mut wait, machine) = (edge.cost, edge.wait, edge.target);
+            for (operation, served) in operations() {
+                let (waiting, unsent) = &mut after.calls[operation];
+                if served.client == place {
+                    *unsent = served.sends as u8;
+                }
+                if served.provider == place {
+                    remaining += *waiting * (served.time - served.wait) as u8;
+                    wait += *waiting * served.wait as u8;
+                    *waiting = 0;
+                }
+            }
+            let times = if wait > edge.wait { ANY_NUMBER } else { task.times };
+            let times = if wait == 0 { 0 } else { times };
+            after.tasks[place] = TaskState { machine, remaining, wait, times, status, ..*now };
+            next.push(after);
+        }
+        for (operation, served) in operations() {
+            if served.provider == place && self.has_call_between_jobs(state, place, operation) {
+                let mut after = *state;
+                after.calls[operation].0 -= 1;
+                let (remaining, wait) = ((served.time - served.wait) as u8, served.wait as u8);
+                let times = if wait == 0 { 0 } else { ANY_NUMBER };
+                after.tasks[place] = TaskState { remaining, wait, times, status, is_call: true, ..*now };
+                next.push(after);
+            }
+        }
+        next
+    }
+
+    fn has_call_between_jobs(&self, state: &State, place: usize, operation: usize) -> bool {
+        let thread = self.threads.iter().find(|thread| thread.contains(&place)).unwrap();
+        self.system.calls == Calls::BetweenPeriods
+            && state.calls[operation].0 > 0
+            && thread.iter().all(|&mate| state.tasks[mate].status == Status::Idle)
+    }
+
+    /// Returns the states after the job of `place` sends one more call.
+    fn sends(&self, state: &State, place: usize) -> Vec<State> {
+        let mut after = Vec::new();
+        for (operation, served) in self.system.operations.iter().enumerate() {
+            let may_send = served.client == place && !state.tasks[place].is_call;
+            if may_send && state.calls[operation].1 > 0 {
+                let mut state = *state;
+                state.calls[operation].0 += 1;
+                state.calls[operation].1 -= 1;
+                after.push(state);
+            }
+        }
+        after
+    }
+
+    /// Returns the states after the job or call of `place` ends, which was `last`: before, the job may send its calls.
+    fn ends(&self, state: &State, place: usize, last: TaskState) -> Vec<State> {
+        let mut open = vec![*state];
+        let mut after: Vec<State> = Vec::new();
+        while let Some(mut state) = open.pop() {
+            open.extend(self.sends(&state, place));
+            for (operation, served) in self.system.operations.iter().enumerate() {
+                if served.client == place && !last.is_call {
+                    state.calls[operation].1 = 0;
+                }
+            }
+            state.tasks[place] = last.ended(&self.tasks[place]);
+            after.push(state);
+        }
+        after
     }
 
     /// Whether a task may begin its next job, in the order of its thread.
@@ -386,8 +528,10 @@ impl<'a> Exploration<'a> {
         let is_it = |thread: &&Vec<usize>| thread.len() > 1 && thread.contains(&task);
         let Some(thread) = self.threads.iter().find(is_it) else { return true };
         // With those that are due at this instant.
-        let jobs = |place: usize| state[thread[place]].jobs + u8::from(state[thread[place]].to_release == 0);
-        let is_free = thread.iter().all(|&mate| state[mate].status == Status::Idle);
+        let jobs = |place: usize| {
+            state.tasks[thread[place]].jobs + u8::from(state.tasks[thread[place]].to_release == 0)
+        };
+        let is_free = thread.iter().all(|&mate| state.tasks[mate].status == Status::Idle);
         let is_next = match thread.iter().position(|&it| it == task).unwrap() {
             0 => jobs(0) == jobs(thread.len() - 1),
             place => jobs(place - 1) < jobs(place),
@@ -396,65 +540,92 @@ impl<'a> Exploration<'a> {
     }
 
     /// Returns the sets of tasks that may execute, by the priorities that the tasks have.
-    fn choices(&mut self, state: &State) -> &[u8] {
-        let mut ready = 0u8;
+    fn choices(&mut self, state: &State) -> Vec<u8> {
+        let throttling = |(task, now): (&ExploredTask, &TaskState)| {
+            let is_active = now.status != Status::Idle || now.is_released;
+            task.throttles.filter(|_| is_active)
+        };
+        let all = || self.tasks.iter().zip(&state.tasks);
+        let throttled = all().filter_map(throttling).fold(0, |all, cpu| all | cpu);
+        let (mut ready, mut woken, mut throttles) = (0u8, 0u8, 0u8);
         let mut priorities = [0; TASKS];
+        let any_nests = self.tasks.iter().any(|task| task.nests);
         for (place, task) in self.tasks.iter().enumerate() {
-            let is_ready = match state[place].status {
-                Status::Idle => state[place].is_released && self.is_turn(state, place),
-                Status::Ready | Status::Holds(_) => true,
-                Status::Wants(lock) => !state.iter().any(|other| other.status == Status::Holds(lock)),
+            let now = &state.tasks[place];
+            let has_call = || {
+                let mut operations = self.system.operations.iter().enumerate();
+                operations.any(|(operation, served)| {
+                    served.provider == place && self.has_call_between_jobs(state, place, operation)
+                })
+            };
+            let is_ready = match now.status {
+                Status::Idle => now.is_released && self.is_turn(state, place) || has_call(),
+                Status::Ready => now.wants == 0 || !is_taken(state, now.wants - 1),
                 Status::Waiting => false,
             };
-            ready |= u8::from(is_ready) << place;
-            let of_lock = match state[place].status {
-                Status::Holds(lock) => match self.locks[usize::from(lock)] {
-                    (Protocol::Ceiling, ceiling) => ceiling,
-                    (Protocol::Inheritance, _) => {
-                        let others = self.tasks.iter().zip(state);
-                        let blocked = others.filter(|(_, other)| other.status == Status::Wants(lock));
-                        blocked.map(|(other, _)| other.priority).max().unwrap_or(0)
+            let mut priority = 2 * task.priority;
+            for (lock, (protocol, ceiling)) in self.locks.iter().enumerate() {
+                let of_lock = match protocol {
+                    _ if now.locks >> lock & 1 == 0 => 0,
+                    // Where jobs nest, no job of equal priority preempts it.
+                    Protocol::Ceiling => 2 * ceiling + u32::from(any_nests),
+                    Protocol::Inheritance => {
+                        let blocked = all().filter(|(_, other)| usize::from(other.wants) == lock + 1);
+                        blocked.map(|(other, _)| 2 * other.priority).max().unwrap_or(0)
                     }
-                    (Protocol::None, _) => 0,
-                },
-                _ => 0,
-            };
-            priorities[place] = task.priority.max(of_lock);
+                    Protocol::None => 0,
+                };
+                priority = priority.max(of_lock);
+            }
+            priorities[place] = priority;
+            let is_throttled = self.system.tasks[place].cpus & throttled != 0;
+            match (task.throttles, is_throttled && is_ready) {
+                (Some(_), _) => throttles |= u8::from(is_ready) << place,
+                (None, false) => ready |= u8::from(is_ready) << place,
+                (None, true) if task.is_background && priority == 2 * task.priority => ready |= 1 << place,
+                (None, true) => woken |= u8::from(task.is_background) << place,
+            }
         }
+        let system = self.system;
         let scheduler = self.schedulers.entry(priorities).or_insert_with(|| {
-            let mut system = self.system.clone();
+            let mut system = system.clone();
             system.tasks.iter_mut().zip(priorities).for_each(|(task, priority)| task.priority = priority);
             Scheduler::new(&system)
         });
-        scheduler.choices(ready)
+        let mut choices = scheduler.choices(ready).to_vec();
+        if woken > 0 {
+            choices.extend_from_slice(scheduler.choices(ready | woken));
+        }
+        choices.iter_mut().for_each(|choice| *choice |= throttles);
+        choices
     }
 
     /// Adds the states after the next nanosecond, if nothing must happen before.
     fn nanosecond(&mut self, state: &State) -> Result<(), Outcome> {
         for (place, task) in self.tasks.iter().enumerate() {
-            let now = &state[place];
+            let now = &state.tasks[place];
             if now.to_release == 0 || now.jobs > 0 && !now.is_released && age(now, task) >= task.jitter {
                 return Ok(());
             }
         }
-        let choices = self.choices(state).to_vec();
-        for executing in choices {
-            let decides = |place: usize| matches!(state[place].status, Status::Idle | Status::Wants(_));
+        for executing in self.choices(state) {
+            let decides =
+                |place: usize| state.tasks[place].status == Status::Idle || state.tasks[place].wants > 0;
             if (0..self.tasks.len()).any(|place| executing >> place & 1 == 1 && decides(place)) {
                 continue;
             }
             let is_above = |(task, now): (&ExploredTask, &TaskState)| {
                 now.jobs > 0 && task.limit.is_some_and(|limit| age(now, task) >= limit)
             };
-            if let Some(task) = self.tasks.iter().zip(state).position(is_above) {
+            if let Some(task) = self.tasks.iter().zip(&state.tasks).position(is_above) {
                 return Err(Outcome::Above { task });
             }
             let mut after = *state;
-            for (place, now) in after[..self.tasks.len()].iter_mut().enumerate() {
+            for (place, now) in after.tasks[..self.tasks.len()].iter_mut().enumerate() {
                 now.to_release -= 1;
                 if executing >> place & 1 == 1 {
                     now.remaining -= 1;
-                    now.hold -= u8::from(now.hold > 0);
+                    now.hold -= u8::from(now.hold > 0 && !self.tasks[place].is_unknown);
                 }
                 now.wait -= u8::from(now.status == Status::Waiting);
             }
@@ -469,19 +640,26 @@ impl<'a> Exploration<'a> {
             self.next.push(state);
             return;
         };
-        let now = state[place];
+        let now = state.tasks[place];
         let mut after = Vec::with_capacity(4);
         let (mut may_end, has_executed) = (false, executing >> place & 1 == 1);
+        let free = TaskState { status: Status::Ready, locks: 0, hold: 0, ..now };
         if has_executed {
-            let free = TaskState { status: Status::Ready, hold: 0, ..now };
-            may_end = now.remaining == 0 || self.system.jobs_may_end_early;
+            may_end = now.remaining == 0 || self.system.jobs_may_end_early && task.throttles.is_none();
             if now.remaining > 0 {
                 after.push(free);
                 if now.hold > 0 {
                     after.push(now);
+                    // It leaves one of its locks.
+                    let left = (0..LOCKS).map(|lock| now.locks & !(1 << lock));
+                    let left = left.filter(|left| *left > 0 && *left != now.locks);
+                    after.extend(left.map(|locks| TaskState { locks, ..now }));
                 }
             }
             after.extend(free.waiting());
+            if task.is_unknown && now.locks > 0 {
+                after.extend(now.waiting());
+            }
         } else if now.status == Status::Waiting && now.wait == 0 {
             may_end = now.remaining == 0;
             if !may_end {
@@ -491,15 +669,24 @@ impl<'a> Exploration<'a> {
             after.push(now);
         }
         if may_end {
-            self.greatest[place] = self.greatest[place].max(age(&now, task));
-            after.push(now.ended(task));
+            if !now.is_call {
+                self.greatest[place] = self.greatest[place].max(age(&now, task));
+            }
+            for state in self.ends(&state, place, free) {
+                self.continue_from(state, executing, place + 1);
+            }
         }
         for now in after {
             let mut state = state;
-            state[place] = now;
+            state.tasks[place] = now;
             self.continue_from(state, executing, place + 1);
         }
     }
+}
+
+/// Whether a job has this lock.
+fn is_taken(state: &State, lock: u8) -> bool {
+    state.tasks.iter().any(|other| other.locks >> lock & 1 == 1)
 }
 
 impl TaskState {
@@ -517,8 +704,12 @@ impl TaskState {
     }
 
     fn ended(&self, task: &ExploredTask) -> TaskState {
-        let TaskState { to_release, machine, jobs, .. } = *self;
-        TaskState { to_release, machine, jobs: jobs - 1, ..TaskState::default() }.released(task)
+        let TaskState { to_release, machine, jobs, is_released, is_call, .. } = *self;
+        let idle = TaskState { to_release, machine, jobs, ..TaskState::default() };
+        match is_call {
+            true => TaskState { is_released, ..idle },
+            false => TaskState { jobs: jobs - 1, ..idle }.released(task),
+        }
     }
 
     /// A job is released at the end of its jitter, and nominally without.

@@ -36,6 +36,10 @@ pub(crate) struct Task {
     pub(crate) is_unknown: bool,
     /// Whether it is in the background; its priority is 0 then, and greater for all tasks that are not.
     pub(crate) is_background: bool,
+    /// Whether it takes its locks within each other; all of them are ceilings then.
+    pub(crate) nests: bool,
+    /// Whether it is real-time throttling of its CPU: its priority is greater than all others.
+    pub(crate) is_throttling: bool,
 }
 
 impl Task {
@@ -74,6 +78,8 @@ pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Tas
         times: None,
         is_unknown: false,
         is_background: false,
+        nests: false,
+        is_throttling: false,
     }
 }
 
@@ -125,6 +131,10 @@ impl Task {
         Task { is_background: true, ..self }
     }
 
+    pub(crate) fn throttling(self) -> Task {
+        Task { is_throttling: true, ..self }
+    }
+
     pub(crate) fn states(&self) -> u32 {
         self.edges.iter().map(|&(source, target, _)| source.max(target) + 1).max().unwrap_or(1)
     }
@@ -147,11 +157,12 @@ impl Task {
     fn activity(&self) -> mauve_timing::Task {
         let (demand, waits) = self.demand();
         mauve_timing::Task {
-            priority: if self.is_background {
-                Priority::Background
-            } else {
-                Priority::RealTime(self.priority)
+            priority: match self.is_background {
+                true => Priority::Background,
+                false if self.is_throttling => Priority::Unknown,
+                false => Priority::RealTime(self.priority),
             },
+            is_throttling: self.is_throttling,
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
             jitter: Time::from_nanos(self.jitter),
@@ -168,13 +179,14 @@ impl Task {
     }
 }
 
-/// An operation of `provider`: each job of `client` sends at most `sends` calls, and each call executes for `time`.
+/// An operation of `provider`: each job of `client` sends at most `sends` calls, and each call executes for `time`, less what it waits.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Served {
     pub(crate) provider: usize,
     pub(crate) client: usize,
     pub(crate) sends: u64,
     pub(crate) time: u64,
+    pub(crate) wait: u64,
 }
 
 /// When a provider executes the calls that it has received.
@@ -230,7 +242,8 @@ impl System {
     }
 
     pub(crate) fn has_waits_or_locks(&self) -> bool {
-        !self.locks.is_empty() || self.tasks.iter().any(|task| !task.waits.is_empty())
+        let has_waits = self.tasks.iter().any(|task| !task.waits.is_empty() || task.is_throttling);
+        !self.locks.is_empty() || has_waits || self.operations.iter().any(|it| it.wait > 0)
     }
 
     pub(crate) fn serving(mut self, calls: Calls, operations: &[Served]) -> System {
@@ -295,6 +308,8 @@ impl System {
             thread: None,
             waits: Vec::new(),
             times: None,
+            nests: false,
+            is_throttling: false,
             ..task.clone()
         };
         let tasks = self.tasks.iter().map(plain).collect();
@@ -314,6 +329,12 @@ impl System {
         let mut set = Tasks::new(self.tasks.iter().map(Task::activity).collect());
         set.operations = self.operations.iter().map(operation).collect();
         set.locks = self.locks.iter().map(Shared::lock).collect();
+        for served in self.operations.iter().filter(|it| it.wait > 0) {
+            let provider = &mut set.activities_mut()[served.provider];
+            *provider = provider.clone().waiting_in_calls();
+        }
+        let unknown = self.tasks.iter().enumerate().filter(|(_, task)| task.is_unknown);
+        unknown.for_each(|(task, _)| set.refuse(task));
         set
     }
 
@@ -335,7 +356,7 @@ impl System {
     pub(crate) fn all_bounds(&self) -> Bounds {
         let [classic, psm, ibf, exact] = METHODS.map(|method| self.responses(method));
         let is_exact = exact.iter().map(is_exact).collect();
-        let has_reason = |blocking: &&Blocking| !matches!(blocking, Blocking::Time(_));
+        let has_reason = |blocking: &&Blocking| !matches!(blocking, Blocking::Time(..));
         let refused = self.analyse(Method::Psm).blocking.iter().filter(has_reason).count() as u64;
         let has = |holds: &dyn Fn(&Window) -> bool| {
             exact.iter().map(|it| it.window.as_ref().is_some_and(holds)).collect()
@@ -437,6 +458,8 @@ impl fmt::Display for System {
                 write!(f, ".cpus({:#b})", task.cpus)?;
             }
             f.write_str(if task.is_background { ".background()" } else { "" })?;
+            f.write_str(if task.is_throttling { ".throttling()" } else { "" })?;
+            f.write_str(if task.nests { ".nested()" } else { "" })?;
             writeln!(f, "{},", if task.is_unknown { ".unknown()" } else { "" })?;
         }
         write!(f, "])")?;
