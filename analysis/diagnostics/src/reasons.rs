@@ -300,11 +300,23 @@ fn lock(why: &LockReason) -> Words {
             let remedy = format!("release it before, and write `held` in `[locks.{lock}]`");
             (format!("`{codel}` waits while it holds the lock `{lock}`: {remedy}"), "waits with lock")
         }
-        LockReason::UnknownTime { lock, holder } => {
-            let remedy = format!(
-                "give its codels times, or write `held` in `[locks.{lock}]`, and let none take two locks"
-            );
+        LockReason::UnknownTime { lock, holder, because: None } => {
+            let remedy = "give its codels times, and fix first what keeps it from being analysed";
             (format!("`{holder}` may hold the lock `{lock}` for an unknown time: {remedy}"), "lock unbounded")
+        }
+        LockReason::UnknownTime { lock, holder, because: Some(because) } => (
+            format!(
+                "`{holder}` may hold the lock `{lock}` for an unknown time, since it shares locks with `{because}`, which may hold \
+                 them for an unknown time"
+            ),
+            "lock unbounded",
+        ),
+        LockReason::TakenWhileThrottled { codel, locks: [first, second], by } => {
+            let why = format!(
+                "`{by}` may take one of them in the background while real-time threads are throttled"
+            );
+            let remedy = "switch that off (`kernel.sched_rt_runtime_us = -1`, `rt_throttling = false`)";
+            (format!("`{codel}` takes the locks `{first}` and `{second}`, and {why}: {remedy}"), "two locks")
         }
         LockReason::SeveralCpus { lock } => {
             let remedy = "set the `affinity` of all of them to one CPU";

@@ -6,15 +6,15 @@ use std::ops::Range;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of,
-    core_of, names_of, similar,
+    core_of, names_of, platform_of, similar,
 };
-use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Protocol, Time};
+use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Priority, Protocol, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{Recorded, TimingFact, TimingFactKind};
 use crate::psm::{OtherTimes, is_readable};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
-use crate::system::System;
+use crate::system::{ResolvedActivity, System};
 use crate::timetable::{Lookup, Timetable, observed_files, observed_in, timetable_of};
 
 /// A lock of `mauve.toml`, with the codels that its keys name.
@@ -41,6 +41,13 @@ pub struct DeclaredLocks<'db> {
     pub undeclared: Vec<(Decl<'db>, Name)>,
     /// The errors.
     pub facts: Vec<TimingFact<'db>>,
+}
+
+impl<'db> DeclaredLocks<'db> {
+    /// Returns the locks that a codel takes.
+    fn of_codel(&self, codel: Decl<'db>) -> impl Iterator<Item = &DeclaredLock<'db>> {
+        self.all.iter().filter(move |lock| lock.codels.contains(&codel))
+    }
 }
 
 /// Returns the locks of the configuration, as they are in a project.
@@ -157,6 +164,15 @@ pub(crate) fn locks_of<'db>(
     if declared.all.is_empty() && declared.unknown.is_none() && declared.undeclared.is_empty() {
         return found;
     }
+    let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let known_codels = |it: &ResolvedActivity<'db>| codels_of(db, project, it.component?).as_ref();
+    // Each host has locks of its own. An activity whose codels are unknown may take any.
+    let users = |lock: &DeclaredLock<'db>, host: Option<usize>| {
+        let takes = |codels: &Vec<Decl<'db>>| codels.iter().any(|codel| lock.codels.contains(codel));
+        let of_host = system.activities.iter().enumerate();
+        let of_host = of_host.filter(move |(_, it)| it.host == host && it.gateway.is_none());
+        of_host.filter(|(_, it)| known_codels(it).is_none_or(takes)).collect::<Vec<_>>()
+    };
     for (index, activity) in system.activities.iter().enumerate() {
         let mut refuse = |why: LockReason| {
             let refusal = Refusal::new(Reason::Lock(why), activity.at.clone());
@@ -165,93 +181,74 @@ pub(crate) fn locks_of<'db>(
         if let Some((lock, codel)) = &declared.unknown {
             refuse(LockReason::UnknownCodel { lock: lock.clone(), codel: codel.clone() });
         }
-        let codels = activity.component.and_then(|component| codels_of(db, project, component).as_ref());
-        for codel in codels.into_iter().flatten() {
-            let its = || declared.all.iter().filter(|lock| lock.codels.contains(codel));
-            let codel_name = || codel.qualified(db);
+        for codel in known_codels(activity).into_iter().flatten() {
+            let its = || declared.of_codel(*codel);
+            let name = || codel.qualified(db);
             for (_, lock) in declared.undeclared.iter().filter(|(it, _)| it == codel) {
-                refuse(LockReason::Undeclared { codel: codel_name(), lock: lock.clone() });
+                refuse(LockReason::Undeclared { codel: name(), lock: lock.clone() });
             }
-            if let [first, second, ..] = its().collect::<Vec<_>>().as_slice()
-                && its().any(|lock| lock.protocol != Protocol::Ceiling)
-            {
-                let locks = [first.name.clone(), second.name.clone()];
-                refuse(LockReason::TwoLocks { codel: codel_name(), locks });
+            if let [first, second, ..] = its().collect::<Vec<_>>().as_slice() {
+                let mut users = its().flat_map(|lock| users(lock, activity.host));
+                let woken = users.find(|(_, it)| is_throttled && it.priority == Priority::Background);
+                let (codel, locks) = (name(), [first.name.clone(), second.name.clone()]);
+                if its().any(|lock| lock.protocol != Protocol::Ceiling) {
+                    refuse(LockReason::TwoLocks { codel, locks });
+                } else if let Some((_, woken)) = woken {
+                    refuse(LockReason::TakenWhileThrottled { codel, locks, by: woken.instance.clone() });
+                }
             }
             let times = timetable_of(db, activity.tables);
             let wait = times.time(&Timed::Wait(*codel), level);
             let waits = !matches!(wait, Lookup::Absent | Lookup::Known(Time::ZERO));
             if let Some(lock) = its().find(|lock| waits && lock.held.is_none()) {
-                refuse(LockReason::WaitsWithLock { codel: codel_name(), lock: lock.name.clone() });
+                refuse(LockReason::WaitsWithLock { codel: name(), lock: lock.name.clone() });
             }
         }
     }
-    // Each host has locks of its own.
     let hosts: BTreeSet<Option<usize>> = system.activities.iter().map(|it| it.host).collect();
     for (lock, host) in declared.all.iter().flat_map(|lock| hosts.iter().map(move |host| (lock, *host))) {
-        let activities = system.activities.iter().enumerate().filter(|(_, it)| it.host == host);
-        let users = activities.filter_map(|(task, activity)| {
-            let component = activity.component?;
-            let times = timetable_of(db, activity.tables);
-            let held = match codels_of(db, project, component) {
-                // It may take any lock.
-                None => None,
-                Some(codels) => {
-                    let mut its = codels.iter().filter(|codel| lock.codels.contains(codel)).peekable();
-                    its.peek()?;
-                    let held = its.map(|codel| {
-                        held_by(db, times, lock, *codel, level, what_if).filter(|_| {
-                            never_waits_for_another(db, project, declared, (system, host), *codel)
-                        })
-                    });
-                    held.reduce(|one, other| Some(one?.max(other?))).flatten()
-                }
-            };
-            Some(LockUser { task, held })
-        });
-        found.all.push(Lock {
-            name: lock.name.as_str().into(),
-            protocol: lock.protocol,
-            users: users.collect(),
-        });
+        let held = |activity: &ResolvedActivity<'db>, codel: Decl<'db>| {
+            let its = || declared.of_codel(codel);
+            let users = its().flat_map(|lock| users(lock, host));
+            let cpus: CpuSet = users.map(|(_, it)| it.task.cpus.unwrap_or(CpuSet::ALL)).collect();
+            // A job on another CPU may have the next lock.
+            let is_free = its().count() < 2 || cpus.is_one();
+            let held = held_by(db, its(), codel, timetable_of(db, activity.tables), level, what_if);
+            held.filter(|_| is_free)
+        };
+        let user = |(task, activity): (usize, &ResolvedActivity<'db>)| {
+            let its = known_codels(activity).map(|all| all.iter().filter(|it| lock.codels.contains(it)));
+            let held = its.and_then(|its| {
+                its.map(|codel| held(activity, *codel)).reduce(|one, other| Some(one?.max(other?)))
+            });
+            LockUser { task, held: held.flatten() }
+        };
+        let users = users(lock, host).into_iter().map(user).collect();
+        found.all.push(Lock { name: lock.name.as_str().into(), protocol: lock.protocol, users });
     }
     found
 }
 
-/// Whether a codel does not wait for a lock while it holds another: it takes only one, or all are ceilings on one CPU.
-fn never_waits_for_another<'db>(
+/// Returns for how long a codel executes from the instant at which it takes one of its locks until it holds none: it may take the next
+/// one before it leaves the first. With inheritance or no protocol, it takes one only.
+fn held_by<'a, 'db: 'a>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    declared: &DeclaredLocks<'db>,
-    (system, host): (&System<'db>, Option<usize>),
+    its: impl Iterator<Item = &'a DeclaredLock<'db>>,
     codel: Decl<'db>,
-) -> bool {
-    let its: Vec<_> = declared.all.iter().filter(|lock| lock.codels.contains(&codel)).collect();
-    let takes_one = |component| match codels_of(db, project, component) {
-        Some(codels) => its.iter().any(|lock| codels.iter().any(|codel| lock.codels.contains(codel))),
-        None => true,
-    };
-    let users = system.activities.iter().filter(|it| it.host == host && it.component.is_some_and(takes_one));
-    let cpus = users.map(|it| it.task.cpus.unwrap_or(CpuSet::ALL));
-    its.len() < 2
-        || cpus.collect::<CpuSet>().is_one() && its.iter().all(|lock| lock.protocol == Protocol::Ceiling)
-}
-
-/// Returns for how long a codel holds a lock, with the two context switches to it and back where another activity waits.
-fn held_by<'db>(
-    db: &'db dyn ModelDb,
     times: &Timetable<'db>,
-    lock: &DeclaredLock<'db>,
-    codel: Decl<'db>,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
 ) -> Option<Time> {
-    let of_tables = || times.codel_time(db, codel, level).time();
-    let held = lock.held.or_else(|| what_if(&Timed::Codel(codel)).or_else(of_tables))?;
-    match lock.protocol {
-        Protocol::Ceiling => Some(held),
-        Protocol::Inheritance | Protocol::None => held.checked_add(times.switches(level)?),
+    let whole = what_if(&Timed::Codel(codel)).or_else(|| times.codel_time(db, codel, level).time());
+    let (mut sum, mut locks, mut has_switches) = (Time::ZERO, 0, false);
+    for lock in its {
+        sum = sum.checked_add(lock.held.or(whole)?)?;
+        locks += 1;
+        has_switches |= lock.protocol != Protocol::Ceiling;
     }
+    let held = whole.filter(|_| locks > 1).map_or(sum, |whole| whole.min(sum));
+    // To it and back, where another activity waits for the lock.
+    if has_switches { held.checked_add(times.switches(level)?) } else { Some(held) }
 }
 
 /// Returns why an activity has no bound because of a lock; `name` returns the names of activities and other tasks.
@@ -262,9 +259,10 @@ pub(crate) fn lock_reason(
 ) -> Option<LockReason> {
     let lock = |lock: usize| locks.get(lock).map_or_else(Name::default, |lock| (*lock.name).into());
     Some(match blocking {
-        Blocking::Time(_) => return None,
-        Blocking::UnknownTime { lock: it, holder } => {
-            LockReason::UnknownTime { lock: lock(*it), holder: name(*holder) }
+        Blocking::Time(..) => return None,
+        Blocking::UnknownTime { lock: it, holder, because } => {
+            let because = (because != holder).then(|| name(*because));
+            LockReason::UnknownTime { lock: lock(*it), holder: name(*holder), because }
         }
         Blocking::SeveralCpus { lock: it } => LockReason::SeveralCpus { lock: lock(*it) },
         Blocking::Migrates { lock: it } => LockReason::Migrates { lock: lock(*it) },

@@ -1,7 +1,9 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
-use mauve_timing::{Bound, CpuLoad, CpuSet, Operation, Priority, Response, SetAnalysis, Status, Task, Time};
+use mauve_timing::{
+    Blocking, Bound, CpuLoad, CpuSet, Operation, Priority, Response, SetAnalysis, Status, Task, Time,
+};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
@@ -176,11 +178,20 @@ impl<'db> DeployedTasks<'db> {
         unknown.map(refusal).collect()
     }
 
-    /// Returns the lock that delays an activity for an unknown time, as a reason.
-    fn locked(&self, index: usize, analysis: &SetAnalysis) -> Option<Refusal<'db>> {
+    /// Returns the lock that delays an activity for an unknown time, as a reason; with why that is unknown of an activity in the
+    /// background, which has no reasons of its own.
+    fn locked(&self, index: usize, analysis: &SetAnalysis) -> Vec<Refusal<'db>> {
         let name = |task: usize| self.tasks.name(task).into();
-        let reason = lock_reason(analysis.blocking.get(index)?, &self.tasks.locks, &name)?;
-        Some(Refusal { reason: Reason::Lock(reason), at: self.reports.get(index)?.at.clone() })
+        let blocking = analysis.blocking.get(index);
+        let reason = blocking.and_then(|it| lock_reason(it, &self.tasks.locks, &name));
+        let at = self.reports.get(index).and_then(|it| it.at.clone());
+        let own = reason.map(|reason| Refusal { reason: Reason::Lock(reason), at });
+        let because = match blocking {
+            Some(Blocking::UnknownTime { because, .. }) => self.reports.get(*because),
+            _ => None,
+        };
+        let because = because.filter(|it| it.priority == Priority::Background);
+        own.into_iter().chain(because.into_iter().flat_map(|it| it.reasons.clone())).collect()
     }
 
     /// Returns the activities that are not analysed and may delay that of `instance`, as a reason.

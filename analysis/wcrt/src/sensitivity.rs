@@ -1,13 +1,14 @@
 //! How far the time of each codel may grow, and how far each period may shrink, before the first deadline is missed.
 //!
 //! Each value changes alone: all others stay as they are. It counts for the deadlines that it *affects*: those of the
-//! activities that are not analysed if the demand of the activities that have the value is unknown. Where these deadlines are
-//! proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
+//! activities that are not analysed if the activities that have the value are refused. Where these deadlines are proved now, the limit
+//! is the last value with which they still are; where one is not, the first one with which all are. With the limit, every deadline of the
+//! deployment that is proved now is proved, and with the next value, one is not: both are analysed.
 //!
 //! The response times are monotone in every time and in every period, with one exception: an activity that executes operations for
 //! others counts fewer calls in each job if its period is shorter.
 
-use mauve_timing::{Bound, Demand, Level, Priority, Response, Status, Tasks, Time};
+use mauve_timing::{Bound, Level, Priority, Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::bisection::{Boundary, Variants, is_missed, statuses};
@@ -147,7 +148,8 @@ pub fn time_sensitivity<'db>(
     let it = executed.iter().find(|it| it.of == of)?;
     let time = it.time(db, query.level);
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let search = LimitSearch { variants, of: &it.activities };
+    let executing: Vec<usize> = it.activities.iter().chain(&it.in_background).copied().collect();
+    let search = LimitSearch { variants, of: &executing };
     let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
     Some(TimeSensitivity { of, time, unproved, limit })
 }
@@ -185,6 +187,8 @@ pub struct ExecutedTime<'db> {
     /// The codel, program or port.
     pub of: Timed<'db>,
     activities: Vec<usize>,
+    /// Those in the background: they delay others while they hold a lock.
+    in_background: Vec<usize>,
     /// The tables that it has a time in: one for each host.
     pub tables: Vec<TableSet<'db>>,
 }
@@ -268,15 +272,19 @@ pub fn executed_times<'db>(
         for of in of_activity {
             let place = *places.entry(of.clone()).or_insert(found.len());
             if place == found.len() {
-                found.push(ExecutedTime { of, activities: Vec::new(), tables: Vec::new() });
+                let (activities, in_background) = (Vec::new(), Vec::new());
+                found.push(ExecutedTime { of, activities, in_background, tables: Vec::new() });
             }
             let Some(known) = found.get_mut(place) else { continue };
             if !known.tables.contains(&activity.tables) {
                 known.tables.push(activity.tables);
             }
-            // In the background, nothing is delayed.
-            if activity.priority != Priority::Background && known.activities.last() != Some(&index) {
-                known.activities.push(index);
+            let executing = match activity.priority {
+                Priority::Background => &mut known.in_background,
+                _ => &mut known.activities,
+            };
+            if executing.last() != Some(&index) {
+                executing.push(index);
             }
         }
     }
@@ -305,22 +313,21 @@ impl<'db> LimitSearch<'_, 'db> {
             self.variants.with_times(&components, what_if)
         };
         let start = now.unwrap_or_default();
-        let (affected, unproved) = self.affected(&with(start), now.is_some())?;
-        let holds = |time: Time| self.holds(&with(time), &affected, true);
+        let Affected { deadlines, unproved } = self.affected(&with(start), now.is_some())?;
         let limit = match (&unproved, start.as_nanos()) {
             (None, start) => {
                 let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
-                // An activity that executes it misses its deadline.
+                // A real-time activity that executes it misses its deadline.
                 let bad = longest.as_nanos().max(start).saturating_add(1);
-                match holds(Time::from_nanos(bad)) {
+                match self.holds(&with(Time::from_nanos(bad)), &deadlines, false) {
                     Some(true) => Limit::Any,
-                    Some(false) => self.limit(start, bad, None, &affected, with),
+                    Some(false) => self.limit(start, bad, None, &deadlines, with),
                     None => Limit::Proved(Time::from_nanos(start)),
                 }
             }
             (Some(_), 0) => Limit::NotFound,
-            (Some(_), start) => match self.holds(&with(Time::ZERO), &affected, false) {
-                Some(true) => self.limit(0, start, None, &affected, with),
+            (Some(_), start) => match self.holds(&with(Time::ZERO), &deadlines, false) {
+                Some(true) => self.limit(0, start, None, &deadlines, with),
                 Some(false) => Limit::NotFound,
                 None => Limit::Exhausted,
             },
@@ -361,76 +368,74 @@ impl<'db> LimitSearch<'_, 'db> {
             set
         };
         let is_synchronised = base.activities().iter().filter(|it| it.offset.is_some()).count() > 1;
-        let limit = |good: u64, bad: u64, invalid, affected: &[usize]| match self
-            .limit(good, bad, invalid, affected, with)
+        let limit = |good: u64, bad: u64, invalid, deadlines: &[usize]| match self
+            .limit(good, bad, invalid, deadlines, with)
         {
             Limit::Last(period) if is_synchronised => Limit::Proved(period),
             limit => limit,
         };
-        let (affected, unproved) = self.affected(base, true)?;
-        let holds = |period: Time| self.holds(&with(period), &affected, true);
+        let Affected { mut deadlines, unproved } = self.affected(base, true)?;
+        if is_synchronised {
+            // Those that are proved for some offsets only are not compared.
+            let set = with(Time::from_nanos(now));
+            let proved = statuses(&set, &self.variants.analysed(&set, false).ok_or(Limit::Exhausted)?);
+            deadlines.retain(|it| unproved.is_some() || proved.get(*it) == Some(&Status::Met));
+        }
+        let holds = |period: Time| self.holds(&with(period), &deadlines, true);
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
             let least = activity.written_offset.unwrap_or_default().as_nanos();
-            return Ok((None, limit(now, least, Some(least), &affected)));
+            return Ok((None, limit(now, least, Some(least), &deadlines)));
         }
         let limit = match Boundary::above(now, holds) {
-            Some(Some(longer)) => limit(longer.good, longer.bad, None, &affected),
+            Some(Some(longer)) => limit(longer.good, longer.bad, None, &deadlines),
             Some(None) => Limit::NotFound,
             None => Limit::Exhausted,
         };
         Ok((unproved, limit))
     }
 
-    /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
-    /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if
-    /// `is_present`: then the response times are those of the report.
-    fn affected(&self, set: &Tasks, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
+    /// Returns which deadlines are compared. The error is the limit where one that the value affects is not analysed, or where no steps
+    /// are left. `set` has the present value if `is_present`: then the response times are those of the report.
+    fn affected(&self, set: &Tasks, is_present: bool) -> Result<Affected, Limit> {
         let mut unknown = set.clone();
-        for &index in self.of {
-            if let Some(activity) = unknown.activities_mut().get_mut(index) {
-                activity.demand = Demand::Unknown;
-            }
-        }
+        self.of.iter().for_each(|index| unknown.refuse(*index));
         // With operations, a response time without a bound leaves others unknown: that must not depend on the smaller budget.
         let is_brief = set.operations.is_empty();
         let now = self.variants.analysed(set, is_brief).ok_or(Limit::Exhausted)?;
         let without = self.variants.analysed(&unknown, is_brief).ok_or(Limit::Exhausted)?;
-        let affected = without.iter().zip(&now).enumerate().filter(|(_, (without, now))| {
+        let is_affected = |(without, now): (&Response, &Response)| {
             let Some(because) = unknown_for(without) else { return false };
             because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
-        });
-        let affected: Vec<usize> = affected.map(|(index, _)| index).collect();
-        if affected.is_empty() {
-            return Err(Limit::Any);
-        }
+        };
+        let is_affected: Vec<bool> = without.iter().zip(&now).map(is_affected).collect();
         let found = match is_present {
             true => {
                 let Variants { db, project, deployment, query, .. } = self.variants;
-                response_times(db, project, deployment, query)
-                    .activities
-                    .iter()
-                    .map(|it| it.verdict)
-                    .collect()
+                let report = response_times(db, project, deployment, query);
+                report.activities.iter().map(|it| it.verdict).collect()
             }
             false => statuses(set, &now),
         };
-        let status = |index: usize| found.get(index).copied().unwrap_or(Status::NotAnalysed);
+        let all = || is_affected.iter().zip(&found).enumerate();
         let first = |is_it: &dyn Fn(Status) -> bool| {
-            let of = affected.iter().find(|index| is_it(status(**index)))?;
-            Some(set.activities().get(*of)?.name.as_ref().into())
+            let (of, _) = all().find(|(_, (is_affected, status))| **is_affected && is_it(**status))?;
+            Some(set.activities().get(of)?.name.as_ref().into())
         };
         if let Some(name) = first(&|status| status == Status::NotAnalysed) {
             return Err(Limit::NotAnalysed(Some(name)));
         }
-        let unproved = first(&|status| status != Status::Met);
-        Ok((affected, unproved))
+        let deadlines = all().filter(|(_, (is_affected, status))| **is_affected || **status == Status::Met);
+        Ok(Affected {
+            deadlines: deadlines.map(|(index, _)| index).collect(),
+            unproved: first(&|status| status != Status::Met),
+        })
     }
 
-    /// Returns whether the deadlines of `affected` are proved; `None` where no steps are left.
-    fn holds(&self, set: &Tasks, affected: &[usize], is_brief: bool) -> Option<bool> {
+    /// Returns whether these deadlines are proved; `None` where no steps are left.
+    fn holds(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<bool> {
         let statuses = statuses(set, &self.variants.analysed(set, is_brief)?);
-        Some(affected.iter().all(|index| statuses.get(*index) == Some(&Status::Met)))
+        Some(deadlines.iter().all(|index| statuses.get(*index) == Some(&Status::Met)))
     }
 
     /// Searches for the limit between a value that is proved and one that is not; `invalid` is one that no analysis may have. The
@@ -440,11 +445,11 @@ impl<'db> LimitSearch<'_, 'db> {
         mut good: u64,
         bad: u64,
         invalid: Option<u64>,
-        affected: &[usize],
+        deadlines: &[usize],
         with: impl Fn(Time) -> Tasks,
     ) -> Limit {
         for is_brief in [true, false] {
-            let holds = |value: Time| self.holds(&with(value), affected, is_brief);
+            let holds = |value: Time| self.holds(&with(value), deadlines, is_brief);
             let boundary = Boundary::between(good, bad, holds);
             good = boundary.good;
             if !boundary.is_complete() {
@@ -453,7 +458,7 @@ impl<'db> LimitSearch<'_, 'db> {
             if invalid == Some(boundary.bad) {
                 return Limit::Last(Time::from_nanos(good));
             }
-            match self.is_too_much(&with(Time::from_nanos(boundary.bad)), affected) {
+            match self.is_too_much(&with(Time::from_nanos(boundary.bad)), deadlines) {
                 Some(Next::Missed) => return Limit::Last(Time::from_nanos(good)),
                 Some(Next::Met) => good = boundary.bad,
                 Some(Next::Unknown) | None => break,
@@ -466,20 +471,28 @@ impl<'db> LimitSearch<'_, 'db> {
     }
 
     /// Analyses a variant with the full budget; `None` where no steps are left.
-    fn is_too_much(&self, set: &Tasks, affected: &[usize]) -> Option<Next> {
+    fn is_too_much(&self, set: &Tasks, deadlines: &[usize]) -> Option<Next> {
         let responses = self.variants.analysed(set, false)?;
         let statuses = statuses(set, &responses);
-        let mut of_affected =
-            affected.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
-        if of_affected.clone().all(|(status, _)| status == Status::Met) {
+        let mut of_deadlines =
+            deadlines.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
+        if of_deadlines.clone().all(|(status, _)| status == Status::Met) {
             return Some(Next::Met);
         }
-        let is_one_missed = of_affected.any(|(status, response)| is_missed(status, response));
+        let is_one_missed = of_deadlines.any(|(status, response)| is_missed(status, response));
         Some(if is_one_missed { Next::Missed } else { Next::Unknown })
     }
 }
 
-/// What the analysis with the full budget finds of the affected deadlines with the next value.
+/// The deadlines that have to be proved with a limit.
+struct Affected {
+    /// The activities whose deadlines the value affects, and all others whose deadlines are proved now.
+    deadlines: Vec<usize>,
+    /// The first activity whose deadline the value affects and is not proved.
+    unproved: Option<Name>,
+}
+
+/// What the analysis with the full budget finds of the deadlines with the next value.
 enum Next {
     /// All are met.
     Met,

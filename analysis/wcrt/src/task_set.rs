@@ -148,20 +148,23 @@ pub(crate) fn tasks_of<'db>(
 ) -> Tasks {
     let activities = system.activities.iter().zip(executed.psms).enumerate();
     let activities = activities.map(|(index, (activity, psm))| {
-        let is_refused = executed.refusals_of(activity, index, method).next().is_some();
-        let psm = psm.and_then(|psm| psm.as_ref().ok()).filter(|_| !is_refused);
+        let psm = psm.and_then(|psm| psm.as_ref().ok());
         let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
         let task = Task { demand, waits, ..activity.task.clone() };
         let mut calls = executed.served.operations.iter().zip(&executed.served.waits);
         let waits = calls.any(|(it, waits)| *waits && it.provider == index);
         if waits { task.waiting_in_calls() } else { task }
     });
-    let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    let others = others_of(db, project.workspace(db), system.cpus);
-    let mut tasks = Tasks::new(activities.collect()).with_platform(others, is_throttled);
+    let mut tasks = Tasks::new(activities.collect());
     tasks.operations.clone_from(&executed.served.operations);
     tasks.locks.clone_from(&executed.locks.all);
-    tasks
+    for (index, activity) in system.activities.iter().enumerate() {
+        if executed.refusals_of(activity, index, method).next().is_some() {
+            tasks.refuse(index);
+        }
+    }
+    let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    tasks.with_platform(others_of(db, project.workspace(db), system.cpus), is_throttled)
 }
 
 impl<'a, 'db> Executables<'a, 'db> {
