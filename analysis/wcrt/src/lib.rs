@@ -66,6 +66,8 @@ mod path_fold;
 mod priorities;
 mod probability;
 mod psm;
+#[cfg(test)]
+mod random_locks;
 mod reason;
 mod report;
 mod response;
