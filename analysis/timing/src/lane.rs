@@ -442,6 +442,10 @@ impl Lane<'_, '_> {
             has_several_cpus |= !of_other.task.cpus().is_one();
             let of_job = member.blocking_by_job_of(of_other);
             if of_job > 0 {
+                // Linux may end one throttling at once, and begin the next one at the end of its period.
+                let is_throttling = of_other.task.is_throttling;
+                let late = if is_throttling { of_other.machine.greatest_cost().as_nanos() } else { 0 };
+                let window = window.checked_add(late).ok_or(NoBoundReason::Overflow)?;
                 let jobs = if other == place { jobs } else { of_other.jobs_released(window, None)? };
                 blocking = blocking.saturating_add(u128::from(jobs).saturating_mul(of_job));
             }

@@ -20,8 +20,9 @@
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
 //!
-//! **Throttling.** While Linux throttles real-time tasks, the background executes, and may take a lock again, also where a real-time
-//! job is within one: its part of B counts for each throttling, and as with inheritance, whatever the protocol.
+//! **Throttling.** While Linux throttles real-time tasks, the background executes, and may take a lock again: its part of B counts for
+//! each throttling, and by the sums, whatever the protocol, since jobs with a ceiling are throttled too. If at the start of the window
+//! the background is within a ceiling besides another job, a throttling has just ended, and its window has one less than is counted.
 //!
 //! **Unknown.** A task of unknown demand may hold its locks for ever. So may each of their other users, since it may wait for one of
 //! them while it holds another: the time is unknown for all users of locks that users link.
@@ -161,7 +162,6 @@ impl Tasks {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
         let sums = || HeldTimes { of_locks: 0, of_lock: 0, of_tasks: vec![0; self.all.len()] };
         let (mut of_ceilings, mut others, mut in_background) = (0, sums(), sums());
-        let is_throttled = self.all.iter().any(|it| it.is_throttling && it.cpus().meets(task.cpus()));
         let mut first_lock = None;
         let unraised = self.least_unraised(task);
         for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
@@ -187,13 +187,12 @@ impl Tasks {
                     }
                 };
                 first_lock = first_lock.or(Some(lock).filter(|_| held > 0));
-                let is_woken = is_throttled && self.is_in_background(holder);
-                if is_woken {
+                if self.is_in_background(holder) {
                     in_background.add(holder, held);
                 }
                 match protocol {
-                    Protocol::Ceiling if !is_woken => of_ceilings = held.max(of_ceilings),
-                    _ => others.add(holder, held),
+                    Protocol::Ceiling => of_ceilings = held.max(of_ceilings),
+                    Protocol::Inheritance | Protocol::None => others.add(holder, held),
                 }
             }
             others.end_lock();
@@ -339,11 +338,10 @@ mod tests {
         let other = [(0, Some(1)), (3, Some(2))];
         for (protocol, is_throttled, expected) in [
             // The greatest; by lock, 5 + 2, the part of the background 4 + 2.
-            (Protocol::Ceiling, false, (5, 0)),
-            (Protocol::Inheritance, false, (7, 0)),
+            (Protocol::Ceiling, false, (5, 6)),
+            (Protocol::Inheritance, false, (7, 6)),
             (Protocol::Inheritance, true, (7, 6)),
-            // The second task may be within the first lock, and one of the background in each: 5 and 4 + 2.
-            (Protocol::Ceiling, true, (11, 6)),
+            (Protocol::Ceiling, true, (5, 6)),
         ] {
             let locks = vec![lock(protocol, &both), lock(protocol, &other)];
             let set = Tasks { locks, ..Tasks::new(tasks.clone()).with_platform(Vec::new(), is_throttled) };
@@ -370,7 +368,8 @@ mod tests {
         // In the background, a task has no demand.
         let mut set = Tasks { locks: locks.to_vec(), ..Tasks::new(tasks()) };
         (set.all[3].priority, set.all[3].demand) = (Priority::Background, Demand::Unknown);
-        assert_eq!(set.clone().with_blocking().1, [time(5), time(5), time(4), time(0)]);
+        let in_background = Blocking::Time(Time::from_nanos(4), Time::from_nanos(4));
+        assert_eq!(set.clone().with_blocking().1, [time(5), time(5), in_background, time(0)]);
         set.refuse(3);
         assert_eq!(set.with_blocking().1, expected);
     }

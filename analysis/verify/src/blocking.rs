@@ -77,7 +77,7 @@ impl Tasks<'_> {
         lock.users.iter().filter(move |user| is_below(self.all[user.0].rank)).copied()
     }
 
-    /// Returns B, and the part of it by the background if tasks are throttled.
+    /// Returns B, and the part of it by the background.
     fn blocking_of(&self, task: usize, locks: &[Lock], unknown: &BTreeSet<usize>) -> Check<(u64, u64)> {
         let of = &self.all[task];
         self.work.spend(locks.iter().map(|it| it.users.len() + 1).sum())?;
@@ -99,9 +99,8 @@ impl Tasks<'_> {
         let unraised = unraised.filter(|it| is_used_from(it, of.rank)).flat_map(|it| self.below(it, of.rank));
         let least = unraised.map(|user| self.all[user.0].rank).fold(of.rank, u64::min);
         let is_alone = of.is_pinned() && !self.is_as_one(task);
-        let is_throttled = self.all.iter().any(|it| it.task.throttling && it.cpus & of.cpus != 0);
         let mut ceilings = 0;
-        // Of all others, and of those in the background.
+        // Of those without a ceiling, and of those in the background.
         let mut sums = [(0u64, vec![0; self.all.len()]), (0, vec![0; self.all.len()])];
         for (index, lock) in locks.iter().enumerate().filter(|it| is_here(&it.1)) {
             let is_ceiling = lock.protocol == Protocol::Ceiling;
@@ -115,14 +114,14 @@ impl Tasks<'_> {
                 let held = held.filter(|_| !unknown.contains(&index));
                 let held =
                     held.ok_or_else(|| format!("for how long lock {} is held is unknown", lock.name))?;
-                let is_woken = is_throttled && self.all[holder].rank == 0;
-                if is_ceiling && !is_woken {
+                if is_ceiling {
                     ceilings = held.max(ceilings);
-                    continue;
                 }
-                for (which, (_, by_task)) in sums.iter_mut().enumerate().take(1 + usize::from(is_woken)) {
-                    of_lock[which] = held.max(of_lock[which]);
-                    by_task[holder] = held.max(by_task[holder]);
+                for (which, counts) in [!is_ceiling, self.all[holder].rank == 0].into_iter().enumerate() {
+                    if counts {
+                        of_lock[which] = held.max(of_lock[which]);
+                        sums[which].1[holder] = held.max(sums[which].1[holder]);
+                    }
                 }
             }
             for ((by_lock, _), of_lock) in sums.iter_mut().zip(of_lock) {

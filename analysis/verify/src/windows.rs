@@ -93,7 +93,13 @@ impl Window<'_, '_> {
             let jobs = if index == self.claim.task { job } else { self.jobs(index, end)? };
             let of = &self.tasks.all[index];
             times = times.saturating_add(u128::from(jobs).saturating_mul(of.waits.into()));
-            throttled = throttled.saturating_add(if of.task.throttling { jobs.into() } else { 0 });
+            if of.task.throttling {
+                // One may end at once, and the next one begin at the end of its period.
+                let edges = of.task.machine.iter().flat_map(|machine| &machine.edges);
+                let longest = edges.map(|edge| edge.2).max().unwrap_or(0);
+                let jobs = self.jobs(index, end.saturating_add(longest))?;
+                throttled = throttled.saturating_add(jobs.into());
+            }
         }
         if !self.everyone.iter().all(|it| self.tasks.all[*it].is_pinned()) {
             times = times.saturating_add((job - 1).into());
