@@ -77,7 +77,7 @@ fn offer_selected<'db>(actions: &mut Actions<'_, 'db>) {
     let mut codes: Vec<&str> = selected.iter().map(|it| it.diagnostic.code.name).collect();
     codes.sort_unstable();
     codes.dedup();
-    codes.retain(|code| !ONE_BY_ONE.contains(code));
+    codes.retain(|code| !ONE_BY_ONE.contains(code) && !TIMED.contains(code));
     for code in codes {
         let same_code: Vec<&Finding<'_>> =
             findings.iter().filter(|it| it.diagnostic.code.name == code && only_fix(it).is_some()).collect();
@@ -204,6 +204,33 @@ significane = 1e-4
             expect![[r#"
             --- /model.mal
               /* 🦀 é */ update = { plna(1); if true then { } else { } if false then { } else { } }
+        "#]],
+        );
+    }
+
+    #[test]
+    fn priorities_are_not_changed_all_at_once_without_their_figures() {
+        let activity = |(name, cpu, priority, period): (&str, u32, u32, u32)| {
+            format!("  activity {name} {{ affinity = {cpu} priority = {priority} period = {period} }}\n")
+        };
+        let all = [("$0a", 1, 3, 100), ("b", 1, 5, 200), ("c", 2, 3, 100), ("d", 2, 5, 200)].map(activity);
+        let model = format!(
+            "shell S {{ }} codel f(): int core C(S) {{ update = {{ f(); }} }} component K(S, C)\n\
+             architecture A {{ instance a: K instance b: K instance c: K instance d: K }}\n\
+             deployment D {{ architecture A\n{}}}\n\
+             //- /mauve.toml\ntiming.tables = [\"t.toml\"]\nplatform.cpus = 2\nplatform.rt_throttling = false\n\
+             //- /t.toml\ncodel.f = 1\n",
+            all.concat()
+        );
+        offered(
+            &model,
+            &[],
+            &[ActionKind::QuickFix],
+            expect![[r#"
+            *Give a priority 6: ✓ 2 → 1 / 100 ms, 4 of 4 met [not-deadline-monotonic]
+            Swap the priorities of a and b: a ✓ 2 → 1 / 100 ms, 4 of 4 met [not-deadline-monotonic]
+            Order priorities by deadline: a ✓ 2 → 1 / 100 ms, 4 of 4 met [not-deadline-monotonic]
+            Move a to CPU 2: ✓ 2 → 3 / 100 ms, 4 of 4 met, warnings [not-deadline-monotonic]
         "#]],
         );
     }
