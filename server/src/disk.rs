@@ -14,6 +14,9 @@ pub(crate) const LONGEST: u64 = 16 << 20;
 /// The byte order mark, which says that a file is UTF-8. It is no part of the text: it has no column.
 pub(crate) const MARK: &str = "\u{feff}";
 
+/// What a file begins with that stands for one that Git LFS stores elsewhere.
+const LFS_POINTER: &str = "version https://git-lfs.github.com/spec/";
+
 /// The mount points of virtual file systems.
 const MADE_UP: [&str; 3] = ["/proc", "/sys", "/dev"];
 
@@ -145,6 +148,10 @@ pub(crate) fn text_in(bytes: io::Result<Vec<u8>>) -> (String, Option<String>) {
     let unmarked = |text: String| text.strip_prefix(MARK).map(str::to_owned).unwrap_or(text);
     match bytes.map(String::from_utf8) {
         Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
+        Ok(Ok(text)) if text.starts_with(LFS_POINTER) => (
+            String::new(),
+            Some("this file is only a pointer to one that Git LFS stores: run `git lfs pull`".to_owned()),
+        ),
         Ok(Ok(text)) => (unmarked(text), None),
         Ok(Err(error)) => {
             let valid = error.utf8_error().valid_up_to();

@@ -42,7 +42,8 @@ pub(crate) struct Repository {
 pub(crate) struct Entry {
     pub(crate) path: PathBuf,
     pub(crate) kind: EntryKind,
-    object: String,
+    /// Of a submodule, its commit.
+    pub(crate) object: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,6 +94,22 @@ impl Repository {
         found.filter(|it| is_object(it)).ok_or_else(|| {
             format!("the two revisions have no common ancestor{}", self.shallow_hint().unwrap_or_default())
         })
+    }
+
+    /// Returns the repository of a submodule, if it is checked out at its path, belongs to this one, and has the commit of the entry.
+    pub(crate) fn submodule(&self, entry: &Entry) -> Option<Repository> {
+        let own = self.folder.canonicalize().ok()?;
+        let top = own.ancestors().nth(self.prefix.components().count())?;
+        // It is nowhere behind a link.
+        let folder = top.join(&entry.path).canonicalize().ok().filter(|it| *it == top.join(&entry.path))?;
+        let found = Repository::around(&folder).ok().filter(|it| it.prefix.as_os_str().is_empty())?;
+        let within = |repository: &Repository, argument: &str| {
+            let said = repository.ask(&["rev-parse", argument]).ok()?;
+            repository.folder.join(std::ffi::OsStr::from_bytes(&said)).canonicalize().ok()
+        };
+        let (inner, outer) = (within(&found, "--absolute-git-dir")?, within(self, "--git-common-dir")?);
+        let is_own = inner != outer && (inner.starts_with(outer) || inner.starts_with(&folder));
+        (is_own && found.commit(&entry.object).as_ref() == Some(&entry.object)).then_some(found)
     }
 
     /// Returns what to do if the repository lacks the older commits, as in many CI jobs.

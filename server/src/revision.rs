@@ -1,6 +1,7 @@
 //! Loads the workspaces of a commit: its models, configurations and tables are written into a private folder, loaded from there as from
 //! any folder, and removed at once. So a commit is analysed as its files would be, and the working folder is not touched.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::Write as _;
@@ -23,12 +24,12 @@ pub(crate) struct Loaded {
     pub(crate) workspaces: Vec<Workspace>,
     /// The folder that stood for the top of the repository: paths of the workspaces begin with it.
     pub(crate) top: PathBuf,
-    /// What was not read, in words for the user.
-    pub(crate) left_out: Vec<String>,
+    /// The links and submodules that were not read, by their paths below the top, with the reasons for the user.
+    pub(crate) left_out: BTreeMap<PathBuf, String>,
 }
 
 /// Loads what `path`, below the top of the repository, has in a commit: no workspaces where the commit has no model and no
-/// configuration there. `name` is how the user calls the commit.
+/// configuration there. Submodules are read where their commits are at hand. `name` is how the user calls the commit.
 ///
 /// # Errors
 ///
@@ -39,7 +40,7 @@ pub(crate) fn load_commit(
     (name, commit): (&str, &str),
     path: &Path,
 ) -> Result<Loaded, String> {
-    let mut copy = Copy::new(repository.contents()?)
+    let mut copy = Copy::new()
         .map_err(|error| format!("cannot make a folder in `{}`: {error}", std::env::temp_dir().display()))?;
     let is_project = |path: &Path| is_model(path) || path.ends_with(CONFIG_FILE);
     let is_wanted = |path: &Path| {
@@ -47,21 +48,13 @@ pub(crate) fn load_commit(
         let is_rule = path.ends_with(".gitignore") || path.ends_with(".ignore");
         is_project(path) || is_table || is_rule
     };
-    let is_submodule = |it: &Entry| it.kind == EntryKind::Submodule && it.path.starts_with(path);
-    let mut entries = repository.entries(commit, &|it| is_wanted(&it.path) || is_submodule(it))?;
     let top = copy.top.clone();
     let named = |why: String| why.replace(&format!("{}/", top.display()), &format!("{name}:"));
-    let has_project = entries.iter().any(|it| it.path.starts_with(path) && is_project(&it.path));
-    entries.retain(|it| has_project || is_submodule(it));
-    copy.write(&entries).map_err(&named)?;
+    let written = copy.write(repository, commit, Path::new(""), &is_wanted).map_err(&named)?;
     let paths = [top.join(path)];
     let mut workspaces = Vec::new();
-    if has_project {
+    if written.iter().any(|it| it.starts_with(path) && is_project(it)) {
         workspaces = load(db, &paths, false).map_err(&named)?;
-    } else {
-        let place =
-            if path.as_os_str().is_empty() { String::new() } else { format!(" in `{}`", path.display()) };
-        copy.left_out.push(format!("there is no model and no mauve.toml{place}"));
     }
     // Only the configurations say which other files are tables.
     let patterns = workspaces.iter().flat_map(|&workspace| {
@@ -70,11 +63,10 @@ pub(crate) fn load_commit(
         all.filter_map(|(pattern, _)| table_pattern(&folder, pattern).ok()).collect::<Vec<_>>()
     });
     let patterns: Vec<_> = patterns.collect();
-    let is_other =
-        |it: &Entry| !is_wanted(&it.path) && patterns.iter().any(|glob| glob.is_match(top.join(&it.path)));
-    let tables = if patterns.is_empty() { Vec::new() } else { repository.entries(commit, &is_other)? };
-    if !tables.is_empty() {
-        copy.write(&tables).map_err(&named)?;
+    let is_other = |path: &Path| !is_wanted(path) && patterns.iter().any(|it| it.is_match(top.join(path)));
+    if !patterns.is_empty()
+        && !copy.write(repository, commit, Path::new(""), &is_other).map_err(&named)?.is_empty()
+    {
         workspaces = load(db, &paths, false).map_err(&named)?;
     }
     if let Some(other) = workspaces.iter().map(|it| it.folder(db)).find(|it| !it.starts_with(&top)) {
@@ -83,7 +75,12 @@ pub(crate) fn load_commit(
             other.join(CONFIG_FILE).display()
         ));
     }
-    let left_out = std::mem::take(&mut copy.left_out);
+    let mut left_out = std::mem::take(&mut copy.left_out);
+    // A link to what was not read was not either.
+    for (link, end) in &copy.links {
+        let why = left_out.iter().find(|(path, _)| end.starts_with(path)).map(|(_, why)| why.clone());
+        left_out.extend(why.map(|why| (link.clone(), why)));
+    }
     Ok(Loaded { workspaces, top, left_out })
 }
 
@@ -108,15 +105,16 @@ fn remove_copy() {
 }
 
 /// A private folder with files of a commit, which is removed when it is dropped.
-struct Copy<'a> {
+struct Copy {
     top: PathBuf,
-    contents: Contents<'a>,
     left: u64,
-    left_out: Vec<String>,
+    left_out: BTreeMap<PathBuf, String>,
+    /// The links, with their targets.
+    links: BTreeMap<PathBuf, PathBuf>,
 }
 
-impl<'a> Copy<'a> {
-    fn new(contents: Contents<'a>) -> std::io::Result<Copy<'a>> {
+impl Copy {
+    fn new() -> std::io::Result<Copy> {
         let parent = std::env::temp_dir().canonicalize()?;
         let time = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
         let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
@@ -128,40 +126,69 @@ impl<'a> Copy<'a> {
         COPY.lock().iter_mut().for_each(|it| **it = Some(top.clone()));
         // It must be new: another user could have made one.
         DirBuilder::new().mode(0o700).create(&top)?;
-        let copy = Copy { top, contents, left: LONGEST_TOGETHER, left_out: Vec::new() };
+        let left = LONGEST_TOGETHER;
+        let copy = Copy { top, left, left_out: BTreeMap::new(), links: BTreeMap::new() };
         // So that it is a repository: its projects may read all of it, and nothing around it.
         std::fs::create_dir(copy.top.join(".git"))?;
         Ok(copy)
     }
 
-    fn write(&mut self, entries: &[Entry]) -> Result<(), String> {
-        for entry in entries {
-            let path = entry.path.display();
-            let written = match entry.kind {
-                EntryKind::File => self.write_file(entry).map(|()| None),
-                EntryKind::Link => self.write_link(entry).map(|is_below| {
-                    (!is_below).then_some("is a link out of the repository, and is not followed")
-                }),
-                EntryKind::Submodule => Ok(Some("is a submodule, and is not read")),
+    /// Writes the files of a commit that are `wanted`, and all links, into the folder `below` the top. Returns the paths of the files.
+    fn write(
+        &mut self,
+        repository: &Repository,
+        commit: &str,
+        below: &Path,
+        wanted: &dyn Fn(&Path) -> bool,
+    ) -> Result<Vec<PathBuf>, String> {
+        // Another pass may have written the links.
+        let is_wanted = |it: &Entry| match (it.kind, below.join(&it.path)) {
+            (EntryKind::File, path) => wanted(&path),
+            (_, path) => !self.links.contains_key(&path),
+        };
+        let (entries, mut contents) = (repository.entries(commit, &is_wanted)?, repository.contents()?);
+        let mut all = Vec::new();
+        for mut entry in entries {
+            let inner = if entry.kind == EntryKind::Submodule { repository.submodule(&entry) } else { None };
+            entry.path = below.join(&entry.path);
+            let left_out = match (entry.kind, inner) {
+                (EntryKind::File, _) => {
+                    all.push(entry.path.clone());
+                    self.write_file(&mut contents, &entry).map(|()| None)
+                }
+                (EntryKind::Link, _) => self.write_link(&mut contents, &entry),
+                (_, Some(inner)) => {
+                    all.extend(self.write(&inner, &entry.object, &entry.path, wanted)?);
+                    Ok(None)
+                }
+                (EntryKind::Submodule, None) => Ok(Some(format!(
+                    "is a submodule whose commit is not here, and is not read: run `git submodule update --init`, or \
+                     `git fetch origin {}` in it",
+                    entry.object
+                ))),
             };
-            let left_out = written.map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?;
-            self.left_out.extend(left_out.map(|why| format!("`{path}` {why}")));
+            let path = entry.path.display();
+            let left_out = left_out.map_err(|why| format!("cannot read `{path}` of the revision: {why}"))?;
+            self.left_out.extend(left_out.map(|why| (entry.path.clone(), format!("`{path}` {why}"))));
         }
-        Ok(())
+        Ok(all)
     }
 
-    /// Makes a link whose target is visible below the top, and returns whether it is: the loader checks where it leads indeed.
-    fn write_link(&mut self, entry: &Entry) -> Result<bool, String> {
-        let Ok(target) = self.contents.read(entry, LONGEST_LINK)? else { return Ok(false) };
+    /// Makes a link whose target is visible below the top; otherwise says that it is not followed. The loader checks where it leads
+    /// indeed.
+    fn write_link(&mut self, contents: &mut Contents<'_>, entry: &Entry) -> Result<Option<String>, String> {
+        let out = || Ok(Some("is a link out of the repository, and is not followed".to_owned()));
+        let Ok(target) = contents.read(entry, LONGEST_LINK)? else { return out() };
         let (path, target) = (self.path_of(entry)?, PathBuf::from(OsString::from_vec(target)));
         let end = normalised(&path.parent().unwrap_or(&self.top).join(&target));
-        let is_below = end.strip_prefix(&self.top).is_ok_and(|it| !is_hidden(it));
-        if target.is_absolute() || !is_below {
-            return Ok(false);
+        let Some(end) = end.strip_prefix(&self.top).ok().filter(|it| !is_hidden(it)) else { return out() };
+        if target.is_absolute() {
+            return out();
         }
+        self.links.insert(entry.path.clone(), end.to_owned());
         let made = std::fs::create_dir_all(path.parent().unwrap_or(&self.top))
             .and_then(|()| std::os::unix::fs::symlink(&target, &path));
-        made.map(|()| true).map_err(|error| error.to_string())
+        made.map(|()| None).map_err(|error| error.to_string())
     }
 
     /// Returns where an entry is written: never through a link.
@@ -175,8 +202,8 @@ impl<'a> Copy<'a> {
         }
     }
 
-    fn write_file(&mut self, entry: &Entry) -> Result<(), String> {
-        let bytes = self.contents.read(entry, LONGEST)?;
+    fn write_file(&mut self, contents: &mut Contents<'_>, entry: &Entry) -> Result<(), String> {
+        let bytes = contents.read(entry, LONGEST)?;
         let path = self.path_of(entry)?;
         let make = || -> std::io::Result<File> {
             std::fs::create_dir_all(path.parent().unwrap_or(&self.top))?;
@@ -198,7 +225,7 @@ impl<'a> Copy<'a> {
     }
 }
 
-impl Drop for Copy<'_> {
+impl Drop for Copy {
     fn drop(&mut self) {
         remove_copy();
     }

@@ -442,11 +442,196 @@ fn links_of_a_commit() {
     std::fs::remove_file(top.join("robot/times.toml")).unwrap();
     std::os::unix::fs::symlink("../../times.toml", top.join("robot/times.toml")).unwrap();
     commit(&top, "a link out");
-    let run = diff(&top, &["HEAD~1..HEAD", "robot"]);
+    let said = "`robot/times.toml` is a link out of the repository, and is not followed";
+    for range in ["HEAD~1..HEAD", "HEAD..HEAD~1"] {
+        let run = diff(&top, &[range, "robot"]);
+        assert!(run.code == 2 && run.out.contains(said), "{run:?}");
+    }
+    // A folder behind a link.
+    std::fs::remove_file(top.join("robot/times.toml")).unwrap();
+    std::os::unix::fs::symlink("../common", top.join("robot/all")).unwrap();
+    let config = std::fs::read_to_string(top.join("robot/mauve.toml")).unwrap();
+    write(&top, &[("robot/mauve.toml", &config.replace("*s.toml", "all/*s.toml"))]);
+    commit(&top, "a link to a folder");
+    let run = diff(&top, &["HEAD~2..HEAD", "robot"]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
+}
+
+/// A robot whose codels and execution times are in a submodule, with two commits in each: `turn` becomes slower.
+fn with_submodule(name: &str) -> PathBuf {
+    let (parts, top) = (repository(&format!("{name}-parts")), repository(name));
+    let table = |turn: u32| format!("unit = \"ms\"\n[codel]\nturn = {turn}\n");
+    write(&parts, &[("turn.mal", "codel turn(): void\n"), ("times/all.toml", &table(4))]);
+    commit(&parts, "parts");
+    let model = "include \"parts/turn.mal\"\nshell Plain { }\ncore Turns(Plain) { update = { turn(); } }
+        component Wheel(Plain, Turns)\narchitecture Cart { instance wheel: Wheel }
+        deployment Yard { architecture Cart activity wheel { affinity = 1 priority = 3 period = 30 } }\n";
+    let config = "project.root = \"cart.mal\"\ntiming.tables = [\"parts/times/*.toml\"]
+        platform.cpus = 1\nplatform.rt_throttling = false\n";
+    write(&top, &[("cart.mal", model), ("mauve.toml", config)]);
+    let allowed = "protocol.file.allow=always";
+    git(&top, &["-c", allowed, "submodule", "--quiet", "add", &parts.display().to_string(), "parts"]);
+    commit(&top, "first");
+    write(&top.join("parts"), &[("times/all.toml", &table(11))]);
+    commit(&top.join("parts"), "slower");
+    commit(&top, "second");
+    top
+}
+
+/// What a command says of a deployment of which a state cannot be read: no figure is better, worse or the same.
+fn check_unread(folder: &Path, arguments: &[&str], why: &str) {
+    let run = diff(folder, arguments);
+    assert_eq!(run.code, 2, "{arguments:?}: {run:?}");
     assert!(
-        run.code == 1 && run.err.contains("`robot/times.toml` is a link out of the repository"),
-        "{run:?}"
+        run.out.contains("1 deployment not compared, since files cannot be read"),
+        "{arguments:?}: {run:?}"
     );
+    assert!(run.out.contains(why), "{arguments:?}: {run:?}");
+    for word in ["better", "worse", "nothing changes", "as before", " new", "gone", "met now", "no longer"] {
+        assert!(!run.out.contains(word), "{word} {arguments:?}: {run:?}");
+    }
+    let markdown = diff(folder, &[arguments, &["--format", "markdown"]].concat());
+    assert!(
+        markdown.code == 2 && markdown.out.starts_with("⚠️ **Response times:** 1 deployment not"),
+        "{markdown:?}"
+    );
+    let json = diff(folder, &[arguments, &["--format", "json"]].concat());
+    let found = document(&json);
+    let figures = &found["deployments"][0]["figures"];
+    assert_eq!((json.code, &found["worse"]), (2, &json!(false)), "{json:?}");
+    assert!(figures["unread"].to_string().contains(why), "{json:?}");
+    let none = [&figures["before"], &figures["after"]].map(Value::is_null);
+    assert_eq!((none, &figures["activities"]), ([true, true], &json!([])), "{json:?}");
+}
+
+/// Removes what a clone without its submodules does not have.
+fn without_submodule(top: &Path) {
+    git(top, &["submodule", "--quiet", "deinit", "--force", "parts"]);
+    std::fs::remove_dir_all(top.join(".git/modules/parts")).unwrap();
+}
+
+#[test]
+fn a_submodule_is_read_where_its_commit_is_here() {
+    let top = with_submodule("here");
+    let expected = "wheel     ✓ 4 / 30 ms  ✓ 11 / 30 ms  later";
+    for arguments in [&["HEAD~1..HEAD"][..], &["HEAD~1"], &["HEAD~1..HEAD", "cart.mal"]] {
+        let run = diff(&top, arguments);
+        assert!(run.code == 1 && run.out.contains(expected), "{arguments:?}: {run:?}");
+    }
+    let run = diff(&top, &["HEAD"]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
+    // Links to its files.
+    std::os::unix::fs::symlink("parts/turn.mal", top.join("turn.mal")).unwrap();
+    let model = std::fs::read_to_string(top.join("cart.mal")).unwrap();
+    write(&top, &[("cart.mal", &model.replace("parts/turn.mal", "turn.mal"))]);
+    commit(&top, "a link");
+    let run = diff(&top, &["HEAD~1..HEAD"]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
+    without_submodule(&top);
+    let why =
+        "`parts` is a submodule whose commit is not here, and is not read: run `git submodule update --init`";
+    check_unread(&top, &["HEAD~1..HEAD"], why);
+    write(
+        &top,
+        &[
+            ("mauve.toml", "project.root = \"cart.mal\"\ntiming.tables = [\"t.toml\"]\n"),
+            ("t.toml", "codel.turn = 5\n"),
+        ],
+    );
+    commit(&top, "another table");
+    check_unread(&top, &["HEAD..HEAD"], why);
+}
+
+#[test]
+fn a_submodule_that_is_not_here_has_no_figures() {
+    let top = with_submodule("gone");
+    without_submodule(&top);
+    let why =
+        "`parts` is a submodule whose commit is not here, and is not read: run `git submodule update --init`";
+    check_unread(&top, &["HEAD~1..HEAD"], why);
+    // The disk has the files.
+    let config = "timing.tables = [\"t.toml\"]\nplatform.cpus = 1\nplatform.rt_throttling = false\n";
+    let table = "codel.turn = 7\n";
+    write(&top.join("parts"), &[("turn.mal", "codel turn(): void\n"), ("times/all.toml", table)]);
+    check_unread(&top, &["HEAD"], why);
+    check_unread(&top, &[".", "HEAD"], why);
+    // What does not need it has figures; what is in it may have been there before.
+    let other = std::fs::read_to_string(top.join("cart.mal")).unwrap();
+    let other = other.replace("include \"parts/turn.mal\"", "codel turn(): void").replace("Yard", "Road");
+    for (folder, change) in [("road", Some("new")), ("parts/road", None)] {
+        write(&top.join(folder), &[("road.mal", &*other), ("mauve.toml", config), ("t.toml", table)]);
+        let run = diff(&top, &["HEAD", "--format", "json"]);
+        let found = document(&run);
+        let all = found["deployments"].as_array().unwrap();
+        let root = format!("{folder}/road.mal");
+        let road = all.iter().find(|it| it["root"] == root).unwrap();
+        let found = &road["figures"]["activities"][0]["change"];
+        assert_eq!((run.code, found.as_str()), (2, change), "{road}");
+    }
+}
+
+#[test]
+fn a_submodule_elsewhere_is_not_read_and_executes_nothing() {
+    let top = with_submodule("hostile");
+    let mark = top.parent().unwrap().join(format!("{}.mark", test_name()));
+    let _ = std::fs::remove_file(&mark);
+    // The repository of the submodule in its folder, as `git clone` makes it.
+    let parts = top.join("parts");
+    std::fs::remove_file(parts.join(".git")).unwrap();
+    std::fs::rename(top.join(".git/modules/parts"), parts.join(".git")).unwrap();
+    git(&top, &["config", "--file", "parts/.git/config", "--unset", "core.worktree"]);
+    with_traps(&parts, &mark);
+    let run = diff(&top, &["HEAD~1..HEAD"]);
+    assert!(run.code == 1 && run.out.contains("✓ 4 / 30 ms  ✓ 11 / 30 ms  later"), "{run:?}");
+    assert!(!mark.exists(), "{}", std::fs::read_to_string(&mark).unwrap());
+    // A repository elsewhere with the same commits, by its folder and by a link.
+    let elsewhere = top.parent().unwrap().join(format!("{}-elsewhere", test_name()));
+    let _ = std::fs::remove_dir_all(&elsewhere);
+    std::fs::rename(&parts, &elsewhere).unwrap();
+    let why = "`parts` is a submodule whose commit is not here";
+    write(&parts, &[(".git", &format!("gitdir: {}/.git\n", elsewhere.display()))]);
+    check_unread(&top, &["HEAD~1..HEAD"], why);
+    std::fs::remove_dir_all(&parts).unwrap();
+    std::os::unix::fs::symlink(&elsewhere, &parts).unwrap();
+    check_unread(&top, &["HEAD~1..HEAD"], why);
+}
+
+#[test]
+fn a_file_of_git_lfs_has_no_figures() {
+    let pointer =
+        format!("version https://git-lfs.github.com/spec/v1\noid sha256:{}\nsize 120\n", "7".repeat(64));
+    let why = "this file is only a pointer to one that Git LFS stores: run `git lfs pull`";
+    let top = repository("lfs");
+    let model = "include \"codels.mal\"\nshell Plain { }\ncore Turns(Plain) { update = { turn(); } }
+        component Wheel(Plain, Turns)\narchitecture Cart { instance wheel: Wheel }
+        deployment Yard { architecture Cart activity wheel { affinity = 1 priority = 3 period = 30 } }\n";
+    let config =
+        "timing.tables = [\"times.toml\", \"more.table\"]\ntiming.observed = [\"seen.observed.toml\"]
+        platform.cpus = 1\nplatform.rt_throttling = false\n";
+    let files = [
+        ("cart.mal", model),
+        ("codels.mal", "codel turn(): void\ncodel rest(): void\n"),
+        ("mauve.toml", config),
+        ("times.toml", "codel.turn = 7\n"),
+        ("more.table", "codel.rest = 7\n"),
+        ("seen.observed.toml", "# nothing yet\n"),
+    ];
+    write(&top, &files);
+    commit(&top, "files");
+    for (file, _) in files {
+        write(&top, &[(file, &pointer)]);
+        commit(&top, file);
+        git(&top, &["checkout", "--quiet", "HEAD~1", "."]);
+        for arguments in ["HEAD", "HEAD~1..HEAD", "HEAD..HEAD"] {
+            check_unread(&top, &[arguments], &format!("`{file}`: {why}"));
+        }
+        commit(&top, "back");
+    }
+    // A file that no project needs.
+    write(&top, &[("unused.toml", &pointer)]);
+    commit(&top, "unused");
+    let run = diff(&top, &["HEAD~1..HEAD"]);
+    assert!(run.code == 0 && run.out.contains("nothing changes"), "{run:?}");
 }
 
 #[test]
@@ -613,11 +798,11 @@ fn trees_that_lead_elsewhere_are_not_followed() {
     stage(&top, "100644", "robot/longs.toml", &vec![b'#'; (16 << 20) + 1]);
     commit_index(&top, "links");
     let run = diff(&top, &["HEAD~1..HEAD", "robot"]);
-    assert!(run.code == 1 && run.out.contains("not proved: the project has 1 error"), "{run:?}");
+    assert!(run.code == 2 && run.out.contains("`longs.toml`: cannot be read"), "{run:?}");
     for said in [
         "HEAD: `robot/link.mal` is a link out of the repository, and is not followed",
         "HEAD: `robot/inner/mauve.toml` is a link out of the repository, and is not followed",
-        "HEAD: `robot/parts` is a submodule, and is not read",
+        "HEAD: `robot/parts` is a submodule whose commit is not here, and is not read",
     ] {
         assert!(run.err.contains(said), "{run:?}");
     }

@@ -163,6 +163,27 @@ fn what_changed_since_a_revision() {
 }
 
 #[test]
+fn what_cannot_be_read_of_a_revision_has_no_figure() {
+    let folder = project("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 40\n");
+    for arguments in
+        [&["init", "--quiet"][..], &["add", "--all"], &["commit", "--quiet", "--message", "first"]]
+    {
+        assert!(git(&folder, arguments).status.success());
+    }
+    write(&folder, &[("t.toml", "[codel]\nsee = 10\nplan = 20\n")]);
+    let found = report(&folder, &["--since", "HEAD"]);
+    assert_eq!(found.code, 2, "{}", found.err);
+    check_page(&found.out);
+    for text in [
+        "not compared, since files cannot be read",
+        "`t.toml`: this file is only a pointer to one that Git LFS stores",
+    ] {
+        assert!(found.out.contains(text), "{text}: {}", found.out);
+    }
+    assert!(!found.out.contains("met now"), "{}", found.out);
+}
+
+#[test]
 fn names_and_comments_are_text() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name()).join("a <script>alert(1) & \"b\"");
     fs::create_dir_all(&folder).unwrap();

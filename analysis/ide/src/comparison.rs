@@ -89,6 +89,8 @@ pub struct Comparison {
     pub activities: Vec<Compared>,
     /// The same for chains.
     pub chains: Vec<Compared>,
+    /// Why the states are not compared: which files cannot be read.
+    pub unread: Vec<String>,
 }
 
 /// An activity or a chain in two states.
@@ -316,7 +318,7 @@ impl Comparison {
         let by_way: [Pass<'_, Figure>; 3] =
             [(false, &name), (true, &|it| way(it, usize::MAX)), (true, &|it| way(it, 2))];
         let chains = paired(figures(|it| &it.chains), &by_way).into_iter().map(row).collect();
-        Comparison { before, after, activities, chains }
+        Comparison { before, after, activities, chains, unread: Vec::new() }
     }
 
     /// Compares the deployments of two states: by project and name; those that are left, by name alone, as in a project that has
@@ -358,6 +360,19 @@ impl Comparison {
         self
     }
 
+    /// Returns the same without figures, if there are reasons: files of a state cannot be read, so nothing is better, worse or the same.
+    pub fn without_unread(self, unread: Vec<String>) -> Comparison {
+        let Some(known) = self.state().filter(|_| !unread.is_empty()) else { return self };
+        let (deployment, root, level) = (known.deployment.clone(), known.root.clone(), known.level.clone());
+        let state = Some(Figures { deployment, root, level, ..Figures::default() });
+        Comparison { unread, ..Comparison::of(state.clone(), state) }
+    }
+
+    /// Returns whether the states are not compared.
+    pub fn is_unread(&self) -> bool {
+        !self.unread.is_empty()
+    }
+
     /// Returns the state after; before, if the deployment is gone.
     pub fn state(&self) -> Option<&Figures> {
         self.after.as_ref().or(self.before.as_ref())
@@ -378,7 +393,8 @@ impl Comparison {
 
     /// Returns whether nothing is different.
     pub fn is_same(&self) -> bool {
-        self.rows().all(|it| it.change() == FigureChange::Same && it.was().is_none())
+        !self.is_unread()
+            && self.rows().all(|it| it.change() == FigureChange::Same && it.was().is_none())
             && self.before.as_ref().map(|it| it.errors) == self.after.as_ref().map(|it| it.errors)
     }
 
@@ -406,7 +422,12 @@ impl Comparison {
             (0, 0) => None,
         };
         let lost = self.after.iter().flat_map(|it| &it.not_analysed);
-        let all = said.into_iter().chain(lost.map(|why| format!("nothing is analysed: {why}")));
+        let all = self
+            .unread
+            .iter()
+            .cloned()
+            .chain(said)
+            .chain(lost.map(|why| format!("nothing is analysed: {why}")));
         // A key of mauve.toml may have line breaks.
         all.map(|it| it.replace(char::is_control, "\u{fffd}")).collect()
     }
@@ -432,6 +453,7 @@ impl Comparison {
     pub fn verdict(&self) -> String {
         let met = |state: &Option<Figures>| state.as_ref().map(Figures::met);
         match (met(&self.before), met(&self.after)) {
+            _ if self.is_unread() => "not compared, since files cannot be read".to_owned(),
             (Some((before, all)), Some((after, of))) if all == of && before == after => {
                 format!("{after} of {of} deadlines met, as before")
             }

@@ -74,8 +74,9 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// Returns the same as a document, with all rows.
 pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
+    let is_unread = it.is_unread();
     let state = |of: &Option<Figures>| {
-        of.as_ref().map(|it| {
+        of.as_ref().filter(|_| !is_unread).map(|it| {
             let (met, all) = it.met();
             object! { met: met, deadlines: all, errors: it.errors }
         })
@@ -120,6 +121,8 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         significance: it.state().and_then(|it| it.level.parse::<f64>().ok()),
         before: state(&it.before),
         after: state(&it.after),
+        // Why the states are not compared: the files that cannot be read.
+        [unread]: non_empty(it.unread.iter().cloned()),
         activities: rows(&it.activities),
         chains: rows(&it.chains),
         [utilisation]: non_empty(cpus),
@@ -229,6 +232,13 @@ fn unchanged(it: &Comparison) -> Option<String> {
 /// Returns the utilisations that are different.
 fn utilisations(it: &Comparison) -> impl Iterator<Item = (String, [String; 2])> {
     it.utilisations().into_iter().filter(|(_, [before, after])| before != after)
+}
+
+/// Adds the root of its project to the name of a deployment.
+pub(super) fn name_project(it: &mut Comparison, root: &str) {
+    for state in [&mut it.before, &mut it.after].into_iter().flatten() {
+        state.deployment = format!("{} of {root}", state.deployment);
+    }
 }
 
 fn name(it: &Comparison) -> &str {

@@ -1,6 +1,7 @@
 //! `mauve diff [REV | PATH] [PATH]`: what changed in the figures between two states of models, such as two revisions.
 
 mod states;
+mod unread;
 
 use clap::ValueEnum;
 use mauve_diagnostics::errors_of_text;
@@ -10,9 +11,10 @@ use mauve_timing::{Level, Time};
 use mauve_wcrt::Query;
 
 use self::states::{State, states};
+use self::unread::{Unread, lone_projects, unread, unread_of};
 use crate::analysis_document::deployments;
 use crate::cli::comparison::{
-    Tolerance, comparison_document, comparison_markdown, comparison_table, escaped, tolerance,
+    Tolerance, comparison_document, comparison_markdown, comparison_table, escaped, name_project, tolerance,
 };
 use crate::cli::errors::missing;
 use crate::cli::options::{Outside, level};
@@ -63,6 +65,7 @@ impl Diff {
         let (all, [before, after]) = self.compared()?;
         let had_none = all.iter().all(|it| it.before.is_none());
         let is_worse = all.iter().any(|it| it.is_worse());
+        let is_unread = all.iter().any(Comparison::is_unread);
         let summary = summary(&all);
         let text = match self.format {
             Format::Json => {
@@ -87,7 +90,7 @@ impl Diff {
                 let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
                 let mark = match is_worse {
                     true => "❌",
-                    false if is_proved && !had_none => "✅",
+                    false if is_proved && !had_none && !is_unread => "✅",
                     false => "⚠️",
                 };
                 let head = format!("{mark} **Response times:** {summary}\n");
@@ -96,7 +99,7 @@ impl Diff {
                 harmless(&sections.join("\n"))
             }
         };
-        Ok(Output::verbatim(text, u8::from(is_worse)))
+        Ok(Output::verbatim(text, if is_unread { 2 } else { u8::from(is_worse) }))
     }
 
     /// The comparison of the models at a path with those in a state before.
@@ -115,7 +118,7 @@ impl Diff {
     /// Compares the deployments of both states, and returns how the user calls these.
     pub(super) fn compared(&self) -> Result<(Vec<Comparison>, [String; 2]), String> {
         let states = states(self.first.as_deref(), self.second.as_deref())?;
-        let [(before, errors_before), (after, errors_after)] = {
+        let [(before, errors_before, unread), (after, errors_after, unread_after)] = {
             let [before, after] = &states;
             [self.figures(before)?, self.figures(after)?]
         };
@@ -124,23 +127,30 @@ impl Diff {
             (Err(_), Err(why)) => return Err(why),
             (before, after) => (before.unwrap_or_default(), after.unwrap_or_default()),
         };
-        if before.is_empty() && after.is_empty() {
+        let unread = [unread, unread_after].concat();
+        let mut found = Comparison::of_all(before, after);
+        found.extend(lone_projects(&unread, &found));
+        if found.is_empty() {
             let what = "neither state has a deployment: nothing to compare".to_owned();
             return Err(missing(what, errors_before.max(errors_after)));
         }
         let tolerance = |before: Time| self.tolerance.of(before);
-        let mut all: Vec<Comparison> =
-            Comparison::of_all(before, after).into_iter().map(|it| it.tolerating(&tolerance)).collect();
+        let compared = |it: Comparison| {
+            let unread = unread_of(&unread, &it);
+            it.tolerating(&tolerance).without_unread(unread)
+        };
+        let mut all: Vec<Comparison> = found.into_iter().map(compared).collect();
         if self.format != Format::Json {
             name_projects(&mut all);
         }
         Ok((all, states.each_ref().map(State::name)))
     }
 
-    /// Returns the figures of the deployments of a state, or which deployments it has, and the number of errors in it.
-    fn figures(&self, state: &State) -> Result<(Result<Vec<Figures>, String>, usize), String> {
+    /// Returns the figures of the deployments of a state, or which deployments it has, the number of errors in it, and what cannot
+    /// be read.
+    fn figures(&self, state: &State) -> Result<FiguresOfState, String> {
         let mut db = Database::default();
-        let (workspaces, folder) = state.load(&mut db, self.outside.allow_outside)?;
+        let (workspaces, folder, left_out) = state.load(&mut db, self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref());
         let figures = |(project, deployment)| {
             let query = Query::at_level(&db, project, deployment, self.significance);
@@ -152,18 +162,22 @@ impl Diff {
             figures
         };
         let figures = found.map(|found| found.into_iter().map(figures).collect());
-        Ok((figures, errors_of_text(&db, &workspaces)))
+        let mut unread = unread(&db, &workspaces, &folder, &left_out);
+        unread.iter_mut().for_each(|it| it.why = format!("{}: {}", state.name(), it.why));
+        Ok((figures, errors_of_text(&db, &workspaces), unread))
     }
 }
+
+/// The figures of the deployments of a state, or which deployments it has, the number of errors in it, and what cannot be read.
+type FiguresOfState = (Result<Vec<Figures>, String>, usize, Vec<Unread>);
 
 /// Adds the root of its project to the name of each deployment that is not the only one of its name.
 fn name_projects(all: &mut [Comparison]) {
     let name = |it: &Comparison| it.state().map_or_else(String::new, |it| it.deployment.clone());
     let names: Vec<String> = all.iter().map(name).collect();
     for it in all.iter_mut().filter(|it| names.iter().filter(|other| **other == name(it)).count() > 1) {
-        for state in [&mut it.before, &mut it.after].into_iter().flatten() {
-            state.deployment = format!("{} of {}", state.deployment, state.root.display());
-        }
+        let root = it.state().map(|it| it.root.display().to_string()).unwrap_or_default();
+        name_project(it, &root);
     }
 }
 
@@ -208,6 +222,7 @@ fn summary(all: &[Comparison]) -> String {
         (is(FigureChange::Tightened), "deadline", "tightened"),
         (is(FigureChange::OtherFields), "figure", "with other fields"),
         (deployments(&|it| it.after.is_none()), "deployment", "gone"),
+        (deployments(&Comparison::is_unread), "deployment", "not compared, since files cannot be read"),
         (deployments(&is_unproved), "deployment", "not proved, since there are errors"),
     ];
     let said = counts.iter().filter(|(count, ..)| *count > 0);

@@ -16,6 +16,7 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{errors_of_text, workspace_findings};
 use mauve_hir::Database;
+use mauve_ide::Comparison;
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 
@@ -89,7 +90,8 @@ impl Report {
         };
         let (text, said) = (page.html(), page.verdict);
         say_errors(errors);
-        let code = u8::from(errors > 0 || is_proof_missing(&deployed));
+        let is_unread = page.changes.iter().flat_map(|(all, _)| all).any(Comparison::is_unread);
+        let code = if is_unread { 2 } else { u8::from(errors > 0 || is_proof_missing(&deployed)) };
         match &self.output {
             None => Ok(Output::verbatim(text, code)),
             Some(path) => {

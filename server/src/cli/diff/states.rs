@@ -1,5 +1,6 @@
 //! The two states that `mauve diff` compares, from its arguments.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, Database, Workspace, is_model, normalised};
@@ -27,6 +28,9 @@ pub(super) struct Commit {
     /// Whether the name has the path.
     has_path: bool,
 }
+
+/// The workspaces of a state, the folder that paths are relative to, and what was left out, with the reasons.
+type InState = (Vec<Workspace>, PathBuf, BTreeMap<PathBuf, String>);
 
 /// An argument.
 enum Argument {
@@ -171,33 +175,41 @@ impl State {
         }
     }
 
-    /// Loads its workspaces, and the folder that paths are relative to.
+    /// Loads its workspaces, the folder that paths are relative to, and what was left out, with the reasons.
     ///
     /// # Errors
     ///
     /// Files cannot be read, in words for the user.
-    pub(super) fn load(
-        &self,
-        db: &mut Database,
-        allows_outside: bool,
-    ) -> Result<(Vec<Workspace>, PathBuf), String> {
+    pub(super) fn load(&self, db: &mut Database, allows_outside: bool) -> Result<InState, String> {
         match self {
             State::Disk(path) => {
                 let workspaces = load(db, std::slice::from_ref(path), allows_outside)?;
                 let real = canonical_path(path);
                 let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
-                Ok((workspaces, folder.to_owned()))
+                Ok((workspaces, folder.to_owned(), BTreeMap::new()))
             }
             State::Commit(Commit { repository, name, commit, path, has_path }) => {
                 let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
-                if *has_path && workspaces.is_empty() {
-                    return Err(format!("`{name}`: {}", left_out.join("; ")));
+                let said = left_out.iter().filter(|(it, _)| it.starts_with(path)).map(|(_, why)| why);
+                // A link to a submodule has the same reason.
+                said.collect::<BTreeSet<_>>().into_iter().for_each(|why| say(&format!("{name}: {why}")));
+                if workspaces.is_empty() {
+                    let place = if path.as_os_str().is_empty() {
+                        String::new()
+                    } else {
+                        format!(" in `{}`", path.display())
+                    };
+                    let why = format!("there is no model and no mauve.toml{place}");
+                    if *has_path {
+                        return Err(format!("`{name}`: {why}"));
+                    }
+                    say(&format!("{name}: {why}"));
                 }
-                left_out.iter().for_each(|it| say(&format!("{name}: {it}")));
+                let left_out = left_out.into_iter().map(|(it, why)| (top.join(it), why)).collect();
                 let path = top.join(path);
                 let is_file = is_model(&path) || path.ends_with(CONFIG_FILE);
                 let folder = if is_file { path.parent().unwrap_or(&top) } else { &path };
-                Ok((workspaces, folder.to_owned()))
+                Ok((workspaces, folder.to_owned(), left_out))
             }
         }
     }
