@@ -176,3 +176,179 @@ fn what_cannot_be_tuned_is_said() {
     .assert_eq(&found.err);
     assert_eq!(run(&folder, &[]).code, 2);
 }
+
+/// Two robots with one deployment: the arm, and the same on a stand that has slower or faster codels and may have another program.
+fn arms(deployment: &str, [arm, stand]: [&str; 2], of_stand: &str) -> PathBuf {
+    let folder = folder("arms");
+    let library = "codel hold(): void\ncodel grip(): void\ncodel show(): void\nshell Empty { }
+        core Holds(Empty) { update = { hold(); } }\ncore Grips(Empty) { update = { grip(); } }
+        core Shows(Empty) { update = { show(); } }
+        component Holder(Empty, Holds) component Gripper(Empty, Grips) component Panel(Empty, Shows)
+        architecture Arm { instance holder: Holder instance gripper: Gripper instance panel: Panel }\n";
+    let root = |include: &str, others: &str| {
+        (
+            format!("include \"{include}\"\n"),
+            format!(
+                "project.root = \"robot.mal\"\ntiming.tables = [\"times.toml\"]\n[platform]\ncpus = 2\nrt_throttling = false\n{others}"
+            ),
+        )
+    };
+    let (arm_model, arm_config) = root("activities.mal", "");
+    let (stand_model, stand_config) = root("../activities.mal", of_stand);
+    let times = |times: &str| format!("unit = \"ms\"\n[codel]\n{times}\n");
+    write(
+        &folder,
+        &[
+            ("parts.mal", library),
+            ("activities.mal", &format!("include \"parts.mal\"\n{deployment}")),
+            ("robot.mal", &arm_model),
+            ("mauve.toml", &arm_config),
+            ("times.toml", &times(arm)),
+            ("stand/robot.mal", &stand_model),
+            ("stand/mauve.toml", &stand_config),
+            ("stand/times.toml", &times(stand)),
+        ],
+    );
+    folder
+}
+
+const ACTIVITIES: &str = "deployment Workshop { architecture Arm
+  activity holder { affinity = 1 priority = 3 period = 40 deadline = 20 }
+  activity gripper { affinity = 1 priority = 8 period = 40 deadline = 30 }
+  activity panel { affinity = 1 priority = 1 period = 400 }
+}
+";
+
+/// A program on the second CPU of the stand.
+const CAMERA: &str = "[[platform.other]]\nname = \"camera\"\npriority = 80\ncpus = [2]\nperiod = \"80 ms\"\ntime = \"70 ms\"\n";
+
+/// Which deadlines of which project are met.
+fn met(folder: &Path) -> Vec<(String, bool)> {
+    let found = mauve(MAUVE, folder, &["wcrt", "--format", "json"]);
+    let found: Value = serde_json::from_str(&found.out).unwrap_or_else(|why| panic!("{why}: {found:?}"));
+    let mut all = Vec::new();
+    for (index, of) in found.as_array().unwrap().iter().enumerate() {
+        for it in of["results"][0]["activities"].as_array().unwrap() {
+            all.push((format!("{index} {}", it["instance"]), it["status"] == "met"));
+        }
+    }
+    all
+}
+
+#[test]
+fn values_that_another_project_cannot_have_are_not_written() {
+    let folder = arms(ACTIVITIES, ["hold = 22\ngrip = 25\nshow = 1", "hold = 4\ngrip = 6\nshow = 1"], CAMERA);
+    let text = || fs::read_to_string(folder.join("activities.mal")).unwrap();
+    let before = text();
+    write(&folder, &[("activities.mal", &before.replace("deadline = 20", "deadline = 30"))]);
+    let (before, met_before) = (text(), met(&folder));
+    let found = run(&folder, &["--cpus", "--apply"]);
+    assert_eq!((found.code, found.err.as_str()), (1, ""));
+    expect![[r#"
+        Workshop of robot.mal at 1e-4: 1 → 3 of 3 deadlines met
+          activity  before                        after
+          holder    ✗ CPU 1 overloaded (117.5 %)  ✓ 22 / 30 ms   met now
+          gripper   ✓ 25 / 30 ms                  ✓ 25 / 30 ms   CPU 1 → 2
+          panel     ✗ CPU 1 overloaded (117.8 %)  ✓ 23 / 400 ms  met now
+          CPU 1 utilisation: 117.8 % → 55.2 %
+          CPU 2 utilisation: – → 62.5 %
+
+        --- activities.mal
+        +++ activities.mal
+        @@ -1,6 +1,6 @@
+         include "parts.mal"
+         deployment Workshop { architecture Arm
+           activity holder { affinity = 1 priority = 3 period = 40 deadline = 30 }
+        -  activity gripper { affinity = 1 priority = 8 period = 40 deadline = 30 }
+        +  activity gripper { affinity = 2 priority = 8 period = 40 deadline = 30 }
+           activity panel { affinity = 1 priority = 1 period = 400 }
+         }
+
+        Workshop of stand/robot.mal at 1e-4: 3 → 2 of 3 deadlines met
+          activity  before         after
+          holder    ✓ 10 / 30 ms   ✓ 4 / 30 ms                   earlier
+          gripper   ✓ 6 / 30 ms    ✗ CPU 2 overloaded (102.5 %)  no longer met; CPU 1 → 2
+          panel     ✓ 11 / 400 ms  ✓ 5 / 400 ms                  earlier
+          CPU 1 utilisation: 25.2 % → 10.2 %
+          CPU 2 utilisation: 87.5 % → 102.5 %
+
+        these values are not written: `stand/robot.mal` has the deployment too, and there `gripper` would not be met any more
+
+        Workshop of stand/robot.mal at 1e-4: 3 of 3 deadlines met, as before
+          nothing changes
+
+        nothing is written
+    "#]].assert_eq(&found.out);
+    assert_eq!((text(), met(&folder)), (before, met_before));
+    let found = document(&run(&folder, &["--cpus", "--format", "json"]));
+    assert_eq!(found[0]["met"], false);
+    assert!(
+        found[0]["refused"][0].as_str().unwrap().contains("there `gripper` would not be met any more"),
+        "{found}"
+    );
+    assert_eq!(found[1]["met"], true);
+    let diff = run(&folder, &["--cpus", "--diff"]);
+    assert_eq!((diff.code, diff.out.as_str()), (1, ""));
+    assert!(diff.err.contains("`stand/robot.mal` has the deployment too, and there "), "{diff:?}");
+    // The stand has no second CPU.
+    let config = fs::read_to_string(folder.join("stand/mauve.toml")).unwrap();
+    let config = config.replace(CAMERA, "").replace("cpus = 2", "cpus = 1");
+    write(&folder, &[("stand/mauve.toml", &config)]);
+    let found = run(&folder, &["--cpus", "--apply"]);
+    assert_eq!(found.code, 1);
+    expect!["these values are not written: `stand/robot.mal` has the deployment too, and there affinity names CPU 2, and mauve.toml has CPU 1"].assert_eq(
+        found.out.lines().filter(|it| it.starts_with("these")).collect::<Vec<_>>().join("\n").as_str(),
+    );
+}
+
+#[test]
+fn values_that_all_projects_can_have_are_written_once() {
+    let other = ACTIVITIES.replace("deadline = 20", "deadline = 30");
+    let both = format!("{other}{}", other.replace("Workshop", "Other"));
+    let folder = arms(&both, ["hold = 22\ngrip = 25\nshow = 1", "hold = 4\ngrip = 6\nshow = 1"], "");
+    let found = run(&folder, &["--cpus", "--apply"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
+    assert!(found.out.contains("these are the figures with the values for `robot.mal`"), "{}", found.out);
+    assert!(found.out.ends_with("\nwritten: activities.mal\n"), "{}", found.out);
+    assert!(met(&folder).iter().all(|(_, is_met)| *is_met), "{:?}", met(&folder));
+}
+
+#[test]
+fn after_tuning_nothing_is_missed_that_was_met_in_any_project() {
+    let (mut written, mut refused) = (0, 0);
+    for seed in 0..30_u64 {
+        let mut state = seed * 2_654_435_761 + 12_345;
+        let mut below = |limit: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % limit
+        };
+        let mut deployment = "deployment Workshop { architecture Arm\n".to_owned();
+        for name in ["holder", "gripper", "panel"] {
+            let (period, deadline) = (20 + 10 * below(5), 10 + 5 * below(8));
+            deployment += &format!(
+                "  activity {name} {{ affinity = {} priority = {} period = {period} deadline = {} }}\n",
+                1 + below(2),
+                1 + below(9),
+                deadline.min(period)
+            );
+        }
+        let mut times =
+            || format!("hold = {}\ngrip = {}\nshow = {}", 1 + below(20), 1 + below(20), 1 + below(10));
+        let times = [times(), times()];
+        let other = CAMERA.replace("70 ms", &format!("{} ms", 1 + below(70)));
+        let other = if below(2) == 0 { "" } else { &other };
+        let folder = arms(&(deployment + "}\n"), times.each_ref().map(String::as_str), other);
+        let before = met(&folder);
+        let aim = [&["--cpus"][..], &["--priorities"], &["--slack"], &["--periods"]][below(4) as usize];
+        let found = run(&folder, &[aim, &["--apply"]].concat());
+        let after = met(&folder);
+        let is_no_worse = before.iter().zip(&after).all(|((_, before), (_, after))| !before || *after);
+        assert!(is_no_worse, "{seed}: {before:?} {after:?} {found:?}");
+        let is_refused = found.out.contains("these values are not written");
+        let is_met = after.iter().all(|(_, is_met)| *is_met) && !is_refused;
+        assert_eq!(found.code == 0, is_met, "{seed}: {after:?} {found:?}");
+        written += usize::from(found.out.contains("\nwritten: "));
+        refused += usize::from(is_refused);
+    }
+    assert!(written > 3 && refused > 3, "{written} written, {refused} refused");
+}

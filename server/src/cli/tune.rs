@@ -8,7 +8,7 @@ use std::sync::Arc;
 use mauve_diagnostics::{all_of, errors_of_text, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Project, similar};
-use mauve_ide::{Change, Comparison, Figures, compared, edit_of_fields};
+use mauve_ide::{Change, Compared, Comparison, Figure, Figures, compared, edit_of_fields};
 use mauve_timing::Level;
 use mauve_wcrt::tune::{
     Conflict, ConflictKind, Remedy, SearchKind, TuneAim, TuneRequest, Tuned, Untunable, tune,
@@ -17,12 +17,13 @@ use mauve_wcrt::{Query, system_of};
 use serde::Serialize;
 
 use crate::analysis_document::{deployments, milliseconds};
-use crate::cli::comparison::{comparison_document, comparison_table};
+use crate::cli::comparison::{comparison_document, comparison_table, name_project};
 use crate::cli::edited_files::EditedFiles;
 use crate::cli::errors::nothing_to;
 use crate::cli::options::{Outside, Paths, TableFormat, level};
+use crate::cli::text::shown;
 use crate::harmless::harmless;
-use crate::json::{self, object};
+use crate::json::{self, non_empty, object};
 use crate::load::{load, models_in};
 use crate::output::{Output, say};
 
@@ -68,11 +69,29 @@ pub(crate) struct Tune {
     format: TableFormat,
 }
 
-/// What was found for a deployment.
-struct Found {
+/// What was found for a deployment of a project.
+struct Found<'db> {
+    project: Project<'db>,
+    /// The path of its root.
+    root: String,
+    deployment: Decl<'db>,
     tuned: Tuned,
+    change: Change,
     edited: EditedFiles,
     comparison: Comparison,
+    elsewhere: Vec<Elsewhere<'db>>,
+    /// The root of the project whose values are taken instead of those that were found.
+    other: Option<String>,
+}
+
+/// What the change does to the deployment in another project that has its file.
+#[derive(Clone)]
+struct Elsewhere<'db> {
+    project: Project<'db>,
+    /// The path of its root.
+    root: String,
+    /// The figures before and after, or the error that the text would have.
+    effect: Result<Comparison, String>,
 }
 
 impl Tune {
@@ -90,7 +109,7 @@ impl Tune {
         let mut all = Vec::new();
         let mut is_complete = true;
         for &(project, deployment) in &declared {
-            match self.found(db, project, deployment, &writable)? {
+            match self.found(db, (project, deployment), &declared, &writable)? {
                 Ok(found) => all.push(found),
                 Err(why) => {
                     say(&untunable(db, deployment, &why));
@@ -98,9 +117,16 @@ impl Tune {
                 }
             }
         }
+        share(&mut all);
         let is_met = is_complete && all.iter().all(Found::is_met);
+        if self.diff {
+            all.iter().flat_map(Found::losses).for_each(|it| say(&it));
+        }
         let mut text = match (self.diff, self.format) {
-            (true, _) => all.iter().map(|it| harmless(&it.edited.diff(&here))).collect(),
+            (true, _) => {
+                let shown = all.iter().filter(|it| it.losses().next().is_none());
+                shown.map(|it| harmless(&it.edited.diff(&here))).collect()
+            }
             (false, TableFormat::Json) => json::one_or_all(all.iter().map(|it| document(it, &here)))?,
             (false, TableFormat::Table) => {
                 let texts: Vec<String> = all.iter().map(|it| self.shown(it, &here)).collect();
@@ -109,16 +135,16 @@ impl Tune {
         };
         let mut code = u8::from(!is_met);
         if self.apply {
-            let mut written = BTreeSet::new();
+            // Deployments may be in one file: it is written once.
+            let mut change = Change::default();
             for found in all.iter().filter(|it| it.is_met()) {
-                let (files, is_complete) = found.edited.write(&here);
-                written.extend(files);
-                if !is_complete {
-                    code = 2;
-                }
+                change.join(found.change.clone());
+            }
+            let (files, is_complete) = edited(db, &change, &writable)?.write(&here);
+            if !is_complete {
+                code = 2;
             }
             if self.format == TableFormat::Table {
-                let files: Vec<String> = written.into_iter().collect();
                 text += &match files.as_slice() {
                     [] => "\nnothing is written\n".to_owned(),
                     files => harmless(&format!("\nwritten: {}\n", files.join(", "))),
@@ -147,10 +173,10 @@ impl Tune {
     fn found<'db>(
         &self,
         db: &'db Database,
-        project: Project<'db>,
-        deployment: Decl<'db>,
+        (project, deployment): (Project<'db>, Decl<'db>),
+        declared: &[(Project<'db>, Decl<'db>)],
         writable: &BTreeSet<PathBuf>,
-    ) -> Result<Result<Found, Vec<Untunable<'db>>>, String> {
+    ) -> Result<Result<Found<'db>, Vec<Untunable<'db>>>, String> {
         let query = Query::at_level(db, project, deployment, self.significance);
         let tuned = match tune(db, project, deployment, query, &self.request()) {
             Ok(tuned) => tuned,
@@ -158,8 +184,27 @@ impl Tune {
         };
         let change = edit_of_fields(db, deployment, &tuned.fields).with_line_ends(db);
         let edited = edited(db, &change, writable)?;
-        let comparison = compared(db, project, deployment, query, &change)?;
-        Ok(Ok(Found { tuned, edited, comparison }))
+        let here = std::env::current_dir().unwrap_or_default();
+        let root = |project: Project<'db>| shown(project.root(db).path(db), &here);
+        let others = declared.iter().filter(|&&it| it.1 == deployment && it.0 != project);
+        let is_shared = others.clone().next().is_some();
+        let effect = |project: Project<'db>| {
+            let query = Query::at_level(db, project, deployment, self.significance);
+            let mut found = compared(db, project, deployment, query, &change)?;
+            if is_shared && self.format == TableFormat::Table {
+                name_project(&mut found, &root(project));
+            }
+            Ok(found)
+        };
+        let comparison = effect(project)?;
+        let elsewhere = |&(project, _): &(Project<'db>, _)| Elsewhere {
+            project,
+            root: root(project),
+            effect: effect(project),
+        };
+        let elsewhere = others.filter(|_| !tuned.fields.is_empty()).map(elsewhere).collect();
+        let root = root(project);
+        Ok(Ok(Found { project, root, deployment, tuned, change, edited, comparison, elsewhere, other: None }))
     }
 
     /// Refuses a pin that no deployment has.
@@ -184,7 +229,14 @@ impl Tune {
         if !diff.is_empty() {
             let _ = write!(out, "\n{diff}");
         }
-        if let Some(said) = self.said(&found.tuned) {
+        for effect in found.elsewhere.iter().filter(|it| it.is_loss()).flat_map(|it| &it.effect) {
+            let _ = write!(out, "\n{}", comparison_table(effect));
+        }
+        let said = match &found.other {
+            Some(root) => Some(format!("these are the figures with the values for `{root}`\n")),
+            None => self.said(&found.tuned),
+        };
+        for said in said.into_iter().chain(found.losses().map(|it| it + "\n")) {
             let _ = write!(out, "\n{said}");
         }
         out
@@ -226,10 +278,56 @@ impl Tune {
     }
 }
 
-impl Found {
-    /// Whether every deadline of the edited text is met.
+impl<'db> Found<'db> {
+    /// Whether every deadline of the edited text is met, and none is missed in another project that is met there now.
     fn is_met(&self) -> bool {
-        self.tuned.is_met && self.comparison.after.as_ref().is_some_and(Figures::schedulable)
+        let is_met = self.comparison.after.as_ref().is_some_and(Figures::schedulable);
+        is_met && (self.other.is_some() || self.tuned.is_met) && self.losses().next().is_none()
+    }
+
+    /// Says which deadlines would be missed in other projects.
+    fn losses(&self) -> impl Iterator<Item = String> {
+        self.elsewhere.iter().filter(|it| it.is_loss()).map(Elsewhere::said)
+    }
+}
+
+impl Elsewhere<'_> {
+    /// Whether something that is met now would not be.
+    fn is_loss(&self) -> bool {
+        self.effect.as_ref().map_or(true, |it| it.rows().any(is_lost))
+    }
+
+    fn said(&self) -> String {
+        let why = match &self.effect {
+            Ok(it) => {
+                let names: Vec<String> =
+                    it.rows().filter(|it| is_lost(it)).map(|it| format!("`{}`", it.name())).collect();
+                format!("{} would not be met any more", all_of(&names))
+            }
+            Err(why) => why.clone(),
+        };
+        format!("these values are not written: `{}` has the deployment too, and there {why}", self.root)
+    }
+}
+
+fn is_lost(row: &Compared) -> bool {
+    let is_met = |it: &Option<Figure>| it.as_ref().is_some_and(|it| it.status.is_met());
+    is_met(&row.before) && !is_met(&row.after)
+}
+
+/// Takes the same values for a deployment in all projects: the first ones that are written.
+fn share(all: &mut [Found<'_>]) {
+    for index in 0..all.len() {
+        let is_taken = |it: &&Found<'_>| it.other.is_none() && !it.tuned.fields.is_empty() && it.is_met();
+        let Some(taken) = all.get(index).filter(is_taken) else { continue };
+        let (deployment, root, effects) = (taken.deployment, taken.root.clone(), taken.elsewhere.clone());
+        for Elsewhere { project, effect, .. } in effects {
+            let mut same = all.iter_mut().filter(|it| it.deployment == deployment && it.project == project);
+            if let (Some(found), Ok(effect)) = (same.next(), effect) {
+                (found.comparison, found.other) = (effect, Some(root.clone()));
+                (found.change, found.edited, found.tuned.fields, found.elsewhere) = Default::default();
+            }
+        }
     }
 }
 
@@ -299,7 +397,7 @@ fn remedy_text(of: &Remedy) -> Option<String> {
     (!both.is_empty()).then(|| format!("`{}` {}", of.instance, both.join(", or ")))
 }
 
-fn document(found: &Found, here: &Path) -> impl Serialize + use<> {
+fn document(found: &Found<'_>, here: &Path) -> impl Serialize + use<> {
     let Found { tuned, comparison, .. } = found;
     let values = tuned.fields.iter().map(|it| {
         object! { instance: it.instance.to_string(), field: it.field.keyword(), value: it.value.to_string() }
@@ -320,6 +418,7 @@ fn document(found: &Found, here: &Path) -> impl Serialize + use<> {
         }
     });
     object! {
+        root: found.root.clone(),
         met: found.is_met(),
         // exact, heuristic or exhausted: whether something better may exist
         search: match tuned.search {
@@ -331,5 +430,7 @@ fn document(found: &Found, here: &Path) -> impl Serialize + use<> {
         diff: found.edited.diff(here),
         [conflict]: conflict,
         comparison: comparison_document(comparison),
+        // Why the values are not written: what would not be met any more in other projects.
+        [refused]: non_empty(found.losses()),
     }
 }
