@@ -215,3 +215,23 @@ fn an_odd_field_of_a_notification_costs_no_text() {
     client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
     assert_eq!(roots(&mut client), [] as [&str; 0]);
 }
+
+#[test]
+fn a_client_that_can_watch_files_is_asked_to() {
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "initialize_watching");
+    for can_watch in [true, false] {
+        let capabilities =
+            json!({"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": can_watch}}});
+        let (mut client, _) = super::start(&top, &capabilities);
+        client.idle();
+        let said = client.take(Duration::ZERO);
+        let asked = said.iter().filter(|it| it["method"] == "client/registerCapability");
+        let asked: Vec<&Value> = asked.map(|it| &it["params"]["registrations"][0]).collect();
+        assert_eq!(asked.len(), usize::from(can_watch));
+        for asked in asked {
+            assert_eq!(asked["method"], "workspace/didChangeWatchedFiles");
+            let pattern = &asked["registerOptions"]["watchers"][0]["globPattern"];
+            assert_eq!(pattern, "**/*.{mal,toml,samples,msg}");
+        }
+    }
+}

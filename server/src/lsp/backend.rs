@@ -76,6 +76,9 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
     build
 }
 
+/// The files that the client watches, beside the server. A table may have any name: the server watches those.
+const WATCHED: &str = "**/*.{mal,toml,samples,msg}";
+
 const NOT_CONFIGURED: &str =
     "The editor has not answered mauve's request for its settings. The previous settings stay in effect.";
 
@@ -596,19 +599,22 @@ impl Backend {
     fn initialized(&self) {
         self.send(Event::Initialized);
         self.configure(None);
-        if self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration) {
+        let Some((can, _)) = self.session.get() else { return };
+        let watchers = json!([{ "globPattern": WATCHED }]);
+        for (can_register, method, options) in [
+            (can.configuration_registration, "didChangeConfiguration", json!({ "section": SECTION })),
+            (can.files_registration, "didChangeWatchedFiles", json!({ "watchers": watchers })),
+        ] {
+            let (id, method) = (format!("mauve/{method}"), format!("workspace/{method}"));
+            let registration = Registration { id, method, register_options: Some(options) };
             let client = self.client.clone();
-            tokio::spawn(async move {
-                let registration = Registration {
-                    id: "mauve/configuration".to_owned(),
-                    method: "workspace/didChangeConfiguration".to_owned(),
-                    register_options: Some(serde_json::json!({ "section": SECTION })),
-                };
+            let registered = async move {
                 let answer = timeout(PATIENCE, client.register_capability(vec![registration])).await;
                 if !matches!(answer, Ok(Ok(()))) {
-                    tracing::warn!("changes of settings will not be told");
+                    tracing::warn!("the client does not register a notification");
                 }
-            });
+            };
+            can_register.then(|| tokio::spawn(registered));
         }
     }
 

@@ -47,6 +47,7 @@ capabilities! {
         definition_links: "/textDocument/definition/linkSupport",
         disabled_actions: "/textDocument/codeAction/disabledSupport",
         document_changes: "/workspace/workspaceEdit/documentChanges",
+        files_registration: "/workspace/didChangeWatchedFiles/dynamicRegistration",
         hint_refresh: "/workspace/inlayHint/refreshSupport",
         implementation_links: "/textDocument/implementation/linkSupport",
         insert_replace: "/textDocument/completion/completionItem/insertReplaceSupport",
@@ -188,6 +189,7 @@ mod tests {
             "experimental": {"commands": [GENERATE, CHOOSE_SIGNIFICANCE]},
             "workspace": {
                 "applyEdit": true, "configuration": true, "diagnostics": {"refreshSupport": true},
+                "didChangeWatchedFiles": {"dynamicRegistration": true},
                 "workspaceEdit": {
                     "documentChanges": true, "resourceOperations": ["create", "delete"],
                     "changeAnnotationSupport": {"groupsOnLabel": true},
