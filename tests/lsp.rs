@@ -24,6 +24,7 @@ mod symbols;
 mod text;
 mod timing;
 mod typing;
+mod unwatched;
 
 use std::path::{Path, PathBuf};
 

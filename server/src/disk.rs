@@ -201,6 +201,18 @@ fn is_of_the_kernel(_: &File) -> bool {
     false
 }
 
+/// Returns whether a path is on a file system where others may change files without an event: that of a network, of a container
+/// or of another system around this one.
+#[cfg(target_os = "linux")]
+pub(crate) fn tells_no_changes(path: &Path) -> bool {
+    // NFS, SMB, CIFS, SMB2, overlayfs, 9p (WSL), FUSE and virtiofs, Ceph, AFS, vboxsf: `statfs(2)`.
+    const FAR: [u64; 10] = [
+        0x6969, 0x517b, 0xff534d42, 0xfe534d42, 0x794c7630, 0x01021997, 0x65735546, 0x00c36400, 0x5346414f,
+        0x786f4256,
+    ];
+    rustix::fs::statfs(path).is_ok_and(|it| FAR.contains(&(it.f_type as u64 & 0xffff_ffff)))
+}
+
 #[cfg(test)]
 #[cfg(target_os = "linux")]
 mod tests {

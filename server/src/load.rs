@@ -337,6 +337,12 @@ impl Loader {
         &mut self.watch_set
     }
 
+    /// Returns the files that were read, the paths that were looked up, and the folders whose entries were.
+    pub(crate) fn in_use(&self) -> BTreeSet<PathBuf> {
+        let WatchSet { folders, below, message_folders, paths, .. } = &self.watch_set;
+        self.read.keys().chain(paths).chain(folders).chain(below).chain(message_folders).cloned().collect()
+    }
+
     /// Reads a changed file again. Returns whether that is sufficient: the file belongs to the workspaces, searches know it, it is not a
     /// link, and its text does not determine which files they have. Otherwise the workspaces must be loaded again.
     pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {

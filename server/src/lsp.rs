@@ -32,7 +32,7 @@
 //! | `settings.rs` | what a user can set in his editor |
 //! | `trace.rs` | what requests and checks took, for a client that asks |
 //! | `tokens.rs` | which colours of names the client was given |
-//! | `watcher.rs` | files that change outside the client |
+//! | `watcher.rs`, `looks.rs` | files that change outside the client: events of the system, and what no event tells |
 //! | `mirror.rs` | recording a session |
 //!
 //! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
@@ -50,6 +50,7 @@ pub(crate) mod frame;
 mod generate;
 mod handlers;
 mod items;
+mod looks;
 mod main_loop;
 pub(crate) mod mirror;
 mod outbox;

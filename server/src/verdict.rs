@@ -102,9 +102,10 @@ impl Verdict {
         mark.to_owned() + &said.map(|(count, what)| format!("{count} {what}")).collect::<Vec<_>>().join(" · ")
     }
 
-    /// Returns it for editors: `status` is a name of [`HintStatus`].
-    pub(crate) fn document(&self) -> Value {
-        json!({ "status": self.status().name(), "text": self.words() })
+    /// Returns it for editors: `status` is a name of [`HintStatus`]. Where files are `unwatched`, it may be outdated for some seconds.
+    pub(crate) fn document(&self, unwatched: Option<&str>) -> Value {
+        let why = unwatched.map_or_else(String::new, |why| format!(" · files not watched: {why}"));
+        json!({ "status": self.status().name(), "text": self.words() + &why })
     }
 }
 
@@ -127,6 +128,10 @@ mod tests {
         assert_eq!(Verdict { errors: 1, ..all_right() }.words(), "? 1 error · 9 met · 9 measured");
         assert_eq!(Verdict { late_chains: 2, ..Default::default() }.words(), "✗ 2 chains late");
         assert_eq!(Verdict::default().words(), "no deadlines");
-        assert_eq!(late.document()["status"], "missed");
+        assert_eq!(late.document(None)["status"], "missed");
+        assert_eq!(
+            all_right().document(Some("raise the limit"))["text"],
+            "✓ 9 met · 9 measured · files not watched: raise the limit"
+        );
     }
 }

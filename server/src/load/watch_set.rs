@@ -26,7 +26,7 @@ pub(crate) struct WatchSet {
     /// The patterns of the timing tables in these folders.
     pub(super) patterns: Vec<GlobMatcher>,
     /// Single paths that matter: what was looked up in other folders, and the links on the way there.
-    paths: BTreeSet<PathBuf>,
+    pub(super) paths: BTreeSet<PathBuf>,
     /// Those of them that are links.
     links: BTreeSet<PathBuf>,
 }

@@ -194,6 +194,7 @@ impl Backend {
         match method {
             "initialized" => self.initialized(),
             "$/setTrace" => self.trace.set(&params["value"]),
+            "mauve/focus" => self.send(Event::Focused),
             "workspace/didChangeConfiguration" => {
                 // Clients that support requests for settings often send empty settings here, and some send none.
                 let can_be_asked = self.session.get().is_some_and(|(it, _)| it.configuration);

@@ -35,6 +35,8 @@ pub(crate) enum Event {
     /// Shows a warning to the user, once.
     Warn(String),
     Saved(DidSaveTextDocumentParams),
+    /// The user has turned to the editor.
+    Focused,
     /// The client closed a document: the text on the disk is in effect again.
     Closed(Url),
     /// A search has ended, without a result if it panicked. The flag tells it from others.

@@ -39,7 +39,7 @@ use super::staleness::Staleness;
 use super::tokens::Tokens;
 use super::trace::{Trace, milliseconds};
 use super::typing;
-use super::watcher::Watcher;
+use super::watcher::{TYPING, Watcher};
 use crate::load::{Loaded, Loader, Search, canonical_path, is_of_another_language};
 
 /// The maximum number of changed files that are read on this thread.
@@ -201,9 +201,11 @@ impl MainLoop {
             }
             Event::Opened(document) => self.opened(document),
             Event::Changed(params) => self.changed(params),
+            Event::Focused => self.watcher.look(Duration::ZERO),
             Event::TextUnknown(uri) => self.text_unknown(uri),
             Event::Warn(message) => self.publisher.warn(&message),
             Event::Saved(params) => {
+                self.watcher.look(Duration::ZERO);
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
             }
@@ -292,6 +294,7 @@ impl MainLoop {
     fn opened(&mut self, document: TextDocumentItem) {
         // Not every client sends `initialized`.
         self.staleness.allow_checks();
+        self.watcher.look(Duration::ZERO);
         let uri = document.uri.clone();
         self.documents.open(document);
         self.touched(&uri);
@@ -300,6 +303,7 @@ impl MainLoop {
     fn changed(&mut self, params: DidChangeTextDocumentParams) {
         let DidChangeTextDocumentParams { text_document, content_changes } = params;
         let VersionedTextDocumentIdentifier { uri, version } = text_document;
+        self.watcher.look(TYPING);
         self.documents.change(&uri, version, content_changes, self.capabilities.encoding);
         self.touched(&uri);
     }
@@ -465,7 +469,10 @@ impl MainLoop {
         });
         self.report(Work::Searching);
         let is_reported = self.capabilities.progress;
+        let looked = self.watcher.looked.take();
         let run = move || {
+            // The watcher looks at the files before the search reads them, and then drops the sender.
+            let _ = looked.map(|looked| looked.recv_timeout(LONG_SEARCH));
             let is_cancelled = || flag.load(Ordering::Relaxed);
             #[cfg(debug_assertions)]
             hold(&search, &is_cancelled);
@@ -650,17 +657,17 @@ impl MainLoop {
 
     /// Watches some of the folders of the workspaces; the others after the events that wait.
     fn watch_more(&mut self) {
-        let (new, watched) = self.watcher.watch_more();
-        if let Err(error) = watched {
+        let Some(new) = self.watcher.watch_more() else { return };
+        self.watcher.use_only(self.loader.in_use());
+        if let Some(failure) = &self.watcher.failure {
             self.publisher.warn(&format!(
-                "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
+                "Files are not watched: {failure}. Changes outside the editor are noticed some seconds later."
             ));
         }
-        let Some(new) = new else { return };
         let watcher = &self.watcher;
         self.loader.distrust(|folder| watcher.watches(folder).then(|| !new.contains(folder)), &new);
-        // Perhaps no event follows.
-        if !new.is_empty() {
+        // Perhaps no event follows. Files in unwatched folders were read before the watcher looked at them: they are read again.
+        if !new.is_empty() || self.watcher.failure.is_some() {
             self.staleness.request_search();
         }
     }
@@ -692,6 +699,7 @@ impl MainLoop {
             is_searching: self.staleness.are_files_missing() && !are_folders_late,
             are_folders_late,
             searched: self.loader.searched(),
+            unwatched: self.watcher.failure.clone(),
             outbox: Arc::clone(&self.publisher.outbox),
         }
     }

@@ -75,6 +75,8 @@ pub(crate) struct Snapshot {
     pub(crate) are_folders_late: bool,
     /// How many folders were searched.
     pub(crate) searched: u64,
+    /// Why files are not watched, or what to do about it.
+    pub(crate) unwatched: Option<Arc<str>>,
     /// The messages to send to the client.
     pub(crate) outbox: Arc<Outbox>,
 }

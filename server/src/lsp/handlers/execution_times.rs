@@ -75,7 +75,7 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &DrawingParams) -> Re
             let query = Query::at_level(db, project, of, Some(level));
             Deployed::of_model(db, project, of, std::iter::once(query))
         });
-        Verdict::of(&deployed.collect::<Vec<_>>(), tight_slack).document()
+        Verdict::of(&deployed.collect::<Vec<_>>(), tight_slack).document(None)
     };
     let levels: BTreeSet<Level> = all.iter().flat_map(|it| it.levels.iter().map(|it| it.0)).collect();
     let levels = levels.into_iter().rev().map(|level| {

@@ -94,7 +94,7 @@ fn document(
     let mut document = graph_document(db, (project, of), query, &graph);
     if graph.report.is_some() {
         let deployed = Deployed::of_model(db, project, of, std::iter::once(query));
-        document["verdict"] = Verdict::of(&[deployed], snapshot.settings.hints.tight_slack).document();
+        document["verdict"] = Verdict::of(&[deployed], snapshot.settings.hints.tight_slack).document(None);
     }
     let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();

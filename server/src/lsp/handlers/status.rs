@@ -6,7 +6,7 @@
 //! | `documents` | the number of open documents |
 //! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
-//! | `verdict` | the verdict on all deployments at the level that is shown, in closed files too: `text` for a status line, such as `✗ 1 late · 2 unknown · 9 measured`, where the last part says where execution times come from; and `status`, that of its worst part: `missed`, `unknown`, `tight`, `met`, or `time` where there are no deadlines. Null where `settled` is |
+//! | `verdict` | the verdict on all deployments at the level that is shown, in closed files too: `text` for a status line, such as `✗ 1 late · 2 unknown · 9 measured`, where the last part says where execution times come from, followed by what to do where files are not watched; and `status`, that of its worst part: `missed`, `unknown`, `tight`, `met`, or `time` where there are no deadlines. Null where `settled` is |
 //! | `jobs` | the number of running jobs, this request not counted |
 //! | `searched` | how many folders were searched since the start, each as often as it was |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
@@ -57,5 +57,5 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
 /// Returns the verdict. The server has analysed all deployments for their diagnostics.
 fn verdict(snapshot: &Snapshot) -> Value {
     let deployed = at_shown_level(&snapshot.db, &snapshot.workspaces).unwrap_or_default();
-    Verdict::of(&deployed, snapshot.settings.hints.tight_slack).document()
+    Verdict::of(&deployed, snapshot.settings.hints.tight_slack).document(snapshot.unwatched.as_deref())
 }
