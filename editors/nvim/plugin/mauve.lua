@@ -42,6 +42,7 @@ vim.api.nvim_create_autocmd('LspDetach', {
 })
 
 vim.api.nvim_create_autocmd({ 'WinResized', 'BufWinEnter' }, { group = group, callback = figures.redraw })
+vim.api.nvim_create_autocmd('FocusGained', { group = group, callback = mauve.focused })
 vim.api.nvim_create_autocmd('OptionSet', { group = group, pattern = 'wrap', callback = figures.redraw })
 
 -- The diagnostics come with each analysis, also with one of another file.

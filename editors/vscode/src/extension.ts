@@ -32,6 +32,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     new Tree(server),
     new Runs(server, context.storageUri ?? context.globalStorageUri),
     vscode.languages.onDidChangeDiagnostics(() => verdict.update()),
+    vscode.window.onDidChangeWindowState(({ focused }) => focused && server.focused()),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),

@@ -105,6 +105,13 @@ export class Server {
     return client?.isRunning() ? client.sendRequest<T>(method, parameters).catch(() => undefined) : undefined;
   }
 
+  /** The user has turned to this window, perhaps from one where files changed: the server looks at them. */
+  focused(): void {
+    if (this.client?.isRunning()) {
+      void this.client.sendNotification("mauve/focus").catch(() => undefined);
+    }
+  }
+
   /** The code lenses of a document, as soon as the server has started and read the project. */
   private async lensesOf(document: vscode.TextDocument): Promise<vscode.CodeLens[]> {
     await this.queue;

@@ -307,6 +307,18 @@ check('figures are marked when the server does not answer', function()
   wait_for_group('navigation', '! 997 / 1000', 'MauveTight')
 end)
 
+check('the focus has the server look at its files', function()
+  local rpc, told = vim.lsp.get_clients({ name = 'mauve' })[1].rpc, {}
+  local notify = rpc.notify
+  rpc.notify = function(method, ...)
+    table.insert(told, method)
+    return notify(method, ...)
+  end
+  vim.api.nvim_exec_autocmds('FocusGained', {})
+  rpc.notify = notify
+  equal({ 'mauve/focus' }, told)
+end)
+
 check('a table that is edited, saved, and abandoned', function()
   vim.cmd('belowright split')
   local times = open(table_file)

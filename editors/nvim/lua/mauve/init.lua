@@ -135,7 +135,7 @@ end
 
 --- Calls a function of a client: these are methods since 0.11.
 ---@param client vim.lsp.Client
----@param name 'request'|'stop'
+---@param name 'notify'|'request'|'stop'
 function M.call(client, name, ...)
   if vim.fn.has('nvim-0.11') == 1 then
     return client[name](client, ...)
@@ -260,6 +260,13 @@ function M.update_verdict()
       end
     end)
   end, 300)
+end
+
+--- Has the servers look at their files, some of which may have changed without an event while the user was elsewhere.
+function M.focused()
+  for _, client in ipairs(vim.lsp.get_clients({ name = 'mauve' })) do
+    M.call(client, 'notify', 'mauve/focus', vim.empty_dict())
+  end
 end
 
 --- Has the server read and analyse all files again.
