@@ -252,6 +252,39 @@ fn no_response_of_threads_exceeds_its_bound() {
     });
 }
 
+/// Threads, then operations, locks, waits and throttling, each of them or not.
+#[test]
+fn no_response_with_all_of_these_exceeds_its_bound() {
+    compare("locks, waits, operations, threads, throttling", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(10, 40));
+        let mut set = systems.set(cpus, percent);
+        let has: [bool; 4] = std::array::from_fn(|_| systems.from(0, 1) == 0);
+        if has[0] {
+            join(systems, &mut set);
+        }
+        if has[1] {
+            let last = set.activities().len() as u64 - 1;
+            let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
+            let time = Time::from_nanos(systems.from(1, 3));
+            set.operations.push(Operation { provider, client, sends: 1, time, during: None });
+        }
+        systems.share(&mut set, 0);
+        if has[2] {
+            systems.wait(&mut set);
+        }
+        if has[3] {
+            let machine = StateMachine::single(Time::from_nanos(systems.from(1, 5)));
+            let throttling = Task::new(90, Time::from_nanos(systems.from(30, 90)), machine);
+            let mut all = set.activities().to_vec();
+            all.push(Task { is_throttling: true, ..throttling });
+            let (operations, locks) = (set.operations, set.locks);
+            set = Tasks::new(all);
+            (set.operations, set.locks) = (operations, locks);
+        }
+        set
+    });
+}
+
 /// Deadlines are up to three periods.
 #[test]
 fn no_response_to_data_exceeds_its_bound() {
