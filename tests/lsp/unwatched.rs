@@ -68,6 +68,7 @@ impl Session {
         let other = address(&self.top.join("robot/more.mal"));
         let opened =
             json!({"uri": other, "languageId": "mauve", "version": 1, "text": "codel more(): int\n"});
+        let table_uri = address(&self.top.join("robot/times/plan.toml"));
         let messages = [
             ("textDocument/didSave", json!({"textDocument": text})),
             ("textDocument/didOpen", json!({"textDocument": opened})),

@@ -48,8 +48,8 @@ pub struct Lock {
 pub struct LockUser {
     /// The index of the task.
     pub task: usize,
-    /// For how long it executes from the instant at which it takes the lock until it holds no lock, at most; meanwhile it neither
-    /// waits nor is blocked by a job of lower priority. `None` if that is unknown, as for a task of unknown demand.
+    /// For how long it executes while it holds the lock, at most; with a ceiling, while it holds this lock or others with a ceiling that
+    /// is no lower, without a gap. Meanwhile it does not wait. `None` if that is unknown, as for a task of unknown demand.
     pub held: Option<Time>,
 }
 

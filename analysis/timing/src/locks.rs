@@ -5,8 +5,8 @@
 //! has, and which locks count, depends on the [`Protocol`]:
 //!
 //! - With a *ceiling*, a job that holds a lock has the highest priority of all users of the lock. Only one job of lower priority
-//!   can be within such locks when the window begins: B is the greatest of their times. It may go from one to the next, since the time
-//!   of a lock lasts until the job has left all.
+//!   can be within such locks when the window begins: B is the greatest of their times. (Where it goes from one to the next, the time of
+//!   the one with the lowest ceiling contains that of the others.)
 //! - With *inheritance*, it has the highest priority of the jobs that wait for the lock. Several may be within locks, each within
 //!   one, and each lock is held by one: B is the lesser of Σ over the tasks of their greatest time, and Σ over the locks of the
 //!   greatest time (L. Sha, R. Rajkumar, J. Lehoczky, "Priority Inheritance Protocols: An Approach to Real-Time

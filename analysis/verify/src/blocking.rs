@@ -3,8 +3,8 @@
 //! All users of a lock have to run on one CPU. There, a job of lower priority executes while a task is busy only to leave a lock
 //! that it took before, and only a lock that the task, or one of at least its priority, uses. With a ceiling, one job is within
 //! such locks: B is the greatest time. With inheritance, each job is within one lock, and each lock is held by one job: B is the
-//! lesser of the sums, by job and by lock. Without a protocol, this holds if no task has a priority between. The time of a lock lasts
-//! until the job holds none.
+//! lesser of the sums, by job and by lock. Without a protocol, this holds if no task has a priority between. The time of a ceiling lasts
+//! as long as the job holds it or others that are no lower.
 //!
 //! While real-time tasks are throttled, the background executes, and may take its locks again: its part of B is counted apart, by
 //! the sums. A task of unknown demand, and each that shares locks with it, directly or through others, holds its locks for an unknown

@@ -207,13 +207,15 @@ pub(crate) fn locks_of<'db>(
     }
     let hosts: BTreeSet<Option<usize>> = system.activities.iter().map(|it| it.host).collect();
     for (lock, host) in declared.all.iter().flat_map(|lock| hosts.iter().map(move |host| (lock, *host))) {
+        let ceiling = |lock: &DeclaredLock<'db>| users(lock, host).iter().map(|(_, it)| it.priority).max();
         let held = |activity: &ResolvedActivity<'db>, codel: Decl<'db>| {
             let its = || declared.of_codel(codel);
             let users = its().flat_map(|lock| users(lock, host));
             let cpus: CpuSet = users.map(|(_, it)| it.task.cpus.unwrap_or(CpuSet::ALL)).collect();
             // A job on another CPU may have the next lock.
             let is_free = its().count() < 2 || cpus.is_one();
-            let held = held_by(db, its(), codel, timetable_of(db, activity.tables), level, what_if);
+            let above = its().filter(|it| std::ptr::eq(*it, lock) || ceiling(it) >= ceiling(lock));
+            let held = held_by(db, above, codel, timetable_of(db, activity.tables), level, what_if);
             held.filter(|_| is_free)
         };
         let user = |(task, activity): (usize, &ResolvedActivity<'db>)| {
@@ -229,8 +231,8 @@ pub(crate) fn locks_of<'db>(
     found
 }
 
-/// Returns for how long a codel executes from the instant at which it takes one of its locks until it holds none: it may take the next
-/// one before it leaves the first. With inheritance or no protocol, it takes one only.
+/// Returns for how long a codel executes within these of its locks without a gap: it may take the next one before it leaves the first.
+/// With inheritance or no protocol, it takes one only.
 fn held_by<'a, 'db: 'a>(
     db: &'db dyn ModelDb,
     its: impl Iterator<Item = &'a DeclaredLock<'db>>,

@@ -53,9 +53,9 @@ pub fn budgets<'db>(
     };
     // The statuses where `codel` takes `time`; the outer `None` where no steps are left, the inner one where the deployment is not
     // analysed for another reason too, or where a search was given up, which proves nothing.
-    let with_time = |codel: Decl<'db>, time: Time| -> Option<Option<Vec<Status>>> {
+    let with_time = |codel: Decl<'db>, time: Time, is_brief: bool| -> Option<Option<Vec<Status>>> {
         let set = with(codel, time);
-        let statuses = statuses(&set, &variants.analysed(&set, true)?);
+        let statuses = statuses(&set, &variants.analysed(&set, is_brief)?);
         Some((!statuses.contains(&Status::NotAnalysed)).then_some(statuses))
     };
     let is_late = |it: &Status| matches!(it, Status::Missed | Status::Unbounded);
@@ -63,7 +63,7 @@ pub fn budgets<'db>(
     let mut budgets = Vec::new();
     for MissingTime { codel, users, .. } in &missing {
         let codel = *codel;
-        let Some(at_zero) = with_time(codel, Time::ZERO).flatten() else { continue };
+        let Some(at_zero) = with_time(codel, Time::ZERO, true).flatten() else { continue };
         if at_zero.contains(&Status::NoBound) {
             continue;
         }
@@ -77,15 +77,21 @@ pub fn budgets<'db>(
         let time = match late().any(|(activity, _)| is_user(&activity.instance)) {
             true => None,
             false => {
-                // The analysis is monotone in every time.
-                let found = Boundary::between(0, longest.as_nanos().saturating_add(1), |time| {
-                    let Some(statuses) = with_time(codel, time)? else { return Some(false) };
+                let keeps = |time: Time, is_brief: bool| {
+                    let Some(statuses) = with_time(codel, time, is_brief)? else { return Some(false) };
                     let mut changes = at_zero.iter().zip(&statuses);
                     Some(!changes.any(|(before, after)| {
                         !is_late(before) && (is_late(after) || *after == Status::NoBound)
                     }))
-                });
-                if !found.is_complete() {
+                };
+                // The analysis is monotone in every time.
+                let end = longest.as_nanos().saturating_add(1);
+                let mut found = Boundary::between(0, end, |time| keeps(time, true));
+                // The whole analysis, with the next time too: the smaller budget may prove less.
+                if keeps(Time::from_nanos(found.bad), false) != Some(false) {
+                    found = Boundary::between(found.good, end, |time| keeps(time, false));
+                }
+                if !found.is_complete() || keeps(Time::from_nanos(found.bad), false) != Some(false) {
                     return budgets;
                 }
                 Some(Time::from_nanos(found.good))

@@ -8,7 +8,7 @@ use mauve_timing::{Method, Protocol};
 use super::explore::{OPERATIONS, Outcome, explore, schedule_above};
 use super::scheduler::keeps_priorities;
 use super::suspended::{self, LOCKS};
-use super::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
+use super::system::{Bounds, Calls, METHODS, Served, Shared, System, Task, simple, task};
 
 /// The number of systems of each kind, unless the environment says otherwise; and of kinds with larger systems.
 const SYSTEMS: u64 = 5000;
@@ -575,6 +575,16 @@ impl Random {
         };
         for place in 0..system.tasks.len() {
             system.tasks[place].nests = is_on_one_cpu && may_wait(system, place) && !self.one_in(4);
+        }
+        // The time of the lower ceiling contains that of the higher one.
+        let ceiling = |lock: &Shared| lock.users.iter().map(|(user, _)| system.tasks[*user].priority).max();
+        let ceilings: Vec<_> = system.locks.iter().map(ceiling).collect();
+        for (lower, higher) in [(0, 1), (1, 0)].into_iter().filter(|(a, b)| ceilings[*a] <= ceilings[*b]) {
+            let above = system.locks[higher].users.clone();
+            for (user, held) in &mut system.locks[lower].users {
+                let of_higher = above.iter().find(|(other, _)| other == user).map_or(0, |(_, held)| *held);
+                *held = of_higher.max(*held);
+            }
         }
     }
 

@@ -9,8 +9,9 @@
 //!   it waits or ends. If another job has the lock, it is blocked until that leaves it; whoever has a CPU then is the next to take
 //!   it.
 //! - A job that has a lock has the priority that the protocol gives it. Jobs of equal priority take turns in any way.
-//! - A job that *nests* takes a second lock before it leaves the first, and leaves them in any order. Then no job of equal priority
-//!   preempts one that has a ceiling, as under SCHED_FIFO.
+//! - A job that *nests* takes a second lock before it leaves the first, and leaves them in any order. The time of a lock is that of the
+//!   locks with a ceiling that is no lower, without a gap. No job of equal priority preempts one that has a ceiling then, as under
+//!   SCHED_FIFO.
 //! - A task of unknown demand waits within its locks, and holds them for as long as its job lasts.
 //! - While a task of throttling has a job, no real-time task executes on its CPU, and the background does. A job of the background with
 //!   a lock that gives it a real-time priority may execute then or not.
@@ -67,15 +68,18 @@ struct TaskState {
     locks: u8,
     /// 1 more than the lock that it takes as soon as it has a CPU and the lock is free; 0 for none. 2 bits.
     wants: u8,
-    /// For how long it may still hold its locks. 4 bits.
-    hold: u8,
+    /// For how long it may still hold each lock; of a job that nests, any lock with a ceiling that is no lower. 4 bits each; only one
+    /// of them where no job nests.
+    hold: [u8; LOCKS],
     /// Whether it is a call, executed between two jobs. Only in systems with operations.
     is_call: bool,
 }
 
 impl TaskState {
     /// `None` if a counter is too great.
-    fn pack(&self) -> Option<u128> {
+    fn pack(&self, any_nests: bool) -> Option<u128> {
+        let [first, second] = self.hold;
+        let hold = if any_nests { first } else { first.max(second) };
         let parts = [
             (self.to_release, 5),
             (self.machine, 2),
@@ -87,20 +91,24 @@ impl TaskState {
             (self.status as u8, 2),
             (self.locks, LOCKS as u32),
             (self.wants, 2),
-            (self.hold, 4),
+            (hold, 4),
+            (second, if any_nests { 4 } else { 0 }),
         ];
-        let packed =
-            |all, (part, bits): (u8, u32)| (part < 1 << bits).then(|| all << bits | u128::from(part));
+        let packed = |all, (part, bits): (u8, u32)| {
+            (bits == 0 || part < 1 << bits).then(|| all << bits | low(part, bits))
+        };
         parts.into_iter().try_fold(0, packed)
     }
 
-    fn unpack(mut packed: u128) -> TaskState {
+    fn unpack(mut packed: u128, any_nests: bool) -> TaskState {
         let mut part = |bits: u32| {
             let part = (packed & ((1 << bits) - 1)) as u8;
             packed >>= bits;
             part
         };
-        let (hold, wants, locks, status) = (part(4), part(2), part(LOCKS as u32), part(2));
+        let second = if any_nests { part(4) } else { 0 };
+        let (first, wants, locks, status) = (part(4), part(2), part(LOCKS as u32), part(2));
+        let hold = if any_nests || locks & 2 == 0 { [first, second] } else { [0, first] };
         let (times, wait, remaining) = (part(2), part(4), part(5));
         let (is_released, jobs, machine, to_release) = (part(1) == 1, part(3), part(2), part(5));
         let status = [Status::Idle, Status::Ready, Status::Waiting][usize::from(status)];
@@ -121,8 +129,16 @@ impl TaskState {
     }
 }
 
-/// The bits of a task in a packed state.
-const BITS: u32 = 32;
+/// These bits of a number.
+fn low(part: u8, bits: u32) -> u128 {
+    u128::from(part) & ((1 << bits) - 1)
+}
+
+/// Returns the bits of a task in a packed state.
+fn bits_of(system: &System) -> u32 {
+    let any_nests = system.tasks.iter().any(|task| task.nests);
+    32 + if any_nests { 4 } else { 0 } + u32::from(!system.operations.is_empty())
+}
 
 #[derive(Clone, Copy, PartialEq, Default)]
 struct State {
@@ -133,13 +149,15 @@ struct State {
 
 impl State {
     fn pack(&self, system: &System) -> Option<u128> {
-        let operations = system.operations.len();
+        let (operations, bits) = (system.operations.len(), bits_of(system));
+        let any_nests = system.tasks.iter().any(|task| task.nests);
         let mut packed = 0;
         for now in self.tasks[..system.tasks.len()].iter().rev() {
-            packed = packed << BITS | now.pack()?;
-            if operations > 0 {
-                packed = packed << 1 | u128::from(now.is_call);
-            }
+            let task = match operations {
+                0 => now.pack(any_nests)?,
+                _ => now.pack(any_nests)? << 1 | u128::from(now.is_call),
+            };
+            packed = packed << bits | task;
         }
         for &(waiting, unsent) in self.calls[..operations].iter().rev() {
             if waiting >= 8 || unsent >= 4 {
@@ -151,17 +169,20 @@ impl State {
     }
 
     fn unpack(mut packed: u128, system: &System) -> State {
-        let operations = system.operations.len();
+        let (operations, bits) = (system.operations.len(), bits_of(system));
+        let any_nests = system.tasks.iter().any(|task| task.nests);
         let mut state = State::default();
         for calls in &mut state.calls[..operations] {
             *calls = (packed as u8 >> 2 & 7, packed as u8 & 3);
             packed >>= 5;
         }
         for now in &mut state.tasks[..system.tasks.len()] {
-            let is_call = operations > 0 && packed & 1 == 1;
-            packed >>= u32::from(operations > 0);
-            *now = TaskState { is_call, ..TaskState::unpack(packed & ((1 << BITS) - 1)) };
-            packed = packed.checked_shr(BITS).unwrap_or(0);
+            let task = packed & ((1 << bits) - 1);
+            *now = match operations {
+                0 => TaskState::unpack(task, any_nests),
+                _ => TaskState { is_call: task & 1 == 1, ..TaskState::unpack(task >> 1, any_nests) },
+            };
+            packed = packed.checked_shr(bits).unwrap_or(0);
         }
         state
     }
@@ -192,7 +213,7 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
             if now.status != Status::Idle {
                 let TaskState { status, locks, wants, hold, remaining, wait, is_call, .. } = now;
                 let _ = write!(text, ", {status:?}, {remaining} to execute, {wait} to wait");
-                let _ = write!(text, ", locks {locks:b} for {hold}, wants {wants}");
+                let _ = write!(text, ", locks {locks:b} for {hold:?}, wants {wants}");
                 text.push_str(if *is_call { ", a call" } else { "" });
             }
         }
@@ -251,9 +272,9 @@ struct Exploration<'a> {
 
 impl<'a> Exploration<'a> {
     fn new(system: &'a System, limits: &[Option<u64>]) -> Exploration<'a> {
-        let bits = system.tasks.len() as u32 * (BITS + u32::from(!system.operations.is_empty()));
+        let bits = system.tasks.len() as u32 * bits_of(system) + 5 * system.operations.len() as u32;
         assert!(system.tasks.len() <= TASKS && system.locks.len() <= LOCKS);
-        assert!(system.operations.len() <= OPERATIONS && bits + 5 * system.operations.len() as u32 <= 128);
+        assert!(system.operations.len() <= OPERATIONS && bits <= 128);
         let small = |number: u64| u8::try_from(number).unwrap();
         let explored = system.tasks.iter().zip(limits).enumerate().map(|(index, (task, &limit))| {
             let mut successors: Vec<Vec<Edge>> = (0..task.states()).map(|_| Vec::new()).collect();
@@ -431,9 +452,13 @@ impl<'a> Exploration<'a> {
                 wanted => wanted == lock + 1,
             };
             for lock in (0..LOCKS as u8).filter(|lock| may_take && is_wanted(lock)) {
-                let held = task.held[usize::from(lock)];
-                let hold = if now.locks == 0 { held } else { held.min(now.hold) };
                 let (locks, wants) = (now.locks | 1 << lock, lock + 1);
+                let mut hold = now.hold;
+                for (level, hold) in hold.iter_mut().enumerate() {
+                    let begins = *hold == 0 && self.is_within(level, 1 << lock);
+                    let counts = task.nests || level == usize::from(lock);
+                    *hold = if begins && counts { task.held[level] } else { *hold };
+                }
                 match is_taken(state, lock) {
                     true if now.wants == 0 => next.push(with(TaskState { wants, ..*now })),
                     true => {}
@@ -442,6 +467,28 @@ impl<'a> Exploration<'a> {
             }
         }
         self.next = next;
+    }
+
+    /// Whether one of `locks` has a ceiling that is not lower than that of the lock `level`.
+    fn is_within(&self, level: usize, locks: u8) -> bool {
+        let ceiling = |lock: usize| self.locks.get(lock).map(|(_, ceiling)| *ceiling);
+        (0..LOCKS).any(|lock| locks >> lock & 1 == 1 && ceiling(lock) >= ceiling(level))
+    }
+
+    /// Returns the job with these of its locks, if it may still hold them.
+    fn keeping(&self, place: usize, now: &TaskState, locks: u8) -> Option<TaskState> {
+        let mut hold = now.hold;
+        for (level, hold) in
+            hold.iter_mut().enumerate().filter(|(level, _)| self.tasks[place].held[*level] > 0)
+        {
+            let counts = self.tasks[place].nests || now.locks >> level & 1 == 1;
+            match self.is_within(level, locks) && counts {
+                true if *hold == 0 => return None,
+                true => {}
+                false => *hold = 0,
+            }
+        }
+        Some(TaskState { locks, hold, ..*now })
     }
 
     /// Returns the states after the job or a call of an idle task that has a CPU begins.
@@ -625,7 +672,8 @@ impl<'a> Exploration<'a> {
                 now.to_release -= 1;
                 if executing >> place & 1 == 1 {
                     now.remaining -= 1;
-                    now.hold -= u8::from(now.hold > 0 && !self.tasks[place].is_unknown);
+                    let passes = u8::from(!self.tasks[place].is_unknown);
+                    now.hold = now.hold.map(|hold| hold.saturating_sub(passes));
                 }
                 now.wait -= u8::from(now.status == Status::Waiting);
             }
@@ -643,18 +691,14 @@ impl<'a> Exploration<'a> {
         let now = state.tasks[place];
         let mut after = Vec::with_capacity(4);
         let (mut may_end, has_executed) = (false, executing >> place & 1 == 1);
-        let free = TaskState { status: Status::Ready, locks: 0, hold: 0, ..now };
+        let free = TaskState { status: Status::Ready, locks: 0, hold: [0; LOCKS], ..now };
         if has_executed {
             may_end = now.remaining == 0 || self.system.jobs_may_end_early && task.throttles.is_none();
             if now.remaining > 0 {
                 after.push(free);
-                if now.hold > 0 {
-                    after.push(now);
-                    // It leaves one of its locks.
-                    let left = (0..LOCKS).map(|lock| now.locks & !(1 << lock));
-                    let left = left.filter(|left| *left > 0 && *left != now.locks);
-                    after.extend(left.map(|locks| TaskState { locks, ..now }));
-                }
+                // It keeps some of its locks.
+                let kept = (1..1 << LOCKS).filter(|kept| kept & !now.locks == 0);
+                after.extend(kept.filter_map(|kept| self.keeping(place, &now, kept)));
             }
             after.extend(free.waiting());
             if task.is_unknown && now.locks > 0 {
