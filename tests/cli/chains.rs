@@ -141,3 +141,25 @@ fn the_document_of_the_sample() {
         assert_eq!(chain["latency"].is_null(), has_reasons, "{chain}");
     }
 }
+
+/// The data of a chain is not kept by a base that writes what it remembers after newer data: as the editor's hover, the table and the
+/// document say so.
+#[test]
+fn an_effect_that_may_show_older_data_is_named() {
+    let folder = robot("keeps", PERIODIC, "");
+    let found = run(&folder, &["--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    assert!(document["chains"][0]["not_lasting"].is_null(), "{}", found.out);
+    let older = ROBOT
+        .replace("var wanted: int; update", "var wanted: int; var last: int = 0; update")
+        .replace("drive(wanted); }", "drive(wanted); drive(last); last = wanted; }")
+        .replace("PRIORITY", PERIODIC);
+    write(&folder, &[("robot.mal", older.as_str())]);
+    let found = run(&folder, &[]);
+    let said = "  camera.scan -> base.drive: base may overwrite the effect: update writes older data\n";
+    assert!(found.out.contains(said) && found.code == 0, "{}", found.out);
+    let document: Value = serde_json::from_str(&run(&folder, &["--format", "json"]).out).unwrap();
+    let chain = &document["chains"][0];
+    assert_eq!(chain["not_lasting"], "base may overwrite the effect: update writes older data");
+    assert!(chain["latency"].is_number());
+}

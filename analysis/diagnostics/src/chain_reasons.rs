@@ -114,6 +114,14 @@ pub fn overwrite(by: &Overwrite<'_>) -> String {
     format!("{} writes {what}", by.program)
 }
 
+/// Returns why an effect of a chain with a latency may be older than that: the last component shows older data, or a value that does not
+/// come from it, after newer data. None if it keeps what it wrote.
+pub fn not_lasting(chain: &ChainReport<'_>) -> Option<String> {
+    let by = chain.overwritten.as_ref().filter(|_| chain.latency.is_some())?;
+    let instance = chain.steps.last().map_or("the last component", |it| it.instance.as_str());
+    Some(format!("{instance} may overwrite the effect: {}", overwrite(by)))
+}
+
 /// Returns what is wrong with the declaration of a chain.
 fn chain_problem(problem: &ChainProblem) -> String {
     match problem {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure};
-use mauve_diagnostics::{errors_of, errors_of_text, origins, reasons_of_chain, times_of};
+use mauve_diagnostics::{errors_of, errors_of_text, not_lasting, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
 use mauve_ide::{Drawing, draw_chains, drawn_chains};
@@ -17,7 +17,7 @@ use crate::analysis_document::{deployments, milliseconds};
 use crate::cli::check::verdict::conditions_of;
 use crate::cli::errors::{nothing_to, say_errors, several_of};
 use crate::cli::options::{Outside, Paths, level};
-use crate::cli::text::{columns, counted, csv, number, shown};
+use crate::cli::text::{assumptions, columns, counted, csv, number, shown};
 use crate::cli::wcrt::{bar_of, shown_tables};
 use crate::harmless::harmless;
 use crate::json::{object, one_or_all};
@@ -184,7 +184,10 @@ impl ChainsCommand {
                 "  assumption: between {one} and {other}, a sample takes {latency} at most, until Cyclone DDS has received it"
             );
         }
-        it.shown.iter().filter(|chain| chain.latency.is_some()).for_each(|chain| out += &it.assumed(chain));
+        for chain in it.shown.iter().filter(|chain| chain.latency.is_some()) {
+            out += &it.assumed(chain);
+            out.extend(not_lasting(chain).map(|why| format!("  {}: {why}\n", chain.name)));
+        }
         out
     }
 }
@@ -205,14 +208,10 @@ impl<'db> Shown<'db> {
         let Some(declared) = chain.declared.and_then(|it| config.chains.get(it)) else {
             return String::new();
         };
-        let all =
-            [("while the states are", &declared.states), ("if there is an answer of", &declared.answers)];
-        let all = all.into_iter().filter(|(_, names)| !names.is_empty());
-        let names = |names: &[(String, _)]| {
-            names.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
-        };
-        let parts: Vec<String> = all.map(|(what, of)| format!("{what} {}", names(of))).collect();
-        if parts.is_empty() { String::new() } else { format!("  {}: {}\n", chain.name, parts.join(", and ")) }
+        let [states, answers] = [&declared.states, &declared.answers]
+            .map(|of| of.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>());
+        let assumed = assumptions(&states, &answers);
+        if assumed.is_empty() { assumed } else { format!("  {}: {assumed}\n", chain.name) }
     }
 
     /// Returns where a chain begins and ends.
@@ -282,6 +281,8 @@ impl<'db> Shown<'db> {
                 limit: chain.limit.map(milliseconds),
                 status: status(chain),
                 reasons: reasons_of_chain(self.db, chain),
+                // Why an effect may show older data than the one before it.
+                [not_lasting]: not_lasting(chain),
                 hops: hops.collect::<Vec<_>>(),
             }
         });

@@ -35,6 +35,14 @@ pub(super) fn wait_entry(codel: &str, wait: u64, times: u64) -> String {
     }
 }
 
+/// Says in which states a chain is intended to work, and what has to answer: `while the states are guidance.Steering, and if there is an
+/// answer of sweep`.
+pub(super) fn assumptions(states: &[&str], answers: &[&str]) -> String {
+    let all = [("while the states are", states), ("if there is an answer of", answers)];
+    let all = all.into_iter().filter(|(_, names)| !names.is_empty());
+    all.map(|(what, names)| format!("{what} {}", names.join(", "))).collect::<Vec<_>>().join(", and ")
+}
+
 /// Returns a count with its noun: `1 file`, `2 files`, `no files`.
 pub(super) fn counted(count: usize, what: &str) -> String {
     match count {

@@ -10,7 +10,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{chain_reason, connection_reason, overwrite};
+use mauve_diagnostics::{chain_reason, connection_reason, not_lasting, overwrite};
 use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, tokens_at};
@@ -168,10 +168,7 @@ fn chain_text<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> String {
         let _ =
             writeln!(out, "  when it is written, the effect shows data that is at most {} old", short(age));
     }
-    if let Some(by) = &chain.overwritten {
-        let instance = chain.steps.last().map_or("the last component", |it| it.instance.as_str());
-        let _ = writeln!(out, "  {instance} may overwrite the effect: {}", overwrite(by));
-    }
+    out.extend(not_lasting(chain).map(|why| format!("  {why}\n")));
     out
 }
 
