@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mauve_tests::{Run, mauve, models, scratch, test_name};
+use mauve_tests::{Run, mauve, models, scratch, test_name, write};
 
 use crate::MAUVE;
 
@@ -96,4 +96,121 @@ fn check_says_what_the_checker_found() {
     assert_eq!(found.code, 0);
     let found = run(&folder, &["check", "--verify", "--format", "json"]);
     assert!(found.out.contains("\"certificate\": \"accepted, 9 deadlines proved\""), "{}", found.out);
+}
+
+/// A base follows what a camera and a guide say, which may write nothing for ever.
+const ROBOT: &str = "
+codel sweep(out n: int): bool
+codel steer(in n: int): int
+codel halt(): int
+codel drive(in n: int): void
+shell Laser { output port scan: int }
+shell Guide { input port scan: int  output port speed: int }
+shell Base { input port speed: int }
+core LaserCore(Laser) { var n: int = 0  update = { if (sweep(n)) then { write(scan, n); } else { } } }
+core GuideCore(Guide) { var n: int = 0
+  statemachine {
+    initial state Waiting { run = { write(speed, halt()); }  transition go to Steering }
+    state Steering { run = { read(scan, n); write(speed, steer(n)); }  transition stop if (n < 0) to Waiting }
+  }
+}
+core BaseCore(Base) { var n: int = 0  update = { read(speed, n); drive(n); } }
+component Scanner(Laser, LaserCore)
+component Guidance(Guide, GuideCore)
+component Wheels(Base, BaseCore)
+architecture A {
+  instance laser: Scanner  instance guidance: Guidance  instance wheels: Wheels
+  connection laser.scan -> guidance.scan  connection guidance.speed -> wheels.speed
+}
+deployment Robot {
+  architecture A
+  activity laser { affinity = 1  priority = 3  period = 100 }
+  activity guidance { affinity = 1  priority = 2  period = 100 }
+  activity wheels { affinity = 1  priority = 1  period = 100 }
+}
+";
+
+/// The certificate of the robot with these chains, and what is said of it.
+fn chained(name: &str, chains: &str) -> (PathBuf, Run) {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
+    let config = format!("assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n{chains}");
+    write(&folder, &[("robot.mal", ROBOT), ("mauve.toml", &config)]);
+    let written = run(&folder, &["wcrt", "--certificate", "proof.json"]);
+    assert_eq!((written.code, written.err.as_str()), (0, ""));
+    let found = run(&folder, &["verify", "proof.json"]);
+    (folder, found)
+}
+
+const SEE: &str = "from = 'sweep'\nto = 'drive'\nwhile = ['guidance.Steering']\nanswers = ['sweep']\n";
+
+#[test]
+fn what_is_assumed_of_a_chain_is_said() {
+    let (folder, found) = chained("met", &format!("[chains.see]\n{SEE}latency = '400 ms'\n"));
+    let said = "    `see`: 303 ms within 400 ms, while the states are guidance.Steering, and if there is an answer of sweep\n";
+    assert!(found.out.contains(said) && found.code == 0, "{}", found.out);
+    let text = fs::read_to_string(folder.join("proof.json")).unwrap();
+    let conditions = "\"while\":[\"guidance.Steering\"]";
+    assert!(text.contains(conditions) && text.contains("\"answers\":[\"sweep\"]"), "{text}");
+    // Without a limit, its latency holds under the same conditions.
+    let (_, found) = chained("no-limit", &format!("[chains.see]\n{SEE}"));
+    let said =
+        "    `see`: 303 ms, while the states are guidance.Steering, and if there is an answer of sweep\n";
+    assert!(found.out.contains(said) && found.code == 0, "{}", found.out);
+}
+
+/// As a missed deadline, a chain that misses its limit, or has no latency, is not proved.
+#[test]
+fn a_chain_that_is_not_proved_is_named() {
+    let late = format!("[chains.see]\n{SEE}latency = '300 ms'\n");
+    let skipped = "[chains.blind]\nfrom = 'sweep'\nto = 'drive'\n";
+    for (name, chains, why) in [
+        (
+            "late",
+            late.as_str(),
+            "    chain see: not certified: its latency of 303 ms exceeds its limit of 300 ms\n",
+        ),
+        (
+            "skipped",
+            skipped,
+            "    chain blind: not certified: it has no latency: `laser` may never pass the data on in update: `sweep` may not return `true`; \
+             `guidance` may overwrite the data before it is read: Waiting.run writes a value that does not come from it\n",
+        ),
+    ] {
+        let (folder, found) = chained(name, chains);
+        assert!(found.out.starts_with("proof.json: accepted in part\n"), "{}", found.out);
+        assert!(found.out.contains(" 3 deadlines proved\n") && found.out.contains(why), "{}", found.out);
+        assert_eq!((found.code, run(&folder, &["verify", "--allow-partial", "proof.json"]).code), (1, 0));
+        let checked = run(&folder, &["check", "--verify"]);
+        let why = why.trim().replace(": not certified: ", ", ");
+        assert!(checked.out.contains(&format!("; not certified: {why}")), "{}", checked.out);
+    }
+}
+
+/// Whoever writes a certificate chooses its names: none of them begins a line of its own.
+#[test]
+fn no_name_of_a_certificate_forges_a_line() {
+    let (folder, _) = chained("names", &format!("[chains.see]\n{SEE}latency = '400 ms'\n"));
+    let text = fs::read_to_string(folder.join("proof.json")).unwrap();
+    let forged = "\\nother.json: accepted\\n";
+    for (from, to) in [
+        ("\"deployment\":\"Robot\"", format!("\"deployment\":\"Robot{forged}\"")),
+        ("\"significance\":\"1e-4\"", format!("\"significance\":\"1e-4{forged}\"")),
+        ("\"name\":\"see\"", format!("\"name\":\"see{forged}\"")),
+        ("\"guidance.Steering\"", format!("\"guidance.Steering{forged}\"")),
+        ("\"answers\":[\"sweep\"]", format!("\"answers\":[\"sweep{forged}\"]")),
+        ("\"not_certified\":[]", format!("\"not_certified\":[[\"a{forged}\",\"b{forged}\"]]")),
+        // The name of a task in the reason why it is refused, and a key that is not known.
+        ("\"met\":true,\"response\":1000000,\"task\":0", "\"met\":true,\"response\":1,\"task\":0".to_owned()),
+        ("\"met\":true", format!("\"met\":true,\"sure{forged}\":true")),
+    ] {
+        assert!(text.contains(from), "{from} in {text}");
+        let other =
+            text.replacen(from, &to, 1).replace("\"name\":\"laser\"", &format!("\"name\":\"laser{forged}\""));
+        fs::write(folder.join("proof.json"), &other).unwrap();
+        let found = run(&folder, &["verify", "proof.json"]);
+        let said = format!("{}{}", found.out, found.err);
+        assert!(!said.lines().any(|line| line.starts_with("other.json")), "{from}: {said}");
+        let is_shown = said.contains("\\u{a}other.json: accepted");
+        assert!(is_shown, "{from}: {said}");
+    }
 }

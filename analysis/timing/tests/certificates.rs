@@ -49,7 +49,7 @@ fn certificate(set: &Tasks) -> Value {
     let mut system = set.certificate(&|task| status(task) == Status::Met, &|| ());
     system.insert("deployment".to_owned(), json!("D"));
     system.insert("significance".to_owned(), json!("1e-4"));
-    json!({ "version": 1, "tool": "test", "systems": [system] })
+    json!({ "version": 2, "tool": "test", "systems": [system] })
 }
 
 fn response(analysis: &SetAnalysis, task: usize) -> Option<u64> {

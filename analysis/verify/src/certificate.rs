@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 /// The version of the form that this checker reads.
-pub(crate) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 2;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,7 +24,7 @@ pub(crate) struct System {
     pub(crate) locks: Vec<Lock>,
     pub(crate) operations: Vec<Operation>,
     pub(crate) claims: Vec<Claim>,
-    /// Activities and chains that meet what is asked of them, but without a proof here; each with the reason.
+    /// Activities and chains without a proof here, each with the reason. Chains have the word `chain` before their names.
     pub(crate) not_certified: Vec<(String, String)>,
     #[serde(default)]
     pub(crate) chains: Vec<Chain>,
@@ -125,4 +125,9 @@ pub(crate) struct Chain {
     pub(crate) limit: Option<u64>,
     /// Task, and N, the releases from the arrival of data to the write.
     pub(crate) steps: Vec<(usize, u64)>,
+    /// The states in which N holds, as `instance.State`; any, if there is none of an instance.
+    #[serde(rename = "while")]
+    pub(crate) states: Vec<String>,
+    /// What has to answer, so that N holds.
+    pub(crate) answers: Vec<String>,
 }

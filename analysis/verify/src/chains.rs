@@ -3,7 +3,8 @@
 //! Each step adds the time until its next release, at most T; N − 1 further periods, if its state machine writes the data only in the
 //! N-th job; and the time until the write. Before another step, that is the time from its release until the reader is released at
 //! the latest without the data: R, or only J if the writer has a higher priority on the same CPU, so that the reader, released later, begins later too.
-//! N is taken from the file: it belongs to the model.
+//! N is taken from the file: it belongs to the model. It holds while the instances are in the states of `while`, and if what is named in
+//! `answers` answers: both are in the file, and in the summary.
 
 use crate::certificate::Chain;
 use crate::demand::Check;

@@ -44,9 +44,22 @@ pub struct Summary {
     /// The activities whose deadlines are met.
     pub met: Vec<String>,
     /// The chains whose latencies are proved, and are within their limits.
-    pub chains: Vec<String>,
+    pub chains: Vec<ProvedChain>,
     /// The other real-time activities and chains: that they meet what is asked of them is not proved here, each with the reason.
     pub not_certified: Vec<(String, String)>,
+}
+
+/// A chain whose latency is proved: while the instances are in these states, and if these codels and ports answer. That it is so is
+/// taken from the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names of `mauve.toml`")]
+pub struct ProvedChain {
+    pub name: String,
+    /// In nanoseconds, as the limit.
+    pub latency: u64,
+    pub limit: Option<u64>,
+    pub states: Vec<String>,
+    pub answers: Vec<String>,
 }
 
 /// Why a certificate is not accepted.
@@ -92,7 +105,13 @@ fn check(system: &System, work: &Work) -> Result<Summary, Refusal> {
     for chain in &system.chains {
         let of = format!("`{}` of ", chain.name);
         chains::check_chain(&tasks, chain).map_err(|why| refuse(&of, why))?;
-        found.chains.push(chain.name.clone());
+        found.chains.push(ProvedChain {
+            name: chain.name.clone(),
+            latency: chain.latency,
+            limit: chain.limit,
+            states: chain.states.clone(),
+            answers: chain.answers.clone(),
+        });
     }
     let listed: BTreeSet<&str> = system.not_certified.iter().map(|it| it.0.as_str()).collect();
     for (index, task) in system.tasks.iter().enumerate().filter(|it| it.1.is_activity && it.1.is_real_time) {
@@ -153,7 +172,7 @@ mod tests {
     }
 
     fn robot_of(tasks: &[Value], claims: &[Value]) -> Value {
-        json!({ "version": 1, "tool": "by hand", "systems": [{
+        json!({ "version": 2, "tool": "by hand", "systems": [{
             "deployment": "Robot", "significance": "1e-4", "locks": [], "operations": [], "not_certified": [],
             "tasks": tasks, "claims": claims, "chains": [],
         }] })
@@ -163,8 +182,7 @@ mod tests {
     fn robot() -> Value {
         let laser = task("laser", 2, 10, json!([[0, 1, 4, 0], [1, 0, 2, 0]]), [6, 6]);
         let mut robot = robot_of(&[laser, simple("pilot", 1, 30, 9)], &[claim(0, &[4]), claim(1, &[15])]);
-        robot["systems"][0]["chains"] =
-            json!([{ "name": "see", "latency": 55, "limit": 60, "steps": [[0, 1], [1, 1]] }]);
+        robot["systems"][0]["chains"] = json!([{ "name": "see", "latency": 55, "limit": 60, "steps": [[0, 1], [1, 1]], "while": ["pilot.Steering"], "answers": [] }]);
         robot
     }
 
@@ -186,7 +204,15 @@ mod tests {
     fn a_robot_is_accepted() {
         let found = verify(&robot().to_string()).unwrap();
         assert_eq!(found[0].met, ["laser", "pilot"]);
-        assert_eq!(found[0].chains, ["see"]);
+        let see = &found[0].chains[0];
+        assert_eq!((see.name.as_str(), see.latency, see.limit), ("see", 55, Some(60)));
+        // Both conditions of a chain are in each certificate, so that none is overlooked.
+        assert_eq!((&*see.states, &*see.answers), (&["pilot.Steering".to_owned()][..], &[][..]));
+        for key in ["while", "answers"] {
+            let mut without = robot();
+            without["systems"][0]["chains"][0].as_object_mut().unwrap().remove(key);
+            assert!(matches!(verify(&without.to_string()), Err(Refusal::Unreadable(_))), "{key}");
+        }
         assert!(found[0].not_certified.is_empty());
         // A later end is true too.
         assert_eq!(changed(&robot(), &[("claims/0/response", json!(10))]), "accepted");
@@ -668,7 +694,7 @@ mod tests {
 
     #[test]
     fn what_is_no_certificate_is_unreadable() {
-        for text in ["", "[]", "{}", "{\"version\":2,\"tool\":\"\",\"systems\":[]}"] {
+        for text in ["", "[]", "{}", "{\"version\":1,\"tool\":\"\",\"systems\":[]}"] {
             assert!(matches!(verify(text), Err(Refusal::Unreadable(_))), "{text}");
         }
     }

@@ -8,42 +8,68 @@ use crate::response::response_times;
 use crate::system::system_of;
 use crate::table_set::tables_of;
 use crate::task_set::DeployedTasks;
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project, config_of};
 use mauve_timing::task_set::{TaskSet, TaskSetError};
 use mauve_timing::{ChainRule, Time};
 
-/// Returns the certificate of a deployment: see [`mauve_timing::Tasks::certificate`].
+/// Returns the certificate of a deployment: see [`mauve_timing::Tasks::certificate`]. `why` renders why the analysis itself does not prove
+/// the latency of a chain.
 pub fn certificate_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     query: Query,
+    why: &dyn Fn(&ChainReport<'db>) -> String,
 ) -> Map<String, Value> {
     let (tables, system) = (tables_of(db, project, deployment), system_of(db, project, deployment));
     let deployed = DeployedTasks::of_model(db, tables, system, query);
     let report = response_times(db, project, deployment, query);
     let mut parts = certificate(&deployed, report, query, &|| db.unwind_if_revision_cancelled());
     let mut certified = Vec::new();
+    let declared = &config_of(db, project.workspace(db)).chains;
     for it in &chains_of(db, project, deployment, query).all {
-        match (chain(it, report, &parts), it.limit.zip(it.latency)) {
-            (Some(value), _) => certified.push(value),
-            (None, Some((limit, latency))) if latency <= limit => {
+        let declared = it.declared.and_then(|index| declared.get(index));
+        let is_open = declared.is_some() && (it.latency.is_none() || !it.is_within_limit());
+        let found = if is_open { Err(why(it)) } else { chain(it, report, &parts).map_err(str::to_owned) };
+        match found {
+            Ok(mut value) => {
+                let names = |of: Option<&[(String, _)]>| -> Value {
+                    of.into_iter().flatten().map(|(name, _)| name.as_str()).collect()
+                };
+                value["while"] = names(declared.map(|it| it.states.as_slice()));
+                value["answers"] = names(declared.map(|it| it.answers.as_slice()));
+                certified.push(value);
+            }
+            // The others promise nothing.
+            Err(why) if declared.is_some() => {
                 if let Some(Value::Array(all)) = parts.get_mut("not_certified") {
-                    all.push(json!([&*it.name, "not-by-steps"]));
+                    all.push(json!([format!("chain {}", it.name), why]));
                 }
             }
-            (None, _) => {}
+            Err(_) => {}
         }
     }
     parts.insert("chains".to_owned(), certified.into());
     parts
 }
 
-/// Returns the certificate of a chain; none if its steps alone do not prove that it is within its limit. Its latency counts less
-/// exactly than the analysis, so that each step can be checked alone: it may be more.
-fn chain(chain: &ChainReport<'_>, report: &Report<'_>, parts: &Map<String, Value>) -> Option<Value> {
+/// Returns the certificate of a chain, or why its steps alone do not prove that it is within its limit. Its latency counts less exactly
+/// than the analysis, so that each step can be checked alone: it may be more.
+fn chain(
+    chain: &ChainReport<'_>,
+    report: &Report<'_>,
+    parts: &Map<String, Value>,
+) -> Result<Value, &'static str> {
+    let claims = parts.get("claims").and_then(Value::as_array).map_or(&[] as &[_], Vec::as_slice);
+    let has_claim = |task: usize| claims.iter().any(|it| it["task"] == task);
+    if chain.steps.iter().filter_map(|it| it.timed.as_ref()).any(|it| !has_claim(it.task)) {
+        return Err("no-claim");
+    }
+    by_steps(chain, report, claims).ok_or("not-by-steps")
+}
+
+fn by_steps(chain: &ChainReport<'_>, report: &Report<'_>, claims: &[Value]) -> Option<Value> {
     let found = chain.latency?.as_nanos();
-    let claims = parts.get("claims").and_then(Value::as_array)?;
     let (mut sum, mut exact, mut steps) = (0u64, 0u64, Vec::new());
     for (index, step) in chain.steps.iter().enumerate() {
         let (of, part) = (step.timed.as_ref()?, step.part);
@@ -60,7 +86,7 @@ fn chain(chain: &ChainReport<'_>, report: &Report<'_>, parts: &Map<String, Value
         exact = exact.checked_add(step.total().as_nanos())?;
         steps.push((of.task, releases));
     }
-    let limit = chain.limit.filter(|limit| chain.latency <= Some(*limit)).map(Time::as_nanos);
+    let limit = chain.limit.map(Time::as_nanos);
     // What else is in the latency has no form there.
     let is_proved = exact == found && sum >= found && limit.is_none_or(|limit| sum <= limit);
     is_proved.then(|| json!({ "name": &*chain.name, "latency": sum, "limit": limit, "steps": steps }))

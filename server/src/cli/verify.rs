@@ -2,13 +2,17 @@
 
 use std::path::PathBuf;
 
-use mauve_verify::{Refusal, Summary, verify};
+use mauve_diagnostics::reasons_of_chain;
+use mauve_timing::Time;
+use mauve_verify::{ProvedChain, Refusal, Summary, verify};
+use mauve_wcrt::chains::ChainReport;
 use mauve_wcrt::{certificate_of, certificate_of_file};
 use serde_json::{Map, Value};
 
 use crate::analysis_document::{Deployed, Origin};
-use crate::cli::text::counted;
+use crate::cli::text::{assumptions, counted};
 use crate::disk::{LONGEST, read, text_in};
+use crate::harmless::harmless_line;
 use crate::output::Output;
 
 /// The longest certificate; it has a number for each job of each busy window.
@@ -43,15 +47,16 @@ impl Verify {
                         (false, true) => "accepted in part",
                         (false, false) => "accepted",
                     };
-                    text += &format!("{shown}: {verdict}\n");
+                    text += &line(&format!("{shown}: {verdict}"));
                     systems.iter().for_each(|it| text += &said(it));
                 }
                 Err(Refusal::Unreadable(why)) => {
-                    return Err(format!("`{shown}` is not a certificate: {why}"));
+                    // Of a key of the file, a line break would begin another message.
+                    return Err(harmless_line(&format!("`{shown}` is not a certificate: {why}")));
                 }
                 Err(Refusal::False(why)) => {
                     code = 1;
-                    text += &format!("{shown}: refused: {why}\n");
+                    text += &line(&format!("{shown}: refused: {why}"));
                 }
             }
         }
@@ -68,23 +73,43 @@ fn in_words(reason: &str) -> &str {
         }
         "several-cpus" => "its jobs may run on several CPUs",
         "too-many-jobs" => "its busy window has too many jobs, or that of a task that it depends on",
-        "not-by-steps" => "its steps alone do not show that its latency is within its limit",
+        "not-by-steps" => "its steps alone do not show its latency, or that it is within its limit",
+        "no-claim" => "a response time in it has no claim",
         "not-claimed" => "its deadline is not claimed to be met",
         other => other,
     }
 }
 
+/// Returns a line. Names are from the file: their line breaks are escaped.
+fn line(text: &str) -> String {
+    harmless_line(text) + "\n"
+}
+
 /// Lists the proved deadlines and chains of a deployment, and the others.
 fn said(of: &Summary) -> String {
     let proved = counted(of.met.len(), "deadline");
-    let mut text = format!("  {} at {}: {proved} proved\n", of.deployment, of.significance);
-    if !of.chains.is_empty() {
-        text += &format!("    {} within their latencies\n", counted(of.chains.len(), "chain"));
+    let mut text = line(&format!("  {} at {}: {proved} proved", of.deployment, of.significance));
+    let is_plain = |it: &&ProvedChain| it.limit.is_none() && it.states.is_empty() && it.answers.is_empty();
+    let (plain, others): (Vec<_>, Vec<_>) = of.chains.iter().partition(is_plain);
+    text.extend(others.into_iter().map(|it| line(&format!("    `{}`: {}", it.name, latency(it)))));
+    if !plain.is_empty() {
+        text += &format!("    {} without a limit: the latency is proved\n", counted(plain.len(), "chain"));
     }
     for (name, why) in &of.not_certified {
-        text += &format!("    {name}: not certified: {}\n", in_words(why));
+        text += &line(&format!("    {name}: not certified: {}", in_words(why)));
     }
     text
+}
+
+/// Returns the proved latency of a chain with its conditions: `55 ms within 60 ms, while the states are pilot.Steering`.
+fn latency(of: &ProvedChain) -> String {
+    let time = |time: u64| Time::from_nanos(time).to_string();
+    let limit = of.limit.map_or_else(String::new, |it| format!(" within {}", time(it)));
+    let [states, answers] =
+        [&of.states, &of.answers].map(|it| it.iter().map(String::as_str).collect::<Vec<_>>());
+    let assumed = assumptions(&states, &answers);
+    let assumed = if assumed.is_empty() { assumed } else { format!(", {assumed}") };
+    format!("{}{limit}{assumed}", time(of.latency))
 }
 
 /// Returns the certificate of deployments, a line for each task and claim.
@@ -97,7 +122,13 @@ pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
         for (query, report) in &it.reports {
             let mut parts = match (it.origin, it.declared) {
                 (Origin::Model(tables), Some(deployment)) => {
-                    certificate_of(it.db, tables.project(it.db), deployment, *query)
+                    let why = |chain: &ChainReport<'_>| match chain.latency.zip(chain.limit) {
+                        Some((latency, limit)) => {
+                            format!("its latency of {latency} exceeds its limit of {limit}")
+                        }
+                        None => format!("it has no latency: {}", reasons_of_chain(it.db, chain).join("; ")),
+                    };
+                    certificate_of(it.db, tables.project(it.db), deployment, *query, &why)
                 }
                 (Origin::File { set, .. }, _) => certificate_of_file(set, *query, report)
                     .map_err(|_| "no certificate: the task set has no times at this level".to_owned())?,
@@ -108,7 +139,7 @@ pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
         }
     }
     let tool = concat!("mauve ", env!("CARGO_PKG_VERSION"));
-    Ok(format!("{{\"version\":1,\"tool\":\"{tool}\",\"systems\":[\n{}\n]}}\n", systems.join(",\n")))
+    Ok(format!("{{\"version\":2,\"tool\":\"{tool}\",\"systems\":[\n{}\n]}}\n", systems.join(",\n")))
 }
 
 fn lines(parts: &Map<String, Value>) -> String {
@@ -133,8 +164,11 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
             let partial = systems.iter().flat_map(|it| &it.not_certified);
             let partial: String =
                 partial.map(|(name, why)| format!("; not certified: {name}, {}", in_words(why))).collect();
-            (format!("accepted, {} proved{}", counted(met, "deadline"), partial), true)
+            let said = format!("accepted, {} proved{}", counted(met, "deadline"), partial);
+            (harmless_line(&said), true)
         }
-        Err(Refusal::False(why) | Refusal::Unreadable(why)) => (format!("refused: {why}"), false),
+        Err(Refusal::False(why) | Refusal::Unreadable(why)) => {
+            (harmless_line(&format!("refused: {why}")), false)
+        }
     })
 }
