@@ -40,6 +40,8 @@ pub struct Psm<'db> {
     pub operations: Vec<(ProgramId, Option<Time>)>,
     /// Dispatch and context switches, in each edge.
     pub overhead: Time,
+    /// The context switches of the waits in the greatest edge: to leave the CPU and to return, for each.
+    pub switches: Time,
     /// The component's own time, for the classic method, where a table has one.
     pub component_time: Option<Time>,
     /// Why the tables' time cannot be used, where it cannot.
@@ -90,10 +92,17 @@ impl Taken {
     }
 }
 
-/// What the jobs of a component execute.
-struct Executed {
+/// The periodic state machine of a component, and what of it codels wait.
+struct Machines {
     machine: StateMachine,
     waits: Option<Arc<Waits>>,
+    /// See [`Psm::switches`].
+    switches: Time,
+}
+
+/// What the jobs of a component execute.
+struct Executed {
+    machines: Machines,
     /// The longest time of each program.
     programs: Vec<Time>,
     /// See [`Psm::greatest`].
@@ -117,6 +126,7 @@ impl<'db> Psm<'db> {
             greatest: Vec::new(),
             operations: Vec::new(),
             overhead: Time::ZERO,
+            switches: Time::ZERO,
             component_time: None,
             unusable_component_time: None,
             assumed: Vec::new(),
@@ -385,11 +395,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     fn operation(mut self, index: usize) -> (Result<Time, Vec<Refusal<'db>>>, bool) {
         self.evaluate_operations(vec![index]);
         let taken = self.operations.get(index).copied().flatten();
-        let time = taken.map(|taken| taken.total);
+        let time = taken.and_then(|taken| self.with_switches(&taken));
         // Between two periods, a call wakes the thread, also for an operation that takes no time.
-        let overhead = time.and_then(|_| self.overhead());
+        let overhead = taken.and_then(|_| self.overhead());
         let sum = time.zip(overhead).and_then(|(time, overhead)| time.checked_add(overhead));
-        if time.is_some() && overhead.is_some() && sum.is_none() {
+        if taken.is_some() && overhead.is_some() && sum.is_none() {
             self.refuse(Reason::TooLong(TooLong::Program));
         }
         self.refusals.extend(std::mem::take(&mut self.missing).into_values());
@@ -437,7 +447,19 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             Lookup::Absent => self.cost(&written.part)?,
             _ => programs.get(last).copied().flatten()?,
         };
-        Some(sum.then(part)?.total)
+        self.with_switches(&sum.then(part)?)
+    }
+
+    /// Returns the context switches of the waits; none if they take too long. To leave the CPU is one, to return another, for each wait:
+    /// a wait lasts until the thread would run again at once. If it is unknown how often codels wait, the waits have to contain them.
+    fn switches_of(&self, taken: &Taken) -> Option<Time> {
+        let Some(waits) = taken.waits.filter(|waits| *waits > 0) else { return Some(Time::ZERO) };
+        self.times.switches(self.level)?.checked_mul(waits)
+    }
+
+    /// Returns what takes so long, with the context switches of its waits; none if that is too long.
+    fn with_switches(&self, taken: &Taken) -> Option<Time> {
+        taken.total.checked_add(self.switches_of(taken)?)
     }
 
     fn psm(mut self, product: Option<Arc<Product<'db>>>) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
@@ -459,7 +481,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         let overhead = overhead.unwrap_or_default();
         let programs: Vec<Time> =
             programs.into_iter().map(|it| it.map_or(Time::ZERO, |it| it.execution)).collect();
-        let Executed { machine, waits, programs, greatest } = match &product {
+        let Executed { machines, programs, greatest } = match &product {
             Some(product) => self.with_values(product, overhead)?,
             None => self.without_values(&taken, programs)?,
         };
@@ -471,9 +493,10 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         Ok(Psm {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
-            machine,
+            machine: machines.machine,
             product,
-            waits,
+            waits: machines.waits,
+            switches: machines.switches,
             edges: behaviour.edges.clone(),
             programs: behaviour.programs.iter().map(id).zip(programs).collect(),
             greatest,
@@ -490,11 +513,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         let behaviour = self.behaviour;
         let ends: Vec<(usize, usize)> =
             behaviour.edges.all.iter().map(|edge| (edge.source, edge.target)).collect();
-        let (machine, waits) = self.machines(behaviour.states.len(), &ends, taken)?;
-        let greatest = behaviour.edges.all.get(machine.greatest_edge());
+        let machines = self.machines(behaviour.states.len(), &ends, taken)?;
+        let greatest = behaviour.edges.all.get(machines.machine.greatest_edge());
         let greatest = greatest.into_iter().flat_map(|edge| behaviour.edges.programs(edge));
         let greatest = greatest.filter_map(|index| Some((index, *programs.get(index)?))).collect();
-        Ok(Executed { machine, waits, programs, greatest })
+        Ok(Executed { machines, programs, greatest })
     }
 
     /// Returns the machine whose states have values of variables.
@@ -511,7 +534,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         };
         let taken = taken.collect::<Option<Vec<Taken>>>().ok_or_else(too_long)?;
         let ends: Vec<(usize, usize)> = product.edges.iter().map(|edge| (edge.source, edge.target)).collect();
-        let (machine, waits) = self.machines(product.states.len(), &ends, &taken)?;
+        let machines = self.machines(product.states.len(), &ends, &taken)?;
         let mut programs = vec![Time::ZERO; self.behaviour.programs.len()];
         for (index, node) in (0..).zip(&product.costs) {
             if let (ProductCost::Program(program, _), Some(taken)) = (node, cost(index))
@@ -520,13 +543,14 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 *longest = (*longest).max(taken.execution);
             }
         }
-        let root = product.edges.get(machine.greatest_edge()).map(|edge| edge.cost);
-        let executed = root.into_iter().flat_map(|root| longest_of(product, &cost, root));
+        let root = product.edges.get(machines.machine.greatest_edge()).map(|edge| edge.cost);
+        let total = |it: u32| cost(it).map(|it| it.total);
+        let executed = root.into_iter().flat_map(|root| longest_of(product, &total, root));
         let greatest = executed.filter_map(|index| match product.costs.get(index as usize) {
             Some(ProductCost::Program(program, _)) => Some((*program, cost(index)?.execution)),
             _ => None,
         });
-        Ok(Executed { greatest: greatest.collect(), machine, waits, programs })
+        Ok(Executed { greatest: greatest.collect(), machines, programs })
     }
 
     /// Returns what each cost of a product takes, where an edge needs it.
@@ -563,13 +587,13 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         found.into_iter().map(|(all, _)| all).collect()
     }
 
-    /// Returns the machine of edges with these ends that take so much, and its waits.
+    /// Returns the machine of edges with these ends that take so much, and their waits.
     fn machines(
         &self,
         states: usize,
         ends: &[(usize, usize)],
         taken: &[Taken],
-    ) -> Result<(StateMachine, Option<Arc<Waits>>), Vec<Refusal<'db>>> {
+    ) -> Result<Machines, Vec<Refusal<'db>>> {
         let machine = |costs: &[Time]| {
             let edges = ends.iter().zip(costs).map(|(&(source, target), &cost)| mauve_timing::Edge {
                 source: source as u32,
@@ -580,25 +604,26 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
             })
         };
-        let totals: Vec<Time> = taken.iter().map(|it| it.total).collect();
-        if taken.iter().all(|it| it.waits == Some(0)) {
-            return Ok((machine(&totals)?, None));
-        }
-        // To wait and to go on are two context switches more, which are a part of the time that a job waits, and preempt others.
-        // Without the number of waits, their number is unknown, and the waits count as execution.
-        let switches = self.times.switches(self.level);
-        let executed = |it: &Taken| {
-            let switched = match (it.waits, switches) {
-                (_, Some(Time::ZERO)) => Some(Time::ZERO),
-                (Some(waits), Some(switches)) => switches.checked_mul(waits),
-                _ => None,
-            };
-            switched.and_then(|switched| it.execution.checked_add(switched)).unwrap_or(it.total)
+        let with_switches = |it: &Taken| {
+            let too_long = Refusal::new(Reason::TooLong(TooLong::Program), Location::name_of(self.component));
+            self.with_switches(it).ok_or_else(|| vec![too_long])
         };
-        let executed: Vec<Time> = taken.iter().map(executed).collect();
-        let totals: Vec<Time> = totals.iter().zip(&executed).map(|(total, it)| *total.max(it)).collect();
+        let totals = taken.iter().map(with_switches).collect::<Result<Vec<Time>, _>>()?;
+        let all = machine(&totals)?;
+        if taken.iter().all(|it| it.waits == Some(0)) {
+            return Ok(Machines { machine: all, waits: None, switches: Time::ZERO });
+        }
+        // If a wait may contain an unknown number of context switches, which preempt others, it counts as execution.
+        let no_switches = self.times.switches(self.level) == Some(Time::ZERO);
+        let executed = taken.iter().zip(&totals).map(|(it, total)| match it.waits {
+            None if !no_switches => *total,
+            _ => total.checked_sub(it.total).and_then(|own| own.checked_add(it.execution)).unwrap_or(*total),
+        });
+        let executed: Vec<Time> = executed.collect();
         let times = taken.iter().map(|it| it.waits).reduce(|one, other| Some(one?.max(other?))).flatten();
-        Ok((machine(&totals)?, Some(Arc::new(Waits { executed: machine(&executed)?, times }))))
+        let greatest = taken.get(all.greatest_edge()).and_then(|it| self.switches_of(it));
+        let waits = Some(Arc::new(Waits { executed: machine(&executed)?, times }));
+        Ok(Machines { machine: all, waits, switches: greatest.unwrap_or_default() })
     }
 
     /// Returns what each edge takes: the sum of `overhead` and of what its programs take. The error is the program at which
@@ -864,14 +889,13 @@ pub(crate) fn entry_of_greatest_time<'db>(
 
 /// Returns the programs that an execution of a product's cost consists of along its longest path, or what one of these does, in the
 /// order of execution.
-fn longest_of(product: &Product<'_>, cost: &dyn Fn(u32) -> Option<Taken>, root: u32) -> Vec<u32> {
+fn longest_of(product: &Product<'_>, time: &dyn Fn(u32) -> Option<Time>, root: u32) -> Vec<u32> {
     let (mut found, mut open) = (Vec::new(), vec![root]);
     while let Some(index) = open.pop() {
         match product.costs.get(index as usize) {
             Some(ProductCost::Sum(one, other)) => open.extend([*other, *one]),
             Some(ProductCost::Greatest(one, other)) => {
-                let total = |it: u32| cost(it).map(|it| it.total);
-                open.push(if total(*other) > total(*one) { *other } else { *one });
+                open.push(if time(*other) > time(*one) { *other } else { *one });
             }
             Some(_) => found.push(index),
             None => {}
@@ -890,7 +914,9 @@ fn path_of_product<'db>(
 ) -> Vec<(String, Time)> {
     let cost = |of: u32| costs.get(of as usize).copied().flatten();
     let Some(edge) = product.edges.get(psm.machine.greatest_edge()) else { return Vec::new() };
-    let executed = longest_of(product, &cost, edge.cost);
+    let total = |it: u32| cost(it).map(|it| it.total);
+    let execution = |it: u32| cost(it).map(|it| it.execution);
+    let executed = longest_of(product, &total, edge.cost);
     let inner = executed.into_iter().find_map(|index| match product.costs.get(index as usize) {
         Some(ProductCost::Program(it, inner)) if *it == program => Some(*inner),
         _ => None,
@@ -902,10 +928,10 @@ fn path_of_product<'db>(
             ProductCost::Operation(index, _) => psm.operations.get(*index)?.0.to_string(),
             _ => return None,
         };
-        Some((name, cost(index)?.execution))
+        Some((name, execution(index)?))
     };
     // Of a program whose time is in a table, no codel has a time.
-    inner.into_iter().flat_map(|inner| longest_of(product, &cost, inner)).filter_map(named).collect()
+    inner.into_iter().flat_map(|inner| longest_of(product, &execution, inner)).filter_map(named).collect()
 }
 
 fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {

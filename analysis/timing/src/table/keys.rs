@@ -51,11 +51,12 @@ pub static KEYS: [Key; 9] = [
     Key { name: "component", summary: "times of whole components, for the classic method",
         kind: EntryKind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
         documentation: "Whole components, for the classic method, if they take longer than their programs." },
-    Key { name: WAIT, summary: "times that codels wait",
+    Key { name: WAIT, summary: "times that codels wait, each with its wake-up latency",
         kind: EntryKind::Entries(|it| &mut it.waits, r#"{ "drivers.imu_read": 0.8, "camera.grab": { "time": 8.1, "times": 2 } }"#),
         documentation: "The greatest time that a call of a codel spends off the CPU by its own will, in addition to its execution \
-                        time: for a device, another thread, or asleep. With `times`, how often a call waits at most, which locks \
-                        need." },
+                        time: for a device, another thread, or asleep. It lasts until the thread runs again on an idle CPU: its \
+                        wake-up latency is part of it. With `times`, how often a call waits at most, which locks need: each wait \
+                        adds two context switches." },
     Key { name: "access", summary: "times of reads and writes of ports",
         kind: EntryKind::Entries(|it| &mut it.accesses, r#"{ "Camera.frame": 0.9 }"#),
         documentation: "The execution time of a read or a write of a port, by component and port, such as \"drivers.Camera.frame\": \
@@ -90,7 +91,7 @@ pub static MEASURED: [Key; 11] = [
 pub static OVERHEAD: [Key; 2] = [
     Key { name: "dispatch", kind: EntryKind::Times(|it| &mut it.dispatch), summary: "", documentation: "To dispatch a job." },
     Key { name: "context_switch", kind: EntryKind::Times(|it| &mut it.context_switch), summary: "",
-        documentation: "For one context switch; a job takes two." },
+        documentation: "For one context switch; a job takes two, and each of its waits two more." },
 ];
 
 impl Key {

@@ -222,7 +222,7 @@ impl Memory {
             known.map(|(codel, (wait, _))| wait_entry(codel, wait.greatest, wait.times) + "\n").collect();
         if !entries.is_empty() {
             lines += &format!(
-                "no bound counts a wait that is not in a timing table; for a table in ms:\n[wait]\n{entries}"
+                "no bound counts a wait that is not in a timing table; each has its wake-up latency in it; for a table in ms:\n[wait]\n{entries}"
             );
         }
         lines
