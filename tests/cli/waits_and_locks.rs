@@ -134,3 +134,44 @@ deployment Robot {
         assert_eq!(response(&folder, "high"), found, "{protocol} on {cpu}");
     }
 }
+
+/// A codel that sleeps for 8 ms leaves the CPU and returns: two context switches, beside the two of each job. A longer wait is as long as
+/// its wake-up takes.
+#[test]
+fn a_wait_has_its_context_switches() {
+    const MODEL: &str = "
+codel nap(): int
+shell None {}
+core NapCore(None) { update = { nap(); } }
+component Nap(None, NapCore)
+architecture A { instance nap: Nap }
+deployment Robot { architecture A  activity nap { affinity = 1 priority = 30 period = 100 } }
+";
+    for (name, wait, expected, row) in [
+        // 1 to execute, 2 × 0.5 in each job, and 2 × 0.5 for each wait.
+        ("once", "{ time = 8, times = 1 }", 11.0, "          1 ms  context switches of its waits\n"),
+        ("thrice", "{ time = 8, times = 3 }", 13.0, "          3 ms  context switches of its waits\n"),
+        // How often is not known: they are in the time.
+        ("unknown", "8", 10.0, ""),
+    ] {
+        let times = format!(
+            "unit = \"ms\"\n[codel]\nnap = 1\n[wait]\nnap = {wait}\n[overhead]\ncontext_switch = 0.5\n"
+        );
+        let folder = robot(name, MODEL, &times, "");
+        assert_eq!(response(&folder, "nap"), Some(expected), "{name}");
+        let said = mauve(MAUVE, &folder, &["wcrt", "--explain", "nap"]).out;
+        let rows = "          1 ms  update\n                        1 ms  nap\n          1 ms  dispatch and context switches\n";
+        let waits = "          8 ms  waits of its codels, until the thread runs again\n";
+        let shown = format!("execution time and waits {expected} ms: update\n{rows}{row}{waits}");
+        assert!(said.contains(&shown), "{name}: {said}");
+        // The document of the tasks has the same figure.
+        let generated = mauve(MAUVE, &folder, &["generate", "--out", "generated"]);
+        assert_eq!(generated.code, 0, "{}", generated.err);
+        let set = std::fs::read_dir(folder.join("generated")).unwrap().next().unwrap().unwrap();
+        let found = json(&set.path(), &["wcrt", "models/Robot.json"]);
+        assert_eq!(found["results"][0]["activities"][0]["response"].as_f64(), Some(expected), "{name}");
+    }
+    // Too many switches to count are no bound, rather than none of them.
+    let times = "unit = \"ms\"\n[codel]\nnap = 1\n[wait]\nnap = { time = 8, times = 4000000000000000000 }\n[overhead]\ncontext_switch = 0.5\n";
+    assert_eq!(response(&robot("endless", MODEL, times, ""), "nap"), None);
+}

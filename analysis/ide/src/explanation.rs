@@ -156,8 +156,12 @@ struct OwnTime<'db> {
     /// The programs with the codels that they call.
     programs: Vec<(Row<'db>, Vec<Row<'db>>)>,
     overhead: Time,
+    /// The context switches of its waits.
+    switches: Time,
     /// The time that its codels wait.
     wait: Time,
+    /// What else it executes: all of it where its programs are not known.
+    other: Time,
 }
 
 /// The first iteration of the busy window that exceeds the deadline.
@@ -417,6 +421,8 @@ impl<'db> Sum<'db> {
         let waited = window.filter(|_| is_on_all_cpus(activity)).and_then(|it| it.length.checked_sub(own));
         let sum = interference.iter().try_fold(Time::ZERO, |sum, it| sum.checked_add(it.time));
         let at_once = sum.zip(waited).and_then(|(sum, waited)| sum.checked_sub(waited));
+        // The first job ends when all of this is executed.
+        let until_first = activity.first_job.and_then(|it| it.checked_sub(own)?.checked_sub(sum?));
         let calls = activity.calls.iter().map(|it| {
             let (calls, time) = (it.calls.checked_mul(jobs)?, it.time.checked_mul(jobs)?);
             Some(CallsReport { calls, time, ..it.clone() })
@@ -431,7 +437,7 @@ impl<'db> Sum<'db> {
             calls: calls.collect::<Option<Vec<CallsReport>>>().unwrap_or_default(),
             interference,
             at_once: at_once.unwrap_or_default(),
-            blocking: window.map_or(Time::ZERO, |window| window.blocking),
+            blocking: window.map_or(until_first.unwrap_or_default(), |window| window.blocking),
             released: Released::of(activity),
         })
     }
@@ -487,6 +493,19 @@ impl Crossed {
 }
 
 impl OwnTime<'_> {
+    /// Returns what is in no program, each with what it is.
+    fn others(&self) -> impl Iterator<Item = (Time, &'static str)> {
+        let others = [
+            (self.overhead, "dispatch and context switches"),
+            (self.switches, "context switches of its waits"),
+            (self.wait, "waits of its codels, until the thread runs again"),
+        ];
+        let is_alone = others.iter().all(|(time, _)| *time == Time::ZERO);
+        let execution = (self.other, "execution");
+        let all = others.into_iter().chain((!is_alone).then_some(execution));
+        all.filter(|(time, _)| *time > Time::ZERO)
+    }
+
     fn new(psm: &Psm<'_>, method: Method, worst_path: &dyn Fn(usize) -> Vec<(String, Time)>) -> Option<Self> {
         let greatest = psm.machine.greatest_edge();
         let edge = psm.machine.edges().get(greatest)?;
@@ -512,13 +531,18 @@ impl OwnTime<'_> {
             Some((row(&program.to_string(), *time)?, codels.collect()))
         });
         let of_component = psm.component_time.filter(|_| method == Method::Classic);
+        let known = psm.greatest.iter().map(|(_, time)| *time).chain([psm.overhead, psm.switches]);
+        let rest = known.fold(edge.cost, |rest, part| rest.checked_sub(part).unwrap_or_default());
+        let wait = if psm.greatest.is_empty() { psm.wait_of(greatest).unwrap_or_default() } else { rest };
         Some(OwnTime {
             of_programs: edge.cost,
             of_component: of_component.filter(|time| *time > edge.cost),
             period,
             programs: programs.collect(),
             overhead: psm.overhead,
-            wait: psm.wait_of(greatest).unwrap_or_default(),
+            switches: psm.switches,
+            wait,
+            other: rest.checked_sub(wait).unwrap_or_default(),
         })
     }
 }

@@ -1,8 +1,10 @@
 //! Every figure of an explanation adds up: the texts of random deployments, which people see with `--explain`, and the tables of
-//! hovers, also those of the sample models, are read again, and their sums are computed.
+//! hovers, also those of the sample models, are read again, and their sums are computed. What models have not, such as bursts, is in
+//! random task sets.
 //!
-//! `MAUVE_EXPLANATIONS=10000 cargo test --release -p mauve-ide --test main explanations::` tries more deployments.
+//! `MAUVE_EXPLANATIONS=1000 cargo test --release -p mauve-ide --test main explanations::` tries more deployments.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -12,15 +14,24 @@ use mauve_hir::{Database, Location, ModelDb, Workspace, names_of, projects};
 use mauve_ide::{HoverFormat, explain_response, explain_response_of, hover};
 use mauve_tests::{Random, files_in, fixture, models};
 use mauve_timing::task_set::{Notation, TaskSet};
-use mauve_timing::{Level, Method, Rounding, Time};
+use mauve_timing::{CpuRule, Level, Method, Rounding, THROTTLING, Time};
 use mauve_wcrt::{ActivityReport, Query, Reason, response_times, response_times_of, tables_of};
+
+use serde_json::json;
 
 use crate::project_with;
 
-/// Returns a deployment of two to five activities: state machines, operations between them, overhead, other work, jitter, offsets
-/// and several CPUs.
+/// The number of deployments or task sets: a fifth of what was tried once, unless the environment says otherwise.
+fn number() -> u64 {
+    std::env::var("MAUVE_EXPLANATIONS").ok().and_then(|it| it.parse().ok()).unwrap_or(200)
+}
+
+/// Returns a deployment of two to five activities, sometimes twenty: state machines, operations between them, overhead, other work,
+/// jitter, offsets, waits, locks, counters and several CPUs.
 fn model(random: &mut Random) -> String {
-    let count = 2 + random.below(4);
+    let count = if random.below(40) == 0 { 20 } else { 2 + random.below(4) };
+    let has_lock = random.below(4) == 0;
+    let mut waits = String::new();
     // Some systems are loaded, so that jobs overlap.
     let load = *random.of(&[1, 1, 4]);
     let operations: Vec<(usize, usize)> = (0..random.below(3))
@@ -32,9 +43,18 @@ fn model(random: &mut Random) -> String {
     let mut clocks = Vec::new();
     for number in 0..count {
         for (codel, greatest) in [("x", 40), ("y", 20), ("g", 5), ("h", 10)] {
-            let time = load * random.below(greatest);
+            let time = load * random.below(greatest) / if count == 20 { 10 } else { 1 };
             let _ = writeln!(model, "codel {codel}{number}(): int");
             let _ = writeln!(times, "{codel}{number} = {}.{}", time / 10, time % 10);
+            let wait = 1 + random.below(30);
+            match random.below(24) {
+                0 => _ = writeln!(waits, "{codel}{number} = {wait}e-1"),
+                1 => {
+                    let many = 1 + random.below(2);
+                    let _ = writeln!(waits, "{codel}{number} = {{ time = {wait}e-1, times = {many} }}");
+                }
+                _ => {}
+            }
         }
         let provides = operations.iter().any(|(provider, _)| *provider == number);
         let mut required: Vec<usize> = operations
@@ -61,15 +81,24 @@ fn model(random: &mut Random) -> String {
             let _ = write!(sends, "of{provider} = send(help{provider}); ");
             let _ = writeln!(instances, "operation i{provider}.help{provider} -> i{number}.help{provider}");
         }
+        let work = match random.below(4) {
+            0 => {
+                model += "var n: int = 0 ";
+                format!("if (n > 2) then {{ y{number}(); n = 0; }} else {{ x{number}(); n = n + 1; }}")
+            }
+            1 => format!("if (g{number}() > 1) then {{ y{number}(); }} else {{ x{number}(); }}"),
+            _ => format!("y{number}();"),
+        };
         let _ = writeln!(
             model,
             "statemachine {{ initial state A {{ run = {{ x{number}(); }} transition go if (g{number}() > 0) to B }} \
-             state B {{ run = {{ y{number}(); {sends} }} transition back to A }} }} }}\n\
+             state B {{ run = {{ {work} {sends} }} transition back to A }} }} }}\n\
              component C{number}(S{number}, K{number})"
         );
         let _ = writeln!(instances, "instance i{number}: C{number}");
         let period = *random.of(&[10, 20, 40, 50]);
-        let (priority, affinity) = (1 + random.below(count), *random.of(&[1, 1, 1, 2, 3]));
+        let affinity = if has_lock { 1 } else { *random.of(&[1, 1, 1, 2, 3]) };
+        let priority = 1 + random.below(count);
         let _ = write!(
             activities,
             "activity i{number} {{ priority = {priority} affinity = {affinity} period = {period} "
@@ -85,6 +114,15 @@ fn model(random: &mut Random) -> String {
     }
     let mut config = format!("timing.tables = [\"t.toml\"]\nclocks.synchronised = [{}]\n", clocks.join(", "));
     let _ = writeln!(config, "[platform]\nrt_throttling = {}\ncpus = 2", random.below(8) == 0);
+    if has_lock {
+        let protocol = *random.of(&["ceiling", "inheritance", "none"]);
+        let users = [random.below(count), random.below(count)].map(|it| format!("\"y{it}\""));
+        let _ = writeln!(
+            config,
+            "[locks.bus]\ncodels = [{}]\nprotocol = \"{protocol}\"\nheld = \"0.3 ms\"",
+            users.join(", ")
+        );
+    }
     if random.below(3) == 0 {
         let other = "name = \"network\"\npriority = 50\nperiod = \"5 ms\"\ntime = \"0.2 ms\"\njitter = \"1 ms\"\ncpus = [1]";
         let _ = writeln!(config, "[[platform.other]]\n{other}");
@@ -92,9 +130,99 @@ fn model(random: &mut Random) -> String {
     if random.below(2) == 0 {
         times += "[overhead]\ndispatch = 0.1\ncontext_switch = 0.02\n";
     }
+    let _ = write!(times, "[wait]\n{waits}");
     format!(
         "{model}architecture Z {{\n{instances}}}\ndeployment D {{ architecture Z\n{activities}}}\n//- /mauve.toml\n{config}//- /t.toml\n{times}"
     )
+}
+
+/// Returns a task set in JSON: two to five tasks, sometimes 110, with bursts, releases by data, threads, locks, operations, waits,
+/// jitter, offsets, throttling and several CPUs.
+fn task_set(random: &mut Random) -> String {
+    let count = if random.below(50) == 0 { 110 } else { 2 + random.below(4) };
+    let is_in = |random: &mut Random, one_of: usize| random.below(one_of) == 0;
+    let [threads, bursts, waits, locks, operations, offsets, jitters] =
+        [6, 4, 4, 4, 4, 4, 3].map(|one_of| is_in(random, one_of));
+    let bursts = bursts && !threads;
+    let sets = random.below(8);
+    let load = *random.of(&[1, 1, 4]);
+    let name = |task: usize| format!("t{task}");
+    let mut tasks = Vec::new();
+    for task in 0..count {
+        let period = 1000 * *random.of(&[10, 20, 40, 50]);
+        let time = |random: &mut Random| load * random.below(if count > 5 { 50 } else { 4000 });
+        let mut of =
+            json!({ "name": name(task), "period": period, "priority": 1 + random.below(count.min(50)) });
+        of["cpus"] = match (sets, random.below(3)) {
+            // All tasks on both: each of them waits only while both execute others.
+            (1, _) => json!([1, 2]),
+            (2, 0) => json!([1, 2]),
+            (2, 1) => json!([2, 3]),
+            (3, cpu) => json!([1 + cpu.min(1)]),
+            _ => json!([1]),
+        };
+        if is_in(random, 3) {
+            let edge = |random: &mut Random, from: &str, to: &str| {
+                let mut edge = json!({ "from": from, "to": to, "time": time(random) });
+                if waits && is_in(random, 2) {
+                    edge["wait"] = json!(time(random));
+                }
+                edge
+            };
+            of["machine"] = json!([edge(random, "A", "B"), edge(random, "B", "A"), edge(random, "A", "A")]);
+        } else {
+            of["time"] = json!(time(random));
+            if waits && is_in(random, 2) {
+                of["wait"] = json!(time(random));
+            }
+        }
+        if waits && is_in(random, 2) {
+            of["waits"] = json!(1 + random.below(3));
+        }
+        if bursts && is_in(random, 2) {
+            of["burst"] = json!(2 + random.below(2));
+        } else if bursts && is_in(random, 2) {
+            of["sporadic"] = json!(true);
+        } else if offsets && is_in(random, 2) {
+            of["offset"] = json!(random.below(period));
+            of["clock"] = json!(random.below(2));
+        }
+        if jitters && is_in(random, 2) {
+            of["jitter"] = json!(random.below(period));
+        }
+        tasks.push(of);
+    }
+    if threads {
+        let first = tasks[0].clone();
+        for task in &mut tasks[..2] {
+            for key in ["period", "priority", "cpus", "jitter", "offset", "clock", "burst", "sporadic"] {
+                task.as_object_mut().unwrap().remove(key);
+                task.as_object_mut().unwrap().extend(first.get(key).map(|it| (key.to_owned(), it.clone())));
+            }
+            task["thread"] = json!("main");
+        }
+    }
+    let mut set = json!({ "unit": "us", "cpus": 3, "task": tasks });
+    if is_in(random, 6) {
+        set["rt_throttling"] = json!(true);
+    }
+    if is_in(random, 4) {
+        set["other"] = json!([{ "name": "irq", "period": 5000, "time": 100, "priority": 60, "cpus": [1] }]);
+    }
+    if locks {
+        let user = |random: &mut Random| json!({ "task": name(random.below(count)), "held": 50 + random.below(500) });
+        let users = [user(random), user(random)];
+        let protocol = *random.of(&["ceiling", "inheritance", "none"]);
+        if users[0]["task"] != users[1]["task"] {
+            set["lock"] = json!([{ "name": "bus", "protocol": protocol, "user": users }]);
+        }
+    }
+    if operations {
+        let (provider, client) = (random.below(count), random.below(count));
+        set["operation"] = json!([{ "name": "help", "provider": name(provider), "client": name(client), "sends": 1, "time": 300 }]);
+        set["operation"][0]["waits"] = json!(waits);
+    }
+    set.to_string()
 }
 
 fn ns(text: &str) -> u64 {
@@ -119,42 +247,57 @@ fn block(text: &str, head: &str) -> Option<u64> {
     Some(lines.filter_map(time).sum())
 }
 
+/// How many explanations had each kind of row, and how many response times each way to count.
 #[derive(Default)]
-struct Seen {
-    windows: usize,
-    later_jobs: usize,
-    starts: usize,
-    jitters: usize,
-    calls: usize,
-    overheads: usize,
-    others: usize,
+struct Seen(BTreeMap<&'static str, usize>);
+
+impl Seen {
+    fn count(&mut self, what: &'static str, is_seen: bool) {
+        *self.0.entry(what).or_default() += usize::from(is_seen);
+    }
+
+    /// Prints what was seen, and returns what was seen less than `least` times.
+    fn seldom(&self, least: usize) -> Vec<&'static str> {
+        self.0.iter().for_each(|(what, count)| println!("{count:>7} {what}"));
+        self.0.iter().filter(|(_, count)| **count < least).map(|(what, _)| *what).collect()
+    }
 }
 
-fn check(text: &str, seen: &mut Seen) {
-    let total = |line: &str| {
-        let line = line.strip_prefix("response time ")?;
-        Some(ns(line.strip_prefix("at the critical instant: ").unwrap_or(line).split(" = ").next()?))
-    };
-    let Some(response) = text.lines().find_map(total).filter(|_| !text.contains("no response time")) else {
-        return;
-    };
-    let period = ns(between(text, ", period ", "\n").unwrap().split([',', '(']).next().unwrap());
-    let jitter = between(text, ", jitter ", "\n").map_or(0, ns);
-    let jobs = between(text, "\njob ", " of the busy window").map_or(1, |job| job.parse::<u64>().unwrap());
+/// Checks that the codels of each program add up to its time, where they are listed.
+fn check_codels(text: &str) {
+    let time = |text: &str| Some(Time::parse_with_unit(text.trim(), Rounding::Exact).ok()?.as_nanos());
+    let (mut program, mut codels) = (None, 0);
+    for line in text.lines().chain([""]) {
+        match line.strip_prefix("                  ").and_then(|rest| time(rest.get(..10)?)) {
+            Some(of_codel) => codels += of_codel,
+            None => {
+                assert!(codels == 0 || program == Some(codels), "{program:?} {codels}");
+                codels = 0;
+                program = line.get(2..14).and_then(time);
+            }
+        }
+    }
+}
+
+fn check(text: &str, report: &ActivityReport<'_>, seen: &mut Seen) {
+    let first_job = report.first_job.map(Time::as_nanos);
+    let Some(response) = report.response.map(Time::as_nanos).or(first_job) else { return };
+    let jobs = report.window.as_ref().map_or(1, |window| window.job);
+    let what = if report.task.waits.is_some() { "execution time and waits" } else { "execution time" };
     let own = match jobs {
-        1 => ns(between(text, "execution time of its own job: ", "\n").unwrap()),
-        _ => ns(between(text, &format!("execution time of its own {jobs} jobs: "), "\n").unwrap()),
+        1 => ns(between(text, &format!("{what} of its own job: "), "\n").unwrap()),
+        _ => ns(between(text, &format!("{what} of its own {jobs} jobs: "), "\n").unwrap()),
     };
     // A job without demand counts as 1 ns.
     let at_once = between(text, "executed on several CPUs at once: −", "\n").map_or(0, ns);
-    let length = own.max(1) + block(text, "\ninterference:").unwrap_or(0) - at_once;
-    seen.windows += 1;
+    let blocking = between(text, "blocking by lower priorities that hold locks: ", "\n").map_or(0, ns);
+    let length = own.max(1) + block(text, "\ninterference").unwrap_or(0) + blocking - at_once;
     if let Some(ends) = between(text, "it ends ", " after the start of the window") {
         assert_eq!(ns(ends), length);
-        seen.later_jobs += 1;
     }
     let sum = text.lines().filter_map(|line| line.strip_prefix("response time ")?.split_once(": "));
-    match sum.filter_map(|(sum, _)| sum.split_once(" = ")).next() {
+    let formula = sum.filter_map(|(sum, _)| sum.split_once(" = ")).next();
+    match formula {
         Some((total, terms)) => {
             assert_eq!(ns(total), response);
             let minus = terms.split_once(" − ").map(|(from, less)| (ns(from), -(ns(less) as i64)));
@@ -163,25 +306,67 @@ fn check(text: &str, seen: &mut Seen) {
             assert_eq!(from, length);
             assert_eq!(from as i64 + by, response as i64);
             if !text.contains("synchronised") {
-                assert_eq!(-by, (period * (jobs - 1)) as i64 - jitter as i64);
+                let released = report.task.release_of(jobs).unwrap().as_nanos();
+                assert_eq!(-by, released as i64 - report.jitter.as_nanos() as i64);
             }
         }
         None => assert_eq!(response, length),
     }
-    seen.starts += usize::from(text.contains("synchronised"));
-    seen.jitters += usize::from(jitter > 0);
-    seen.others += usize::from(text.contains("(platform)"));
-    // The greatest period by programs and overhead, and the programs by codels.
-    let mut edges = text.lines().filter_map(|line| line.strip_prefix("execution time ")?.split_once(':'));
-    let (edge, _) = edges.find(|(edge, _)| !edge.starts_with("of ")).unwrap();
-    let head = format!("\nexecution time {edge}:");
-    assert_eq!(block(text, &head).unwrap(), ns(edge));
-    seen.overheads += usize::from(text.contains("dispatch and context switches"));
+    // The greatest period by programs, overhead and waits.
+    let head = text.lines().find(|line| {
+        let rest = line.strip_prefix("execution time ").map(|it| it.strip_prefix("and waits ").unwrap_or(it));
+        rest.is_some_and(|it| it.starts_with(|first: char| first.is_ascii_digit()))
+    });
+    let head = head.unwrap();
+    let (edge, _) = head.split_once(':').unwrap();
+    let words: Vec<&str> = edge.split(' ').collect();
+    let edge = ns(&words[words.len() - 2..].join(" "));
+    let rows = block(text, &format!("\n{head}")).filter(|rows| *rows > 0);
+    assert_eq!(rows.unwrap_or(edge), edge);
+    check_codels(text);
     let calls = between(text, "execution time of calls in each period: ", "\n").map_or(0, ns);
     assert_eq!(block(text, "\nexecution time of calls in each period").unwrap_or(0), calls);
-    seen.calls += usize::from(calls > 0);
     if jobs == 1 {
-        assert_eq!(own, ns(edge) + calls);
+        assert_eq!(own, edge + calls);
+    }
+    let has_waits = report.task.waits.is_some();
+    let cpus = report.rule.map_or("", |it| match it {
+        CpuRule::Cpu(_) => "on one CPU",
+        CpuRule::Linked(_) => "on CPUs as if they were one",
+        CpuRule::Global(_) => "on several CPUs at once",
+    });
+    for (what, is_seen) in [
+        ("explanations", true),
+        ("of later jobs", jobs > 1),
+        ("of an activity without a bound", report.response.is_none()),
+        ("with a release after the start of the window", formula.is_some_and(|it| it.1.contains('−'))),
+        ("with a release before the start of the window", formula.is_some_and(|it| it.1.contains('+'))),
+        ("on synchronised clocks", text.contains("synchronised")),
+        ("with jitter", report.jitter > Time::ZERO),
+        ("in bursts", report.task.burst() > 1),
+        ("beside bursts", block(text, "\ninterference").is_some() && text.contains("(in bursts of ")),
+        ("released by data", report.task.is_sporadic),
+        ("in a thread", text.contains("it in the thread `")),
+        ("with calls", calls > 0),
+        ("with overhead", text.contains("  dispatch and context switches")),
+        ("with waits", has_waits),
+        ("with switches of waits", text.contains("  context switches of its waits")),
+        ("with a row of waits", text.contains("  waits of its codels")),
+        ("with waits as execution", text.contains("counts waits as execution")),
+        ("with waits as jitter", text.contains("counts no waits of other")),
+        ("blocked by locks", blocking > 0),
+        ("executed at once", at_once > 0),
+        ("beside other work", text.contains("(platform)")),
+        (
+            "beside throttling",
+            text.lines().any(|line| line.starts_with("     ") && line.contains(THROTTLING)),
+        ),
+        ("with the sum of more activities", text.contains(" more activities, ")),
+        ("on one CPU", cpus == "on one CPU"),
+        ("on CPUs as if they were one", cpus == "on CPUs as if they were one"),
+        ("on several CPUs at once", cpus == "on several CPUs at once"),
+    ] {
+        seen.count(what, is_seen);
     }
 }
 
@@ -270,9 +455,8 @@ fn check_tables(db: &Database, workspace: Workspace, seen: &mut SeenTables) {
 
 #[test]
 fn the_rows_of_a_hover_sum_to_the_response_time() {
-    let count = std::env::var("MAUVE_EXPLANATIONS").ok().and_then(|it| it.parse().ok()).unwrap_or(400);
     let mut seen = SeenTables::default();
-    for seed in 0..count {
+    for seed in 0..number() {
         let db = Database::default();
         let texts = fixture(&model(&mut Random::of_seed(seed))).into_iter();
         let workspace = Workspace::of_texts(&db, "/".into(), texts.map(|(path, text)| (path.into(), text)));
@@ -298,35 +482,55 @@ fn the_rows_of_the_sample_robot_sum_to_the_response_time() {
     assert_eq!(seen.responses, 9);
 }
 
+const METHODS: [Method; 5] = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact, Method::Best];
+
 #[test]
-fn every_figure_adds_up() {
-    let count = std::env::var("MAUVE_EXPLANATIONS").ok().and_then(|it| it.parse().ok()).unwrap_or(250);
+fn every_figure_of_a_deployment_adds_up() {
     let mut seen = Seen::default();
-    for seed in 0..count {
+    for seed in 0..number() {
         let fixture_text = model(&mut Random::of_seed(seed));
         let db = Database::default();
         let texts = fixture(&fixture_text).into_iter().map(|(path, text)| (path.into(), text));
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        for method in [Method::Classic, Method::Psm, Method::Ibf, Method::Exact, Method::Best] {
+        for method in METHODS {
             let query = Query { level: Level::TEN_TO_MINUS_FOUR, method, horizon: None };
             let report = response_times(&db, project, deployment, query).clone();
-            for activity in 0..report.activities.len() {
-                let text =
-                    explain_response(&db, tables_of(&db, project, deployment), &report, activity, query);
-                let checked = AssertUnwindSafe(|| check(&text, &mut seen));
+            for (index, activity) in report.activities.iter().enumerate() {
+                let text = explain_response(&db, tables_of(&db, project, deployment), &report, index, query);
+                let checked = AssertUnwindSafe(|| check(&text, activity, &mut seen));
                 assert!(catch_unwind(checked).is_ok(), "{text}\nof\n{fixture_text}");
             }
         }
     }
-    let Seen { windows, later_jobs, starts, jitters, calls, overheads, others } = seen;
-    println!(
-        "{windows} windows: {later_jobs} of later jobs, {starts} that begin at a release, {jitters} with jitter,"
+    // Only task sets have these.
+    let mut seldom = seen.seldom(10);
+    seldom.retain(|what| *what != "with the sum of more activities");
+    assert_eq!(
+        seldom,
+        ["beside bursts", "in a thread", "in bursts", "on CPUs as if they were one", "released by data"]
     );
-    println!("{calls} with calls, {overheads} with overhead, {others} with other work");
-    assert!(later_jobs >= 10);
-    assert!(starts.min(jitters).min(calls).min(overheads).min(others) * 100 > windows);
+}
+
+#[test]
+fn every_figure_of_a_task_set_adds_up() {
+    let (mut seen, db) = (Seen::default(), Database::default());
+    for seed in 0..number() {
+        let text = task_set(&mut Random::of_seed(seed));
+        let set = TaskSet::parse(&text, Notation::Json).unwrap_or_else(|why| panic!("{why:?} in {text}"));
+        for method in METHODS {
+            let query = Query { level: set.level(), method, horizon: None };
+            let report = response_times_of(&set, query).unwrap();
+            for (index, activity) in report.activities.iter().enumerate() {
+                let said = explain_response_of(&db, &set, &report, index, query);
+                let checked = AssertUnwindSafe(|| check(&said, activity, &mut seen));
+                assert!(catch_unwind(checked).is_ok(), "{said}\nof\n{text}");
+            }
+        }
+    }
+    // Only models have these.
+    assert_eq!(seen.seldom(10), ["with overhead", "with switches of waits"]);
 }
 
 /// What a thread executes before and after, and how others are released.

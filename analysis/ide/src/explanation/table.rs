@@ -218,16 +218,9 @@ fn own_time(own: &OwnTime<'_>) -> String {
         let codels = if codels.is_empty() { codels } else { format!(": {codels}") };
         format!("{} {}{codels}", code(&program.name), program.time)
     });
-    let overhead = Some(own.overhead).filter(|overhead| *overhead > Time::ZERO);
-    let overhead = overhead.map(|time| format!("{time} per job for dispatch and context switches"));
-    let wait = Some(own.wait).filter(|wait| *wait > Time::ZERO);
-    let wait = wait.map(|time| format!("{time} for the waits of its codels"));
+    let others = own.others().map(|(time, what)| format!("{what} {time}"));
     let period = code(&own.period);
-    format!(
-        "costliest period: {}, {period}\n\n{}",
-        own.of_programs,
-        list(programs.chain(overhead).chain(wait))
-    )
+    format!("costliest period: {}, {period}\n\n{}", own.of_programs, list(programs.chain(others)))
 }
 
 fn costliest_path(trace: &Trace<'_>) -> String {

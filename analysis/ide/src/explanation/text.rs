@@ -5,7 +5,7 @@ use std::fmt::{Display, Write as _};
 use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_hir::ModelDb;
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Status, Time};
+use mauve_timing::{Status, Time, Window};
 use mauve_wcrt::{Query, Report, TableSet, psm_at};
 
 use super::{Explanation, Origin, OwnTime, Released, SHOWN_PERIODS, Sum, with_facts};
@@ -74,12 +74,16 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     }
     out.extend(facts.notes.iter().map(|note| format!("  {note}\n")));
     out.extend(facts.busy_window().map(|sentence| format!("\n{sentence}\n")));
-    if let Some(window) = &activity.window {
-        let _ = match window.job {
-            1 => writeln!(out, "\nexecution time of its own job: {}", window.own),
-            job => writeln!(out, "execution time of its own {job} jobs: {}", window.own),
-        };
-    }
+    let what = if activity.task.waits.is_some() { "execution time and waits" } else { "execution time" };
+    let _ = match (&activity.window, &facts.sum) {
+        (Some(window), _) if window.job > 1 => {
+            writeln!(out, "{what} of its own {} jobs: {}", window.job, window.own)
+        }
+        (Some(Window { own, .. }), _) | (None, Some(Sum { own, .. })) => {
+            writeln!(out, "\n{what} of its own job: {own}")
+        }
+        (None, None) => Ok(()),
+    };
     if let Some(sum) = &facts.sum {
         out += &interference(facts, sum);
         if sum.at_once > Time::ZERO {
@@ -128,9 +132,9 @@ fn interference(facts: &Explanation<'_, '_>, sum: &Sum<'_>) -> String {
     if shown.is_empty() {
         return String::new();
     }
-    let mut out = match facts.activity.window {
-        Some(_) => "interference:\n".to_owned(),
-        None => "\ninterference until its first job ends:\n".to_owned(),
+    let mut out = match (&facts.activity.window, facts.activity.first_job) {
+        (None, Some(first_job)) => format!("interference until its first job ends after {first_job}:\n"),
+        _ => "interference:\n".to_owned(),
     };
     out.extend(shown.into_iter().map(|it| {
         let counted = if it.count == 1 { "job" } else { "jobs" };
@@ -166,6 +170,7 @@ fn own_time(own: &OwnTime<'_>) -> String {
             let origin = "from the timing table's entry for the component";
             format!("\nexecution time {time}, {origin}; sum of its codels {of_programs}: {period}\n")
         }
+        None if own.wait > Time::ZERO => format!("\nexecution time and waits {of_programs}: {period}\n"),
         None => format!("\nexecution time {of_programs}: {period}\n"),
     };
     for (program, codels) in &own.programs {
@@ -175,12 +180,7 @@ fn own_time(own: &OwnTime<'_>) -> String {
             let _ = writeln!(out, "  {:>12}    {:>10}  {}{assumed}", "", it.time.to_string(), it.name);
         }
     }
-    if own.overhead > Time::ZERO {
-        out += &row(own.overhead, "dispatch and context switches");
-    }
-    if own.wait > Time::ZERO {
-        out += &row(own.wait, "waits of its codels");
-    }
+    out.extend(own.others().map(|(time, what)| row(time, what)));
     out
 }
 
