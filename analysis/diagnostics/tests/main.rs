@@ -24,6 +24,7 @@
 //! | [`products`] | state machines with values of variables, compared with an interpreter |
 //! | [`reparse`] | the database after an edit equals a new one |
 //! | [`schemas`] | the JSON schemas, compared with the readers |
+//! | [`random_locks`] | random models with locks: limits, what a refused activity delays, chains of ceilings |
 //! | [`seeding`] | one mistake in a random model is one diagnostic at its location |
 //! | [`sensitivity`] | the limits of times and periods, compared with the analysis |
 //! | [`single_tokens`] | each deleted or duplicated token gives one message |
@@ -56,6 +57,7 @@ mod pages;
 mod passages;
 mod products;
 mod queries;
+mod random_locks;
 mod reparse;
 mod schemas;
 mod seeding;

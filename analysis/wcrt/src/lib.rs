@@ -66,8 +66,6 @@ mod path_fold;
 mod priorities;
 mod probability;
 mod psm;
-#[cfg(test)]
-mod random_locks;
 mod reason;
 mod report;
 mod response;

@@ -68,7 +68,7 @@ pub(super) fn unread(
     found
 }
 
-/// Returns why the figures of a deployment are not known in one of its states, of which `all` cannot be read.
+/// Returns why the figures of a deployment are not known in one of its states, since `all` cannot be read in them.
 pub(super) fn unread_of(all: &[Unread], of: &Comparison) -> Vec<String> {
     // `..` is around all of them.
     let is_above = |path: &Path| path.components().all(|it| it == Component::ParentDir);

@@ -7,10 +7,9 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_timing::{Level, Method, Status, Time};
 
-use crate::reason::{LockReason, Reason};
-use crate::report::{Query, Report};
-use crate::response::response_times;
-use crate::sensitivity::{Limit, sensitivity};
+use mauve_wcrt::{
+    ActivityReport, Limit, LockReason, Query, Reason, Refusal, Report, response_times, sensitivity,
+};
 
 const MS: u64 = 1_000_000;
 
@@ -181,9 +180,8 @@ impl Model {
     /// The activities whose deadlines are met.
     fn met(&self) -> BTreeSet<usize> {
         self.report(|report| {
-            let met = |(index, it): (usize, &crate::ActivityReport<'_>)| {
-                (it.verdict == Status::Met).then_some(index)
-            };
+            let met =
+                |(index, it): (usize, &ActivityReport<'_>)| (it.verdict == Status::Met).then_some(index);
             report.activities.iter().enumerate().filter_map(met).collect()
         })
     }
@@ -363,9 +361,8 @@ fn what_a_refused_activity_delays_is_refused() {
                         wrong.texts().concat()
                     );
                     refused += 1;
-                    let is_lock = |it: &crate::Refusal<'_>| {
-                        matches!(it.reason, Reason::Lock(LockReason::UnknownTime { .. }))
-                    };
+                    let is_lock =
+                        |it: &Refusal<'_>| matches!(it.reason, Reason::Lock(LockReason::UnknownTime { .. }));
                     by_locks += u64::from(it.reasons.iter().any(is_lock));
                 }
             });
