@@ -18,6 +18,10 @@ use crate::order::{Times, resolution};
 /// The confidence of bounds without a tail.
 const CONFIDENCE: f64 = 0.95;
 
+/// The confidence where enough executions exceed the level, which is that of one side of an interval with 95 %, as the fitted bounds have
+/// it: the dependence is estimated as well, and takes a part of it.
+const ONE_SIDE: f64 = 0.975;
+
 /// Returns for each level the 95 % upper bound of the time that an execution exceeds with that probability: an order statistic, and
 /// one step of the clock. `None` for a level that so few executions do not support: fewer than about 3 should exceed its time.
 ///
@@ -37,7 +41,8 @@ pub(crate) fn counted_bound(times: &Times, level: f64) -> Option<f64> {
     let exceeding = (level * count as f64) as usize;
     let dependence = Dependence::of_longest(times, exceeding);
     let effective = (count as f64 / dependence.inflation) as usize;
-    let rank = upper_rank(effective, level / dependence.rise, CONFIDENCE)?;
+    let rank = |confidence| upper_rank(effective, level / dependence.rise, confidence);
+    let rank = rank(ONE_SIDE).or_else(|| rank(CONFIDENCE))?;
     let beyond = ((effective - rank) as f64 * dependence.inflation) as usize;
     times.ascending.get(count.checked_sub(beyond + 1)?).copied()
 }
