@@ -96,6 +96,7 @@ impl Verdict {
             (if is_all_right { self.met } else { 0 }, "met"),
             (self.tight, "tight"),
             (self.basis.measured, "measured"),
+            (self.basis.extrapolated, "extrapolated"),
             (self.basis.assumed, "assumed"),
         ];
         let said = parts.iter().filter(|(count, _)| *count > 0);

@@ -2,7 +2,7 @@
 
 use mauve_hir::ModelDb;
 use mauve_timing::Status;
-use mauve_wcrt::ActivityReport;
+use mauve_wcrt::{ActivityReport, Footing};
 
 use crate::figure::{Forms, HintStatus, MOST_CHARACTERS, cut};
 use crate::reasons::short_reason;
@@ -15,7 +15,7 @@ const FEW_CHARACTERS: usize = 10;
 pub fn figure<'db>(
     db: &'db dyn ModelDb,
     activity: &ActivityReport<'db>,
-    is_assumed: bool,
+    footing: Footing,
     tight_slack: u32,
 ) -> Forms {
     let deadline = activity.deadline.unwrap_or_default();
@@ -25,7 +25,7 @@ pub fn figure<'db>(
             Forms::of_texts(["– not real-time", "–"].map(str::to_owned), HintStatus::Time)
         }
         (Status::Met | Status::Missed, Some(response)) => {
-            Forms::with("", response, deadline, is_assumed, tight_slack)
+            Forms::with("", response, deadline, footing, tight_slack)
         }
         (Status::NotAnalysed, _) => {
             let reason = format!("? {}", reason());

@@ -7,7 +7,8 @@
 //! Hints, hovers, tables, drawings, actions and messages take it from here. Slack is a figure of its own, in hovers and in
 //! `--sensitivity`.
 
-use mauve_timing::{Time, Unit};
+use mauve_timing::{EXTRAPOLATED, Time, Unit};
+use mauve_wcrt::Footing;
 use serde::{Deserialize, Serialize};
 
 /// The maximum length of a hint, in characters.
@@ -85,15 +86,15 @@ impl Forms {
     /// assert_eq!(Forms::of(ms(113), ms(100), 10).full(), "✗ 113 / 100 ms ▰▰▰▰▰▰ 113 %");
     /// ```
     pub fn of(time: Time, limit: Time, tight_slack: u32) -> Forms {
-        Forms::with("", time, limit, false, tight_slack)
+        Forms::with("", time, limit, Footing::Known, tight_slack)
     }
 
-    pub(crate) fn with(at_most: &str, time: Time, limit: Time, is_assumed: bool, tight_slack: u32) -> Forms {
+    pub(crate) fn with(at_most: &str, time: Time, limit: Time, footing: Footing, tight_slack: u32) -> Forms {
         let (mark, status) = match time > limit {
             true => ("✗", HintStatus::Missed),
             false => met(time, limit, tight_slack),
         };
-        let texts = response_texts(&format!("{mark}{at_most}"), compared(time, limit), is_assumed);
+        let texts = response_texts(&format!("{mark}{at_most}"), compared(time, limit), footing);
         Forms { texts, bar: Some(bar(time, limit)), status }
     }
 
@@ -167,7 +168,7 @@ pub fn changed_figure((before, after): (Option<Time>, Option<Time>), deadline: T
 /// ```
 pub fn chain_figure((latency, limit): (Option<Time>, Option<Time>), reason: &str, tight_slack: u32) -> Forms {
     match (latency, limit) {
-        (Some(latency), Some(limit)) => Forms::with(" ≤", latency, limit, false, tight_slack),
+        (Some(latency), Some(limit)) => Forms::with(" ≤", latency, limit, Footing::Known, tight_slack),
         (Some(latency), None) => Forms::of_texts([format!("≤ {}", short(latency))], HintStatus::Time),
         (None, _) => {
             let reason = cut(&format!("? {reason}"), MOST_CHARACTERS);
@@ -202,17 +203,18 @@ fn is_tight(slack: Time, deadline: Time, tight_slack: u32) -> bool {
     u128::from(slack.as_nanos()) * 100 < u128::from(deadline.as_nanos()) * u128::from(tight_slack)
 }
 
-/// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed times are always marked.
-fn response_texts(mark: &str, figures: Vec<String>, is_assumed: bool) -> Vec<String> {
+/// Returns `✓ 53 / 100 ms` and the shorter forms, down to the mark alone. Assumed and extrapolated times
+/// are always marked.
+fn response_texts(mark: &str, figures: Vec<String>, footing: Footing) -> Vec<String> {
     let mut with_mark = figures.iter().map(|figure| format!("{mark} {figure}"));
-    match is_assumed {
-        false => with_mark.chain([mark.to_owned()]).collect(),
-        true => {
-            let assumed = with_mark.clone().map(|figure| format!("{figure} · assumed"));
-            let in_short = with_mark.next_back().map(|figure| format!("{figure} assumed"));
-            assumed.chain(in_short).chain([format!("{mark} assumed")]).collect()
-        }
-    }
+    let word = match footing {
+        Footing::Known => return with_mark.chain([mark.to_owned()]).collect(),
+        Footing::Extrapolated => EXTRAPOLATED,
+        Footing::Assumed => "assumed",
+    };
+    let long = with_mark.clone().map(|figure| format!("{figure} · {word}"));
+    let in_short = with_mark.next_back().map(|figure| format!("{figure} {word}"));
+    long.chain(in_short).chain([format!("{mark} {word}")]).collect()
 }
 
 /// Returns a text of at most `most` characters: itself, or its beginning and `…`.

@@ -12,7 +12,7 @@ use mauve_hir::{Decl, File, Location, ModelDb, Project, declarations, is_model, 
 use mauve_syntax::TextRange;
 use mauve_timing::{CpuSet, Level, Status};
 use mauve_wcrt::chains::chains_of;
-use mauve_wcrt::{ActivityReport, Query, response_times, support};
+use mauve_wcrt::{ActivityReport, Footing, Query, response_times, support};
 
 use crate::connections::deployments;
 use crate::implementation::codel_file;
@@ -176,7 +176,7 @@ fn late<'db>(
     })?;
     let at = latest.at.as_ref()?;
     let what = if latest.component == Some(of) { "" } else { "delays " };
-    let figure = figure(db, latest, false, TIGHT_SLACK);
+    let figure = figure(db, latest, Footing::Known, TIGHT_SLACK);
     Some((format!("{what}{}: {}", latest.instance, figure.text()), (at.file(db), at.range(db))))
 }
 

@@ -17,7 +17,7 @@ use mauve_diagnostics::{
 use mauve_hir::{Decl, ModelDb, Project, file_and_line};
 use mauve_timing::{CpuLoad, Priority, Status, Time};
 use mauve_wcrt::chains::{ChainEnd, ChainReport, chains_of};
-use mauve_wcrt::{ActivityReport, Query, executed_times, response_times};
+use mauve_wcrt::{ActivityReport, Footing, Query, executed_times, response_times};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -184,9 +184,9 @@ impl Figures {
         query: Query,
     ) -> Figures {
         let report = response_times(db, project, deployment, query);
-        let is_assumed = report.with_assumptions();
-        let activity = |(it, is_assumed): (&ActivityReport<'db>, bool)| {
-            let forms = figure(db, it, is_assumed, TIGHT_SLACK);
+        let footings = report.footings();
+        let activity = |(it, footing): (&ActivityReport<'db>, Footing)| {
+            let forms = figure(db, it, footing, TIGHT_SLACK);
             let mut fields = vec![it.component_name.to_string()];
             if (it.priority, it.period, it.deadline) != (Priority::Unknown, None, None) {
                 let priority = match it.priority {
@@ -250,7 +250,7 @@ impl Figures {
             error: first_error(db, project)
                 .map(|it| format!("{}: {}", file_and_line(db, project.workspace(db), &it.at), it.message)),
             not_analysed: report.not_analysed.iter().map(|it| timing_reason(db, &it.reason)).collect(),
-            activities: report.activities.iter().zip(is_assumed).map(activity).collect(),
+            activities: report.activities.iter().zip(footings).map(activity).collect(),
             chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
             cpus: report.cpus.iter().map(of_cpu).collect(),
             times: times.map(|it| (it.of.key(db), it.time(db, query.level))).collect(),

@@ -72,7 +72,7 @@ pub fn drawn_budget<'db>(
     tight_slack: u32,
 ) -> DrawnBudget<'db> {
     let report = response_times(db, project, of, query);
-    let is_assumed = report.with_assumptions();
+    let footings = report.footings();
     let drawn = |CpuBudget { load, parts }: CpuBudget<'db>| {
         let (used, limit) = (load.utilisation.as_f64(), load.cpus.len().max(1) as f64);
         let left = limit - used;
@@ -84,7 +84,7 @@ pub fn drawn_budget<'db>(
         };
         let figure_of = |it: &CpuPart| {
             let activity = report.activities.get(it.activity?)?;
-            Some(figure(db, activity, *is_assumed.get(it.activity?)?, tight_slack).text().to_owned())
+            Some(figure(db, activity, *footings.get(it.activity?)?, tight_slack).text().to_owned())
         };
         let part = |it: CpuPart| {
             (CpuPart { name: drawn_name(&it.name).into(), ..it.clone() }, figure_of(&it).unwrap_or_default())

@@ -179,10 +179,10 @@ pub fn graph<'db>(
         Kind::Deployment => (target_of(db, project, of)?, Some(response_times(db, project, of, query))),
         _ => return None,
     };
-    let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.with_assumptions()));
+    let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.footings()));
     let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, Forms)> = BTreeMap::new();
-    for (activity, is_assumed) in reported {
-        let forms = figure(db, activity, is_assumed, tight_slack);
+    for (activity, footing) in reported {
+        let forms = figure(db, activity, footing, tight_slack);
         // Of several activities of one instance, the first one is shown.
         figures.entry(&activity.instance).or_insert_with(|| (activity, forms));
     }

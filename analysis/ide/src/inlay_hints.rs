@@ -376,6 +376,56 @@ architecture A { instance planner: Planner  instance driver: Driver }
         );
     }
 
+    /// A measured time is extrapolated at a level that no execution confirms, and at stricter ones.
+    #[test]
+    fn extrapolated_times_are_marked_at_their_levels() {
+        let at = |level: &str, expected: Expect| {
+            let model = "
+codel plan(): int
+shell S { }
+core Planning(S) { update = { plan(); } }
+component Planner(S, Planning)
+architecture A { instance planner: Planner }
+deployment D { architecture A
+  activity planner { priority = 2 period = 100 deadline = 100 }
+}
+//- /times.toml
+levels = [1e-3, 1e-4]
+[codel]
+plan = [5, 6]
+[measured.plan]
+executions = 6000
+greatest = 4.5
+times = [5, 6]
+method = \"\"
+date = 2026-11-23
+samples = \"\"
+files = []
+bytes = 0
+warnings = [\"extrapolated-from-1e-4\"]
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+";
+            check(&format!("{model}timing.significance = {level}\n"), expected);
+        };
+        at(
+            "1e-3",
+            expect![[r#"
+                core Planning(S) { update = { plan(); } }⟨5 ms⟩
+                deployment D { architecture A⟨1 of 1 met at 1e-3⟩⟨CPU 1 5.0 %⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨✓ 5 / 100 ms⟩
+            "#]],
+        );
+        at(
+            "1e-4",
+            expect![[r#"
+                core Planning(S) { update = { plan(); } }⟨6 ms⟩
+                deployment D { architecture A⟨1 of 1 met at 1e-4⟩⟨CPU 1 6.0 %⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨✓ 6 / 100 ms · extrapolated⟩
+            "#]],
+        );
+    }
+
     #[test]
     fn assumed_times_are_marked() {
         check(

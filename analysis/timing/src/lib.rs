@@ -119,7 +119,10 @@ pub use table::measured::digest_of;
 pub use table::update::{
     Kept, UpdateError, Updated, assumed_entry, update as update_table, with_dispatch, with_time,
 };
-pub use table::{DEPENDENT, Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
+pub use table::{
+    DEPENDENT, EXTRAPOLATED, Entry, KeyPart, Measured, Overhead, Table, Times, extrapolated_from,
+    keys as table_keys,
+};
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
     Response, Status, Task, Waits, Window,

@@ -174,7 +174,7 @@ pub struct Measured {
     pub source: Option<String>,
     /// The [`digest_of`](crate::digest_of) its content.
     pub source_digest: Option<String>,
-    /// What is wrong with the measurement: kinds of warnings, or sentences in older tables.
+    /// What is wrong with the measurement: kinds of warnings, that of [`EXTRAPOLATED`] with its level; or sentences in older tables.
     pub warnings: Vec<String>,
 }
 
@@ -184,6 +184,21 @@ impl Measured {
         // Older tables have a sentence: executions depend on earlier ones.
         self.warnings.iter().any(|it| it == DEPENDENT || it.contains("depend on"))
     }
+}
+
+/// The warning that the time of a level is that of a fitted tail, which no execution confirms. Records have it with the least strict
+/// such level: `extrapolated-from-1e-4`.
+pub const EXTRAPOLATED: &str = "extrapolated";
+
+/// Returns the level of a warning `extrapolated-from-1e-4`; `None` for any other one. Times at this level and stricter ones are
+/// extrapolated.
+///
+/// ```
+/// assert_eq!(mauve_timing::extrapolated_from("extrapolated-from-1e-4"), Some(mauve_timing::Level::TEN_TO_MINUS_FOUR));
+/// assert_eq!(mauve_timing::extrapolated_from("heavy-tail"), None);
+/// ```
+pub fn extrapolated_from(warning: &str) -> Option<Level> {
+    Level::from_f64(warning.strip_prefix(EXTRAPOLATED)?.strip_prefix("-from-")?.parse().ok()?)
 }
 
 /// The warning of [`Measured::is_dependent`].

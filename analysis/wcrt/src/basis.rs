@@ -25,6 +25,8 @@ pub struct Basis {
     pub times: usize,
     /// How many of them `mauve pwcet` has estimated from measurements.
     pub measured: usize,
+    /// How many of the measured ones are extrapolated at this level: of a fitted tail, which no execution confirms.
+    pub extrapolated: usize,
     /// How many of them are assumed: those of `[assume]`, and entries that say `# assumed`.
     pub assumed: usize,
     /// The number of codels with a wait.
@@ -40,6 +42,7 @@ impl Basis {
     pub fn add(&mut self, other: Basis) {
         self.times += other.times;
         self.measured += other.measured;
+        self.extrapolated += other.extrapolated;
         self.assumed += other.assumed;
         self.waits += other.waits;
         self.gateways += other.gateways;
@@ -73,7 +76,10 @@ pub fn basis_of<'db>(
         }
         basis.times += 1;
         match origin_of(db, tables, of, level) {
-            Origin::Measured => basis.measured += 1,
+            Origin::Measured => {
+                basis.measured += 1;
+                basis.extrapolated += usize::from(times.is_extrapolated(of, level));
+            }
             Origin::Assumed => basis.assumed += 1,
             Origin::Given => {}
         }

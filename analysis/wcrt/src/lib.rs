@@ -107,7 +107,8 @@ pub use reason::{
     UnknownPriority, UnusableTime, WrongProgram,
 };
 pub use report::{
-    ActivityReport, CallsReport, CpuBudget, CpuPart, Deadlines, Query, Report, ReportBreakdown, level_shown,
+    ActivityReport, CallsReport, CpuBudget, CpuPart, Deadlines, Footing, Query, Report, ReportBreakdown,
+    level_shown,
 };
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use sensitivity::{

@@ -48,6 +48,8 @@ pub struct Psm<'db> {
     pub unusable_component_time: Option<UnusableTime<'db>>,
     /// Codels whose time is that of `[assume]`, with it.
     pub assumed: Vec<(String, Time)>,
+    /// Whether one of its times is extrapolated at this level.
+    pub is_extrapolated: bool,
 }
 
 /// What a program takes along its worst paths: each figure is that of the path with the greatest one.
@@ -130,6 +132,7 @@ impl<'db> Psm<'db> {
             component_time: None,
             unusable_component_time: None,
             assumed: Vec::new(),
+            is_extrapolated: false,
         }
     }
 
@@ -365,6 +368,7 @@ struct Evaluator<'a, 'db> {
     refusals: Vec<Refusal<'db>>,
     missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
+    is_extrapolated: bool,
 }
 
 impl<'a, 'db> Evaluator<'a, 'db> {
@@ -388,6 +392,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             refusals: Vec::new(),
             missing: BTreeMap::new(),
             assumed: BTreeMap::new(),
+            is_extrapolated: false,
         }
     }
 
@@ -505,6 +510,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             component_time,
             unusable_component_time,
             assumed: self.assumed.into_iter().collect(),
+            is_extrapolated: self.is_extrapolated,
         })
     }
 
@@ -523,9 +529,9 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     /// Returns the machine whose states have values of variables.
     fn with_values(&mut self, product: &Product<'db>, overhead: Time) -> Result<Executed, Vec<Refusal<'db>>> {
         // It also has programs that no period executes.
-        let assumed = self.assumed.clone();
+        let (assumed, is_extrapolated) = (self.assumed.clone(), self.is_extrapolated);
         let costs = self.product(product);
-        self.assumed = assumed;
+        (self.assumed, self.is_extrapolated) = (assumed, is_extrapolated);
         let cost = |of: u32| costs.get(of as usize).copied().flatten();
         let taken = product.edges.iter().map(|edge| Taken::executing(overhead).then(cost(edge.cost)?));
         let too_long = || {
@@ -556,9 +562,9 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     /// Returns what each cost of a product takes, where an edge needs it.
     fn product(&mut self, product: &Product<'db>) -> Vec<Option<Taken>> {
         let behaviour = self.behaviour;
-        let timed = |it: &TimedProgram<'db>| self.in_table(&it.id).time();
-        let programs: Vec<Option<Time>> = behaviour.programs.iter().map(timed).collect();
-        let operations: Vec<Option<Time>> = behaviour.operations.iter().map(timed).collect();
+        let mut timed = |it: &TimedProgram<'db>| self.in_table(&it.id).time();
+        let programs: Vec<Option<Time>> = behaviour.programs.iter().map(&mut timed).collect();
+        let operations: Vec<Option<Time>> = behaviour.operations.iter().map(&mut timed).collect();
         let in_table = |cost: &ProductCost<'db>| match cost {
             ProductCost::Program(index, _) => programs.get(*index).copied().flatten(),
             ProductCost::Operation(index, _) => operations.get(*index).copied().flatten(),
@@ -679,15 +685,18 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns the time of a subject of the tables.
-    fn time(&self, of: &Timed<'db>) -> Lookup<'db> {
+    fn time(&mut self, of: &Timed<'db>) -> Lookup<'db> {
         match (self.what_if)(of) {
             Some(time) => Lookup::Known(time),
-            None => self.times.time(of, self.level),
+            None => {
+                self.is_extrapolated |= self.times.is_extrapolated(of, self.level);
+                self.times.time(of, self.level)
+            }
         }
     }
 
     /// Returns the time of a whole program in the tables.
-    fn in_table(&self, program: &ProgramId) -> Lookup<'db> {
+    fn in_table(&mut self, program: &ProgramId) -> Lookup<'db> {
         self.time(&Timed::Program(self.component, program.in_table()))
     }
 
@@ -800,6 +809,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         if let Some(time) = (self.what_if)(&Timed::Codel(codel)) {
             return Some(time);
         }
+        self.is_extrapolated |= self.times.is_extrapolated(&Timed::Codel(codel), self.level);
         let refusal = |reason| Refusal::new(reason, Location::name_of(codel));
         match self.times.codel_time(self.db, codel, self.level) {
             Lookup::Known(time) => return Some(time),

@@ -124,6 +124,19 @@ pub struct ActivityReport<'db> {
     pub reasons: Vec<Refusal<'db>>,
     /// Codels whose time is assumed, in its own component, with it.
     pub assumed: Vec<(String, Time)>,
+    /// Whether a time in its own component is extrapolated.
+    pub is_extrapolated: bool,
+}
+
+/// What a response time rests on, besides times that were written by hand, or counted. The worst is the greatest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Footing {
+    /// On nothing else.
+    Known,
+    /// On a measured time that no execution confirms at its level.
+    Extrapolated,
+    /// On an assumed time.
+    Assumed,
 }
 
 impl Deref for ActivityReport<'_> {
@@ -254,9 +267,25 @@ impl<'db> Report<'db> {
     /// Returns for each activity whether its response time is computed with assumed times: its own, or those of an
     /// activity that interferes with it.
     pub fn with_assumptions(&self) -> Vec<bool> {
-        // The highest priority with an assumed time on each CPU.
+        self.with(|it| !it.assumed.is_empty())
+    }
+
+    /// Returns for each activity what its response time rests on: its own times, and those of activities that interfere with it.
+    pub fn footings(&self) -> Vec<Footing> {
+        let both = self.with_assumptions().into_iter().zip(self.with(|it| it.is_extrapolated));
+        let footing = |(is_assumed, is_extrapolated)| match (is_assumed, is_extrapolated) {
+            (true, _) => Footing::Assumed,
+            (_, true) => Footing::Extrapolated,
+            _ => Footing::Known,
+        };
+        both.map(footing).collect()
+    }
+
+    /// Returns for each activity whether it has such a time, or an activity that interferes with it.
+    fn with(&self, has: impl Fn(&ActivityReport<'db>) -> bool) -> Vec<bool> {
+        // The highest priority with such a time on each CPU.
         let mut highest = [None; CpuSet::MOST as usize];
-        for activity in self.activities.iter().filter(|it| !it.assumed.is_empty()) {
+        for activity in self.activities.iter().filter(|it| has(it)) {
             let cpus = activity.cpus.unwrap_or_default();
             let here = (0..).zip(&mut highest).filter(|(cpu, _)| cpus.contains(*cpu));
             here.for_each(|(_, highest)| *highest = (*highest).max(activity.priority.real_time()));
@@ -266,7 +295,7 @@ impl<'db> Report<'db> {
             let mut highest = (0..).zip(&highest).filter(|(cpu, _)| counted.contains(*cpu));
             it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.priority.real_time())
         };
-        self.activities.iter().map(|it| !it.assumed.is_empty() || interferes(it)).collect()
+        self.activities.iter().map(|it| has(it) || interferes(it)).collect()
     }
 
     /// Returns whether every deadline is proved.

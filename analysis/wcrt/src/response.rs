@@ -97,6 +97,7 @@ impl<'db> DeployedTasks<'db> {
         if response.bound == Bound::Background {
             report.reasons.clear();
             report.assumed.clear();
+            report.is_extrapolated = false;
             return Some(report);
         }
         report.own = response.own.or(report.own);

@@ -68,6 +68,7 @@ impl<'db> DeployedTasks<'db> {
             reasons: executed.refusals_of(resolved, index, query.method).collect(),
             own: psm.map(|psm| psm.machine.greatest_cost()),
             assumed: psm.map_or_else(Vec::new, |psm| psm.assumed.clone()),
+            is_extrapolated: psm.is_some_and(|psm| psm.is_extrapolated),
             ..ActivityReport::default()
         });
         DeployedTasks {

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use globset::{GlobBuilder, GlobMatcher};
 use mauve_timing::{
     Entry, Excess, Level, Measured, Overhead, Table, TableError, TableErrorKind, Time, Times,
+    extrapolated_from,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -210,6 +211,8 @@ pub(crate) struct Slot {
     is_assumed: bool,
     /// Whether a measurement says that executions depend on earlier ones.
     is_dependent: bool,
+    /// The least strict level at which a measurement is extrapolated.
+    extrapolated_from: Option<Level>,
 }
 
 /// The times in timing tables.
@@ -493,6 +496,13 @@ impl<'db> TimetableBuilder<'db> {
             table.measured.iter().map(|record| (record.key.as_str(), &record.times)).collect();
         let dependent = table.measured.iter().filter(|it| it.is_dependent());
         let dependent: FxHashSet<&str> = dependent.map(|record| record.key.as_str()).collect();
+        let extrapolated: FxHashMap<&str, Level> = table
+            .measured
+            .iter()
+            .filter_map(|it| {
+                Some((it.key.as_str(), it.warnings.iter().find_map(|it| extrapolated_from(it))?))
+            })
+            .collect();
         let slot = |entry: &Entry| Slot {
             file,
             levels: levels.clone(),
@@ -501,6 +511,7 @@ impl<'db> TimetableBuilder<'db> {
             is_measured: measured.get(entry.key.as_str()).copied() == entry.value.as_ref(),
             is_assumed: entry.is_assumed,
             is_dependent: dependent.contains(entry.key.as_str()),
+            extrapolated_from: extrapolated.get(entry.key.as_str()).copied(),
         };
         for entry in &table.codels {
             self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
@@ -547,8 +558,10 @@ impl<'db> TimetableBuilder<'db> {
             let changed = ChangedOrigin::Source(path.clone());
             self.report(at.clone(), TimingFactKind::OutdatedMeasurement { key: key(), changed });
         }
-        if !record.warnings.is_empty() {
-            let warnings = record.warnings.clone();
+        // Whether a time is extrapolated depends on the level: the verdict at a level says it.
+        let mut warnings = record.warnings.clone();
+        warnings.retain(|it| extrapolated_from(it).is_none());
+        if !warnings.is_empty() {
             self.report(at, TimingFactKind::DoubtfulMeasurement { key: key(), warnings });
         }
     }
@@ -847,6 +860,13 @@ impl<'db> Timetable<'db> {
     /// Returns whether the times of an entry are those of a measurement.
     pub(crate) fn is_measured(&self, of: &Timed<'db>) -> bool {
         self.slots.get(of).is_some_and(|slots| slots.iter().all(|slot| slot.is_measured))
+    }
+
+    /// Returns whether a measured time of a level is extrapolated.
+    pub(crate) fn is_extrapolated(&self, of: &Timed<'db>, level: Level) -> bool {
+        let is_it =
+            |slot: &Slot| slot.is_measured && slot.extrapolated_from.is_some_and(|from| level <= from);
+        self.slots.get(of).is_some_and(|slots| slots.iter().any(is_it))
     }
 
     /// Returns whether an entry says that its times are assumed.

@@ -17,7 +17,7 @@ use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
 use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
-use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
+use mauve_wcrt::{DeployedTasks, Footing, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
 use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
@@ -296,7 +296,9 @@ fn table(it: &Simulation<'_>) -> String {
             ("greatest", &|row| rounded(row.statistics.and_then(|it| it.greatest))),
             ("of bound", &|row| row.ratio().map_or_else(none, |ratio| format!("{:.1} %", ratio * 100.0))),
             ("late", &|row| row.statistics.map_or_else(none, |it| it.misses.to_string())),
-            ("bound / deadline", &|row| figure(it.db, row.activity, false, TIGHT_SLACK).text().to_owned()),
+            ("bound / deadline", &|row| {
+                figure(it.db, row.activity, Footing::Known, TIGHT_SLACK).text().to_owned()
+            }),
             ("", &left_out),
         ],
     );

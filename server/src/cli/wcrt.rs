@@ -18,7 +18,7 @@ use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, wh
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
+    ActivityReport, Footing, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
     system_of, timetable_of,
 };
 
@@ -502,20 +502,22 @@ fn several_levels<'db>(db: &'db dyn ModelDb, reports: &[(Query, &Report<'db>)]) 
     let levels: Vec<String> = reports.iter().map(|(query, _)| query.level.to_string()).collect();
     let header: Vec<&str> = std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
     let Some((_, first)) = reports.first() else { return String::new() };
+    let footings: Vec<_> = reports.iter().map(|(_, report)| report.footings()).collect();
     let rows: Vec<Vec<String>> = (0..first.activities.len())
         .map(|index| {
-            let cell = |(query, report): &(Query, &Report<'db>)| {
+            let cell = |((query, report), footings): (&(Query, &Report<'db>), &Vec<Footing>)| {
+                let footing = footings.get(index).copied().unwrap_or(Footing::Known);
                 let activity = report.activities.get(index);
                 activity.map_or_else(String::new, |it| match (query.horizon, it.first_job, it.deadline) {
                     (Some(_), Some(first), Some(deadline)) => {
                         Forms::of(first, deadline, TIGHT_SLACK).with_response().to_owned()
                     }
                     _ if it.verdict == Status::Background => "–".to_owned(),
-                    _ => figure(db, it, false, TIGHT_SLACK).with_response().to_owned(),
+                    _ => figure(db, it, footing, TIGHT_SLACK).with_response().to_owned(),
                 })
             };
             let name = first.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
-            std::iter::once(name).chain(reports.iter().map(cell)).collect()
+            std::iter::once(name).chain(reports.iter().zip(&footings).map(cell)).collect()
         })
         .collect();
     columns(&header, &rows)
@@ -552,7 +554,7 @@ pub(super) fn priority(priority: Priority) -> String {
 pub(super) const RESPONSE: &str = "response / deadline";
 
 fn forms<'db>(of: &Deployed<'db>, activity: &ActivityReport<'db>) -> Forms {
-    figure(of.db, activity, false, TIGHT_SLACK)
+    figure(of.db, activity, Footing::Known, TIGHT_SLACK)
 }
 
 /// Returns the bar of a figure, or its per cent: the columns behind the figure itself.

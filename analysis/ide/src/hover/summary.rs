@@ -8,7 +8,8 @@ use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, shell_of};
 use mauve_timing::Status;
 use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, TableSet, level_shown, psm_of, response_times, support, table_sets,
+    ActivityReport, Deadlines, Footing, Query, TableSet, level_shown, psm_of, response_times, support,
+    table_sets,
 };
 
 use super::format::{HoverFormat, and_more};
@@ -84,11 +85,11 @@ fn deployment<'db>(
         Some(at) => format.link(db, &it.instance, at),
         None => code(&it.instance),
     };
-    let bounded = report.activities.iter().zip(with_assumptions);
-    let bounded = bounded.filter_map(|(it, assumed)| Some((it.used()?, it, assumed)));
+    let bounded = report.activities.iter().zip(report.footings());
+    let bounded = bounded.filter_map(|(it, footing)| Some((it.used()?, it, footing)));
     let least = bounded.max_by(|one, other| one.0.total_cmp(&other.0));
     lines.extend(
-        least.map(|(_, it, assumed)| format!("least slack: {}, {}", name(it), verdict(db, it, assumed))),
+        least.map(|(_, it, footing)| format!("least slack: {}, {}", name(it), verdict(db, it, footing))),
     );
     let unbounded = report.activities.iter().filter(|it| it.verdict != Status::Background);
     let unbounded: Vec<String> = unbounded.filter(|it| it.response.is_none()).map(name).collect();
@@ -99,8 +100,8 @@ fn deployment<'db>(
 }
 
 /// Returns `✓ 53 / 100 ms ▰▰▰▱▱▱ 53 %`, or why there is no such figure.
-fn verdict(db: &dyn ModelDb, it: &ActivityReport<'_>, is_assumed: bool) -> String {
-    figure(db, it, is_assumed, TIGHT_SLACK).full()
+fn verdict(db: &dyn ModelDb, it: &ActivityReport<'_>, footing: Footing) -> String {
+    figure(db, it, footing, TIGHT_SLACK).full()
 }
 
 /// The number of instances and connections, and the deployments.
@@ -197,15 +198,14 @@ pub(super) fn of_instance<'db>(
     for (deployment, _) in deployed.into_iter().filter(|(deployment, _)| Some(*deployment) != explained) {
         let query = Query::shown(db, project, deployment);
         let report = response_times(db, project, deployment, query);
-        let with_assumptions = report.with_assumptions();
-        let activity = report.activities.iter().zip(with_assumptions).find(|(it, _)| it.instance == **name);
+        let activity = report.activities.iter().zip(report.footings()).find(|(it, _)| it.instance == **name);
         let of_which = times_of(report.times.as_deref());
         let (at, said) = match activity {
-            Some((it, assumed)) => {
+            Some((it, footing)) => {
                 let at = it.at.clone().unwrap_or_else(|| Location::name_of(deployment));
                 let level =
                     if it.response.is_some() { format!(" at {}", query.level) } else { String::new() };
-                (at, format!("{}{level}{of_which}", verdict(db, it, assumed)))
+                (at, format!("{}{level}{of_which}", verdict(db, it, footing)))
             }
             None => (Location::name_of(deployment), "no activity".to_owned()),
         };

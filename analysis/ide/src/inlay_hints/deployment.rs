@@ -7,7 +7,9 @@ use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, CpuSet, Status};
-use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
+use mauve_wcrt::{
+    ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
+};
 
 use super::label::{Texts, most_at};
 use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
@@ -50,9 +52,8 @@ pub(super) fn of_deployment<'db>(
         }
     };
     let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
-    let figures = report.activities.iter().zip(report.with_assumptions());
-    let shown =
-        figures.map(|(activity, is_assumed)| Shown::of(db, activity, is_assumed, options.tight_slack));
+    let figures = report.activities.iter().zip(report.footings());
+    let shown = figures.map(|(activity, footing)| Shown::of(db, activity, footing, options.tight_slack));
     let shown: Vec<Shown> = shown.collect();
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Status::Background;
     if let Some(offset) = beside(text, node.syntax())
@@ -97,10 +98,10 @@ impl Shown {
     fn of<'db>(
         db: &'db dyn ModelDb,
         activity: &ActivityReport<'db>,
-        is_assumed: bool,
+        footing: Footing,
         tight_slack: u32,
     ) -> Shown {
-        let forms = figure(db, activity, is_assumed, tight_slack);
+        let forms = figure(db, activity, footing, tight_slack);
         let (texts, status) = (Texts::of_forms(&forms), forms.status);
         let is_known = activity.verdict != Status::NotAnalysed;
         let figure = is_known.then(|| Figure::complete(texts.clone()));

@@ -17,9 +17,8 @@ pub(super) struct Row<'a, 'db> {
 
 /// Returns the activities of a deployment with their figures.
 pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
-    let reports = of.reports.iter().flat_map(|(_, it)| it.activities.iter().zip(it.with_assumptions()));
-    let row =
-        |(activity, is_assumed)| Row { activity, forms: figure(of.db, activity, is_assumed, TIGHT_SLACK) };
+    let reports = of.reports.iter().flat_map(|(_, it)| it.activities.iter().zip(it.footings()));
+    let row = |(activity, footing)| Row { activity, forms: figure(of.db, activity, footing, TIGHT_SLACK) };
     reports.map(row).collect()
 }
 

@@ -41,9 +41,9 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &DrawingParams) -> Result<Va
     let activity =
         asked(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities));
     let tight_slack = snapshot.settings.hints.tight_slack;
-    let instances = report.activities.iter().zip(report.with_assumptions());
-    let instances = instances.map(|(it, is_assumed)| {
-        let figure = figure(db, it, is_assumed, tight_slack);
+    let instances = report.activities.iter().zip(report.footings());
+    let instances = instances.map(|(it, footing)| {
+        let figure = figure(db, it, footing, tight_slack);
         json!({
             "instance": it.instance.to_string(),
             "response": it.response.map(milliseconds),
