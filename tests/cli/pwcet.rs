@@ -137,6 +137,16 @@ fn a_codel_has_one_line_and_a_warning_is_named_once() {
         assert!(page.code == 0 && page.out.starts_with(&format!("# {kind}\n")), "{kind}: {}", page.err);
     }
     assert!(found.out.contains("✗ needs 188 more"), "{}", found.out);
+    // 6000 executions with a light tail: a verdict at 1e-4 is not that of 1e-3, which is counted.
+    let verdict = |arguments: &[&str]| {
+        let all = ["pwcet", "run.samples", "--bootstraps", "0", "--levels"];
+        let found = mauve_in(&folder, &[&all, arguments].concat()).out;
+        let line = found.lines().find(|it| it.starts_with("  uav.gyro ")).unwrap().to_owned();
+        line.split_whitespace().skip(4).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(verdict(&["1e-3"]), "✓");
+    assert_eq!(verdict(&["1e-4"]), "~ extrapolated");
+    assert!(verdict(&["1e-3,1e-4"]).ends_with(" ~ ~ extrapolated"), "{}", verdict(&["1e-3,1e-4"]));
     let next = found.out.lines().find(|it| it.starts_with("  mauve measure ")).unwrap();
     assert!(
         next.contains("uav.replan") && next.ends_with(" --codels DIR -n 100000 -o run.samples"),

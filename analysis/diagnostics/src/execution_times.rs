@@ -3,20 +3,24 @@
 use mauve_pwcet::{
     Check, CheckKind, FEW_EXECUTIONS, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
 };
-use mauve_timing::{DEPENDENT, Time};
+use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 use mauve_wcrt::Basis;
 
 /// Returns where execution times come from, if any is measured or assumed; the others were written by hand.
 ///
 /// ```
-/// let basis = mauve_wcrt::Basis { times: 24, measured: 21, assumed: 3, ..Default::default() };
-/// assert_eq!(mauve_diagnostics::origins(&basis).unwrap(), "21 of 24 execution times measured, 3 assumed");
+/// let basis = mauve_wcrt::Basis { times: 24, measured: 21, extrapolated: 5, assumed: 3, ..Default::default() };
+/// let text = "21 of 24 execution times measured (5 extrapolated), 3 assumed";
+/// assert_eq!(mauve_diagnostics::origins(&basis).unwrap(), text);
 /// ```
 pub fn origins(of: &Basis) -> Option<String> {
-    let &Basis { times, measured, assumed, .. } = of;
+    let &Basis { times, measured, extrapolated, assumed, .. } = of;
+    let extrapolated =
+        if extrapolated > 0 { format!(" ({extrapolated} extrapolated)") } else { String::new() };
     let assumed = if assumed > 0 { format!(", {assumed} assumed") } else { String::new() };
     let times = if times == 1 { "1 execution time".to_owned() } else { format!("{times} execution times") };
-    (measured > 0 || !assumed.is_empty()).then(|| format!("{measured} of {times} measured{assumed}"))
+    (measured > 0 || !assumed.is_empty())
+        .then(|| format!("{measured} of {times} measured{extrapolated}{assumed}"))
 }
 
 /// Returns the name of a test.
@@ -81,6 +85,9 @@ pub fn measurement_warning(warning: &Warning) -> String {
             "the bound at {level:e} is {} times the longest execution: the measurement does not support that level; measure more",
             rounded_up(ratio)
         ),
+        Warning::Extrapolated { level, needed } => format!(
+            "no execution confirms the bound at {level:e}: a mode that fewer than 25 executions had may be longer; measure {needed} executions"
+        ),
         Warning::ExponentialByChoice { shape } => format!(
             "the exponential tail was chosen, but the data suggest a heavier one (ξ = {shape:.2}): the times may be too short"
         ),
@@ -107,6 +114,7 @@ pub fn warning_kind(warning: &Warning) -> &'static str {
         Warning::Coarse { .. } => "coarse-clock",
         Warning::NotConverged { .. } => "not-converged",
         Warning::Far { .. } => "far-bound",
+        Warning::Extrapolated { .. } => EXTRAPOLATED,
         Warning::ExponentialByChoice { .. } => "exponential-tail",
     }
 }
@@ -231,6 +239,7 @@ mod tests {
             Warning::Coarse { resolution: 1, scale: 1.0 },
             Warning::NotConverged { level: 0.1, before: 1.0, now: 2.0 },
             Warning::Far { level: 0.1, ratio: 20.0 },
+            Warning::Extrapolated { level: 0.1, needed: 29 },
             Warning::ExponentialByChoice { shape: 0.5 },
             check(CheckKind::LjungBox { lags: 1 }),
             check(CheckKind::Kpss { lags: 1 }),
@@ -251,6 +260,6 @@ mod tests {
             let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
             assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
         }
-        assert_eq!(measurement_kinds().count(), 20);
+        assert_eq!(measurement_kinds().count(), 21);
     }
 }

@@ -223,12 +223,12 @@ mod tests {
         expect![[r#"
             codel or program | instance | verdict | executions | high-water | mark | 95 % upper bound at level
             1e-3 | 1e-4 | 1e-7
-            scan. | filter | left | over budget | 5000 | 1.417 ms | 1.417 ms | 1.00 × | 1.562 ms | 1.10 × | 2.292 ms | 1.62 ×
+            scan. | filter | left | over budget | extrapolated | 5000 | 1.417 ms | 1.417 ms | 1.00 × | 1.562 ms ~ | 1.10 × | 2.292 ms ~ | 1.62 ×
             empty | all | refused | 0 | – | 0 executions are too few for a tail: measure at least 200, better 5000
             once | all | refused | 1 | 7 ns | 1 execution is too few for a tail: measure at least 200, better 5000
             three | all | refused | 3 | 1.25 ms | 3 executions are too few for a tail: measure at least 200, better 5000
             constant | all | refused | 400 | 2 ms | all executions took exactly 2 ms: a real clock gives different times; write the time by hand if it is the worst case
-            scan. | read | all | fine | 3000 | 1.382 ms | 1.382 ms | 1.00 × | 1.615 ms | 1.17 × | 2.76 ms | 2.00 ×
+            scan. | read | all | extrapolated | 3000 | 1.382 ms | 1.382 ms | 1.00 × | 1.615 ms ~ | 1.17 × | 2.76 ms ~ | 2.00 ×
         "#]].assert_eq(&rows);
     }
 

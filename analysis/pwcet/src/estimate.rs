@@ -56,8 +56,29 @@ pub struct Estimate {
     pub levels: Vec<LevelEstimate>,
     /// The fitted tail with its confidence band, for a drawing.
     pub curve: Vec<CurvePoint>,
-    /// What a reader must know before using the times.
+    /// What a reader must know before using the times; [`warnings_at`](Self::warnings_at) has those of one level.
     pub warnings: Vec<Warning>,
+}
+
+impl Estimate {
+    /// Returns what is known against the bound of a level, by the index of the level: a verdict at a level is for these.
+    ///
+    /// A bound that is counted needs no tail, so what is wrong with the tail is no warning there.
+    pub fn warnings_at(&self, index: usize) -> Vec<Warning> {
+        let Some(at) = self.levels.get(index) else { return Vec::new() };
+        let mut warnings = self.warnings.clone();
+        warnings.retain(|warning| match warning {
+            Warning::Far { level, .. } | Warning::NotConverged { level, .. } => at.level <= *level,
+            Warning::Rejected(check) if check.kind != CheckKind::LightTail => true,
+            Warning::Few { .. } => true,
+            _ => at.is_extrapolated,
+        });
+        if at.is_extrapolated && at.bound.is_ok() {
+            let needed = counted_from(at.level);
+            warnings.push(Warning::Extrapolated { level: at.level, needed });
+        }
+        warnings
+    }
 }
 
 /// The time of one level, in nanoseconds.
@@ -127,6 +148,17 @@ pub enum Warning {
         level: f64,
         /// The bound divided by the high-water mark.
         ratio: f64,
+    },
+    /// The bound of a level is that of the fitted tail: so few executions cannot count it. It is no warning about the whole estimate:
+    /// [`Estimate::warnings_at`] gives it.
+    ///
+    /// The tail is that of the mode which most of the longest executions have. A mode that fewer than 25 executions have is hardly seen
+    /// among the others, and may be the longest at each level below 25/n: so at each level without a bound that is counted.
+    Extrapolated {
+        /// The level.
+        level: f64,
+        /// With so many executions, the level is counted.
+        needed: u64,
     },
     /// The tail was fitted with an exponential distribution, and the data suggest a heavier one.
     ExponentialByChoice {
@@ -332,7 +364,9 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
         warnings.push(Warning::Coarse { resolution: *resolution, scale: tail.model.scale });
     }
     if let Some(before) = estimate.convergence.last().filter(|last| last.count * 10 >= count * 8) {
-        let moved = estimate.levels.iter().zip(&before.levels).find(|(now, (_, upper))| now.point > *upper);
+        // Where a bound is counted, the point of the fit beside it may be above it: the tail of the fit has no end.
+        let mut levels = estimate.levels.iter().zip(&before.levels);
+        let moved = levels.find(|(now, (_, upper))| now.is_extrapolated && now.point > *upper);
         warnings.extend(moved.map(|(now, &(_, before))| Warning::NotConverged {
             level: now.level,
             before,
@@ -384,6 +418,27 @@ mod tests {
         }
         let found = estimate(&with_rare_mode(0), &options(&levels)).unwrap();
         assert_eq!(found.warnings, []);
+    }
+
+    /// A mode of 1 % with a tail that is five times as long is a warning at the levels that need a tail, not at that of 20 exceedances.
+    #[test]
+    fn a_verdict_is_one_of_a_level() {
+        let mut random = generator(8, 0);
+        let mut time = |index: usize| {
+            (4e6 - uniform(&mut random).ln() * if index % 100 == 3 { 5e5 } else { 1e5 }) as u64
+        };
+        let executions: Vec<u64> = (0..20_000).map(&mut time).collect();
+        let found = estimate(&executions, &options(&[1e-6, 1e-3, 1e-4])).unwrap();
+        let is_heavy = |it: &Warning| matches!(it, Warning::Rejected(it) if it.kind == CheckKind::LightTail);
+        assert!(found.warnings.iter().any(is_heavy), "{:?}", found.warnings);
+        assert_eq!(found.warnings_at(1), []);
+        for (index, needed) in [(0, 2_995_731), (2, 29_956)] {
+            let warnings = found.warnings_at(index);
+            let level = found.levels[index].level;
+            assert!(warnings.contains(&Warning::Extrapolated { level, needed }), "{warnings:?}");
+            assert!(warnings.iter().any(is_heavy), "{warnings:?}");
+        }
+        assert_eq!(found.warnings_at(3), []);
     }
 
     /// Times of 40 steps, but a tail of two or three: its 40 distinct times are not those of a tail.

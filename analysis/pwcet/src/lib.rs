@@ -6,14 +6,18 @@
 //! Each level has a bound or a [`NoBound`], which says why. Where the executions support no tail, the result is a [`NoEstimate`], with
 //! the bounds that can be counted.
 //!
-//! **What a number claims.** The bound of a level is above the true quantile in at least 93 of 100 measurements, or refused, whatever
-//! the number of executions: `tests/coverage.rs` counts it for light and heavy tails, rare modes, coarse clocks, dependence and drift.
-//! Where about 3 of n independent executions should exceed a level's time, the bound is counted and claims nothing about the tail. Other
-//! levels have the bound of a fitted tail, which is never below the greatest execution.
+//! **What a number claims.** A verdict is one of a level. Where more than about 3 of n independent executions should exceed a level's
+//! time, the bound is counted: it is above the true quantile in at least 95 of 100 measurements, whatever the distribution. Other levels
+//! have the bound of a fitted tail, which is never below the greatest execution, and [`Warning::Extrapolated`]. If the tail goes on as
+//! it was seen, this bound is above the true quantile in at least 93 of 100 measurements, or refused: `tests/coverage.rs` counts it for
+//! light and heavy tails, rare modes, coarse clocks, dependence and drift.
 //!
 //! **What it does not claim.** A mode that no execution showed is in no number. One of which n executions should show less than 3 (less
-//! than 25 where its times are among those of the others) may be taken for the tail of the others. If executions depend on each other
-//! for longer than √n of them, less is claimed.
+//! than 25 where its times are among those of the others) may be taken for the tail of the others: of 2000 executions, 1 % of them with
+//! a scale that is five times as long, 15 of 100 bounds at 1e-4 are too low. A tail that becomes heavier beyond the executions is not
+//! seen either: 14 of 100 bounds of Student's t with 6 degrees of freedom at 1e-9. No number of executions excludes both where the
+//! level is not counted, and a bound for them would be no use: this is what the warning of the level says. If executions depend on each
+//! other for longer than √n of them, less is claimed.
 //!
 //! **Why no more than 750 excesses.** A fit of 15 % of the executions has the error of the body; with more of them its interval would
 //! narrow around that error. The number of excesses stays, so that the share falls as recordings grow, and the error with it.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{measurement_refusal, measurement_warning};
-use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel};
+use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel, Warning};
 
 use super::figures::{self, TimeUnit, count, counted};
 use super::plots::{self, Plotted};
@@ -79,16 +79,31 @@ pub(super) struct Verdict {
     refusal: Option<String>,
     warnings: Vec<String>,
     is_over_budget: bool,
+    /// Whether a time of the verdict is extrapolated.
+    is_extrapolated: bool,
 }
 
 impl Verdict {
     fn of(measured: &Measured<'_>) -> Verdict {
-        let (warnings, refusal) = match &measured.measurement.result {
-            Ok(estimate) => (estimate.warnings.iter().map(measurement_warning).collect(), None),
-            Err(it) => (Vec::new(), Some(measurement_refusal(&it.refusal))),
-        };
         let is_over_budget = tables::is_over_budget(measured);
-        Verdict { refusal, warnings, is_over_budget }
+        let mut verdict =
+            Verdict { refusal: None, warnings: Vec::new(), is_over_budget, is_extrapolated: false };
+        match &measured.measurement.result {
+            Ok(estimate) => {
+                // At the level of the budget, otherwise at all.
+                let levels = measured.budget.map_or(0..estimate.levels.len(), |(level, _)| level..level + 1);
+                let (extrapolated, warnings): (Vec<_>, Vec<_>) = levels
+                    .flat_map(|level| estimate.warnings_at(level))
+                    .partition(|it| matches!(it, Warning::Extrapolated { .. }));
+                verdict.is_extrapolated = !extrapolated.is_empty();
+                let is_told = |it: &&Warning| warnings.contains(it);
+                verdict.warnings =
+                    estimate.warnings.iter().filter(is_told).map(measurement_warning).collect();
+                verdict.warnings.extend(extrapolated.first().map(measurement_warning));
+            }
+            Err(it) => verdict.refusal = Some(measurement_refusal(&it.refusal)),
+        }
+        verdict
     }
 
     /// First what misses a deadline, then refusals, then what needs a look.
@@ -110,8 +125,10 @@ impl Verdict {
         if self.is_over_budget {
             out += &badge("failed", "over budget");
         }
-        if !self.warnings.is_empty() {
-            out += &badge("warned", &counted(self.warnings.len(), "warning"));
+        match self.warnings.len() - usize::from(self.is_extrapolated) {
+            0 if self.is_extrapolated => out += &badge("warned", "extrapolated"),
+            0 => {}
+            _ => out += &badge("warned", &counted(self.warnings.len(), "warning")),
         }
         if out.is_empty() { badge("fine", "fine") } else { out }
     }
@@ -126,7 +143,7 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
     let _ = write!(
         out,
         "<h2 id=\"overview\">Overview</h2>\n\
-         <p class=\"note\">Codels over their budgets first, then those with refusals and warnings. Below each bound: its ratio to the high-water mark.</p>\n\
+         <p class=\"note\">Codels over their budgets first, then those with refusals and warnings. Below each bound: its ratio to the high-water mark; ~ marks a bound that is extrapolated.</p>\n\
          <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"overview\">\n<table class=\"overview\">\n\
          <thead><tr><th scope=\"col\" rowspan=\"2\">codel or program</th><th scope=\"col\" rowspan=\"2\">instance</th>\
          <th scope=\"col\" rowspan=\"2\">verdict</th><th scope=\"col\" rowspan=\"2\" class=\"number\">executions</th>\
@@ -161,7 +178,8 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
                     let cell = match level.bound {
                         Ok(bound) => {
                             let ratio = figures::ratio(bound / estimate.greatest as f64);
-                            format!("{}<small>{ratio}</small>", unit.bound(bound))
+                            let mark = if level.is_extrapolated { " ~" } else { "" };
+                            format!("{}{mark}<small>{ratio}</small>", unit.bound(bound))
                         }
                         Err(_) => "–".to_owned(),
                     };

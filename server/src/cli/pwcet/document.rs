@@ -1,6 +1,6 @@
 //! The estimates as a JSON document.
 
-use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning, no_bound};
+use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning, no_bound, warning_kind};
 use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
@@ -58,12 +58,13 @@ fn instance(levels: &[Level], it: &InstanceMeasurement) -> impl Serialize + use<
 }
 
 fn estimate(levels: &[Level], it: &Estimate) -> impl Serialize + use<> {
-    let of_levels = it.levels.iter().zip(levels).map(|(at, level)| {
+    let of_levels = it.levels.iter().zip(levels).enumerate().map(|(index, (at, level))| {
         object! {
             level: level.as_f64(),
             estimate: ms(at.point),
             bound: at.bound.ok().map(ms),
             refused: at.bound.err().map(|it| no_bound(&it)),
+            warnings: it.warnings_at(index).iter().map(warning_kind).collect::<Vec<_>>(),
             is_extrapolated: at.is_extrapolated,
             depth: at.depth,
             ratio: at.bound.ok().map(|bound| bound / it.greatest as f64),

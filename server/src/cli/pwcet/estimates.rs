@@ -96,24 +96,16 @@ impl Estimates {
 
     /// Returns the kinds of warnings about a measurement, each once: those of levels that need a time.
     pub(super) fn kinds(&self, it: &Measured) -> Vec<&'static str> {
-        let strictest = self.needed_levels().into_iter().min().map_or(0.0, Level::as_f64);
-        let matters = |warning: &&Warning| match warning {
-            Warning::Far { level, .. } | Warning::NotConverged { level, .. } => *level >= strictest,
-            _ => true,
-        };
         let mut kinds = if it.is_over_budget { vec![OVER_BUDGET] } else { Vec::new() };
         if let Some(lack) = self.lack(it) {
             kinds.push(lack.kind);
             return kinds;
         }
-        for instance in &it.measurement.instances {
-            match &instance.result {
-                Ok(estimate) => kinds.extend(estimate.warnings.iter().filter(matters).map(warning_kind)),
-                Err(refused) if refused.bounds.iter().all(Result::is_err) => {
-                    kinds.push("unmeasured-instance");
-                }
-                Err(_) => {}
-            }
+        let warnings = self.needed.iter().flat_map(|&level| it.warnings_at(level));
+        kinds.extend(warnings.map(|it| warning_kind(&it)));
+        let mut refused = it.measurement.instances.iter().filter_map(|it| it.result.as_ref().err());
+        if refused.any(|it| it.bounds.iter().all(Result::is_err)) {
+            kinds.push("unmeasured-instance");
         }
         if !self.recording.is_empty() {
             kinds.push("incomplete-recording");
@@ -128,6 +120,17 @@ impl Estimates {
 }
 
 impl Measured {
+    /// Returns the warnings about the time of a level, of all instances.
+    pub(super) fn warnings_at(&self, level: usize) -> Vec<Warning> {
+        let estimates = self.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok());
+        estimates.flat_map(|it| it.warnings_at(level)).collect()
+    }
+
+    /// Returns whether no execution confirms the time of a level.
+    pub(super) fn is_extrapolated(&self, level: usize) -> bool {
+        self.warnings_at(level).iter().any(|it| matches!(it, Warning::Extrapolated { .. }))
+    }
+
     /// Returns the times if each level has one.
     pub(super) fn all_times(&self) -> Option<Vec<Time>> {
         self.times.iter().copied().collect()

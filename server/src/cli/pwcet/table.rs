@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{TailModel, rounded_up};
-use mauve_timing::{DEPENDENT, Time};
+use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 
 use super::estimates::{Estimates, Lack, Measured};
 use crate::cli::text::columns;
@@ -12,8 +12,9 @@ use crate::cli::text::columns;
 /// The lines below the table have at most so many characters, if their words allow that.
 const WIDTH: usize = 80;
 
-/// With these, the times may be too short; with all others, only too long.
-const TOO_SHORT: [&str; 8] = [
+/// With these, the times may be too short; with all others, only too long. A heavy tail makes extrapolated times too long if more than
+/// 25 executions show it, otherwise they may be too short.
+const TOO_SHORT: [&str; 9] = [
     DEPENDENT,
     "changing-times",
     "exceeded-bounds",
@@ -21,6 +22,7 @@ const TOO_SHORT: [&str; 8] = [
     "not-converged",
     "few-executions",
     "exponential-tail",
+    "heavy-tail",
     "incomplete-recording",
 ];
 
@@ -96,7 +98,9 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
     let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
     let number = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), Time::number);
     let mut row = vec![it.key().to_owned(), it.measurement.count().to_string(), greatest.number()];
-    row.extend(estimates.shown.iter().map(|&level| number(it.time(level))));
+    let is_marked = |level| estimates.shown.len() > 1 && it.is_extrapolated(level);
+    let time = |&level: &usize| number(it.time(level)) + if is_marked(level) { " ~" } else { "" };
+    row.extend(estimates.shown.iter().map(time));
     if with_budgets {
         row.push(number(it.budget));
     }
@@ -118,6 +122,7 @@ fn verdict(estimates: &Estimates, it: &Measured) -> String {
     }
     match estimates.kinds(it).as_slice() {
         [] => "✓",
+        [EXTRAPOLATED] => "~ extrapolated",
         kinds if kinds.iter().any(|kind| TOO_SHORT.contains(kind)) => "! may be too short",
         _ => "! likely too long",
     }

@@ -8,7 +8,7 @@ use mauve_pwcet::rounded_up;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::port_of;
 use mauve_timing::{
-    Kept, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table,
+    EXTRAPOLATED, Kept, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table,
 };
 
 use super::estimates::{Estimates, Measured, OVER_BUDGET};
@@ -193,6 +193,14 @@ fn relative(file: &Path, table: &Path) -> String {
     file.display().to_string()
 }
 
+/// Returns the kinds of warnings about a measurement, that of extrapolated times with the least strict level that has one.
+fn warnings(estimates: &Estimates, it: &Measured) -> Vec<String> {
+    let extrapolated = estimates.needed.iter().filter(|&&level| it.is_extrapolated(level));
+    let from = extrapolated.filter_map(|&level| estimates.levels.get(level)).max();
+    let kinds = estimates.kinds(it).into_iter().filter(|kind| ![OVER_BUDGET, EXTRAPOLATED].contains(kind));
+    kinds.map(str::to_owned).chain(from.map(|level| format!("{EXTRAPOLATED}-from-{level}"))).collect()
+}
+
 /// Where all times come from.
 struct Origin<'a> {
     files: Vec<String>,
@@ -227,12 +235,7 @@ impl Origin<'_> {
             bytes: self.bytes,
             source: source.as_ref().map(|(path, _)| path.clone()),
             source_digest: source.map(|(_, digest)| digest),
-            warnings: estimates
-                .kinds(it)
-                .into_iter()
-                .filter(|kind| *kind != OVER_BUDGET)
-                .map(str::to_owned)
-                .collect(),
+            warnings: warnings(estimates, it),
         }
     }
 }
