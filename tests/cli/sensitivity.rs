@@ -210,3 +210,30 @@ fn it_needs_a_model_and_no_explanation() {
     assert_eq!((set.code, set.out.as_str()), (2, ""));
     assert!(set.err.contains("--sensitivity needs a model"), "{set:?}");
 }
+
+/// `drive` has 5 ms for its own 1 ms and the lock of another, which holds it for as long as it takes.
+#[test]
+fn a_codel_that_holds_a_lock_delays_others() {
+    for (priority, limit) in [("1 period = 100", 4.0), ("background", 4.0)] {
+        let folder = robot(&priority[..1], "5", "1", "1");
+        let model = std::fs::read_to_string(folder.join("robot.mal")).unwrap();
+        let model = model.replace(
+            "planner { priority = 1 period = 100 }",
+            &format!("planner {{ priority = {priority} }}"),
+        );
+        let lock = "[locks.bus]\ncodels = ['plan', 'drive']\nprotocol = 'ceiling'\n";
+        let config = format!("timing.tables = ['times.toml']\nplatform.rt_throttling = false\n{lock}");
+        write(
+            &folder,
+            &[
+                ("robot.mal", model.as_str()),
+                ("mauve.toml", &config),
+                ("times.toml", "[codel]\nplan = 1\ndrive = 1\nrest = 1\n"),
+            ],
+        );
+        let found = document(&run(&folder, &["--sensitivity", "--format", "json"]));
+        let times = found["results"][0]["sensitivity"]["times"].as_array().unwrap();
+        let plan = times.iter().find(|it| it["key"] == "plan").unwrap_or_else(|| panic!("{found}"));
+        assert_eq!((plan["limit"].as_str(), plan["at_most"].as_f64()), (Some("last"), Some(limit)), "{plan}");
+    }
+}

@@ -175,3 +175,160 @@ deployment Robot { architecture A  activity nap { affinity = 1 priority = 30 per
     let times = "unit = \"ms\"\n[codel]\nnap = 1\n[wait]\nnap = { time = 8, times = 4000000000000000000 }\n[overhead]\ncontext_switch = 0.5\n";
     assert_eq!(response(&robot("endless", MODEL, times, ""), "nap"), None);
 }
+
+/// A loop and a service below it, which sleeps while it holds their lock.
+const BUS: &str = "
+codel exchange(): int
+codel service(): int
+shell Bus { provide help(): int }
+shell Client { require help(): int }
+core Cyclic(Bus) { update = { exchange(); } }
+core House(Bus) { provide help(): int = { return SERVED; }  update = { SERVICE; } }
+core Asking(Client) { handler h: help  update = { h = send(help); } }
+component Loop(Bus, Cyclic)
+component Service(Bus, House)
+component Asker(Client, Asking)
+architecture A { instance cyclic: Loop  instance house: Service  instance asker: Asker  operation house.help -> asker.help }
+deployment Robot {
+  architecture A
+  activity cyclic { affinity = 1 priority = 90 period = 1 }
+  activity house { affinity = 1 PRIORITY }
+  activity asker { affinity = 2 priority = 1 period = 100 }
+}
+";
+
+/// While the holder waits, the loop waits for the lock: at least 2.12 ms for its 1 ms.
+#[test]
+fn a_lock_whose_holder_waits_has_no_bound() {
+    let times = "unit = \"ms\"\n[codel]\nexchange = 0.12\nservice = 0.2\n";
+    let wait = "[wait]\nservice = { time = 2, times = 4 }\n";
+    let of = |name: &str, priority: &str, protocol: &str, served: bool, wait: &str| {
+        let codels = if served { ["service()", "1 + 1"] } else { ["1", "service()"] };
+        let model =
+            BUS.replace("SERVED", codels[0]).replace("SERVICE", codels[1]).replace("PRIORITY", priority);
+        let locks = format!("[locks.port]\ncodels = ['exchange', 'service']\nprotocol = '{protocol}'\n");
+        robot(name, &model, &format!("{times}{wait}"), &locks)
+    };
+    let real_time = "priority = 20 period = 10";
+    for (name, priority, protocol, served) in [
+        ("inheritance", real_time, "inheritance", false),
+        ("ceiling", real_time, "ceiling", false),
+        ("none", real_time, "none", false),
+        ("by-an-operation", real_time, "inheritance", true),
+        ("in-the-background", "priority = background", "inheritance", false),
+        ("ceiling-in-the-background", "priority = background", "ceiling", false),
+    ] {
+        let folder = of(name, priority, protocol, served, "");
+        assert!(response(&folder, "cyclic").is_some(), "{name} without a wait");
+        let folder = of(&format!("{name}-waits"), priority, protocol, served, wait);
+        assert_eq!(response(&folder, "cyclic"), None, "{name}");
+        let found = mauve(MAUVE, &folder, &["check"]);
+        assert_eq!(found.code, 1, "{}", found.out);
+        for said in [
+            "`house` may hold the lock `port` for an unknown time",
+            "`service` waits while it holds the lock",
+        ] {
+            assert!(found.out.contains(said), "{name}: {}", found.out);
+        }
+        // What is not proved is certified neither.
+        let found = mauve(MAUVE, &folder, &["wcrt", "--certificate", "proof.json"]);
+        assert!(found.err.is_empty(), "{}", found.err);
+        let found = mauve(MAUVE, &folder, &["verify", "proof.json"]);
+        assert!(found.code == 1 && !found.out.contains("cyclic: proved"), "{}", found.out);
+    }
+}
+
+/// `middle` takes a ceiling within the other one. While `low` sleeps with it, `high` waits for both.
+#[test]
+fn a_chain_of_locks_whose_last_holder_waits_has_no_bound() {
+    const MODEL: &str = "
+codel high(): void
+codel middle(): void
+codel low(): void
+shell None {}
+core HighCore(None) { update = { high(); } }
+core MiddleCore(None) { update = { middle(); } }
+core LowCore(None) { update = { low(); } }
+component High(None, HighCore)
+component Middle(None, MiddleCore)
+component Low(None, LowCore)
+architecture A { instance high: High  instance middle: Middle  instance low: Low }
+deployment Robot {
+  architecture A
+  activity high { affinity = 1 priority = 30 period = 20 }
+  activity middle { affinity = 1 priority = 20 period = 50 }
+  activity low { affinity = 1 priority = 10 period = 100 }
+}
+";
+    let locks = "[locks.a]\ncodels = ['high', 'middle']\nprotocol = 'ceiling'\n\
+                 [locks.b]\ncodels = ['middle', 'low']\nprotocol = 'ceiling'\n";
+    let times = "unit = \"ms\"\n[codel]\nhigh = 0.5\nmiddle = 0.5\nlow = 0.2\n";
+    assert_eq!(response(&robot("executes", MODEL, times, locks), "high"), Some(1.0));
+    let folder = robot("waits", MODEL, &format!("{times}[wait]\nlow = 6\n"), locks);
+    assert_eq!(response(&folder, "high"), None);
+    let said = mauve(MAUVE, &folder, &["wcrt"]).out;
+    assert!(
+        said.contains("`middle` may hold the lock `a` for an unknown time, since it shares locks with `low`"),
+        "{said}"
+    );
+}
+
+/// 5 + 5 + 5, throttled for 50, and the lock of the background twice: before, and while the activity is throttled.
+#[test]
+fn the_background_takes_a_lock_again_while_real_time_is_throttled() {
+    const MODEL: &str = "
+codel first(): void
+codel between(): void
+codel log(): void
+shell None {}
+core Both(None) { update = { first(); between(); first(); } }
+core Log(None) { update = { log(); } }
+component Loop(None, Both)
+component Logger(None, Log)
+architecture A { instance loop_1: Loop  instance logger: Logger }
+deployment Robot {
+  architecture A
+  activity loop_1 { affinity = 1 priority = 20 period = 1000 }
+  activity logger { affinity = 1 priority = background }
+}
+";
+    let lock = "[locks.a]\ncodels = ['first', 'log']\nprotocol = 'inheritance'\n";
+    let times = "unit = \"ms\"\n[codel]\nfirst = 5\nbetween = 5\nlog = 40\n";
+    let folder = robot("free", MODEL, times, lock);
+    assert_eq!(response(&folder, "loop_1"), Some(55.0));
+    let config = std::fs::read_to_string(folder.join("mauve.toml")).unwrap();
+    write(&folder, &[("mauve.toml", &config.replace("rt_throttling = false", "rt_throttling = true"))]);
+    assert_eq!(response(&folder, "loop_1"), Some(145.0));
+    // A file of the tasks and the certificate say the same.
+    let found = mauve(MAUVE, &folder, &["check", "--verify"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
+}
+
+/// A codel that goes from one ceiling to the next holds one or the other.
+#[test]
+fn a_codel_with_two_ceilings_holds_them_one_after_the_other() {
+    const MODEL: &str = "
+codel fast(): void
+codel slow(): void
+shell None {}
+core Fast(None) { update = { fast(); } }
+core Slow(None) { update = { slow(); } }
+component High(None, Fast)
+component Low(None, Slow)
+architecture A { instance high: High  instance low: Low }
+deployment Robot {
+  architecture A
+  activity high { affinity = 1 priority = 20 period = 10 }
+  activity low { affinity = 1 priority = 10 period = 20 }
+}
+";
+    let lock = |name: &str, held: &str| {
+        format!("[locks.{name}]\ncodels = ['fast', 'slow']\nprotocol = 'ceiling'\nheld = '{held}'\n")
+    };
+    let times = "unit = \"ms\"\n[codel]\nfast = 2\nslow = 6\n";
+    // Not for longer than the codel takes.
+    for (held, expected) in [("2 ms", 6.0), ("5 ms", 8.0)] {
+        let folder = robot(held, MODEL, times, &[lock("a", held), lock("b", held)].concat());
+        assert_eq!(response(&folder, "high"), Some(expected), "{held}");
+    }
+}

@@ -39,7 +39,7 @@ struct Model {
     is_throttled: bool,
     /// The second activity sends a call to the first one, which executes a codel of this time for it.
     operation: Option<u64>,
-    /// Mistakes: in the model, the configuration and the table.
+    /// Mistakes: the text, what is in it, and what is there instead.
     mistakes: Vec<(&'static str, String, String)>,
 }
 
@@ -87,8 +87,8 @@ impl Model {
         Model { activities, locks, is_throttled: below(4) == 0, operation, mistakes: Vec::new() }
     }
 
-    /// The texts of the model, the configuration and the table.
-    fn texts(&self) -> [String; 3] {
+    /// The texts of the model, the configuration, the table, and what a recording showed.
+    fn texts(&self) -> [String; 4] {
         let mut model =
             "shell S { } shell P { provide help(): int } shell Q { require help(): int }\n".to_owned();
         let (mut instances, mut deployment) = (String::new(), String::new());
@@ -139,7 +139,7 @@ impl Model {
             "architecture A {{{instances}{operation} }}\ndeployment D {{ architecture A\n{deployment}}}"
         );
         let mut config = format!(
-            "timing.tables = [\"t.toml\"]\nplatform = {{ cpus = 2, rt_throttling = {} }}\n",
+            "timing = {{ tables = [\"t.toml\"], observed = [\"o.toml\"] }}\nplatform = {{ cpus = 2, rt_throttling = {} }}\n",
             self.is_throttled
         );
         for (index, lock) in self.locks.iter().enumerate() {
@@ -154,9 +154,11 @@ impl Model {
                 names.join(", ")
             );
         }
-        let mut texts = [model, config, format!("[codel]\n{codels}[wait]\n{waits}")];
+        let table = format!("[codel]\n{codels}[wait]\n{waits}");
+        let mut texts = [model, config, table, "# nothing\n".to_owned()];
         for (of, from, to) in &self.mistakes {
-            let text = &mut texts[["model", "config", "table"].iter().position(|it| it == of).unwrap()];
+            let text =
+                &mut texts[["model", "config", "table", "recording"].iter().position(|it| it == of).unwrap()];
             assert!(text.contains(from.as_str()), "{from} in {text}");
             *text = text.replacen(from.as_str(), to, 1);
         }
@@ -164,8 +166,9 @@ impl Model {
     }
 
     fn project<'db>(&self, db: &'db Database) -> (Project<'db>, Decl<'db>) {
-        let [model, config, table] = self.texts();
-        let files = [("/robot.mal", model), ("/mauve.toml", config), ("/t.toml", table)];
+        let [model, config, table, recording] = self.texts();
+        let files =
+            [("/robot.mal", model), ("/mauve.toml", config), ("/t.toml", table), ("/o.toml", recording)];
         let files = files.map(|(path, text)| (path.into(), text));
         let project = projects(db, Workspace::of_texts(db, "/".into(), files))[0];
         (project, names_of(db, project).anywhere(Kind::Deployment, "D")[0])
@@ -341,6 +344,8 @@ fn what_a_refused_activity_delays_is_refused() {
                 format!("[locks.other]\nprotocol = \"inheritance\"\ncodels = [\"{codel}\"]\n[locks.l0]");
             mistakes.push(("two locks", "config", "[locks.l0]".into(), other));
         }
+        let lock = format!("[lock.other.\"c{of}_0\"]\nexecutions = 10\nheld = 0.05\n");
+        mistakes.push(("a lock in a recording", "recording", "# nothing\n".into(), lock));
         for (why, text, from, to) in mistakes {
             // It waits already.
             if why == "a wait within its lock"
