@@ -48,8 +48,12 @@ impl Tasks {
         let mut lanes = Lanes::new(&found.tasks.all, &options, interrupt);
         let claim = |task: usize| Some((task, claim(&mut lanes, &found, task)?));
         let mut claims: Claims = (0..self.all.len()).filter_map(claim).collect();
-        let growths: Vec<_> =
-            found.tasks.all.iter().map(|it| growth(it.demand.machine()?, interrupt)).collect();
+        // What locks leave without a bound has a known demand all the same.
+        let demands = found.tasks.all.iter().zip(&self.all).map(|(with, it)| {
+            let machine = with.demand.machine().or(it.demand.machine());
+            growth(machine?, interrupt)
+        });
+        let growths: Vec<_> = demands.collect();
         let calls = found.keep_proved(&mut claims, &growths);
         let (mut all, mut left_out) = (Vec::new(), Vec::new());
         for (task, of) in self.all.iter().enumerate() {
@@ -118,7 +122,7 @@ impl Tasks {
             "is_real_time": task.priority != Priority::Background,
             "priority": match task.priority {
                 Priority::RealTime(priority) => Some(u64::from(priority)),
-                _ => Some(THROTTLING).filter(|_| kind == TaskKind::Throttling),
+                _ => Some(THROTTLING).filter(|_| task.is_throttling),
             },
             "period": task.period.map(Time::as_nanos),
             "deadline": task.deadline.map(Time::as_nanos),

@@ -96,3 +96,10 @@ pub enum Blocking {
         waiting: usize,
     },
 }
+
+impl Blocking {
+    /// Whether the time is known.
+    pub(crate) fn is_time(&self) -> bool {
+        matches!(self, Blocking::Time(..))
+    }
+}

@@ -31,11 +31,12 @@ pub(crate) fn with_calls(
     let first = |task: &Task| (task.priority != Priority::Background).then_some(Time::ZERO);
     let mut responses: Vec<Option<Time>> = set.all.iter().map(first).collect();
     let mut counts = counts(set, &responses);
+    let (_, own_blocking) = set.clone().with_blocking();
     let mut rounds = 0;
     loop {
         // A provider whose calls are unknown may hold its locks for ever.
         let tasks = Tasks { all: executing(set, &mut counts), ..set.clone() };
-        let (tasks, blocking) = tasks.with_blocking();
+        let (tasks, mut blocking) = tasks.with_blocking();
         for (known, found) in responses.iter_mut().zip(response_times(&tasks, &options, interrupt).responses)
         {
             // What has no bound once stays unknown, and what is counted never falls: so the iteration ends.
@@ -46,6 +47,9 @@ pub(crate) fn with_calls(
         }
         let mut next = self::counts(set, &responses);
         if next == counts {
+            // The reason of a task is that of its locks, not that its calls are unknown for it.
+            let own = own_blocking.into_iter().zip(&mut blocking).filter(|(own, _)| !own.is_time());
+            own.for_each(|(own, found)| *found = own);
             return (tasks, blocking, counts);
         }
         rounds += 1;

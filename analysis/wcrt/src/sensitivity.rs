@@ -313,7 +313,7 @@ impl<'db> LimitSearch<'_, 'db> {
             self.variants.with_times(&components, what_if)
         };
         let start = now.unwrap_or_default();
-        let Affected { deadlines, unproved } = self.affected(&with(start), now.is_some())?;
+        let Affected { deadlines, unproved, .. } = self.affected(&with(start), now.is_some())?;
         let limit = match (&unproved, start.as_nanos()) {
             (None, start) => {
                 let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
@@ -374,12 +374,12 @@ impl<'db> LimitSearch<'_, 'db> {
             Limit::Last(period) if is_synchronised => Limit::Proved(period),
             limit => limit,
         };
-        let Affected { mut deadlines, unproved } = self.affected(base, true)?;
+        let Affected { mut deadlines, others, unproved } = self.affected(base, true)?;
         if is_synchronised {
-            // Those that are proved for some offsets only are not compared.
+            // Others that are proved for some offsets only are not compared.
             let set = with(Time::from_nanos(now));
             let proved = statuses(&set, &self.variants.analysed(&set, false).ok_or(Limit::Exhausted)?);
-            deadlines.retain(|it| unproved.is_some() || proved.get(*it) == Some(&Status::Met));
+            deadlines.retain(|it| !others.contains(it) || proved.get(*it) == Some(&Status::Met));
         }
         let holds = |period: Time| self.holds(&with(period), &deadlines, true);
         if unproved.is_none() {
@@ -425,9 +425,12 @@ impl<'db> LimitSearch<'_, 'db> {
         if let Some(name) = first(&|status| status == Status::NotAnalysed) {
             return Err(Limit::NotAnalysed(Some(name)));
         }
-        let deadlines = all().filter(|(_, (is_affected, status))| **is_affected || **status == Status::Met);
+        let others = all().filter(|(_, (is_affected, status))| !**is_affected && **status == Status::Met);
+        let others: Vec<usize> = others.map(|(index, _)| index).collect();
+        let affected = all().filter(|(_, (is_affected, _))| **is_affected).map(|(index, _)| index);
         Ok(Affected {
-            deadlines: deadlines.map(|(index, _)| index).collect(),
+            deadlines: affected.chain(others.iter().copied()).collect(),
+            others,
             unproved: first(&|status| status != Status::Met),
         })
     }
@@ -488,6 +491,8 @@ impl<'db> LimitSearch<'_, 'db> {
 struct Affected {
     /// The activities whose deadlines the value affects, and all others whose deadlines are proved now.
     deadlines: Vec<usize>,
+    /// The latter.
+    others: Vec<usize>,
     /// The first activity whose deadline the value affects and is not proved.
     unproved: Option<Name>,
 }
