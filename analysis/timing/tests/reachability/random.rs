@@ -53,7 +53,7 @@ enum Kind {
     Refused,
     /// One CPU, or two, throttled, with tasks in the background, and locks or waits.
     Throttled,
-    /// One CPU or two, with operations, and locks or waits, sometimes with throttling or a task of unknown demand.
+    /// One CPU or two, with operations, and locks or waits, sometimes with throttling or a thread.
     CallsWithMore(Calls),
     /// One CPU, with a thread of several tasks, sometimes with release jitter or offsets.
     Threads,
@@ -389,6 +389,9 @@ impl Random {
                     0 => (served.time, served.wait) = (served.time + 1, 1),
                     1 => self.wait(&mut system),
                     _ => self.share(&mut system, tasks),
+                }
+                if self.one_in(4) {
+                    self.join(&mut system);
                 }
                 if self.one_in(6) && tasks == 2 && system.tasks.iter().all(|it| it.cpus == 1) {
                     self.throttle(&mut system);
