@@ -610,7 +610,9 @@ impl Random {
         let in_background: Vec<usize> =
             (0..system.tasks.len()).filter(|&place| system.tasks[place].is_background).collect();
         let users = || system.locks.iter().flat_map(|lock| &lock.users);
-        if users().any(|(user, _)| in_background.contains(user)) {
+        let is_woken = users().any(|(user, _)| in_background.contains(user));
+        // With four tasks, a state has no room for two times of each.
+        if is_woken || system.tasks.len() > 2 {
             system.tasks.iter_mut().for_each(|task| task.nests = false);
         }
         let (time, period) = (self.within(1, 3), self.within(6, 12));
