@@ -390,11 +390,10 @@ impl Random {
                     1 => self.wait(&mut system),
                     _ => self.share(&mut system, tasks),
                 }
-                if self.one_in(4) {
-                    self.join(&mut system);
-                }
                 if self.one_in(6) && tasks == 2 && system.tasks.iter().all(|it| it.cpus == 1) {
                     self.throttle(&mut system);
+                } else if self.one_in(4) {
+                    self.join(&mut system);
                 }
                 system.serving(calls, &[served])
             }
