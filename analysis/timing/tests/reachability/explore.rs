@@ -219,7 +219,9 @@ impl Seen {
 
     /// Returns the place of a slot's value, and whether it is empty.
     fn find(&self, value: u128) -> (usize, bool) {
-        let folded = (value as u64 ^ (value >> 64) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        // Tasks that are alike must not cancel each other.
+        let high = ((value >> 64) as u64).rotate_left(23);
+        let folded = (value as u64 ^ high).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mut place = (folded >> 32) as usize & (self.slots.len() - 1);
         loop {
             let slot = self.slots[place];

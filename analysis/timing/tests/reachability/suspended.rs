@@ -79,25 +79,23 @@ impl TaskState {
     /// `None` if a counter is too great.
     fn pack(&self, any_nests: bool) -> Option<u128> {
         let [first, second] = self.hold;
-        let hold = if any_nests { first } else { first.max(second) };
-        let parts = [
-            (self.to_release, 5),
-            (self.machine, 2),
-            (self.jobs, 3),
-            (u8::from(self.is_released), 1),
-            (self.remaining, 5),
-            (self.wait, 4),
-            (self.times, 2),
-            (self.status as u8, 2),
-            (self.locks, LOCKS as u32),
-            (self.wants, 2),
-            (hold, 4),
-            (second, if any_nests { 4 } else { 0 }),
-        ];
-        let packed = |all, (part, bits): (u8, u32)| {
-            (bits == 0 || part < 1 << bits).then(|| all << bits | low(part, bits))
-        };
-        parts.into_iter().try_fold(0, packed)
+        let (hold, second) = if any_nests { (first, second) } else { (first.max(second), 0) };
+        let is_small = self.to_release < 32 && self.machine < 4 && self.jobs < 8 && self.remaining < 32;
+        if !is_small || self.wait >= 16 || self.times >= 4 || hold >= 16 || second >= 16 {
+            return None;
+        }
+        let bits = u64::from(self.to_release) << 27
+            | u64::from(self.machine) << 25
+            | u64::from(self.jobs) << 22
+            | u64::from(self.is_released) << 21
+            | u64::from(self.remaining) << 16
+            | u64::from(self.wait) << 12
+            | u64::from(self.times) << 10
+            | (self.status as u64) << 8
+            | u64::from(self.locks) << 6
+            | u64::from(self.wants) << 4
+            | u64::from(hold);
+        Some(u128::from(if any_nests { bits << 4 | u64::from(second) } else { bits }))
     }
 
     fn unpack(mut packed: u128, any_nests: bool) -> TaskState {
@@ -129,15 +127,23 @@ impl TaskState {
     }
 }
 
-/// These bits of a number.
-fn low(part: u8, bits: u32) -> u128 {
-    u128::from(part) & ((1 << bits) - 1)
+/// How a state is packed.
+#[derive(Clone, Copy)]
+struct Layout {
+    tasks: usize,
+    operations: usize,
+    any_nests: bool,
+    /// Of a task.
+    bits: u32,
 }
 
-/// Returns the bits of a task in a packed state.
-fn bits_of(system: &System) -> u32 {
-    let any_nests = system.tasks.iter().any(|task| task.nests);
-    32 + if any_nests { 4 } else { 0 } + u32::from(!system.operations.is_empty())
+impl Layout {
+    fn of(system: &System) -> Layout {
+        let any_nests = system.tasks.iter().any(|task| task.nests);
+        let operations = system.operations.len();
+        let bits = 32 + if any_nests { 4 } else { 0 } + u32::from(operations > 0);
+        Layout { tasks: system.tasks.len(), operations, any_nests, bits }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Default)]
@@ -148,11 +154,10 @@ struct State {
 }
 
 impl State {
-    fn pack(&self, system: &System) -> Option<u128> {
-        let (operations, bits) = (system.operations.len(), bits_of(system));
-        let any_nests = system.tasks.iter().any(|task| task.nests);
+    fn pack(&self, layout: Layout) -> Option<u128> {
+        let Layout { tasks, operations, any_nests, bits } = layout;
         let mut packed = 0;
-        for now in self.tasks[..system.tasks.len()].iter().rev() {
+        for now in self.tasks[..tasks].iter().rev() {
             let task = match operations {
                 0 => now.pack(any_nests)?,
                 _ => now.pack(any_nests)? << 1 | u128::from(now.is_call),
@@ -168,15 +173,14 @@ impl State {
         Some(packed)
     }
 
-    fn unpack(mut packed: u128, system: &System) -> State {
-        let (operations, bits) = (system.operations.len(), bits_of(system));
-        let any_nests = system.tasks.iter().any(|task| task.nests);
+    fn unpack(mut packed: u128, layout: Layout) -> State {
+        let Layout { tasks, operations, any_nests, bits } = layout;
         let mut state = State::default();
         for calls in &mut state.calls[..operations] {
             *calls = (packed as u8 >> 2 & 7, packed as u8 & 3);
             packed >>= 5;
         }
-        for now in &mut state.tasks[..system.tasks.len()] {
+        for now in &mut state.tasks[..tasks] {
             let task = packed & ((1 << bits) - 1);
             *now = match operations {
                 0 => TaskState::unpack(task, any_nests),
@@ -202,7 +206,7 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
     let mut states = Vec::new();
     let mut last = exploration.expanded;
     while let Some(packed) = last {
-        states.push(State::unpack(packed, system));
+        states.push(State::unpack(packed, exploration.layout));
         last = exploration.before.as_ref().and_then(|before| before.get(&packed).copied());
     }
     let mut text = format!("{outcome:?} in the nanosecond after the last of these states:\n");
@@ -252,6 +256,7 @@ struct ExploredTask {
 
 struct Exploration<'a> {
     system: &'a System,
+    layout: Layout,
     tasks: Vec<ExploredTask>,
     /// The tasks of each thread, in their order.
     threads: Vec<Vec<usize>>,
@@ -272,7 +277,8 @@ struct Exploration<'a> {
 
 impl<'a> Exploration<'a> {
     fn new(system: &'a System, limits: &[Option<u64>]) -> Exploration<'a> {
-        let bits = system.tasks.len() as u32 * bits_of(system) + 5 * system.operations.len() as u32;
+        let layout = Layout::of(system);
+        let bits = layout.tasks as u32 * layout.bits + 5 * layout.operations as u32;
         assert!(system.tasks.len() <= TASKS && system.locks.len() <= LOCKS);
         assert!(system.operations.len() <= OPERATIONS && bits <= 128);
         let small = |number: u64| u8::try_from(number).unwrap();
@@ -312,6 +318,7 @@ impl<'a> Exploration<'a> {
         });
         Exploration {
             system,
+            layout,
             tasks: explored.collect(),
             threads: system.threads(),
             locks: locks.collect(),
@@ -359,10 +366,11 @@ impl<'a> Exploration<'a> {
             let next = if self.before.is_some() { self.open.pop_front() } else { self.open.pop_back() };
             let Some(packed) = next else { return Ok(()) };
             self.expanded = Some(packed);
-            let state = State::unpack(packed, self.system);
+            let state = State::unpack(packed, self.layout);
+            let choices = self.choices(&state);
             self.next.clear();
-            self.steps(&state);
-            self.nanosecond(&state)?;
+            self.steps(&state, &choices);
+            self.nanosecond(&state, &choices)?;
             let next = std::mem::take(&mut self.next);
             next.iter().try_for_each(|state| self.reach(state))?;
             self.next = next;
@@ -392,7 +400,7 @@ impl<'a> Exploration<'a> {
     }
 
     fn reach(&mut self, state: &State) -> Result<(), Outcome> {
-        let packed = state.pack(self.system).ok_or(Outcome::TooLarge)?;
+        let packed = state.pack(self.layout).ok_or(Outcome::TooLarge)?;
         if self.seen.insert(packed) {
             if self.seen.count > self.most_states {
                 return Err(Outcome::TooManyStates);
@@ -406,8 +414,8 @@ impl<'a> Exploration<'a> {
     }
 
     /// Adds the states after each step that takes no time.
-    fn steps(&mut self, state: &State) {
-        let has_cpu = self.choices(state).iter().fold(0, |all, executing| all | executing);
+    fn steps(&mut self, state: &State, choices: &[u8]) {
+        let has_cpu = choices.iter().fold(0, |all, executing| all | executing);
         let mut next = std::mem::take(&mut self.next);
         for (place, task) in self.tasks.iter().enumerate() {
             let now = &state.tasks[place];
@@ -596,7 +604,7 @@ impl<'a> Exploration<'a> {
         let throttled = all().filter_map(throttling).fold(0, |all, cpu| all | cpu);
         let (mut ready, mut woken, mut throttles) = (0u8, 0u8, 0u8);
         let mut priorities = [0; TASKS];
-        let any_nests = self.tasks.iter().any(|task| task.nests);
+        let any_nests = self.layout.any_nests;
         for (place, task) in self.tasks.iter().enumerate() {
             let now = &state.tasks[place];
             let has_call = || {
@@ -648,14 +656,14 @@ impl<'a> Exploration<'a> {
     }
 
     /// Adds the states after the next nanosecond, if nothing must happen before.
-    fn nanosecond(&mut self, state: &State) -> Result<(), Outcome> {
+    fn nanosecond(&mut self, state: &State, choices: &[u8]) -> Result<(), Outcome> {
         for (place, task) in self.tasks.iter().enumerate() {
             let now = &state.tasks[place];
             if now.to_release == 0 || now.jobs > 0 && !now.is_released && age(now, task) >= task.jitter {
                 return Ok(());
             }
         }
-        for executing in self.choices(state) {
+        for &executing in choices {
             let decides =
                 |place: usize| state.tasks[place].status == Status::Idle || state.tasks[place].wants > 0;
             if (0..self.tasks.len()).any(|place| executing >> place & 1 == 1 && decides(place)) {
