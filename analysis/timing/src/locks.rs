@@ -83,18 +83,20 @@ impl Tasks {
         let shared = || self.locks.iter().enumerate().filter(|(_, lock)| lock.users.len() > 1);
         let is_unknown =
             |user: &&LockUser| user.held.is_none() || self.all.get(user.task).is_none_or(Task::is_unknown);
-        let itself = |(lock, it): (usize, &Lock)| Some((lock, it.users.iter().find(is_unknown)?.task));
-        let mut found: BTreeMap<usize, usize> = shared().filter_map(itself).collect();
+        let (mut found, mut of_users) = (BTreeMap::new(), BTreeMap::<usize, usize>::new());
         loop {
-            let because = |user: &LockUser| {
-                found.iter().find(|(lock, _)| self.locks[**lock].users.iter().any(|it| it.task == user.task))
-            };
-            let linked = |(lock, it): (usize, &Lock)| Some((lock, *it.users.iter().find_map(because)?.1));
-            let Some((lock, task)) = shared().filter(|(lock, _)| !found.contains_key(lock)).find_map(linked)
-            else {
+            let known = found.len();
+            for (lock, Lock { users, .. }) in shared() {
+                let itself = users.iter().find(is_unknown).map(|user| user.task);
+                let linked = || users.iter().find_map(|user| of_users.get(&user.task).copied());
+                if let Some(task) = itself.or_else(linked).filter(|_| !found.contains_key(&lock)) {
+                    found.insert(lock, task);
+                    of_users.extend(users.iter().map(|user| (user.task, task)));
+                }
+            }
+            if found.len() == known {
                 return found;
-            };
-            found.insert(lock, task);
+            }
         }
     }
 
