@@ -169,11 +169,12 @@ pub enum LockReason {
     UnknownCodel { lock: Name, codel: String },
     /// The activity executes a codel that takes two locks, in an unknown order: it may wait for one that it holds the other for.
     TwoLocks { codel: String, locks: [Name; 2] },
-    /// The activity executes a codel that takes two locks, of which another in the background takes one while Linux throttles.
+    /// The activity executes a codel that takes two locks. While Linux throttles, this activity in the background may take one of them.
     TakenWhileThrottled { codel: String, locks: [Name; 2], by: Name },
     /// The activity executes a codel that waits while it holds the lock.
     WaitsWithLock { codel: String, lock: Name },
-    /// This activity of lower priority holds the lock for an unknown time; since it may wait for a lock that another one does.
+    /// This activity of lower priority, `holder`, holds the lock for an unknown time. `because` is the activity whose locks it may wait
+    /// for, if it is another one.
     UnknownTime { lock: Name, holder: Name, because: Option<Name> },
     /// The users of the lock run on several CPUs.
     SeveralCpus { lock: Name },
