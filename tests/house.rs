@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::sources::literals;
 
 /// Each crate, and the crates of the workspace that it may import.
-const MAP: [(&str, &[&str]); 13] = [
+const MAP: [(&str, &[&str]); 16] = [
     ("syntax", &[]),
     ("analysis/timing", &[]),
     ("analysis/pwcet", &[]),
@@ -26,7 +26,20 @@ const MAP: [(&str, &[&str]); 13] = [
         &["mauve-syntax", "mauve-timing", "mauve-pwcet", "mauve-hir", "mauve-wcrt", "mauve-diagnostics"],
     ),
     (
-        "server",
+        "server/projects",
+        &[
+            "mauve-syntax",
+            "mauve-timing",
+            "mauve-pwcet",
+            "mauve-hir",
+            "mauve-wcrt",
+            "mauve-diagnostics",
+            "mauve-orocos",
+            "mauve-ide",
+        ],
+    ),
+    (
+        "server/cli",
         &[
             "mauve-syntax",
             "mauve-timing",
@@ -37,8 +50,23 @@ const MAP: [(&str, &[&str]); 13] = [
             "mauve-diagnostics",
             "mauve-orocos",
             "mauve-ide",
+            "mauve-projects",
         ],
     ),
+    (
+        "server/lsp",
+        &[
+            "mauve-syntax",
+            "mauve-timing",
+            "mauve-hir",
+            "mauve-wcrt",
+            "mauve-diagnostics",
+            "mauve-orocos",
+            "mauve-ide",
+            "mauve-projects",
+        ],
+    ),
+    ("server", &["mauve-projects", "mauve-cli", "mauve-lsp"]),
     ("editors/tree-sitter", &[]),
     ("tests", &[]),
     ("tests/fuzz", &[]),

@@ -122,13 +122,21 @@ fn files(path: &str, ends: &[&str]) -> Vec<PathBuf> {
 /// Returns the string literals of the crates that write messages or files, the pages of diagnostics, and the help texts.
 fn texts_in_sources() -> Vec<Shown> {
     let mut found = Vec::new();
-    for folder in ["analysis/diagnostics/src", "analysis/ide/src", "analysis/orocos/src", "server/src"] {
+    for folder in [
+        "analysis/diagnostics/src",
+        "analysis/ide/src",
+        "analysis/orocos/src",
+        "server/src",
+        "server/cli/src",
+        "server/lsp/src",
+        "server/projects/src",
+    ] {
         for path in files(folder, &[".rs"]) {
             let text = fs::read_to_string(&path).unwrap();
             let text = sources::without_tests(&text);
             let marker = match folder {
                 "analysis/diagnostics/src" => Some("//!"),
-                "server/src" if path.to_string_lossy().contains("src/cli") => Some("///"),
+                "server/src" | "server/cli/src" => Some("///"),
                 _ => None,
             };
             let path = path.strip_prefix(root()).unwrap().to_owned();

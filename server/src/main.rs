@@ -1,44 +1,68 @@
-//! `mauve`: the command line, and the language server (`lsp.rs`).
+//! `mauve`: the command line, and the language server.
 //!
 //! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
 //! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
-//! Each command is a file in `cli/` with a function from its arguments to an [`output::Output`]; results are printed here alone, messages in `output.rs`. `load.rs` reads models from the disk for all of them,
-//! `revision.rs` and `git.rs` read them from a commit,
-//! `generate.rs` writes what is generated; `cli/editor.rs` writes the files of editors. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
-//! goes from folder to folder without following links, `destination.rs` says where an output may go, `harmless.rs` makes visible what a terminal would obey.
+//! | crate | is |
+//! |---|---|
+//! | `cli` | the commands: each a function from its arguments to an [`Output`](mauve_projects::output::Output), printed here alone |
+//! | `lsp` | the language server, and the command that replays its sessions |
+//! | `projects` | what both read from the disk and write to it |
 
-mod analysis_document;
-mod cache;
-mod cli;
-mod destination;
-mod disk;
-mod folder;
-mod generate;
-mod git;
-mod graph_document;
-mod harmless;
-mod holder;
-mod json;
-mod load;
-mod lsp;
-mod memory;
-mod output;
-mod replace;
-mod revision;
-mod signals;
-mod verdict;
+mod man;
 
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::{CommandFactory as _, Parser, Subcommand};
+use mauve_projects::output::{Output, say};
 
-use output::say;
+/// Response times of component-based robots, from their MAUVE models.
+#[derive(Debug, Parser)]
+#[command(name = "mauve", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the language server for an editor, on standard input and output.
+    #[command(version, display_name = "mauve")]
+    Lsp(mauve_lsp::Lsp),
+    /// Replay a recorded editor session, and compare the answers.
+    Replay(mauve_lsp::Replay),
+    #[command(flatten)]
+    Other(mauve_cli::Command),
+    /// Write a manual page for each command into a folder.
+    #[command(hide = true)]
+    Man(man::Man),
+    /// Print the completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Arguments {
+    /// Runs the command; an `Err` is a message for standard error, and exit code 2.
+    fn run(self) -> Result<Output, String> {
+        match self.command {
+            Command::Lsp(it) => it.run(),
+            Command::Replay(it) => it.run(),
+            Command::Other(it) => it.run(),
+            Command::Man(it) => it.run(Arguments::command()),
+            Command::Completions { shell } => {
+                let mut text = Vec::new();
+                clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
+                Ok(Output::verbatim(String::from_utf8_lossy(&text), 0))
+            }
+        }
+    }
+}
 
 fn main() -> ExitCode {
-    let command = cli::Arguments::parse();
-    match command.run() {
+    match Arguments::parse().run() {
         // A command without a result may have used standard output itself, and a thread may still hold it.
         Ok(output) if output.text.is_empty() => ExitCode::from(output.code),
         Ok(output) => {

@@ -85,7 +85,13 @@ fn no_command_prints_another_form() {
 fn no_message_has_another_form() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut wrong = Vec::new();
-    for folder in ["analysis/diagnostics/src", "analysis/ide/src", "server/src"] {
+    for folder in [
+        "analysis/diagnostics/src",
+        "analysis/ide/src",
+        "server/cli/src",
+        "server/lsp/src",
+        "server/projects/src",
+    ] {
         let files = mauve_tests::files_in(&root.join(folder));
         // Slack is a figure there.
         let has_slack = ["hover", "explanation", "sensitivity"];

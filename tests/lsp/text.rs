@@ -325,7 +325,7 @@ fn the_editors_know_every_colour_of_ours() {
     let (types, modifiers) = (ids("semanticTokenTypes"), ids("semanticTokenModifiers"));
     let lua = std::fs::read_to_string(editors.join("nvim/lua/mauve/colours.lua")).unwrap();
     let source =
-        std::fs::read_to_string(models().join("../../server/src/lsp/handlers/semantic_tokens.rs")).unwrap();
+        std::fs::read_to_string(models().join("../../server/lsp/src/handlers/semantic_tokens.rs")).unwrap();
     let strings = |of: &str| -> Vec<String> {
         let list = source.split_once(of).unwrap().1.split_once(";\n").unwrap().0;
         let words = list.split('"').skip(1).step_by(2).flat_map(str::split_whitespace);

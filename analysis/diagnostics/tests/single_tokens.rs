@@ -16,9 +16,9 @@ use crate::common::{LEVEL, deployments, sample};
 #[test]
 fn in_the_project_of_mauve_new() {
     let files = [
-        ("mauve.toml", include_str!("../../../server/src/cli/new/mauve.toml")),
-        ("robot.mal", include_str!("../../../server/src/cli/new/robot.mal")),
-        ("timing.toml", include_str!("../../../server/src/cli/new/timing.toml")),
+        ("mauve.toml", include_str!("../../../server/cli/src/new/mauve.toml")),
+        ("robot.mal", include_str!("../../../server/cli/src/new/robot.mal")),
+        ("timing.toml", include_str!("../../../server/cli/src/new/timing.toml")),
     ];
     let files = files.map(|(path, text)| (Path::new("/").join(path), text.to_owned()));
     assert_eq!(with_several_messages(Path::new("/"), &files, 1), "");

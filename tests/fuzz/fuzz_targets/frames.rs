@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../../server/src/lsp/frame.rs"]
+#[path = "../../../server/lsp/src/frame.rs"]
 #[allow(dead_code, reason = "the target only reads")]
 mod frame;
 

@@ -1,0 +1,37 @@
+//! The options of `mauve editor install` and `uninstall`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+#[derive(Debug, clap::Args)]
+pub struct Options {
+    /// The editor.
+    pub(super) editor: Name,
+    /// Change nothing: print the changes.
+    #[arg(long)]
+    pub(super) dry_run: bool,
+    /// Also overwrite or remove files that were edited.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// The package to install in VS Code; by default the package that is installed beside mauve.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub(super) vsix: Option<PathBuf>,
+    /// The command of VS Code, such as code, codium or code-server; by default the first of these on PATH.
+    #[arg(long, value_name = "PROGRAM", value_hint = clap::ValueHint::CommandName)]
+    pub(super) program: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Name {
+    /// VS Code 1.91 or later, VSCodium and code-server.
+    Vscode,
+    /// Neovim 0.10 or later.
+    Nvim,
+    /// Helix 25.01 or later.
+    Helix,
+    /// Emacs 29 or later.
+    Emacs,
+    /// Zed.
+    Zed,
+}

@@ -1,0 +1,158 @@
+//! `mauve trace check TRACE… [PATH]`: recordings beside the model, and which assumption of the analysis fails.
+
+mod checked;
+mod document;
+mod findings;
+mod overhead;
+mod table;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use mauve_diagnostics::errors_of;
+use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
+use mauve_projects::json;
+use mauve_projects::load::Outside;
+use mauve_projects::load::load;
+use mauve_projects::output::{Output, say};
+use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
+use mauve_timing::Level;
+use mauve_wcrt::observed::{Expected, Finding, FindingKind, Observer, expected};
+use mauve_wcrt::{Query, Report, response_times};
+
+use self::checked::Checked;
+use self::overhead::Overheads;
+use super::import::messages::{still_recording, trace_error};
+use crate::errors::{host_called, only_deployment, say_errors};
+use crate::options::{TableFormat, level};
+
+#[derive(Debug, clap::Args)]
+pub struct Check {
+    /// Recordings of one deployment, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder
+    /// when left out.
+    #[arg(value_name = "TRACE> [PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
+    /// The deployment that was recorded; needed if the model has several.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The host that was recorded; needed if the robot has several.
+    #[arg(long, value_name = "NAME")]
+    host: Option<String>,
+    /// The significance level of the times; by default that of mauve.toml, else 1e-4.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
+    /// How to show the comparison.
+    #[arg(long, value_enum, default_value = "table")]
+    format: TableFormat,
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let (traces, model) = traces_and_model(&self.paths);
+        let mut known = BTreeSet::new();
+        if let Some(twice) =
+            traces.iter().find(|it| !known.insert(it.canonicalize().unwrap_or(it.to_path_buf())))
+        {
+            return Err(format!("`{}` is given twice: its periods would count twice", twice.display()));
+        }
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
+        let name = self.deployment.as_deref();
+        let (project, deployment) = only_deployment(&db, &workspaces, name, "compare the recording with")?;
+        let (query, report, expected) =
+            model_of(&db, project, deployment, self.host.as_deref(), self.significance)?;
+        let mut observer = Observer::new(expected.clone());
+        let mut reader = TraceReader::default();
+        let mut summary = Summary::default();
+        for trace in &traces {
+            read(trace, &mut reader, &mut observer)?;
+            summary.add(&reader.finish());
+            observer.end_recording();
+        }
+        let mut observed = observer.finish(reader.names());
+        let is_untimed = |it: &Finding| matches!(it.kind, FindingKind::Untimed { .. });
+        if summary.clock_errors > 0 && !observed.findings.iter().any(is_untimed) {
+            let (kind, count) = (FindingKind::Clock, summary.clock_errors);
+            observed.findings.push(Finding { instance: None, kind, at: None, count });
+        }
+        let errors = errors_of(&db, project);
+        let name = deployment.name(&db).to_string();
+        let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };
+        let mut text = match self.format {
+            TableFormat::Table => table::text(&checked),
+            TableFormat::Json => json::text(&document::document(&checked))?,
+        };
+        say_errors(errors);
+        let code = u8::from(!checked.is_fine() || errors > 0);
+        let (overheads, level) = (Overheads::of(&checked), checked.level);
+        // The analysis with another table ends the present one.
+        drop(checked);
+        if self.format == TableFormat::Table {
+            let recorded = (self.deployment.as_deref(), self.host.as_deref());
+            text.extend(overheads.advice(&mut db, &workspaces, recorded, level));
+        }
+        Ok(Output::escaped(text, code))
+    }
+}
+
+/// Splits the paths of the command: the last one is a model if it cannot be a recording.
+pub(super) fn traces_and_model(paths: &[PathBuf]) -> (Vec<PathBuf>, PathBuf) {
+    if let [traces @ .., last] = paths
+        && !traces.is_empty()
+        && is_model(last)
+    {
+        return (traces.to_vec(), last.clone());
+    }
+    (paths.to_vec(), PathBuf::from("."))
+}
+
+fn is_model(path: &Path) -> bool {
+    let is_text = path.extension().is_some_and(|it| it == "mal" || it == "toml");
+    // A project may contain recordings.
+    let is_project = || {
+        let mut entries = path.read_dir().into_iter().flatten().flatten().map(|it| it.path());
+        path.join(CONFIG_FILE).is_file() || entries.any(|it| it.extension().is_some_and(|it| it == "mal"))
+    };
+    is_text || is_project() || matches!(Source::of(path), Err(TraceError::NotATrace))
+}
+
+/// Returns what the model of a deployment promises.
+pub(super) fn model_of<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    host: Option<&str>,
+    level: Option<Level>,
+) -> Result<(Query, Report<'db>, Expected), String> {
+    let host = host_called(db, (project, deployment), host)?;
+    let query = Query::at_level(db, project, deployment, level);
+    let report = response_times(db, project, deployment, query).clone();
+    let expected = expected(db, project, deployment, host, query, &report);
+    Ok((query, report, expected))
+}
+
+/// Reads a recording.
+pub(super) fn read(
+    trace: &Path,
+    reader: &mut TraceReader,
+    visitor: &mut dyn mauve_pwcet::trace::Visitor,
+) -> Result<(), String> {
+    let said = |error: TraceError| match error {
+        TraceError::Unfinished(path) => format!(
+            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, or copy the \
+             file to a name that ends in `.csv`: an incomplete last line is not used",
+            path.display()
+        ),
+        error => trace_error(trace, &error),
+    };
+    let source = Source::of(trace).map_err(said)?;
+    if let Source::Ctf { chunks, is_recording: true } = &source {
+        if chunks.is_empty() {
+            return Err(said(TraceError::Recording));
+        }
+        say(&still_recording(trace));
+    }
+    reader.read(&source, visitor).map_err(said)
+}

@@ -1,0 +1,243 @@
+//! `mauve trace import TRACE… -o SAMPLES`: adds the execution times in recorded traces to a sample file.
+
+mod follow;
+pub(super) mod messages;
+mod observed;
+mod recorder;
+mod table;
+mod watch;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use mauve_projects::destination::destination;
+use mauve_projects::output::{Output, say};
+use mauve_pwcet::samples::{SamplesError, SamplesWriter};
+use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
+
+use crate::sample_file::samples_error;
+use crate::text::counted;
+use messages::trace_error;
+pub(crate) use messages::warnings;
+use observed::Memory;
+use recorder::Recorder;
+use table::Imported;
+pub(super) use table::executions;
+pub(crate) use table::shown_key;
+
+#[derive(Debug, clap::Args)]
+pub struct Import {
+    /// A folder of LTTng, a folder of `mauve run --trace`, or a file of executions in comma-separated values.
+    #[arg(value_name = "TRACE", required = true, value_hint = clap::ValueHint::AnyPath)]
+    traces: Vec<PathBuf>,
+    /// The sample file: the runs are added to those that it has.
+    #[arg(short, long, value_name = "SAMPLES", value_hint = clap::ValueHint::FilePath)]
+    output: PathBuf,
+    /// Import a TRACE while it is recorded, until the recording ends or Ctrl-C: a file of executions that grows, or the chunks
+    /// of a session of LTTng, which needs `lttng enable-rotation`.
+    #[arg(long)]
+    watch: bool,
+    /// List the executions of programs, too.
+    #[arg(long)]
+    programs: bool,
+}
+
+impl Import {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        if self.watch && self.traces.len() > 1 {
+            return Err(
+                "--watch follows one TRACE: start a command for each, with its own sample file".to_owned()
+            );
+        }
+        let place = destination(&self.output)?;
+        let writer = SamplesWriter::open(&place).map_err(|error| samples_error(&self.output, &error))?;
+        if writer.removed_bytes() > 0 {
+            let removed = counted(usize::try_from(writer.removed_bytes()).unwrap_or(usize::MAX), "byte");
+            say(&format!(
+                "`{}` ended with {removed} of an import that did not end, or that is damaged: they were removed; import that trace again",
+                self.output.display()
+            ));
+        }
+        let mut session = Session {
+            output: self.output.clone(),
+            writer,
+            imported: Imported::default(),
+            memory: Memory::default(),
+            watches: self.watch,
+            stop: Arc::new(AtomicBool::new(false)),
+        };
+        let result = match self.traces.as_slice() {
+            [trace] if self.watch => session.watch(trace),
+            traces => traces.iter().try_for_each(|trace| session.import(trace)),
+        };
+        match result {
+            // Nothing was imported; an earlier version may have imported it without the file of what was observed.
+            Err(message) if session.imported.runs == 0 => {
+                session.memory.write(&self.output)?;
+                Err(message)
+            }
+            result => {
+                let code = if result.is_ok() { 0 } else { 2 };
+                result.unwrap_or_else(|message| say(&message));
+                let table = session.imported.table(&self.output, session.writer.runs(), self.programs);
+                let memory = session.memory.write(&self.output)?;
+                Ok(Output::escaped(table + &memory, code))
+            }
+        }
+    }
+}
+
+/// Adds a recording to a sample file. Returns the table of its executions.
+pub(crate) fn import_recording(trace: &Path, output: &Path) -> Result<Output, String> {
+    let (traces, output) = (vec![trace.to_owned()], output.to_owned());
+    Import { traces, output, watch: false, programs: false }.run()
+}
+
+/// An open sample file, and what was added to it.
+struct Session {
+    output: PathBuf,
+    writer: SamplesWriter,
+    imported: Imported,
+    /// What the traces showed, for the file beside the sample file.
+    memory: Memory,
+    /// Whether the traces are being recorded.
+    watches: bool,
+    /// Whether the user wants the command to end.
+    stop: Arc<AtomicBool>,
+}
+
+/// What became of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Added,
+    /// It has no execution.
+    Empty,
+    /// The sample file has the same executions in the run with this index.
+    Known(usize),
+}
+
+/// A trace that is read. Each of its chunks is a run of the sample file.
+#[derive(Default)]
+struct Trace {
+    reader: TraceReader,
+    observation: Observation,
+    outcomes: Vec<Outcome>,
+    summary: Summary,
+}
+
+impl Session {
+    /// Imports a complete trace.
+    fn import(&mut self, trace: &Path) -> Result<(), String> {
+        let said = |error: &TraceError| trace_error(trace, error);
+        let source = Source::of(trace).map_err(|error| said(&error))?;
+        let whole = [trace.to_owned()];
+        let (chunks, is_recording) = match &source {
+            Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
+            _ => (whole.as_slice(), false),
+        };
+        if is_recording {
+            match chunks.is_empty() {
+                true => return Err(said(&TraceError::Recording)),
+                false => say(&messages::still_recording(trace)),
+            }
+        }
+        let mut of = Trace::default();
+        for (index, chunk) in chunks.iter().enumerate() {
+            let is_last = index + 1 == chunks.len();
+            let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| match &source {
+                Source::Ctf { .. } => reader.read_chunk(chunk, to),
+                _ => reader.read(&source, to),
+            };
+            self.run(&mut of, &chunk.display().to_string(), is_last, read)?;
+        }
+        let foreign = of.summary.foreign;
+        let outcomes = self.end(trace, of);
+        let run = |it: &Outcome| if let Outcome::Known(run) = it { Some(*run) } else { None };
+        let known: Vec<usize> = outcomes.iter().filter_map(run).collect();
+        match known.as_slice() {
+            _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
+                Err(said(&TraceError::NoEvents { foreign }))
+            }
+            [] => Ok(()),
+            [first, ..] if !outcomes.contains(&Outcome::Added) => Err(self.known(trace, *first)),
+            known => {
+                say(&messages::known_chunks(trace, known.len()));
+                Ok(())
+            }
+        }
+    }
+
+    /// Returns the message for a trace whose executions a run of the sample file has.
+    fn known(&self, trace: &Path, run: usize) -> String {
+        let earlier = self.writer.runs().get(run).map_or("", |run| run.source.as_str());
+        messages::known(trace, &self.output, earlier)
+    }
+
+    /// Returns the digests of the runs that a trace has in the sample file.
+    fn digests(&self, outcomes: &[Outcome]) -> Vec<String> {
+        let mut added = outcomes.iter().filter(|it| matches!(it, Outcome::Added)).count();
+        let runs = self.writer.runs();
+        let digest = |outcome: &Outcome| {
+            let index = match outcome {
+                Outcome::Added => {
+                    added -= 1;
+                    runs.len().checked_sub(added + 1)?
+                }
+                Outcome::Known(run) => *run,
+                Outcome::Empty => return None,
+            };
+            Some(runs.get(index)?.digest())
+        };
+        outcomes.iter().filter_map(digest).collect()
+    }
+
+    /// Adds what `read` reads of a trace as one run. The last one ends the spans that are open.
+    fn run(
+        &mut self,
+        of: &mut Trace,
+        name: &str,
+        is_last: bool,
+        read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
+    ) -> Result<Outcome, String> {
+        let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        let output = self.output.clone();
+        let said = |error: SamplesError| samples_error(&output, &error);
+        self.writer.begin(name, date).map_err(said)?;
+        let mut recorder = Recorder::new(&mut self.writer, &mut of.observation, name, self.watches);
+        let result = read(&mut of.reader, &mut recorder);
+        let (series, error) = recorder.finish();
+        if let Some(error) = error {
+            return Err(said(error));
+        }
+        let summary = if is_last { of.reader.finish() } else { of.reader.take_summary() };
+        if summary.is_from_tables {
+            return Err(messages::from_tables(Path::new(name)));
+        }
+        result.map_err(|error| trace_error(Path::new(name), &error))?;
+        let outcome = match series.is_empty() {
+            true => Outcome::Empty,
+            false => match self.writer.commit(&summary) {
+                Ok(()) => Outcome::Added,
+                Err(SamplesError::Duplicate { run }) => Outcome::Known(run),
+                Err(error) => return Err(said(error)),
+            },
+        };
+        if outcome == Outcome::Added {
+            self.imported.add(&series, &summary);
+        }
+        if !matches!(outcome, Outcome::Known(_)) {
+            of.summary.add(&summary);
+        }
+        of.outcomes.push(outcome);
+        Ok(outcome)
+    }
+
+    /// Keeps what a trace showed, and says what of it was not imported, and why. Returns what became of its runs.
+    fn end(&mut self, trace: &Path, of: Trace) -> Vec<Outcome> {
+        self.memory.add(trace, of.observation, &of.reader, self.digests(&of.outcomes));
+        warnings(&trace.display().to_string(), &of.summary).iter().for_each(|warning| say(warning));
+        of.outcomes
+    }
+}

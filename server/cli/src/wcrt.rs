@@ -1,0 +1,709 @@
+//! `mauve wcrt [PATH]`: the worst-case response times of deployments, of models or of the task sets in generated packages.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::fmt::Write as _;
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use mauve_diagnostics::activity_figure::figure;
+use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
+use mauve_diagnostics::{
+    EXHAUSTED, errors_of_text, known_utilisation, origins, reasons_of, supported, task_set_error_message,
+    times_of, timing_reason,
+};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
+use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
+use mauve_projects::analysis_document::{
+    Deployed, Origin, Significance, analysis_document, deployments, levels,
+};
+use mauve_projects::disk::{LONGEST, read};
+use mauve_projects::harmless::harmless;
+use mauve_projects::json;
+use mauve_projects::load::Outside;
+use mauve_projects::load::load;
+use mauve_projects::output::{Output, say, terminal_columns};
+use mauve_projects::replace::put;
+use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
+use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
+use mauve_wcrt::{
+    ActivityReport, Footing, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
+    system_of, timetable_of,
+};
+
+use super::probability::{probability_csv, probability_svg, probability_table};
+use super::sensitivity::{sensitivity_csv, sensitivity_tables};
+use crate::comparison::{comparison_document, comparison_table};
+use crate::errors::{nothing_to, say_errors};
+use crate::lines::Lines;
+use crate::options::{Method, Paths, time};
+use crate::text::{self, Column, columns, counted, csv, number, shown};
+use crate::verify::certificate;
+
+#[derive(Debug, clap::Args)]
+pub struct Wcrt {
+    #[command(flatten)]
+    paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// Significance levels, separated by commas, or `all`; by default that of mauve.toml, else 1e-4.
+    #[arg(long, value_name = "LEVELS")]
+    significance: Option<Significance>,
+    /// How the interference is bounded.
+    #[arg(long, value_enum, default_value = "best")]
+    method: Method,
+    /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
+    /// published tables; verdicts never depend on it.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    horizon: Option<Time>,
+    /// Show where the response time of this instance comes from; not with --format.
+    #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
+    explain: Option<String>,
+    /// Show how far the time of each codel may grow, and each period shrink, while every deadline is met; not for task
+    /// sets in files.
+    #[arg(long, conflicts_with = "explain")]
+    sensitivity: bool,
+    /// Show how probable it is that an activity is late, from the times at all levels of the tables: of all activities, or with
+    /// `=INSTANCE` of one; not for task sets in files.
+    #[arg(long, value_name = "INSTANCE", num_args = 0..=1, require_equals = true, default_missing_value = "", conflicts_with_all = ["explain", "sensitivity"])]
+    probability: Option<String>,
+    /// Also analyse with another value, and show what changes: INSTANCE.FIELD=VALUE, such as imu.period=5 or tracker.cpus=2, or
+    /// CODEL=TIME, such as nav.plan=12ms. May be repeated; no file is written.
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with_all = ["explain", "sensitivity", "probability", "horizon"])]
+    set: Vec<String>,
+    /// Write why the deadlines are met into this file, for `mauve verify`; not with --horizon.
+    #[arg(long, value_name = "FILE", conflicts_with = "horizon")]
+    certificate: Option<PathBuf>,
+    /// How to show the figures.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+    /// A line for each activity and level.
+    Csv,
+    /// With --probability, a drawing for browsers: of INSTANCE, otherwise of the activity that is late with the greatest
+    /// probability.
+    Svg,
+}
+
+impl Wcrt {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let query = |level| Query { level, method: self.method.into(), horizon: self.horizon };
+        let mut db = Database::default();
+        if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+            if self.sensitivity || self.probability.is_some() {
+                let option = if self.sensitivity { "--sensitivity" } else { "--probability" };
+                return Err(format!("{option} needs a model: task sets do not have the times of codels"));
+            }
+            if !self.set.is_empty() {
+                return Err("--set needs a model: edit the task set instead".to_owned());
+            }
+            return self.task_sets(&db, &query);
+        }
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let errors = errors_of_text(&db, &workspaces);
+        if found.is_empty() {
+            return Err(nothing_to("analyse", errors));
+        }
+        if matches!(self.significance, Some(Significance::All)) {
+            let tables =
+                found.iter().flat_map(|&(project, deployment)| all_tables_of(&db, project, deployment));
+            let left_out: BTreeSet<&(Level, String)> =
+                tables.flat_map(|it| &timetable_of(&db, it).partial_levels).collect();
+            for (level, without) in left_out.iter().rev() {
+                say(&format!("{level} is left out: {without} does not have it"));
+            }
+        }
+        if !self.set.is_empty() {
+            return self.with_other_values(&db, &found, &query);
+        }
+        let deployed = |(project, deployment)| {
+            let queries = levels(&db, project, deployment, self.significance.as_ref()).into_iter().map(query);
+            let mut found = Deployed::of_model(&db, project, deployment, queries);
+            found.has_probabilities = self.probability.is_some();
+            if self.sensitivity {
+                let of = |(query, _): &(Query, _)| sensitivity(&db, project, deployment, *query);
+                found.sensitivities = found.reports.iter().map(of).collect();
+            }
+            found
+        };
+        let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
+        let text = self.text(&all)?;
+        self.write_certificate(&all)?;
+        say_errors(errors);
+        let proved = all.iter().all(Deployed::schedulable);
+        Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
+    }
+
+    /// The figures beside those with the values of `--set`.
+    fn with_other_values<'db>(
+        &self,
+        db: &'db Database,
+        found: &[(Project<'db>, Decl<'db>)],
+        query: &dyn Fn(Level) -> Query,
+    ) -> Result<Output, String> {
+        let (mut all, mut refused) = (Vec::new(), None);
+        for &(project, deployment) in found {
+            for level in levels(db, project, deployment, self.significance.as_ref()) {
+                match what_if(db, project, deployment, query(level), &self.set) {
+                    Ok(compared) => all.push(compared),
+                    Err(why) => refused = Some(why),
+                }
+            }
+        }
+        // Of several deployments, those that have the values are shown.
+        if let Some(why) = refused.filter(|_| all.is_empty()) {
+            return Err(format!("--set {why}"));
+        }
+        let text = match self.format {
+            Format::Table => harmless(&all.iter().map(comparison_table).collect::<Vec<_>>().join("\n")),
+            Format::Json => json::one_or_all(all.iter().map(comparison_document))?,
+            Format::Csv | Format::Svg => return Err("--set has the formats table and json".to_owned()),
+        };
+        let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
+        Ok(Output::verbatim(text, u8::from(!is_proved)))
+    }
+
+    fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
+        let read = task_sets(&self.paths.paths, self.deployment.as_deref())?;
+        let mut reports = Vec::new();
+        for (path, set) in &read {
+            let levels = match &self.significance {
+                Some(Significance::These(levels)) => levels.clone(),
+                Some(Significance::All) if !set.levels.is_empty() => set.levels.clone(),
+                Some(Significance::All) | None => vec![set.level()],
+            };
+            let report =
+                |query| Ok((query, response_times_of(set, query).map_err(|why| refused(path, &why))?));
+            reports.push(levels.into_iter().map(query).map(report).collect::<Result<Vec<_>, String>>()?);
+        }
+        let deployed = read.iter().zip(&reports).map(|((path, set), reports)| Deployed {
+            db,
+            name: set.name.as_deref().unwrap_or_default(),
+            declared: None,
+            origin: Origin::File { path, set },
+            sensitivities: Vec::new(),
+            errors: 0,
+            has_probabilities: false,
+            accepted: BTreeMap::new(),
+            reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
+        });
+        let all: Vec<Deployed<'_>> = deployed.collect();
+        let text = self.text(&all)?;
+        self.write_certificate(&all)?;
+        Ok(Output::verbatim(text, u8::from(!all.iter().all(Deployed::schedulable))))
+    }
+
+    fn write_certificate(&self, all: &[Deployed<'_>]) -> Result<(), String> {
+        self.certificate.as_ref().map_or(Ok(()), |path| put(path, &certificate(all)?))
+    }
+
+    fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
+        Ok(match (&self.explain, self.format) {
+            (Some(instance), _) => harmless(&explain(all, instance)?),
+            (None, Format::Table) => {
+                let tables = tables(all).into_iter().zip(all);
+                let probabilities = |it| self.probability.as_ref().map(|only| probability_table(it, only));
+                let tables = tables.map(|(table, it)| {
+                    table + &sensitivity_tables(it) + &probabilities(it).unwrap_or_default()
+                });
+                shown_tables(&tables.collect::<Vec<_>>()).join("\n")
+            }
+            (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
+            (None, Format::Csv) if self.probability.is_some() => {
+                probability_csv(all, self.probability.as_deref().unwrap_or_default(), &root)
+            }
+            (None, Format::Svg) => match &self.probability {
+                Some(only) => probability_svg(all, only)?,
+                None => return Err("--format svg needs --probability".to_owned()),
+            },
+            (None, Format::Csv) => figures_csv(all),
+            (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
+        })
+    }
+}
+
+/// Reads task sets, those called `only` if that is given, each with its path behind all links. One without a name has that of its
+/// file.
+pub(super) fn task_sets(paths: &[PathBuf], only: Option<&str>) -> Result<Vec<(PathBuf, TaskSet)>, String> {
+    let mut found = Vec::new();
+    for path in paths {
+        let notation = Notation::of(path).ok_or_else(|| {
+            format!(
+                "`{}` is not a task set (*.json, *.toml, *.csv), and others in PATH are: analyse task sets and models one after \
+                 the other",
+                path.display()
+            )
+        })?;
+        let read = || -> std::io::Result<(String, PathBuf)> {
+            let path = path.canonicalize()?;
+            let text = String::from_utf8(read(&path, LONGEST)?);
+            Ok((text.map_err(|_| std::io::Error::other("this is not UTF-8 text"))?, path))
+        };
+        let (text, real) = read().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+        let mut set = TaskSet::parse(&text, notation).map_err(|why| refused(path, &why))?;
+        set.name.get_or_insert_with(|| path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+        if only.is_none_or(|only| set.name.as_deref() == Some(only)) {
+            found.push((real, set));
+        }
+    }
+    match only {
+        Some(only) if found.is_empty() => Err(format!("no deployment `{only}` in these files")),
+        _ => Ok(found),
+    }
+}
+
+/// Returns the message for a task set that cannot be used.
+pub(super) fn refused(path: &Path, why: &TaskSetError) -> String {
+    format!("`{}`: {}", path.display(), task_set_error_message(why))
+}
+
+fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
+    let mut texts = Vec::new();
+    for it in all {
+        for (query, report) in &it.reports {
+            let activities = report.activities.iter().enumerate();
+            let activities = activities.filter(|(_, activity)| activity.instance == *instance);
+            texts.extend(activities.map(|(activity, _)| match it.origin {
+                Origin::Model(tables) => {
+                    let system = it.declared.map(|of| system_of(it.db, tables.project(it.db), of));
+                    // A host may have tables of its own.
+                    let own = system.and_then(|it| Some(it.activities.get(activity)?.tables));
+                    explain_response(it.db, own.unwrap_or(tables), report, activity, *query)
+                }
+                Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
+            }));
+        }
+    }
+    if texts.is_empty() {
+        let names: Vec<Name> = all
+            .iter()
+            .flat_map(|it| it.reports.first().into_iter().flat_map(|(_, report)| &report.activities))
+            .map(|activity| activity.instance.clone())
+            .collect();
+        let near = mauve_hir::similar(instance, &names);
+        return Err(match near {
+            Some(near) => format!("no instance `{instance}`; did you mean `{near}`?"),
+            None => format!("no instance `{instance}`: there is {}", names.join(", ")),
+        });
+    }
+    Ok(texts.join("\n"))
+}
+
+fn root(of: &Deployed<'_>) -> String {
+    let here = std::env::current_dir().unwrap_or_default();
+    shown(of.root(), &here)
+}
+
+/// The response times of deployments for people.
+pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
+    // Where there are several projects, names do not say which.
+    let several = all.iter().any(|it| Some(it.root()) != all.first().map(Deployed::root));
+    let heading = |it: &Deployed<'_>| match several {
+        true => format!("{} of {}", it.name, root(it)),
+        false => it.name.to_owned(),
+    };
+    all.iter().map(|it| table(&heading(it), it)).collect()
+}
+
+/// All figures at one level, or the responses at several.
+fn table(name: &str, it: &Deployed<'_>) -> String {
+    let mut out = String::new();
+    let basis = it.basis().unwrap_or_default();
+    let origins = origins(&basis).map_or_else(String::new, |it| format!("; {it}"));
+    let times = times_of(it.times()) + &origins;
+    match it.reports.as_slice() {
+        [(query, report)] => {
+            let _ = writeln!(
+                out,
+                "{name}: response times in ms at {}, method {}{times}",
+                query.level, query.method
+            );
+            out += &one_level(it, report);
+            out += &utilisations(report);
+        }
+        reports => {
+            let method = reports.first().map_or_else(String::new, |(query, _)| query.method.to_string());
+            let what = if reports.iter().any(|(query, _)| query.horizon.is_some()) {
+                "response times of the first job"
+            } else {
+                "response times"
+            };
+            let _ = writeln!(out, "{name}: {what} in ms, method {method}{times}");
+            out += &several_levels(it.db, reports);
+        }
+    }
+    out + &conditions(it)
+}
+
+/// Returns what the figures of a deployment depend on, and why some are missing: a line each.
+pub(super) fn conditions(it: &Deployed<'_>) -> String {
+    let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
+    let basis = it.basis().unwrap_or_default();
+    let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
+    if let Some(horizon) = horizon {
+        let _ = writeln!(
+            out,
+            "  UNSAFE: with --horizon {horizon} the response times of first jobs leave out later interference: they are not bounds"
+        );
+    }
+    if it.errors > 0 {
+        let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
+    }
+    if it.rt_throttling().is_none() {
+        let key = match it.origin {
+            Origin::Model(_) => "`[platform] rt_throttling` in mauve.toml",
+            Origin::File { .. } => "`rt_throttling` in the file",
+        };
+        let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
+    }
+    for port in basis.ports {
+        let _ = writeln!(
+            out,
+            "  assumption: reads and writes of {port} cost nothing; no timing table has `[access]` for it"
+        );
+    }
+    let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
+    let hosts = it.reports.first().map(|(_, report)| report.hosts.clone()).unwrap_or_default();
+    out.extend(others.map(|other| {
+        let (name, cpus) = (name_of_other(&other.name), hosts.names(other.cpus.unwrap_or_default()));
+        let (time, period) = (other.greatest_cost().unwrap_or_default(), other.period.unwrap_or_default());
+        let priority = priority(other.priority);
+        format!("  {name} interferes too: {time} every {period}, priority {priority}, {cpus}\n")
+    }));
+    out.extend(notes(it));
+    out
+}
+
+/// Returns why figures are missing, and which depend on assumptions: a line each, with the levels if it does not hold at all.
+fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
+    let mut notes: Vec<(String, Vec<String>)> = Vec::new();
+    let mut index: HashMap<String, usize> = HashMap::new();
+    let lines = Lines { width: |text| text.chars().count() };
+    let here = std::env::current_dir().unwrap_or_default();
+    for (query, report) in &it.reports {
+        // Activities are named already.
+        let named: HashSet<&Location<'_>> =
+            report.activities.iter().filter_map(|activity| activity.at.as_ref()).collect();
+        let mut located = |refusal: &Refusal<'db>| {
+            let reason = timing_reason(it.db, &refusal.reason);
+            match &refusal.at {
+                Some(at) if !named.contains(at) => reason + &lines.shown(it.db, &here, at),
+                _ => reason,
+            }
+        };
+        let mut found: Vec<String> =
+            report.not_analysed.iter().map(|it| format!("nothing is analysed: {}", located(it))).collect();
+        for activity in &report.activities {
+            // A reason of the deployment is not repeated for each activity.
+            let own = activity.reasons.len().saturating_sub(report.not_analysed.len());
+            let own = activity.reasons.iter().take(own);
+            let mut seen = HashSet::new();
+            let reasons: Vec<String> =
+                own.map(&mut located).filter(|reason| seen.insert(reason.clone())).collect();
+            if !reasons.is_empty() {
+                found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
+            }
+        }
+        let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
+        found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
+        for activity in report.activities.iter().filter(|activity| activity.response.is_some()) {
+            let wait = activity.task.wait();
+            if wait > Time::ZERO {
+                found.push(format!("{}: {wait} of its own time are waits", activity.instance));
+            }
+            let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
+            if blocking > Time::ZERO {
+                found.push(format!(
+                    "{}: lower priorities that hold locks delay it by {blocking}",
+                    activity.instance
+                ));
+            }
+        }
+        let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
+        found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
+        for note in found {
+            let at = *index.entry(note.clone()).or_insert(notes.len());
+            if at == notes.len() {
+                notes.push((note, Vec::new()));
+            }
+            let level = query.level.to_string();
+            // Two activities of one instance may have one reason.
+            if let Some((_, levels)) = notes.get_mut(at).filter(|(_, levels)| levels.last() != Some(&level)) {
+                levels.push(level);
+            }
+        }
+    }
+    let line = |(note, levels): (String, Vec<String>)| match levels.len() == it.reports.len() {
+        true => format!("  {note}\n"),
+        false => format!("  at {}: {note}\n", levels.join(", ")),
+    };
+    notes.into_iter().map(line).collect()
+}
+
+/// `assumes 5 ms for robot.plan`.
+fn assumptions(assumed: &[(String, Time)]) -> String {
+    let each: Vec<String> = assumed.iter().map(|(codel, time)| format!("{time} for {codel}")).collect();
+    format!("assumes {}", each.join(", "))
+}
+
+/// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job has a
+/// column of its own if it is not the greatest one for all activities.
+fn one_level<'db>(of: &Deployed<'db>, report: &Report<'db>) -> String {
+    let is_first_greatest =
+        report.activities.iter().all(|it| it.first_job.is_none_or(|first| Some(first) == it.response));
+    // The best method for each activity; a column where they differ.
+    let methods: BTreeSet<_> = report.activities.iter().filter_map(|it| it.method).collect();
+    let method = |activity: &ActivityReport<'db>| match activity.method {
+        Some((method, true)) => format!("{method} *"),
+        Some((method, false)) => method.to_string(),
+        None => String::new(),
+    };
+    let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
+    let has_components = report.activities.iter().any(|it| !it.component_name.is_empty());
+    let all: [(bool, Column<'_, ActivityReport<'db>>); 12] = [
+        (true, ("instance", &|it| it.instance.to_string())),
+        (has_components, ("component", &|it| it.component_name.to_string())),
+        (true, ("CPU", &|it| cpu_numbers(&report.hosts, it.cpus))),
+        (true, ("priority", &|it| priority(it.priority))),
+        (true, ("period", &|it| number(it.period))),
+        (true, ("WCET", &|it| number(it.own))),
+        (!is_first_greatest, ("first job", &|it| number(it.first_job))),
+        (has_methods, ("method", &method)),
+        (true, (RESPONSE, &|it| forms(of, it).text().to_owned())),
+        (true, ("", &|it| bar_of(&forms(of, it), 0))),
+        (true, ("", &|it| bar_of(&forms(of, it), 1))),
+        (true, ("", &|it| acceptance(of, it).unwrap_or_default())),
+    ];
+    let shown: Vec<_> = all.into_iter().filter(|(is_shown, _)| *is_shown).map(|(_, column)| column).collect();
+    let mut out = text::table(&report.activities, &shown);
+    if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
+        let _ = writeln!(out, "  *: {EXHAUSTED}");
+    }
+    if report.assumes_clocks() {
+        let clocks = match of.origin {
+            Origin::Model(_) => "the clocks which mauve.toml names",
+            Origin::File { .. } => "the clocks of the tasks with an offset",
+        };
+        let _ = writeln!(out, "  assumes that {clocks} are synchronised");
+    }
+    out
+}
+
+fn several_levels<'db>(db: &'db dyn ModelDb, reports: &[(Query, &Report<'db>)]) -> String {
+    let levels: Vec<String> = reports.iter().map(|(query, _)| query.level.to_string()).collect();
+    let header: Vec<&str> = std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
+    let Some((_, first)) = reports.first() else { return String::new() };
+    let footings: Vec<_> = reports.iter().map(|(_, report)| report.footings()).collect();
+    let rows: Vec<Vec<String>> = (0..first.activities.len())
+        .map(|index| {
+            let cell = |((query, report), footings): (&(Query, &Report<'db>), &Vec<Footing>)| {
+                let footing = footings.get(index).copied().unwrap_or(Footing::Known);
+                let activity = report.activities.get(index);
+                activity.map_or_else(String::new, |it| match (query.horizon, it.first_job, it.deadline) {
+                    (Some(_), Some(first), Some(deadline)) => {
+                        Forms::of(first, deadline, TIGHT_SLACK).with_response().to_owned()
+                    }
+                    _ if it.verdict == Status::Background => "–".to_owned(),
+                    _ => figure(db, it, footing, TIGHT_SLACK).with_response().to_owned(),
+                })
+            };
+            let name = first.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
+            std::iter::once(name).chain(reports.iter().zip(&footings).map(cell)).collect()
+        })
+        .collect();
+    columns(&header, &rows)
+}
+
+/// `CPU 1 utilisation: 99.4 % · CPU 2: 78.9 %`
+fn utilisations(report: &Report<'_>) -> String {
+    let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
+        let what = if index == 0 { " utilisation" } else { "" };
+        format!("{}{what}: {}", report.hosts.names(cpu.cpus), known_utilisation(cpu))
+    };
+    let all: Vec<String> = report.cpus.iter().enumerate().map(of_cpu).collect();
+    if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
+}
+
+/// `1`, `2, 3`; of several hosts, `eyes: 1`.
+pub(super) fn cpu_numbers(hosts: &Hosts, cpus: Option<CpuSet>) -> String {
+    let Some(cpus) = cpus else { return "?".to_owned() };
+    let (host, cpus) = hosts.local(cpus);
+    let numbers = cpus.to_string();
+    let numbers = numbers.trim_start_matches("CPUs ").trim_start_matches("CPU ");
+    host.map_or_else(|| numbers.to_owned(), |host| format!("{host}: {numbers}"))
+}
+
+pub(super) fn priority(priority: Priority) -> String {
+    match priority {
+        Priority::RealTime(priority) => priority.to_string(),
+        Priority::Background => "background".to_owned(),
+        Priority::Unknown => "?".to_owned(),
+    }
+}
+
+/// The head of a column of response times beside their deadlines.
+pub(super) const RESPONSE: &str = "response / deadline";
+
+fn forms<'db>(of: &Deployed<'db>, activity: &ActivityReport<'db>) -> Forms {
+    figure(of.db, activity, Footing::Known, TIGHT_SLACK)
+}
+
+/// Returns the bar of a figure, or its per cent: the columns behind the figure itself.
+pub(super) fn bar_of(forms: &Forms, part: usize) -> String {
+    forms.bar.as_ref().and_then(|bar| bar.get(part)).cloned().unwrap_or_default()
+}
+
+fn acceptance(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> Option<String> {
+    let accepted = of.acceptance(activity).map(|reason| format!("{ACCEPTED}{reason}"));
+    accepted.or_else(|| of.exceeded_acceptance(activity))
+}
+
+const ACCEPTED: &str = "accepted: ";
+
+/// Colours the figures of a table, each up to the end of its line: green for a deadline that is met, yellow for little slack and for an
+/// accepted or unknown response time, red for a deadline that is missed or has no bound.
+pub(super) fn coloured(table: &str) -> String {
+    let mut out = String::new();
+    for line in table.split_inclusive('\n') {
+        let content = line.trim_end_matches('\n');
+        let marks = [("✓", "32"), ("!", "33"), ("?", "33"), ("✗", "31")];
+        let places = marks
+            .iter()
+            .filter_map(|(mark, colour)| Some((content.find(&format!("  {mark} "))? + "  ".len(), *colour)));
+        out += &match places.min() {
+            Some((at, colour)) => {
+                let (before, figure) = content.split_at(at);
+                let colour = if figure.contains(ACCEPTED) { "33" } else { colour };
+                format!("{before}\u{1b}[{colour}m{figure}\u{1b}[0m")
+            }
+            None => content.to_owned(),
+        };
+        out += line.get(content.len()..).unwrap_or_default();
+    }
+    out
+}
+
+/// Returns tables for standard output: on a terminal in colours, and without the parts of figures for which it has no room.
+pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
+    let (is_terminal, width) = (std::io::stdout().is_terminal(), terminal_columns().unwrap_or(usize::MAX));
+    let shown = |table: &String| {
+        let table = narrowed(harmless(table), width);
+        if is_terminal { coloured(&table) } else { table }
+    };
+    tables.iter().map(shown).collect()
+}
+
+/// Returns a table without the per cent of its figures if a line with a bar is too wide, and without the bars if that is not enough.
+fn narrowed(mut table: String, width: usize) -> String {
+    let bar = ['▰', '▱'];
+    for is_bar_kept in [true, false] {
+        if table.lines().all(|line| !line.contains(bar) || line.chars().count() <= width) {
+            break;
+        }
+        let narrower = |line: &str| {
+            let (Some(start), Some((end, last))) = (line.find(bar), line.rmatch_indices(bar).next()) else {
+                return line.to_owned();
+            };
+            let end = end + last.len();
+            let kept = line.get(..if is_bar_kept { end } else { start }).unwrap_or_default().trim_end();
+            // What comes after the figure.
+            let rest = line.get(end..).unwrap_or_default();
+            let rest = rest.split_once(" %").map_or(rest, |(_, rest)| rest).trim();
+            format!("{kept}  {rest}").trim_end().to_owned()
+        };
+        table = table.lines().map(|line| narrower(line) + "\n").collect();
+    }
+    table
+}
+
+fn figures_csv(all: &[Deployed<'_>]) -> String {
+    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,host,remark";
+    let mut rows = Vec::new();
+    for it in all {
+        let root = root(it);
+        for (query, report) in &it.reports {
+            let of_all = remarks(it, query);
+            for activity in &report.activities {
+                let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
+                let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
+                let (host, cpus) = activity.cpus.map(|cpus| report.hosts.local(cpus)).unzip();
+                rows.push(vec![
+                    it.name.to_owned(),
+                    query.level.to_string(),
+                    activity.method.map_or(query.method, |(method, _)| method).to_string(),
+                    activity.instance.to_string(),
+                    activity.component_name.to_string(),
+                    cpus.map(|cpus| cpus.0.to_string()).unwrap_or_default(),
+                    activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
+                    cell(activity.period),
+                    cell(activity.deadline),
+                    cell(activity.own),
+                    cell(activity.first_job),
+                    cell(activity.response),
+                    activity.verdict.name().to_owned(),
+                    assumed.join(" "),
+                    root.clone(),
+                    host.flatten().map(|it| it.to_string()).unwrap_or_default(),
+                    remark(it, &of_all, activity),
+                ]);
+            }
+        }
+    }
+    csv(header, rows)
+}
+
+/// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
+fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -> String {
+    let mut remarks = reasons_of(of.db, activity);
+    remarks.extend(of.acceptance(activity).map(|reason| format!("accepted: {reason}")));
+    remarks.extend(of.exceeded_acceptance(activity));
+    if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
+        remarks.push(EXHAUSTED.to_owned());
+    }
+    remarks.extend_from_slice(of_all);
+    remarks.join("; ")
+}
+
+/// Why the figures of all rows of a deployment are not what they seem to be.
+fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
+    let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
+    let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
+    let times = of.times().map(|section| format!("times of {section}"));
+    [times, horizon, errors].into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_narrow_terminal_shows_less_of_a_figure() {
+        let table = "  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱   53 %  accepted: x\n  b  – not real-time\n";
+        assert_eq!(narrowed(table.to_owned(), 80), table);
+        let without = |what: &str| table.replace(what, "");
+        assert_eq!(narrowed(table.to_owned(), 44), without("   53 %"));
+        assert_eq!(narrowed(table.to_owned(), 20), without("▰▰▰▱▱▱   53 %  "));
+    }
+
+    #[test]
+    fn verdicts_have_colours() {
+        let table = "D: response times\n  a  3  ✓ 3 / 9 ms  ▰\n  b  ! 9 / 9 ms\n  c  ? no time for x\n  d  ✗ 4 / 3 ms\n  \
+                     e  ✗ 4 / 3 ms  accepted: it\n  f  – not real-time\n";
+        let expected = "D: response times\n  a  3  \u{1b}[32m✓ 3 / 9 ms  ▰\u{1b}[0m\n  b  \u{1b}[33m! 9 / 9 ms\u{1b}[0m\n  \
+                        c  \u{1b}[33m? no time for x\u{1b}[0m\n  d  \u{1b}[31m✗ 4 / 3 ms\u{1b}[0m\n  \
+                        e  \u{1b}[33m✗ 4 / 3 ms  accepted: it\u{1b}[0m\n  f  – not real-time\n";
+        assert_eq!(coloured(table), expected);
+    }
+}

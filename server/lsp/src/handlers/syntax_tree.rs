@@ -1,0 +1,29 @@
+//! `mauve/syntaxTree`: the tree of a file as `mauve parse` shows it, a node or token a line, with the errors in it.
+//!
+//! Its parameter is `textDocument`, the result a text.
+
+use mauve_hir::parse;
+use salsa::Database as _;
+use serde::Deserialize;
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::TextDocumentIdentifier;
+
+use crate::snapshot::Snapshot;
+
+/// The parameters of `mauve/syntaxTree`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SyntaxTreeParams {
+    text_document: TextDocumentIdentifier,
+}
+
+/// The tree of a model.
+pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Result<String> {
+    let (file, _) = snapshot.file(&params.text_document)?;
+    if !mauve_hir::is_model(file.path(&snapshot.db)) {
+        let uri = &params.text_document.uri;
+        return Err(Error::invalid_params(format!("`{uri}` is not a model (*.mal)")));
+    }
+    let db = &snapshot.db;
+    Ok(mauve_diagnostics::tree_of(parse(db, file), &|| db.unwind_if_revision_cancelled()))
+}

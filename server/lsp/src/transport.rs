@@ -1,0 +1,315 @@
+//! Connects the byte streams with tower-lsp's service: passes messages to the service in order, and writes its answers.
+//!
+//! tower-lsp's own `Server` is not used. It stops reading at a message that is no JSON, and when four requests wait; it
+//! lives on after `exit` while its input is open; a panic in a handler ends it. Here each message is called and polled
+//! once before the next is looked at, so that a handler that begins by sending its event to the main loop keeps the order
+//! of the client; then it waits in a task of its own, on another thread, which makes the answer JSON: a long answer delays
+//! no message. Notifications about documents do not reach tower-lsp, see [`Backend::preprocess`].
+
+use std::panic::AssertUnwindSafe;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use futures::{FutureExt as _, Sink, SinkExt as _, StreamExt as _};
+use mauve_projects::harmless::harmless;
+use serde_json::Value;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinSet;
+use tower::Service as _;
+use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
+use tower_lsp::lsp_types::MessageType;
+use tower_lsp::{ClientSocket, LspService};
+
+use super::answering::{Answering, REQUEST};
+use super::backend::Backend;
+use super::frame::Frame;
+use super::outbox::Outbox;
+use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
+use super::trace::{Trace, milliseconds};
+
+/// The two directions, and the signal that the main loop has ended.
+pub(crate) struct Streams {
+    /// Messages of the client. Closed when its stream ends.
+    pub(crate) incoming: mpsc::Receiver<Frame>,
+    /// Messages to the client. Closed when the client no longer reads.
+    pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
+    /// The number of messages that are not yet written.
+    pub(crate) backlog: Arc<Backlog>,
+    /// Has the texts of messages that the server initiates.
+    pub(crate) outbox: Arc<Outbox>,
+    /// The client's process, if the command line names it.
+    pub(crate) client: Option<u32>,
+    /// Receives why the main loop has ended.
+    pub(crate) main_loop: oneshot::Receiver<String>,
+}
+
+/// The interval for checking whether the client's process exists.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
+/// Serves until the client sends `exit`, closes the stream or ends. Returns the exit code: 0 for `exit` after
+/// `shutdown`, 101 if the main loop has ended by itself, otherwise 1.
+pub(crate) async fn serve(
+    mut service: LspService<Backend>,
+    socket: ClientSocket,
+    mut streams: Streams,
+) -> u8 {
+    let (mut to_client, mut from_client) = socket.split();
+    let mut tasks: JoinSet<Answered> = JoinSet::new();
+    let mut heartbeat = tokio::time::interval(HEARTBEAT);
+    let mut clients: Vec<u32> = streams.client.into_iter().filter(|&client| is_alive(client)).collect();
+    let mut is_shut_down = false;
+    // Messages that the server initiates wait until the last one is written, so a client that does not read costs no
+    // memory.
+    let mut writing: Option<oneshot::Receiver<()>> = None;
+    let code = |is_shut_down: bool| u8::from(!is_shut_down);
+    loop {
+        tokio::select! {
+            frame = streams.incoming.recv(), if streams.backlog.waiting() + tasks.len() < MOST_WAITING => {
+                let Some(frame) = frame else { return code(is_shut_down) };
+                let received = received(service.inner(), &streams, &mut from_client, frame).await;
+                let Some(request) = received else { continue };
+                match request.method() {
+                    "exit" => return code(is_shut_down),
+                    "initialize" => clients.extend(process_of(&request).filter(|&process| is_alive(process))),
+                    _ => {}
+                }
+                let trace = initial_trace(&request);
+                let Some(request) = service.inner().preprocess(request) else { continue };
+                let is_shutdown = request.method() == "shutdown";
+                let mut answer = Box::pin(answer(&mut service, request));
+                match futures::poll!(&mut answer) {
+                    std::task::Poll::Ready(answered) => {
+                        // A request before `initialize` is refused, and the session continues.
+                        let is_accepted = !answered.is_refused();
+                        is_shut_down |= is_shutdown && is_accepted;
+                        answered.send(&streams, &service.inner().trace);
+                        let trace = if is_shut_down { Some("off".into()) } else { trace };
+                        trace.filter(|_| is_accepted).iter().for_each(|it| service.inner().trace.set(it));
+                    }
+                    std::task::Poll::Pending => {
+                        tasks.spawn(answer);
+                    }
+                }
+            }
+            Some(answered) = tasks.join_next() => {
+                answered.into_iter().for_each(|it| it.send(&streams, &service.inner().trace));
+            }
+            Some(request) = to_client.next(), if writing.is_none() => {
+                // After `shutdown`, requests that a refresh causes would be refused.
+                if is_shut_down {
+                    continue;
+                }
+                let (written, wait) = oneshot::channel();
+                let message = streams.outbox.message(&request);
+                put(&streams, Outgoing { message, written: Some(written) });
+                writing = Some(wait);
+            }
+            _ = async { if let Some(wait) = &mut writing { let _ = wait.await; } }, if writing.is_some() => {
+                writing = None;
+            }
+            // Checks the condition above again.
+            () = streams.backlog.less.notified(), if streams.backlog.waiting() > 0 => {}
+            () = streams.outgoing.closed() => {
+                tracing::warn!("the client no longer reads");
+                return code(false);
+            }
+            ended = &mut streams.main_loop => {
+                tracing::error!("the main loop has ended");
+                put(&streams, Outgoing { message: last_words(&ended.unwrap_or_default()), written: None });
+                return 101;
+            }
+            _ = heartbeat.tick() => {
+                if !clients.iter().all(|&client| is_alive(client)) {
+                    tracing::warn!("the client process has ended");
+                    return code(false);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the message that tells the user why the main loop has ended.
+fn last_words(why: &str) -> String {
+    let message = harmless(&format!("mauve ends after a second defect: {why}. Please report it."));
+    let params = serde_json::json!({"type": MessageType::ERROR, "message": message});
+    serde_json::json!({"jsonrpc": "2.0", "method": "window/showMessage", "params": params}).to_string()
+}
+
+/// Returns the request or notification of a frame. Handles all other frames.
+async fn received(
+    backend: &Backend,
+    streams: &Streams,
+    responses: &mut (impl Sink<Response> + Unpin),
+    frame: Frame,
+) -> Option<Request> {
+    let refusal = match frame.map(understood) {
+        Ok(Ok(Message::Request(request))) => match request.id() {
+            // tower-lsp does not answer these.
+            Some(id) if request.method().starts_with("$/") => {
+                Response::from_error(id.clone(), Error::method_not_found())
+            }
+            _ => return Some(request),
+        },
+        Ok(Ok(Message::Response(response))) => {
+            // A response without a request is ignored.
+            let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
+            if !matches!(answered, Ok(Ok(()))) {
+                tracing::warn!("an answer to an unknown request");
+            }
+            return None;
+        }
+        Ok(Err(NoMessage { response, is_answer })) => {
+            if !is_answer {
+                backend.texts_unknown();
+            }
+            response
+        }
+        Err(why) => {
+            tracing::warn!("an invalid message: not JSON: {why}");
+            backend.texts_unknown();
+            let error = Error { message: format!("not JSON: {why}").into(), ..Error::parse_error() };
+            Response::from_error(Id::Null, error)
+        }
+    };
+    send(streams, &refusal);
+    None
+}
+
+/// Returns the level of traces that the client asks for by `initialize`. It is in effect after the answer.
+fn initial_trace(request: &Request) -> Option<Value> {
+    let params = request.params().filter(|_| request.method() == "initialize")?;
+    params.get("trace").cloned()
+}
+
+/// A request or notification that was handled.
+struct Answered {
+    method: String,
+    time: Duration,
+    /// None for a notification.
+    answer: Option<Answer>,
+}
+
+/// An answer as JSON: that of 300 MB is made beside the thread that takes messages.
+struct Answer {
+    id: Id,
+    error: Option<Error>,
+    message: Option<String>,
+}
+
+impl Answered {
+    fn is_refused(&self) -> bool {
+        self.answer.as_ref().is_none_or(|answer| answer.error.is_some())
+    }
+
+    fn send(self, streams: &Streams, trace: &Trace) {
+        let Some(Answer { id, error, message }) = self.answer else { return };
+        if let Some(message) = message {
+            put(streams, Outgoing { message, written: None });
+        }
+        let outcome = error.map_or_else(String::new, |error| format!("{error}, "));
+        trace.log(
+            || format!("{}: {outcome}{}", self.method, milliseconds(self.time)),
+            |generation| format!("request {id}, generation {generation}"),
+        );
+    }
+}
+
+/// Calls the service and returns its answer: an error after a panic.
+fn answer(
+    service: &mut LspService<Backend>,
+    request: Request,
+) -> impl Future<Output = Answered> + Send + use<> {
+    let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
+    let answering = Arc::new(request.params().map_or_else(Answering::default, Answering::with));
+    let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
+    let answer = REQUEST.scope(Arc::clone(&answering), answer);
+    async move {
+        let response = match answer.await {
+            Ok(answer) => answer.ok().flatten(),
+            Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
+        };
+        let time = begin.elapsed();
+        match response.as_ref().map(Response::error) {
+            Some(Some(error)) => tracing::debug!("{method}: {error} ({time:?})"),
+            _ => tracing::debug!("{method} ({time:?})"),
+        }
+        let answer = response.map(|response| Answer {
+            id: response.id().clone(),
+            error: response.error().cloned(),
+            message: match answering.result.get().filter(|_| response.is_ok()) {
+                Some(result) => with_result(response.id(), result),
+                None => json(&response),
+            },
+        });
+        Answered { method, time, answer }
+    }
+}
+
+fn send(streams: &Streams, response: &Response) {
+    if let Some(message) = json(response) {
+        put(streams, Outgoing { message, written: None });
+    }
+}
+
+/// Returns the answer with a result that is JSON already.
+fn with_result(id: &Id, result: &str) -> Option<String> {
+    Some(format!(r#"{{"jsonrpc":"2.0","result":{result},"id":{}}}"#, serde_json::to_string(id).ok()?))
+}
+
+fn json(response: &Response) -> Option<String> {
+    let message = serde_json::to_string(response);
+    message.inspect_err(|error| tracing::error!("an answer that is not JSON: {error}")).ok()
+}
+
+fn put(streams: &Streams, message: Outgoing) {
+    streams.backlog.put(&streams.outgoing, message);
+}
+
+const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];
+
+enum Message {
+    Request(Request),
+    Response(Response),
+}
+
+/// What a message that is none is answered with.
+struct NoMessage {
+    response: Response,
+    /// Whether it can only be an answer, which changes no text. JavaScript omits `undefined` values: an answer may have only
+    /// its id.
+    is_answer: bool,
+}
+
+/// Parses a JSON value as a message.
+fn understood(mut message: Value) -> Result<Message, NoMessage> {
+    // Some clients send `null` for missing parameters or methods.
+    let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
+    if message.get("params").is_some_and(|params| params.is_null() || takes_none)
+        && let Some(fields) = message.as_object_mut()
+    {
+        fields.remove("params");
+    }
+    let id = message.get("id").and_then(|id| serde_json::from_value(id.clone()).ok()).unwrap_or(Id::Null);
+    let is_request = message.get("method").is_some();
+    let is_answer = !is_request && message.get("id").is_some() && message.get("params").is_none();
+    let understood = match is_request {
+        true => serde_json::from_value(message).map(Message::Request),
+        false => serde_json::from_value(message).map(Message::Response),
+    };
+    understood.map_err(|error| {
+        let message = format!("neither a request nor an answer: {error}");
+        let error = Error { code: ErrorCode::InvalidRequest, message: message.into(), data: None };
+        NoMessage { response: Response::from_error(if is_request { id } else { Id::Null }, error), is_answer }
+    })
+}
+
+fn process_of(initialize: &Request) -> Option<u32> {
+    u32::try_from(initialize.params()?.get("processId")?.as_u64()?).ok()
+}
+
+/// Returns whether a process is there. (One in another container is not, and is no client to wait for.)
+fn is_alive(process: u32) -> bool {
+    let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
+    // A process that may not be signalled exists as well.
+    process.is_some_and(|process| rustix::process::test_kill_process(process) != Err(rustix::io::Errno::SRCH))
+}
