@@ -87,14 +87,26 @@ async function status() {
   throw new Error(`expected: the server runs\n  seen: ${label}\n  ${told.join("\n  ")}`);
 }
 
+/** The check that is running, and when the last one of its expectations was met. */
+const progress = { check: "the start", at: performance.now() };
+/** A slow machine takes minutes for a check. One that stands still for so long, in ms, has failed. */
+const PATIENCE = 240_000;
+setInterval(() => {
+  if (performance.now() - progress.at > PATIENCE) {
+    console.log(`expected: ${progress.check} goes on; nothing was seen for ${PATIENCE / 1000} s`);
+    process.exit(1);
+  }
+}, 1000).unref();
+
 /** Looks until what is seen is as expected. */
-async function expect(what, look, isExpected, seconds = 30) {
+async function expect(what, look, isExpected, seconds = 90) {
   const start = performance.now();
   let seen;
   do {
     seen = await look();
     if (isExpected(seen)) {
-      console.log(`seen: ${what} (${Math.round(performance.now() - start)} ms)`);
+      progress.at = performance.now();
+      console.log(`seen: ${what} (${Math.round(progress.at - start)} ms)`);
       return;
     }
     await page.waitForTimeout(50);
@@ -102,13 +114,23 @@ async function expect(what, look, isExpected, seconds = 30) {
   throw new Error(`expected: ${what}\n  seen: ${JSON.stringify(seen, undefined, 2).replaceAll("\n", "\n  ")}`);
 }
 
+/** Writes a text into the quick input, all at once, since VS Code searches at each key; and waits until the row that is chosen has all words of `wanted`. */
+async function fillQuickInput(text, wanted) {
+  await page.waitForSelector(".quick-input-widget input");
+  await page.locator(".quick-input-widget input").first().fill(text);
+  // That one is chosen; rows of before may still be there.
+  const first = () => page.evaluate(() => document.querySelector(".quick-input-widget .monaco-list-row.focused")?.textContent.replaceAll("\u00a0", " ") ?? "");
+  await expect(`the quick input has ${wanted}`, first, (row) => wanted.split(" ").every((word) => row.toLowerCase().includes(word.toLowerCase())));
+}
+
 /** Puts the cursor somewhere, as a user who knows the line does. */
 async function goTo(line, column) {
   await page.keyboard.press("Control+g");
-  await page.waitForSelector(".quick-input-widget input");
-  await page.keyboard.type(`${line}:${column}`);
+  await fillQuickInput(`:${line}:${column}`, `line ${line}`);
   await page.keyboard.press("Enter");
   await page.waitForSelector(".quick-input-widget", { state: "hidden" });
+  const cursor = () => page.evaluate(() => document.querySelector(".statusbar-item [aria-label^='Ln ']")?.getAttribute("aria-label") ?? "");
+  await expect("the cursor is there", cursor, (label) => label.startsWith(`Ln ${line}, Col ${column}`));
 }
 
 async function check() {
@@ -186,9 +208,7 @@ async function check() {
 /** Runs a command by its name, as a user does; one that asks something leaves the quick input open. */
 async function command(name, { asks = false } = {}) {
   await page.keyboard.press("F1");
-  await page.waitForSelector(".quick-input-widget input");
-  await page.keyboard.type(name, { delay: 5 });
-  await page.waitForTimeout(300);
+  await fillQuickInput(`>${name}`, name);
   await page.keyboard.press("Enter");
   if (!asks) {
     await page.waitForSelector(".quick-input-widget", { state: "hidden" });
@@ -200,17 +220,12 @@ async function openAt(name, text) {
   const lines = readFileSync(path.join(model, name), "utf8").split("\n");
   const line = lines.findIndex((it) => it.includes(text));
   await page.keyboard.press("Control+p");
-  await page.waitForSelector(".quick-input-widget input");
-  await page.locator(".quick-input-widget input").first().fill(name);
-  const first = () => page.evaluate(() => document.querySelector(".quick-input-widget .monaco-list-row")?.textContent ?? "");
-  await expect(`${name} is found`, first, (row) => row.startsWith(path.basename(name)));
-  await page.keyboard.press("End");
-  await page.keyboard.type(`:${line + 1}:${lines[line].indexOf(text) + 1}`, { delay: 5 });
+  await fillQuickInput(name, path.basename(name));
   await page.keyboard.press("Enter");
   await page.waitForSelector(".quick-input-widget", { state: "hidden" });
   const tab = () => page.locator(".editor-group-container.active .tab.active").textContent();
   await expect(`${name} is open`, tab, (label) => label.startsWith(path.basename(name)));
-  await page.waitForTimeout(300);
+  await goTo(line + 1, lines[line].indexOf(text) + 1);
 }
 
 /** Selects to the end of a line, which may be wrapped. */
@@ -263,11 +278,7 @@ function previewed() {
 /** Generates the packages as a user does, and looks at what is shown before. */
 async function checkGeneration() {
   const generated = path.join(model, "generated");
-  await page.keyboard.press("F1");
-  await page.waitForSelector(".quick-input-widget input");
-  await page.keyboard.type("MAUVE: Generate Orocos Packages", { delay: 5 });
-  await page.waitForTimeout(300);
-  await page.keyboard.press("Enter");
+  await command("MAUVE: Generate Orocos Packages", { asks: true });
   await expect("a preview, in which nothing is left out", previewed, (rows) => rows.filter(({ chosen }) => chosen === "true").length >= 5 && rows.every(({ chosen }) => chosen !== "false"));
   await expect("nothing written before that is confirmed", () => existsSync(generated), (it) => !it);
   if (screenshot !== undefined) {
@@ -289,9 +300,10 @@ async function checkInside() {
   const result = process.env.MAUVE_TEST_RESULT;
   writeFileSync(`${result}.wanted`, "");
   for (const start = performance.now(); !existsSync(result); await page.waitForTimeout(100)) {
-    if (performance.now() - start > 240_000) {
+    if (performance.now() - start > PATIENCE) {
       throw new Error("expected: the extension in inside/ says what it has found");
     }
+    progress.at = performance.now();
   }
   const found = Object.entries(JSON.parse(readFileSync(result, "utf8")));
   found.forEach(([name, said]) => console.log(`inside: ${name}: ${said}`));
@@ -301,16 +313,13 @@ async function checkInside() {
 }
 
 try {
-  await check();
-  await checkTyping();
   const tools = { page, expect, command, status, statusItem, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
-  await checkWidths(tools);
-  await checkSilence(tools);
-  await checkPanels(tools);
-  await checkRecordings(tools);
-  await checkGeneration();
-  await checkInside();
-  await checkFirstRun(tools);
+  for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkFirstRun]) {
+    progress.check = part.name;
+    const start = performance.now();
+    await part(tools);
+    console.log(`seen: all of ${part.name}, in ${Math.round((performance.now() - start) / 1000)} s`);
+  }
 } catch (error) {
   console.log(error.message);
   if (screenshot !== undefined) {

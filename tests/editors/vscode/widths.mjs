@@ -78,7 +78,7 @@ export async function checkWidths({ page, expect, command, openAt, selectToEnd, 
         await openAt("deployment.mal", "control  ");
         if (text !== undefined) {
           await selectToEnd();
-          await page.keyboard.type(text, { delay: 5 });
+          await page.keyboard.insertText(text);
         }
         await expect(
           `${size.width}×${size.height}, ${editors} editor(s), ${name}: the verdict of each activity in sight, and none cut`,
@@ -97,7 +97,7 @@ export async function checkWidths({ page, expect, command, openAt, selectToEnd, 
     }
   }
   await command("View: Join All Editor Groups");
-  await command("View: Close Panel");
+  await command("View: Hide Panel");
   rmSync(settings, { recursive: true });
   await page.setViewportSize(viewport);
 }
