@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::methods::{Asked, Location, Method, able_client, methods_of};
 use mauve_tests::{
-    Client, Columns, Random, Text, address, char_boundary, copy, generated_project, models, scratch,
+    Client, Columns, Random, Text, address, char_boundary, copy, generated_project, models, scratch, search,
     wait_for_watcher, write,
 };
 use serde_json::{Value, json};
@@ -27,8 +27,8 @@ use disk::Repository;
 
 use crate::MAUVE;
 
-/// So many edits, unless `MAUVE_SOAK` says otherwise.
-const EDITS: usize = 1000;
+/// So many edits of a full search, unless `MAUVE_SOAK` says otherwise.
+const EDITS: u64 = 3000;
 /// So often the memory is looked at, at least; and so often the server is compared with a fresh one.
 const LOOKS: usize = 40;
 const COMPARISONS: usize = 4;
@@ -179,10 +179,9 @@ struct Session {
 }
 
 fn soak(name: &str, capabilities: &Value) {
-    let number = |name| std::env::var(name).ok().and_then(|it| it.parse::<u64>().ok());
-    let seed = number("MAUVE_SEED").unwrap_or(0x9e37_79b9);
-    let edits = number("MAUVE_SOAK").map_or(EDITS, |edits| edits as usize);
-    println!("MAUVE_SEED={seed} MAUVE_SOAK={edits}");
+    let seed = 0x9e37_79b9 + search::seed();
+    let edits: usize = search::cases("MAUVE_SOAK", EDITS);
+    println!("seed {seed}, MAUVE_SOAK={edits}");
     let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));
     let mut session = Session::new(seed, &top, capabilities);
     let look = (edits / LOOKS).clamp(1, 500);

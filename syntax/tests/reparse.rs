@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use mauve_syntax::{Parse, SyntaxError, SyntaxErrorKind, Tier, lex, parse};
-use mauve_tests::{Random, char_boundary, generated_project, models, texts_in};
+use mauve_tests::{Random, char_boundary, generated_project, models, search, texts_in};
 
 /// How many edits are made in each kind of text; `REPARSE_EDITS` makes them more.
 fn edits() -> usize {
-    std::env::var("REPARSE_EDITS").ok().and_then(|count| count.parse().ok()).unwrap_or(1500)
+    search::cases("REPARSE_EDITS", 1500)
 }
 
 /// What is put into a text: what the parser knows, and what the lexer stumbles over.

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mauve_tests::{Client, Random, Text, address, scratch, wait_for_watcher, write};
+use mauve_tests::{Client, Random, Text, address, scratch, search, wait_for_watcher, write};
 use serde_json::{Value, json};
 
 use super::{MAUVE, is_unknown};
@@ -248,9 +248,7 @@ fn run(seed: u64) {
 
 /// One of the threads that share the histories.
 fn share(of: u64, number: u64) {
-    let count = std::env::var("MAUVE_HISTORIES").map_or(HISTORIES, |count| count.parse().unwrap());
-    let first: u64 = std::env::var("MAUVE_SEED").map_or(0, |seed| seed.parse().unwrap());
-    (first..first + count).filter(|seed| seed % of == number).for_each(run);
+    search::seeds("MAUVE_HISTORIES", HISTORIES).filter(|seed| seed % of == number).for_each(run);
 }
 
 #[test]

@@ -15,6 +15,7 @@ pub mod methods;
 pub mod model;
 pub mod orocos;
 mod random_model;
+pub mod search;
 pub mod sources;
 mod times;
 mod varied;

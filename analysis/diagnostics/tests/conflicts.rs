@@ -6,11 +6,11 @@
 use expect_test::expect;
 use mauve_diagnostics::Severity;
 use mauve_hir::{Database, Workspace};
-use mauve_tests::Random;
+use mauve_tests::{Random, search};
 
 use crate::common::{diagnostics, verdicts};
 use crate::damage::NAMESAKES;
-use crate::damaged::{Project, Texts, number, responses};
+use crate::damaged::{Project, Texts, responses};
 
 /// Puts a region in place of some lines. Its other text lacks a line, has one twice, another number, or nothing.
 fn conflict(texts: &mut Texts, random: &mut Random) -> Vec<String> {
@@ -48,7 +48,7 @@ fn resolved(text: &str, second: bool) -> String {
 fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
     for (project, salt) in [(Project::sample("p3dx"), 0), (Project::fixture(NAMESAKES), 1)] {
         let (mut kept, mut refused) = (0, 0);
-        project.damage((number("MAUVE_CONFLICTS", 150), salt), false, conflict, |damaged| {
+        project.damage((search::cases("MAUVE_CONFLICTS", 150), salt), false, conflict, |damaged| {
             let found = damaged.responses();
             let texts: Texts = damaged
                 .workspace
@@ -84,7 +84,7 @@ fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
                 damaged.compare_with_new_database();
             }
         });
-        assert!(kept > 100 && refused > 100, "{kept} kept, {refused} refused");
+        assert!(kept > 20 && refused > 20, "{kept} kept, {refused} refused");
     }
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{Finding, workspace_diagnostics};
 use mauve_hir::{Database, Location, Workspace};
-use mauve_tests::{Random, char_boundary, random_model, texts_in};
+use mauve_tests::{Random, char_boundary, random_model, search, texts_in};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times};
 
@@ -39,20 +39,15 @@ pub(crate) struct Damaged<'a> {
     pub(crate) is_in_table: bool,
 }
 
-/// Returns the number in a variable of the environment.
-pub(crate) fn number(variable: &str, default: u64) -> u64 {
-    std::env::var(variable).map_or(default, |number| number.parse().expect(variable))
-}
-
 /// Checks `count` cases. Other salts are other cases.
 pub(crate) fn cases(count: u64, salt: u64, mut check: impl FnMut(u64, &mut Random)) {
-    let seed = number("MAUVE_SEED", 0);
+    let seed = search::seed();
     for case in 0..count {
-        let start = (((seed << 12) + salt) << 40) + case + 1;
+        let start = (((seed << 12) + salt) << 24).wrapping_add(case + 1);
         let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ start.wrapping_mul(0xd134_2543_de82_ef95));
         let checked = catch_unwind(AssertUnwindSafe(|| check(case, &mut random)));
         if let Err(failure) = checked {
-            eprintln!("case {case} of {count} with salt {salt}, MAUVE_SEED={seed}");
+            eprintln!("case {case} of {count} with salt {salt}");
             resume_unwind(failure);
         }
     }

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{Finding, Fix, Severity, codes, page, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
-use mauve_tests::{Random, files_in, fixture, models_of_page, models_of_pages, random_model};
+use mauve_tests::{Random, files_in, fixture, models_of_page, models_of_pages, random_model, search};
 
-use crate::damaged::{self, number};
+use crate::damaged;
 
 type Texts = BTreeMap<PathBuf, String>;
 
@@ -63,8 +63,8 @@ fn each_fix_removes_its_diagnostic_and_adds_no_error() {
         tried.check(&name, &texts);
     }
     assert!(tried.codes.len() >= 45, "codes with fixes: {:?}", tried.codes);
-    let mut random = Random::of_seed(number("MAUVE_SEED", 0));
-    for seed in 0..number("MAUVE_FIXES", 20) {
+    let mut random = Random::of_seed(search::seed());
+    for seed in search::seeds("MAUVE_FIXES", 20) {
         let texts = random_model(seed).texts();
         for _ in 0..4 {
             let mut changed = texts.clone();

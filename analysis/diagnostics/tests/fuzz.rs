@@ -5,10 +5,10 @@
 #[path = "../../../tests/fuzz/properties.rs"]
 mod properties;
 
-use mauve_tests::{Random, char_boundary, models};
+use mauve_tests::{Random, char_boundary, models, search};
 use mauve_timing::task_set::{Notation, TaskSet};
 
-use crate::damaged::{cases, number};
+use crate::damaged::cases;
 
 /// Words and pieces that models are made of.
 const PIECES: &str = "include \"a.mal\" library l { } use m codel f ( in a : int , out b : T ) : bool shell S extends B \
@@ -31,7 +31,7 @@ const TASK_TABLE: &str =
     "unit,us\nlevels,1e-3,1e-4\nname,period,time,priority,cpus\nlaser,100,40 43.5,20,1\nmap,200,50,10,\n";
 
 fn tried() -> u64 {
-    number("MAUVE_FUZZ", 1500)
+    search::cases("MAUVE_FUZZ", 1500)
 }
 
 /// Returns some of the pieces, one after the other.

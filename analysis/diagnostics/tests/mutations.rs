@@ -4,13 +4,15 @@
 //! `MAUVE_MUTANTS=100000 cargo test --release -p mauve-diagnostics --test main mutations::` tries more, `MAUVE_SEED=7`
 //! others.
 
-use crate::damaged::{Project, near, number};
+use mauve_tests::search;
+
+use crate::damaged::{Project, near};
 
 /// The cases of a random model.
 const OF_MODEL: u64 = 25;
 
 fn mutants() -> u64 {
-    number("MAUVE_MUTANTS", 1500)
+    search::cases("MAUVE_MUTANTS", 1500)
 }
 
 fn mutate(project: &Project, cases: (u64, u64)) {

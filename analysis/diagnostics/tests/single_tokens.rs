@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use mauve_diagnostics::{Severity, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
 use mauve_syntax::lex;
+use mauve_tests::search;
 use mauve_timing::{Method, Time};
 use mauve_wcrt::{Query, response_times};
 
@@ -44,7 +45,11 @@ fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)], step: usize
     for (path, text) in texts.iter().filter(|(path, _)| path.extension().is_some_and(|it| it == "mal")) {
         let file = workspace.file(&db, path).unwrap();
         let tokens = lex(text);
-        for index in (0..tokens.len()).filter(|&index| !tokens.kind(index).is_trivia()).step_by(step) {
+        for index in (0..tokens.len())
+            .filter(|&index| !tokens.kind(index).is_trivia())
+            .step_by(step)
+            .filter(|index| search::is_searched(index / step))
+        {
             let range = tokens.range(index);
             let (before, token, after) = (&text[..range.start], &text[range.clone()], &text[range.end..]);
             let line = before.matches('\n').count() + 1;

@@ -19,7 +19,9 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange};
 use mauve_wcrt::system_of;
 
 use crate::common::deployments;
-use crate::damaged::{self, Activity, Project, number, span};
+use mauve_tests::search;
+
+use crate::damaged::{self, Activity, Project, span};
 
 /// Two architectures of one library, in two deployments; operations with arguments, values of every type, calls in calls;
 /// what no table has is assumed to take next to nothing.
@@ -203,7 +205,7 @@ fn nor_one_of_random_models() {
 const MODELS: usize = 10;
 
 fn damages() -> u64 {
-    number("MAUVE_DAMAGES", 600)
+    search::cases("MAUVE_DAMAGES", 600)
 }
 
 fn damage(project: &Project, cases: (u64, u64)) {
@@ -262,8 +264,8 @@ fn damage(project: &Project, cases: (u64, u64)) {
     println!(
         "{cases:?}: figures: {lost} gone, {kept} there; damages with a lower one, by warning: {lower:?}"
     );
-    let count = cases.0 as usize;
-    assert!(lost > count / 4 && kept > count / 8, "{lost} lost, {kept} kept");
+    let is_one_in = |part: usize, least| search::is_one_in(part as u64, cases.0, least);
+    assert!(is_one_in(lost, 4.0) && is_one_in(kept, 8.0), "{lost} lost, {kept} kept");
 }
 
 fn is_table(db: &Database, finding: &Finding<'_>) -> bool {

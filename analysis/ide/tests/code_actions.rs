@@ -12,7 +12,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, is_model, names_of, projects};
 use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
-use mauve_tests::{Random, char_boundary, models, models_of_pages, random_model, texts_moved};
+use mauve_tests::{Random, char_boundary, models, models_of_pages, random_model, search, texts_moved};
 use mauve_timing::{Rounding, Time, Unit};
 use mauve_wcrt::{Query, response_times};
 
@@ -29,13 +29,9 @@ const ALL: &[ActionKind] = &[
     ActionKind::FixAll,
 ];
 
-fn number(variable: &str, otherwise: u64) -> u64 {
-    std::env::var(variable).ok().and_then(|it| it.parse().ok()).unwrap_or(otherwise)
-}
-
 #[test]
 fn every_action_leaves_a_valid_model() {
-    let seed = number("MAUVE_SEED", 1);
+    let seed = 1 + search::seed();
     let mut random = Random(seed);
     let mut offered: BTreeMap<(ActionKind, String), usize> = BTreeMap::new();
     for robot in ["p3dx", "p3dx_entry"] {
@@ -46,7 +42,7 @@ fn every_action_leaves_a_valid_model() {
             &mut offered,
         );
     }
-    for model in 0..number("MAUVE_ACTIONS", 40) {
+    for model in 0..search::cases("MAUVE_ACTIONS", 40) {
         let texts = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).texts();
         try_actions(&texts.into_iter().collect(), 60, &mut random, &mut offered);
     }
@@ -55,8 +51,9 @@ fn every_action_leaves_a_valid_model() {
     let refactorings =
         [ActionKind::Extract, ActionKind::Inline, ActionKind::Rewrite, ActionKind::OrganizeUses];
     let timing = offered.iter().filter(|((_, title), _)| title == "timing").map(|(_, it)| it).sum::<usize>();
-    assert!(timing >= 5, "{offered:#?}");
-    assert!(refactorings.iter().all(|kind| count(*kind) >= 10), "{offered:#?}");
+    let least = if search::is_full() { 10 } else { 1 };
+    assert!(timing >= least / 2, "{offered:#?}");
+    assert!(refactorings.iter().all(|kind| count(*kind) >= least), "{offered:#?}");
     if std::env::var_os("MAUVE_ACTIONS").is_some() {
         println!("{offered:#?}");
     }
@@ -292,17 +289,17 @@ fn random_range(text: &str, is_model: bool, random: &mut Random) -> TextRange {
 
 #[test]
 fn a_fix_leaves_fewer_mistakes() {
-    let seed = number("MAUVE_SEED", 1);
+    let seed = 1 + search::seed();
     let mut random = Random(seed);
     let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
-    for model in 0..number("MAUVE_ACTIONS", 40) {
+    for model in 0..search::cases("MAUVE_ACTIONS", 40) {
         let texts = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).texts();
         let whole: Texts = texts.into_iter().collect();
         for _ in 0..4 {
             mend(&damaged(&whole, &mut random), &mut offered);
         }
     }
-    assert!(offered.len() >= 8, "{offered:#?}");
+    assert!(offered.len() >= if search::is_full() { 8 } else { 4 }, "{offered:#?}");
     if std::env::var_os("MAUVE_ACTIONS").is_some() {
         println!("{offered:#?}");
     }

@@ -8,7 +8,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, File, Workspace, names_of, projects};
 use mauve_ide::{Change, definition, prepare_rename, references, rename};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_tests::{Random, models, random_model, texts_moved};
+use mauve_tests::{Random, models, random_model, search, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
 use crate::project_of;
@@ -212,45 +212,45 @@ fn all_words(texts: &Texts) -> Vec<(PathBuf, usize, String)> {
     all
 }
 
-fn steps(default: usize) -> usize {
-    std::env::var("MAUVE_RENAMES").ok().and_then(|steps| steps.parse().ok()).unwrap_or(default)
+fn steps(default: u64) -> usize {
+    search::cases("MAUVE_RENAMES", default)
 }
 
 #[test]
 fn a_robot_stays_what_it_is() {
-    let mut random = Random(0x5eed);
+    let mut random = Random(0x5eed + (search::seed() << 16));
     for name in ["p3dx", "p3dx_entry"] {
         let texts = folder(name);
         let all = all_words(&texts);
         let mut renamed = 0;
         for _ in 0..steps(60) {
             let (path, at, _) = random.of(&all);
-            renamed += usize::from(there_and_back(&texts, path, *at));
+            renamed += u64::from(there_and_back(&texts, path, *at));
         }
-        assert!(renamed > steps(60) / 6, "{renamed} of {name}");
+        assert!(search::is_one_in(renamed, steps(60) as u64, 6.0), "{renamed} of {name}");
     }
 }
 
 #[test]
 fn a_random_model_stays_what_it_is() {
-    let mut chosen = Random(0x5eed);
+    let mut chosen = Random(0x5eed + (search::seed() << 16));
     let mut renamed = 0;
-    for seed in 0..steps(40) as u64 {
+    for seed in search::seeds("MAUVE_RENAMES", 40) {
         let texts = random(seed);
         let all = all_words(&texts);
         for _ in 0..6 {
             let (path, at, _) = chosen.of(&all);
-            renamed += usize::from(there_and_back(&texts, path, *at));
+            renamed += u64::from(there_and_back(&texts, path, *at));
         }
     }
-    assert!(renamed > steps(40), "{renamed}");
+    assert!(search::is_one_in(renamed, steps(40) as u64, 1.0), "{renamed}");
 }
 
 #[test]
 fn a_name_in_use_is_refused_or_does_no_harm() {
-    let mut chosen = Random(0x5eed);
+    let mut chosen = Random(0x5eed + (search::seed() << 16));
     let (mut done, mut refused) = (0, 0);
-    for seed in 0..steps(40) as u64 {
+    for seed in search::seeds("MAUVE_RENAMES", 40) {
         let texts = if seed == 0 { folder("p3dx") } else { random(seed) };
         let all = all_words(&texts);
         for _ in 0..6 {
@@ -265,5 +265,6 @@ fn a_name_in_use_is_refused_or_does_no_harm() {
             }
         }
     }
-    assert!(done > steps(40) / 4 && refused > steps(40) / 4, "{done} done, {refused} refused");
+    let is_one_in_four = |count| search::is_one_in(count, steps(40) as u64, 4.0);
+    assert!(is_one_in_four(done) && is_one_in_four(refused), "{done} done, {refused} refused");
 }

@@ -8,6 +8,7 @@
 use std::f64::consts::SQRT_2;
 
 use mauve_pwcet::{Options, TailModel, estimate};
+use mauve_tests::search;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
@@ -317,7 +318,7 @@ fn setting(variable: &str, otherwise: &str) -> String {
 
 #[test]
 fn bounds_hold_or_are_refused() {
-    let runs: u64 = setting("MAUVE_COVERAGE_RUNS", "20").parse().unwrap();
+    let runs: u64 = search::cases("MAUVE_COVERAGE_RUNS", 20);
     let counts = setting("MAUVE_COVERAGE_COUNTS", "2000");
     let wanted = setting("MAUVE_COVERAGE_LAW", "");
     let row = |cells: &[f64]| cells.iter().map(|it| format!("{it:6.2}")).collect::<String>();
@@ -363,7 +364,7 @@ struct Given {
 /// Of laws that nobody has tried, too: a bound that is too low has a warning at its level. A bound that is counted has none.
 #[test]
 fn untried_laws_are_not_too_low_in_silence() {
-    let runs: u64 = setting("MAUVE_COVERAGE_RUNS", "12").parse().unwrap();
+    let runs: u64 = search::cases("MAUVE_COVERAGE_RUNS", 12);
     let counts = setting("MAUVE_COVERAGE_COUNTS", "2000,20000");
     let wanted = setting("MAUVE_COVERAGE_LAW", "");
     let options =

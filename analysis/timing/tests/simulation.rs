@@ -5,6 +5,7 @@
 
 use std::time::Instant;
 
+use mauve_tests::search;
 use mauve_timing::{
     Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Operation, Options, Protocol,
     Random, Schedule, SimulationOptions, StateMachine, Task, Tasks, Time, Waits,
@@ -109,7 +110,7 @@ impl Systems {
 }
 
 fn jobs_wanted() -> u64 {
-    std::env::var("MAUVE_SIMULATED_JOBS").map_or(JOBS, |text| text.parse().unwrap())
+    search::cases("MAUVE_SIMULATED_JOBS", JOBS)
 }
 
 #[test]
@@ -353,7 +354,7 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
     // The greatest ratio of a response to its bound, and the number of compared activities, by method.
     let mut greatest = [(0.0_f64, 0_u64, 0_u64); 4];
     let mut systems = Systems::new(1);
-    let (wanted, mut jobs, mut seed) = (jobs_wanted(), 0, 0);
+    let (wanted, mut jobs, mut seed) = (jobs_wanted(), 0, search::seed() << 20);
     let mut simulating = std::time::Duration::ZERO;
     while jobs < wanted {
         seed += 1;

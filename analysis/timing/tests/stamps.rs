@@ -8,6 +8,7 @@
 
 use std::collections::VecDeque;
 
+use mauve_tests::search;
 use mauve_timing::{
     Bound, ChainBuffer, ChainStep, CpuSet, Edge, Executed, Method, Options, Random, Schedule,
     SimulationOptions, StateMachine, Task, Tasks, Time,
@@ -267,8 +268,8 @@ fn observed(system: &System, schedule: &Schedule) -> Option<(u64, u64)> {
 }
 
 fn check(kind: Kind) {
-    let wanted = std::env::var("MAUVE_STAMPED_JOBS").map_or(JOBS, |text| text.parse().unwrap());
-    let mut random = Random::new(kind.name.bytes().map(u64::from).sum());
+    let wanted = search::cases("MAUVE_STAMPED_JOBS", JOBS);
+    let mut random = Random::new((search::seed() << 16) + kind.name.bytes().map(u64::from).sum::<u64>());
     let (mut jobs, mut systems, mut greatest, mut sum, mut of_search) = (0, 0_u32, 0.0_f64, 0.0, 0.0);
     while jobs < wanted {
         let system = system(&mut random, kind);

@@ -1,0 +1,62 @@
+//! How far a test searches at random: a fifth of its cases for each commit, all of them each night.
+//!
+//! | variable | of `tests/run` | meaning |
+//! |---|---|---|
+//! | `MAUVE_SEED` | from the commit | begins elsewhere; 0 if it is not set. A failure prints it |
+//! | `MAUVE_ALL` | with `--all` | searches all cases |
+//!
+//! Each search has a variable of its own for another number of cases.
+
+use std::env::{var, var_os};
+use std::ops::Range;
+use std::str::FromStr;
+
+/// Returns the number of cases of a search that has `all` cases in a full run; the variable overrides it.
+pub fn cases<N: FromStr + TryFrom<u64>>(variable: &str, all: u64) -> N {
+    let number = if is_full() { all } else { all.div_ceil(5) };
+    setting(variable)
+        .unwrap_or_else(|| N::try_from(number).unwrap_or_else(|_| panic!("{number} is too large")))
+}
+
+/// Returns the seeds of such a search, one for each case.
+pub fn seeds(variable: &str, all: u64) -> Range<u64> {
+    let first = seed() * 10_000;
+    first..first + cases::<u64>(variable, all)
+}
+
+/// Returns whether a place with this number is searched, where a search goes over all places of a text: one in five of them.
+pub fn is_searched(place: usize) -> bool {
+    is_full() || (place as u64 + setting("MAUVE_SEED").unwrap_or(0)).is_multiple_of(5)
+}
+
+/// Returns the seed of this run. The report of a failure shows it.
+pub fn seed() -> u64 {
+    let seed = setting("MAUVE_SEED").unwrap_or(0);
+    eprintln!("MAUVE_SEED={seed}");
+    seed
+}
+
+/// Returns whether all cases are searched.
+pub fn is_full() -> bool {
+    var_os("MAUVE_ALL").is_some()
+}
+
+/// Returns whether `part` of `whole` cases, or few less by chance, are more than one in `least`.
+///
+/// By chance, a sample with the mean `m` has at least `m − 4 √m` in all but 1 of 30,000 runs.
+///
+/// ```
+/// use mauve_tests::search::is_one_in;
+///
+/// assert!(is_one_in(2, 90, 100), "0, 1 or 2 are as frequent as that");
+/// assert!(!is_one_in(60, 10_000, 100), "100 are expected");
+/// ```
+pub fn is_one_in(part: u64, whole: u64, least: f64) -> bool {
+    let mean = whole as f64 / least;
+    part as f64 > mean - 4.0 * mean.sqrt() - 1e-9 && whole > 0
+}
+
+fn setting<N: FromStr>(variable: &str) -> Option<N> {
+    let text = var(variable).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{variable}={text} is not a number of cases")))
+}
