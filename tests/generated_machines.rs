@@ -1,7 +1,7 @@
 //! Generated components do what their models say: random ones are built, run with random inputs, and compared line by line
 //! with an interpreter that knows neither the analyser nor the generator.
 //!
-//! `MAUVE_MACHINES_SEED` gives other components than the usual ones, `MAUVE_MACHINES_COUNT` more of them.
+//! `MAUVE_SEED` gives other components, `MAUVE_MACHINES` more of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,12 +13,7 @@ use mauve_tests::machines::{
     Component, Library, codels_source, expected_run, program_source, random_library,
 };
 use mauve_tests::orocos::{build, component_library, configure, run};
-use mauve_tests::{scratch, write};
-
-fn setting(name: &str) -> Option<u64> {
-    let text = std::env::var(name).ok()?;
-    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
-}
+use mauve_tests::{scratch, search, write};
 
 /// The CMake code in addition to the generated one: codels and trace points record the execution.
 const USER_CMAKE: &str = "\
@@ -128,8 +123,8 @@ const SEEN: [&str; 21] = [
 ];
 
 fn components_do_what_their_models_say(seed: u64, compiler: &str) {
-    let seed = setting("MAUVE_MACHINES_SEED").unwrap_or(seed);
-    let count = setting("MAUVE_MACHINES_COUNT").unwrap_or(25);
+    let seed = seed + search::seed();
+    let count: u64 = search::cases("MAUVE_MACHINES", 25);
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("machines_{compiler}"));
     let library = random_library(seed, count as usize);
     generate(&library, &folder);

@@ -5,7 +5,7 @@
 //!
 //! | crate | is |
 //! |---|---|
-//! | `cli` | the commands: each a function from its arguments to an [`Output`](mauve_projects::output::Output), printed here alone |
+//! | `cli` | the commands: each a function from its arguments to an [`Output`], printed here alone |
 //! | `lsp` | the language server, and the command that replays its sessions |
 //! | `projects` | what both read from the disk and write to it |
 

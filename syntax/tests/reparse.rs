@@ -181,7 +181,7 @@ struct Session {
     parse: Parse,
     /// Where the last edit was.
     at: usize,
-    tiers: HashMap<Tier, usize>,
+    tiers: HashMap<Tier, u64>,
 }
 
 impl Session {
@@ -270,7 +270,7 @@ impl Session {
         }
     }
 
-    fn counts(&self, tier: Tier) -> usize {
+    fn counts(&self, tier: Tier) -> u64 {
         self.tiers.get(&tier).copied().unwrap_or_default()
     }
 }
@@ -283,8 +283,8 @@ fn difference(found: &str, wanted: &str) -> String {
 
 /// Edits `text` again and again, from the beginning after each `length` edits, and asks that each tier was taken often.
 fn edited(seed: u64, texts: &[String], edits: usize, length: usize) {
-    let mut tiers: HashMap<Tier, usize> = HashMap::new();
-    let mut random = Random(seed);
+    let mut tiers: HashMap<Tier, u64> = HashMap::new();
+    let mut random = Random(seed + (search::seed() << 8));
     for _ in 0..edits.div_ceil(length) {
         let text = random.of(texts).clone();
         let mut session = Session::new(random.0, &text);
@@ -295,12 +295,12 @@ fn edited(seed: u64, texts: &[String], edits: usize, length: usize) {
             *tiers.entry(tier).or_default() += session.counts(tier);
         }
     }
-    let all: usize = tiers.values().sum();
+    let all: u64 = tiers.values().sum();
     println!("{tiers:?}");
     for (tier, count) in &tiers {
         // Few edits are of white space alone.
-        let least = if *tier == Tier::Trivia { all / 500 } else { all / 50 };
-        assert!(*count > least, "{tier:?} was taken {count} times of {all}");
+        let least = if *tier == Tier::Trivia { 500.0 } else { 50.0 };
+        assert!(search::is_one_in(*count, all, least), "{tier:?} was taken {count} times of {all}");
     }
 }
 

@@ -99,9 +99,10 @@ def main():
         report += eyes.end()
         print(report)
         for instance in "tracker", "controller", "camera":
-            # A machine that pauses for a moment makes it later than its bound.
+            # A machine that does something else makes a few jobs late; to wait for the other host would make nearly all late.
             (row,) = re.findall(rf"^ *{instance} .*[✓!✗].*$", report, re.MULTILINE)
-            assert "missed" not in row, row
+            missed = re.search(r"✗ (\d+) missed", row)
+            assert missed is None or int(missed[1]) * 10 < int(row.split()[4]), row
         assert "was without a publisher (host eyes), 2 times" in report, report
     finally:
         other.kill()

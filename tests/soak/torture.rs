@@ -214,7 +214,7 @@ impl Session {
         let bytes: &&[u8] = random.of(&[
             b"Content-Length: 2\r\n\r\n[]" as &[u8],
             b"Content-Length: 7\r\n\r\n{\"a\":1}",
-            b"Content-Length: 40\r\n\r\n{\"jsonrpc\":\"2.0\",\"id\":4711,\"result\":null}",
+            b"Content-Length: 41\r\n\r\n{\"jsonrpc\":\"2.0\",\"id\":4711,\"result\":null}",
         ]);
         self.client.write(bytes);
         self.say_all_again();

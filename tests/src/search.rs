@@ -48,8 +48,8 @@ pub fn is_full() -> bool {
 /// ```
 /// use mauve_tests::search::is_one_in;
 ///
-/// assert!(is_one_in(2, 90, 100), "0, 1 or 2 are as frequent as that");
-/// assert!(!is_one_in(60, 10_000, 100), "100 are expected");
+/// assert!(is_one_in(2, 90, 100.0), "0, 1 or 2 are as frequent as that");
+/// assert!(!is_one_in(60, 10_000, 100.0), "100 are expected");
 /// ```
 pub fn is_one_in(part: u64, whole: u64, least: f64) -> bool {
     let mean = whole as f64 / least;

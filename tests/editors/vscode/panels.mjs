@@ -5,7 +5,7 @@ import * as path from "node:path";
 
 const THEMES = ["Default Light Modern", "Default High Contrast", "Default High Contrast Light", "Default Dark Modern"];
 /** So many drawings are shown to see whether they leave something in the heap. */
-const UPDATES = 1000;
+const UPDATES = 300;
 
 /** The frame with the page of a panel of this kind; none if it is not open. */
 async function frameOf(page, kind) {
@@ -336,8 +336,8 @@ async function checkMemory({ page, expect, command, openAt }) {
   await page.keyboard.press("Escape");
   const text = ({ megabytes, nodes }) => `${megabytes.toFixed(1)} MB, ${nodes} nodes`;
   console.log(`seen: ${UPDATES} updates in ${Math.round(duration)} ms; before: ${text(before)}; after: ${text(after)}`);
-  // A drawing has 300 elements: one that is kept for each update would be 300 000.
-  await expect("the heap as before", () => ({ before, after }), () => after.megabytes < before.megabytes + 4 && after.nodes < before.nodes + 2000 && after.own === before.own, 0);
+  // A drawing has 300 elements: one that is kept for each update would be 90 000.
+  await expect("the heap as before", () => ({ before, after }), () => after.megabytes < before.megabytes + 4 && after.nodes < before.nodes + 600 && after.own === before.own, 0);
 }
 
 async function checkOthers({ page, expect, command, openAt, model }) {

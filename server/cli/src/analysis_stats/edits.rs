@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn every_kind_of_edit_leaves_a_whole_model() {
-        let paths = [normalised(&std::path::absolute("../tests/models/p3dx").unwrap_or_default())];
+        let paths = [normalised(&std::path::absolute("../../tests/models/p3dx").unwrap_or_default())];
         let mut db = Database::default();
         let workspaces = load(&mut db, &paths, false).unwrap_or_default();
         let texts = |edits: Vec<Edit>| edits.into_iter().map(|it| it.new.to_string()).collect::<Vec<_>>();
