@@ -43,7 +43,7 @@ pub(crate) struct Damaged<'a> {
 pub(crate) fn cases(count: u64, salt: u64, mut check: impl FnMut(u64, &mut Random)) {
     let seed = search::seed();
     for case in 0..count {
-        let start = (((seed << 12) + salt) << 24).wrapping_add(case + 1);
+        let start = ((seed << 12) + salt).wrapping_mul(1 << 40).wrapping_add(case + 1);
         let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ start.wrapping_mul(0xd134_2543_de82_ef95));
         let checked = catch_unwind(AssertUnwindSafe(|| check(case, &mut random)));
         if let Err(failure) = checked {

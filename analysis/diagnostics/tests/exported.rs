@@ -421,7 +421,8 @@ fn damaged_models() {
             |damaged| check(damaged.db, damaged.workspace, "damaged", &mut counted),
         );
     }
-    assert!(counted.responses > 10 && counted.not_analysed > 10, "{counted:?}");
+    let least = if search::is_full() { 100 } else { 0 };
+    assert!(counted.responses > least && counted.not_analysed > least, "{counted:?}");
 }
 
 /// A file that somebody wrote himself, to harm: it is refused, or analysed, and nothing panics.

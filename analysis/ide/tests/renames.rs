@@ -243,7 +243,7 @@ fn a_random_model_stays_what_it_is() {
             renamed += u64::from(there_and_back(&texts, path, *at));
         }
     }
-    assert!(search::is_one_in(renamed, steps(40) as u64, 1.0), "{renamed}");
+    assert!(renamed > if search::is_full() { steps(40) as u64 } else { 0 }, "{renamed}");
 }
 
 #[test]

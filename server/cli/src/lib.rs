@@ -1,4 +1,7 @@
-//! The commands of the command line. `cli/options.rs` has the options, `cli/text.rs` the formatting that several of them share.
+//! The commands of the command line: each a file with a function from its arguments to an [`Output`]. `options.rs` has the options,
+//! `text.rs` the formatting that several of them share.
+//!
+//! This crate must never know the language server.
 
 mod analysis_stats;
 mod chains;

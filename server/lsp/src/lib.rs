@@ -36,6 +36,8 @@
 //! | `command.rs` | `mauve lsp` |
 //!
 //! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
+//!
+//! This crate must never know the commands of the command line but its own two, `mauve lsp` and `mauve replay`.
 
 mod answering;
 mod backend;

@@ -1,4 +1,4 @@
-//! What tests cost: CPU seconds, beside those that `tests/costs.txt` has.
+//! Measures the CPU seconds of tests, and compares them with `tests/costs.txt`.
 //!
 //! ```text
 //! cost run COMMAND…        runs a test for nextest, and appends its CPU seconds to the file $MAUVE_COSTS
@@ -13,19 +13,18 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, reason = "it fails as a test does")]
 
 use std::collections::BTreeMap;
-use std::env::{args, var, var_os};
+use std::env::args;
 use std::fmt::Write as _;
-use std::fs::{OpenOptions, read_to_string};
-use std::io::Write as _;
-use std::process::{Command, exit};
-use std::time::Instant;
+use std::fs::read_to_string;
+use std::process::exit;
 
-use rustix::process::{WaitOptions, getpid, set_child_subreaper, wait};
+#[cfg(target_os = "linux")]
+use measured::run;
 
 /// Groups that cost less, in units, are one.
 const SMALL: f64 = 4.0;
 
-/// The greatest cost that nothing is said of, and that is no failure, in hundredths of the table's.
+/// The greatest cost that is not reported, and the greatest that is not a failure, as multiples of the cost in the table.
 const SAID: f64 = 1.2;
 const FAILED: f64 = 1.5;
 
@@ -50,53 +49,11 @@ fn main() {
     exit(code);
 }
 
-/// Runs a test with all that it leaves behind; returns its exit code.
+/// Runs a test; returns its exit code. Other systems than Linux do not say what its processes cost.
+#[cfg(not(target_os = "linux"))]
 fn run(command: &[&str]) -> i32 {
-    // What a daemon of the test has cost is known when it ends, if it is ours then.
-    set_child_subreaper(Some(getpid())).expect("Linux has it");
-    let unit = fixed_loop();
-    #[expect(clippy::zombie_processes, reason = "the loop waits for all processes")]
-    let child = Command::new(command[0]).args(&command[1..]).spawn().expect("a test can be started");
-    let code = loop {
-        match wait(WaitOptions::empty()) {
-            Ok(Some((pid, status))) if pid.as_raw_nonzero().get() as u32 == child.id() => {
-                break status.exit_status().unwrap_or_else(|| 128 + status.terminating_signal().unwrap_or(0));
-            }
-            Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(_) => break 1,
-        }
-    };
-    while let Ok(Some(_)) = wait(WaitOptions::NOHANG) {}
-    let Some(path) = var_os("MAUVE_COSTS") else { return code };
-    let name = |variable: &str| var(variable).unwrap_or_else(|_| "?".to_owned());
-    let line = format!(
-        "{:.2} {unit:.6} {} {}\n",
-        of_children(),
-        name("NEXTEST_BINARY_ID"),
-        name("NEXTEST_TEST_NAME")
-    );
-    // One call: lines of several tests are not mixed.
-    OpenOptions::new().append(true).create(true).open(path).unwrap().write_all(line.as_bytes()).unwrap();
-    code
-}
-
-/// Returns the seconds that always the same work takes.
-fn fixed_loop() -> f64 {
-    let begin = Instant::now();
-    let mut sum = 1_u64;
-    for step in 0..2_000_000_u64 {
-        sum = std::hint::black_box(sum.rotate_left(5) ^ step).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-    std::hint::black_box(sum);
-    begin.elapsed().as_secs_f64()
-}
-
-/// Returns the CPU seconds of all processes that were waited for, in hundredths.
-fn of_children() -> f64 {
-    let stat = read_to_string("/proc/self/stat").unwrap();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
-    // Behind the name, `cutime` and `cstime` are the 14th and 15th field; Linux counts them in hundredths.
-    fields[13..15].iter().map(|ticks| ticks.parse::<f64>().unwrap() / 100.0).sum()
+    let status = std::process::Command::new(command[0]).args(&command[1..]).status();
+    status.expect("a test can be started").code().unwrap_or(1)
 }
 
 /// The group of a test: `mauve::main cli`.
@@ -163,6 +120,68 @@ fn report(costs: &str, table: &str, cold: bool) -> (String, bool) {
         let _ = writeln!(out, "{seconds:9.1}  {name}");
     }
     (out + &said, is_fine)
+}
+
+#[cfg(target_os = "linux")]
+mod measured {
+    use std::env::{var, var_os};
+    use std::fs::{OpenOptions, read_to_string};
+    use std::io::Write as _;
+    use std::process::Command;
+    use std::time::Instant;
+
+    use rustix::process::{WaitOptions, getpid, set_child_subreaper, wait};
+
+    /// Runs a test with all that it leaves behind, and notes its cost; returns its exit code.
+    pub(crate) fn run(command: &[&str]) -> i32 {
+        // What a daemon of the test has cost is known when it ends, if it is ours then.
+        set_child_subreaper(Some(getpid())).expect("Linux has it");
+        let unit = fixed_loop();
+        #[expect(clippy::zombie_processes, reason = "the loop waits for all processes")]
+        let child = Command::new(command[0]).args(&command[1..]).spawn().expect("a test can be started");
+        let code = loop {
+            match wait(WaitOptions::empty()) {
+                Ok(Some((pid, status))) if pid.as_raw_nonzero().get() as u32 == child.id() => {
+                    break status
+                        .exit_status()
+                        .unwrap_or_else(|| 128 + status.terminating_signal().unwrap_or(0));
+                }
+                Ok(_) | Err(rustix::io::Errno::INTR) => {}
+                Err(_) => break 1,
+            }
+        };
+        while let Ok(Some(_)) = wait(WaitOptions::NOHANG) {}
+        let Some(path) = var_os("MAUVE_COSTS") else { return code };
+        let name = |variable: &str| var(variable).unwrap_or_else(|_| "?".to_owned());
+        let line = format!(
+            "{:.2} {unit:.6} {} {}\n",
+            of_children(),
+            name("NEXTEST_BINARY_ID"),
+            name("NEXTEST_TEST_NAME")
+        );
+        // One call: lines of several tests are not mixed.
+        OpenOptions::new().append(true).create(true).open(path).unwrap().write_all(line.as_bytes()).unwrap();
+        code
+    }
+
+    /// Returns the seconds that always the same work takes.
+    fn fixed_loop() -> f64 {
+        let begin = Instant::now();
+        let mut sum = 1_u64;
+        for step in 0..2_000_000_u64 {
+            sum = std::hint::black_box(sum.rotate_left(5) ^ step).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        }
+        std::hint::black_box(sum);
+        begin.elapsed().as_secs_f64()
+    }
+
+    /// Returns the CPU seconds of all processes that were waited for, in hundredths.
+    fn of_children() -> f64 {
+        let stat = read_to_string("/proc/self/stat").unwrap();
+        let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+        // `cutime` and `cstime`, fields 16 and 17 of proc(5): two stand before the `)`. Linux counts them in hundredths.
+        fields[13..15].iter().map(|ticks| ticks.parse::<f64>().unwrap() / 100.0).sum()
+    }
 }
 
 #[cfg(test)]
