@@ -176,11 +176,8 @@ fn fixes_of_all_mistakes_add_no_error_and_a_second_run_changes_nothing() {
         check(&folder, &["--fix"]);
         assert_eq!(mauve_tests::all_texts_in(&folder), texts, "{name}");
     }
-    assert!(
-        applied * 4 > searched.len(),
-        "{applied} of {} mistakes are fixed without asking",
-        searched.len()
-    );
+    let least = if search::is_full() { 100 } else { 20 };
+    assert!(applied > least, "{applied} of {} mistakes are fixed without asking", searched.len());
 }
 
 #[test]

@@ -41,21 +41,6 @@ pub fn is_full() -> bool {
     var_os("MAUVE_ALL").is_some()
 }
 
-/// Returns whether `part` of `whole` cases, or few less by chance, are more than one in `least`.
-///
-/// By chance, a sample with the mean `m` has at least `m − 4 √m` in all but 1 of 30,000 runs.
-///
-/// ```
-/// use mauve_tests::search::is_one_in;
-///
-/// assert!(is_one_in(2, 90, 100.0), "0, 1 or 2 are as frequent as that");
-/// assert!(!is_one_in(50, 10_000, 100.0), "100 are expected");
-/// ```
-pub fn is_one_in(part: u64, whole: u64, least: f64) -> bool {
-    let mean = whole as f64 / least;
-    part as f64 > mean - 4.0 * mean.sqrt() - 1e-9 && whole > 0
-}
-
 fn setting<N: FromStr>(variable: &str) -> Option<N> {
     let text = var(variable).ok()?;
     Some(text.parse().unwrap_or_else(|_| panic!("{variable}={text} is not a number of cases")))

@@ -225,9 +225,9 @@ fn a_robot_stays_what_it_is() {
         let mut renamed = 0;
         for _ in 0..steps(60) {
             let (path, at, _) = random.of(&all);
-            renamed += u64::from(there_and_back(&texts, path, *at));
+            renamed += usize::from(there_and_back(&texts, path, *at));
         }
-        assert!(search::is_one_in(renamed, steps(60) as u64, 6.0), "{renamed} of {name}");
+        assert!(renamed > steps(60) / 6, "{renamed} of {name}");
     }
 }
 
@@ -240,10 +240,10 @@ fn a_random_model_stays_what_it_is() {
         let all = all_words(&texts);
         for _ in 0..6 {
             let (path, at, _) = chosen.of(&all);
-            renamed += u64::from(there_and_back(&texts, path, *at));
+            renamed += usize::from(there_and_back(&texts, path, *at));
         }
     }
-    assert!(renamed > if search::is_full() { steps(40) as u64 } else { 0 }, "{renamed}");
+    assert!(renamed > steps(40), "{renamed}");
 }
 
 #[test]
@@ -265,6 +265,5 @@ fn a_name_in_use_is_refused_or_does_no_harm() {
             }
         }
     }
-    let is_one_in_four = |count| search::is_one_in(count, steps(40) as u64, 4.0);
-    assert!(is_one_in_four(done) && is_one_in_four(refused), "{done} done, {refused} refused");
+    assert!(done > steps(40) / 4 && refused > steps(40) / 4, "{done} done, {refused} refused");
 }
