@@ -179,8 +179,7 @@ struct Session {
 }
 
 fn soak(name: &str, capabilities: &Value) {
-    // What the memory may grow is known of this session; those of the night are others.
-    let seed = 0x9e37_79b9 + if search::is_full() { search::seed() } else { 0 };
+    let seed = 0x9e37_79b9 + search::seed();
     let edits: usize = search::cases("MAUVE_SOAK", EDITS);
     println!("seed {seed}, MAUVE_SOAK={edits}");
     let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));

@@ -162,7 +162,7 @@ fn older_figures_are_in_hints_only() {
         .collect();
     client.idle();
     let mut random = Random::of_seed(5 + search::seed());
-    let mut older = 0;
+    let mut older = 0_u64;
     for _ in 0..search::cases("MAUVE_TYPED", 60) {
         let index = random.below(texts.len());
         let text = &mut texts[index];
@@ -173,12 +173,12 @@ fn older_figures_are_in_hints_only() {
         let mut at = start;
         for letter in removed.chars() {
             check_for_leaks(&mut client, &texts[0], &mut random);
-            older += client.hints(&texts[0].uri).iter().filter(|(_, label)| has_older(label)).count();
+            older += client.hints(&texts[0].uri).iter().filter(|(_, label)| has_older(label)).count() as u64;
             client.replace(&mut texts[index], at..at, &letter.to_string());
             at += letter.len_utf8();
         }
     }
-    assert!(older > if search::is_full() { 100 } else { 20 }, "{older}");
+    assert!(older > search::share(100), "{older}");
     client.idle();
     let hints = client.hints(&texts[0].uri);
     assert!(hints.iter().all(|(_, label)| !has_older(label)), "{hints:?}");

@@ -11,9 +11,14 @@ use std::env::{var, var_os};
 use std::ops::Range;
 use std::str::FromStr;
 
+/// Returns a fifth of what a full run has, or all of it in a full run: what a search finds is in proportion to its cases.
+pub fn share(all: u64) -> u64 {
+    if is_full() { all } else { all.div_ceil(5) }
+}
+
 /// Returns the number of cases of a search that has `all` cases in a full run; the variable overrides it.
 pub fn cases<N: FromStr + TryFrom<u64>>(variable: &str, all: u64) -> N {
-    let number = if is_full() { all } else { all.div_ceil(5) };
+    let number = share(all);
     setting(variable)
         .unwrap_or_else(|| N::try_from(number).unwrap_or_else(|_| panic!("{number} is too large")))
 }

@@ -47,7 +47,7 @@ fn resolved(text: &str, second: bool) -> String {
 #[test]
 fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
     for (project, salt) in [(Project::sample("p3dx"), 0), (Project::fixture(NAMESAKES), 1)] {
-        let (mut kept, mut refused) = (0, 0);
+        let (mut kept, mut refused) = (0, 0_u64);
         project.damage((search::cases("MAUVE_CONFLICTS", 150), salt), false, conflict, |damaged| {
             let found = damaged.responses();
             let texts: Texts = damaged
@@ -62,7 +62,7 @@ fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
                 let workspace = Workspace::of_texts(&db, damaged.workspace.folder(damaged.db).clone(), texts);
                 for (activity, response) in responses(&db, workspace) {
                     let Some(known) = found.get(&activity).copied().flatten() else {
-                        refused += usize::from(response.is_some());
+                        refused += u64::from(response.is_some());
                         continue;
                     };
                     kept += 1;
@@ -84,7 +84,7 @@ fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
                 damaged.compare_with_new_database();
             }
         });
-        let least = if search::is_full() { 100 } else { 20 };
+        let least = search::share(100);
         assert!(kept > least && refused > least, "{kept} kept, {refused} refused");
     }
 }

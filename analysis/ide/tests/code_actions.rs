@@ -51,7 +51,7 @@ fn every_action_leaves_a_valid_model() {
     let refactorings =
         [ActionKind::Extract, ActionKind::Inline, ActionKind::Rewrite, ActionKind::OrganizeUses];
     let timing = offered.iter().filter(|((_, title), _)| title == "timing").map(|(_, it)| it).sum::<usize>();
-    let least = if search::is_full() { 10 } else { 2 };
+    let least = search::share(10) as usize;
     assert!(timing >= least / 2, "{offered:#?}");
     assert!(refactorings.iter().all(|kind| count(*kind) >= least), "{offered:#?}");
     if std::env::var_os("MAUVE_ACTIONS").is_some() {

@@ -6,7 +6,7 @@ import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 import { checkFirstRun } from "./firstrun.mjs";
-import { checkPanels } from "./panels.mjs";
+import { checkPanels, cursor } from "./panels.mjs";
 import { checkRecordings } from "./recordings.mjs";
 import { checkSilence } from "./silence.mjs";
 import { checkWhile } from "./typing.mjs";
@@ -129,8 +129,7 @@ async function goTo(line, column) {
   await fillQuickInput(`:${line}:${column}`, `line ${line}`);
   await page.keyboard.press("Enter");
   await page.waitForSelector(".quick-input-widget", { state: "hidden" });
-  const cursor = () => page.evaluate(() => document.querySelector(".statusbar-item [aria-label^='Ln ']")?.getAttribute("aria-label") ?? "");
-  await expect("the cursor is there", cursor, (label) => label.startsWith(`Ln ${line}, Col ${column}`));
+  await expect("the cursor is there", () => cursor(page), (label) => label.startsWith(`Ln ${line}, Col ${column}`));
 }
 
 async function check() {
@@ -313,7 +312,7 @@ async function checkInside() {
 }
 
 try {
-  const tools = { page, expect, command, status, statusItem, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
+  const tools = { page, expect, command, status, statusItem, fillQuickInput, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
   for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkFirstRun]) {
     progress.check = part.name;
     const start = performance.now();

@@ -95,11 +95,9 @@ async function checkIcon({ page, expect }) {
 }
 
 /** Looks at the timing table of the new project: no other extension in this VS Code knows TOML. */
-async function checkTable({ page, expect }) {
+async function checkTable({ page, expect, fillQuickInput }) {
   await page.keyboard.press("Control+p");
-  await page.waitForSelector(".quick-input-widget input");
-  await page.locator(".quick-input-widget input").first().fill("timing.toml");
-  await expect("the timing table is found", () => rows(page), (seen) => seen[0]?.startsWith("timing.toml"));
+  await fillQuickInput("timing.toml", "timing.toml");
   await page.keyboard.press("Enter");
   const colours = () =>
     page.evaluate(() => {

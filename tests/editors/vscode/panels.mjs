@@ -158,10 +158,14 @@ export async function checkPanels(tools) {
   console.log(`seen: the panels, in ${Math.round((performance.now() - start) / 1000)} s`);
 }
 
+/** The place of the cursor, as the status bar says it: `Ln 3, Col 1`. */
+export function cursor(page) {
+  return page.evaluate(() => document.querySelector(".statusbar-item [aria-label^='Ln ']")?.getAttribute("aria-label") ?? "");
+}
+
 /** The line of the cursor. */
 function line(page) {
-  const label = () => page.evaluate(() => document.querySelector(".statusbar-item [aria-label^='Ln ']")?.getAttribute("aria-label") ?? "");
-  return label().then((text) => Number(/Ln (\d+)/.exec(text)?.[1] ?? 0));
+  return cursor(page).then((text) => Number(/Ln (\d+)/.exec(text)?.[1] ?? 0));
 }
 
 /** The number of the line with a text, from 1. */

@@ -57,7 +57,7 @@ fn run(command: &[&str]) -> i32 {
 }
 
 /// The group of a test: `mauve::main cli`.
-fn group<'a>(program: &'a str, test: &'a str) -> String {
+fn group(program: &str, test: &str) -> String {
     match test.split_once("::").filter(|_| program.ends_with("::main")) {
         Some((module, _)) => format!("{} {module}", program.trim_end_matches("::main")),
         None => program.to_owned(),

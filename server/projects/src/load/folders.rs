@@ -467,9 +467,7 @@ mod tests {
 
     #[test]
     fn what_was_searched_step_by_step_is_what_a_first_search_finds() {
-        let number = |name: &str, other| std::env::var(name).map_or(other, |it| it.parse().unwrap());
-        let first = number("MAUVE_SEED", 0);
-        for seed in first..first + number("MAUVE_HISTORIES", 150) {
+        for seed in mauve_tests::search::seeds("MAUVE_HISTORIES", 750) {
             let top = own_scratch(&format!("folders-{seed}")).canonicalize().unwrap();
             let mut random = Random::of_seed(seed);
             write(&top, &[("a/b/m.mal", "codel f(): int\n"), ("d/n.mal", "codel h(): int\n")]);
