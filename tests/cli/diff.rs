@@ -478,7 +478,7 @@ fn with_submodule(name: &str) -> PathBuf {
     top
 }
 
-/// What a command says of a deployment of which a state cannot be read: no figure is better, worse or the same.
+/// Checks the output where one state of a deployment cannot be read: the command compares no figures.
 fn check_unread(folder: &Path, arguments: &[&str], why: &str) {
     let run = diff(folder, arguments);
     assert_eq!(run.code, 2, "{arguments:?}: {run:?}");

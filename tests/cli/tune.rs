@@ -222,7 +222,7 @@ const ACTIVITIES: &str = "deployment Workshop { architecture Arm
 /// A program on the second CPU of the stand.
 const CAMERA: &str = "[[platform.other]]\nname = \"camera\"\npriority = 80\ncpus = [2]\nperiod = \"80 ms\"\ntime = \"70 ms\"\n";
 
-/// Which deadlines of which project are met.
+/// Returns the activities of the projects in `folder`, each with whether its deadline is met.
 fn met(folder: &Path) -> Vec<(String, bool)> {
     let found = mauve(MAUVE, folder, &["wcrt", "--format", "json"]);
     let found: Value = serde_json::from_str(&found.out).unwrap_or_else(|why| panic!("{why}: {found:?}"));

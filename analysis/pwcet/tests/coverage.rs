@@ -361,7 +361,8 @@ struct Given {
     is_warned: bool,
 }
 
-/// Of laws that nobody has tried, too: a bound that is too low has a warning at its level. A bound that is counted has none.
+/// Checks laws on which the estimator was never tuned: a bound below the true quantile has a warning at its level. A bound that is
+/// counted from the executions has no warning.
 #[test]
 fn untried_laws_are_not_too_low_in_silence() {
     let runs: u64 = search::cases("MAUVE_COVERAGE_RUNS", 12);

@@ -173,8 +173,8 @@ pub enum LockReason {
     TakenWhileThrottled { codel: String, locks: [Name; 2], by: Name },
     /// The activity executes a codel that waits while it holds the lock.
     WaitsWithLock { codel: String, lock: Name },
-    /// This activity of lower priority, `holder`, holds the lock for an unknown time. `because` is the activity whose locks it may wait
-    /// for, if it is another one.
+    /// This activity of lower priority, `holder`, holds the lock for an unknown time. The `holder` may wait for a lock of
+    /// `because`; `None` where its own time is unknown.
     UnknownTime { lock: Name, holder: Name, because: Option<Name> },
     /// The users of the lock run on several CPUs.
     SeveralCpus { lock: Name },

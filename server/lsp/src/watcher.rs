@@ -182,7 +182,7 @@ fn words(error: &notify::Error) -> String {
     }
 }
 
-/// Waits for changes, and sends those that come shortly after each other as one event. Returns false when nobody sends any more.
+/// Waits for changes, and sends changes in quick succession as one event. Returns false once all senders of changes are gone.
 fn tell(seen: &mpsc::Receiver<Seen>, looks: &mut Looks, events: &mpsc::Sender<Event>) -> bool {
     let (mut paths, mut missed, mut is_look) = (BTreeSet::new(), false, false);
     let mut next = seen.recv_timeout(looks.pause());

@@ -97,7 +97,7 @@ pub struct Folders {
 }
 
 impl Folders {
-    /// Returns the folders below `top`, of which none is open yet.
+    /// Creates a cache of open folders below `top`; at first, only `top` is open.
     pub fn below(top: Folder) -> Folders {
         Folders { top, held: HashMap::new() }
     }

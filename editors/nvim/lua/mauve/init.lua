@@ -262,7 +262,7 @@ function M.update_verdict()
   end, 300)
 end
 
---- Has the servers look at their files, some of which may have changed without an event while the user was elsewhere.
+--- Asks each server to compare its files with the disk: files may have changed without an event while the user was elsewhere.
 function M.focused()
   for _, client in ipairs(vim.lsp.get_clients({ name = 'mauve' })) do
     M.call(client, 'notify', 'mauve/focus', vim.empty_dict())
