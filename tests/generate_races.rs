@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use mauve_tests::{Random, copy, mauve, scratch, write};
@@ -34,8 +34,9 @@ library robot {
 }
 ";
 
-/// So often two names change places.
-const EXCHANGES: usize = 10_000;
+/// So often packages are generated, while names change places so often at least.
+const RUNS: usize = 250;
+const EXCHANGES: usize = 1_000;
 
 /// The number of exchanges in a burst: a link exists for less time than a check and a write take.
 const BURST: usize = 200;
@@ -78,9 +79,9 @@ fn exchange(a: &Path, b: &Path) {
 
 /// Exchanges a folder and a link, there and back, in bursts. Between two of them there is time for a run that
 /// succeeds.
-fn attack(folder: &Path, link: &Path, made: &AtomicUsize) {
+fn attack(folder: &Path, link: &Path, made: &AtomicUsize, is_over: &AtomicBool) {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    while made.load(Ordering::Relaxed) < EXCHANGES {
+    while !is_over.load(Ordering::Relaxed) {
         for _ in 0..BURST {
             exchange(folder, link);
             made.fetch_add(1, Ordering::Relaxed);
@@ -115,21 +116,23 @@ fn race(name: &str, inner: &str) {
     let link = top.join("link");
     symlink(top.join("outside").join(inner), &link).unwrap();
     let before = everything(&top.join("outside"));
-    let made = AtomicUsize::new(0);
-    let (mut done, mut refused) = (0, 0);
+    let (made, is_over) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let mut results = Vec::new();
     std::thread::scope(|scope| {
-        let attacker = scope.spawn(|| attack(&robot.join(inner), &link, &made));
-        while !attacker.is_finished() {
-            let it = run();
-            match it.code {
-                0 => done += 1,
-                1 | 2 => refused += 1,
-                code => panic!("{code}: {}", it.err),
-            }
-            assert!(!it.err.contains("could not be put back"), "{}", it.err);
+        let attacker = scope.spawn(|| attack(&robot.join(inner), &link, &made, &is_over));
+        // A failure waits until the end, which would not come otherwise.
+        while !attacker.is_finished() && (results.len() < RUNS || made.load(Ordering::Relaxed) < EXCHANGES) {
+            results.push(run());
         }
+        is_over.store(true, Ordering::Relaxed);
     });
-    assert!(made.load(Ordering::Relaxed) >= EXCHANGES);
+    assert!(results.len() >= RUNS && made.load(Ordering::Relaxed) >= EXCHANGES);
+    for it in &results {
+        assert!([0, 1, 2].contains(&it.code), "{}: {}", it.code, it.err);
+        assert!(!it.err.contains("could not be put back"), "{}", it.err);
+    }
+    let done = results.iter().filter(|it| it.code == 0).count();
+    let refused = results.len() - done;
     assert!(done > 0, "{refused} runs were refused, and no other one was made");
     assert_eq!(everything(&top.join("outside")), before, "{done} runs were done, {refused} were refused");
     // Refused runs leave no files.

@@ -17,7 +17,7 @@ use mauve_timing::{
 /// Components in a ring, and the periods of each in a full search: a million in total.
 const RING: (&str, u64) = ("100", 10_000);
 
-/// The values that each source writes for components that data release: with a fifth of them, some chain may see none.
+/// The values that each source writes for components that data release.
 const RELEASES: &str = "3000";
 
 /// Builds the ring of components, and those that data release, with a sanitizer if there is one, and returns the folder of the programs.
