@@ -35,7 +35,7 @@ library robot {
 ";
 
 /// So often packages are generated, while names change places so often at least.
-const RUNS: usize = 250;
+const RUNS: usize = 120;
 const EXCHANGES: usize = 1_000;
 
 /// The number of exchanges in a burst: a link exists for less time than a check and a write take.

@@ -13,8 +13,8 @@ use mauve_tests::{random_model, search, texts_in};
 use mauve_timing::task_set::{Notation, Number, Numbers, TaskSet};
 use mauve_timing::{CpuRule, Demand, Level, Method, Status, Time};
 use mauve_wcrt::{
-    Query, Reason, Report, exported_component, first_tables, psm_of, response_times, response_times_of,
-    tables_of, task_set_of, timetable_of,
+    Query, Reason, Report, exported_component, first_tables, levels_of, psm_of, response_times,
+    response_times_of, task_set_of, timetable_of,
 };
 use serde_json::{Value, json};
 
@@ -125,7 +125,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         let set = task_set_of(db, project, deployment, timing_reason);
         let read = written(&set);
         assert_eq!(read, set, "{what}");
-        assert_eq!(read.levels, timetable_of(db, tables_of(db, project, deployment)).levels);
+        assert_eq!(read.levels, levels_of(db, project, deployment), "{what}");
         for level in levels(&read) {
             for (method, horizon) in [
                 (Method::Psm, None),

@@ -57,7 +57,13 @@ impl Opened {
             }
             let (file, range) = (found.at.file(db), found.at.range(db));
             let line = file.text(db)[..range.start().into()].matches('\n').count();
-            let message = replaced(&found.message, from, to);
+            let mut message = replaced(&found.message, from, to);
+            // It lists ports in the order of their names.
+            if found.code.name == "unconnected-input" {
+                let mut words: Vec<&str> = message.split([' ', ',']).collect();
+                words.sort_unstable();
+                message = words.join(" ");
+            }
             said.push(format!("{}:{line} {} {message}", file.path(db).display(), found.code.name));
         }
         for &project in projects(db, self.workspace) {

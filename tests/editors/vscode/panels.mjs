@@ -132,13 +132,13 @@ function firstView() {
 
 /** Looks at the panels and at the tree view of the sample robot. `tools` are the page and the functions of check.mjs. */
 export async function checkPanels(tools) {
-  const { page, expect, command, openAt, model } = tools;
+  const { page, expect, run, openAt, model } = tools;
   const start = performance.now();
   const refused = [];
   const listen = (message) => /Content Security Policy|Refused to/.test(message.text()) && refused.push(message.text());
   page.on("console", listen);
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 
   await checkTree(tools);
   await checkArchitecture(tools);
@@ -173,8 +173,8 @@ function lineOf(model, name, text) {
   return readFileSync(path.join(model, name), "utf8").split("\n").findIndex((it) => it.includes(text)) + 1;
 }
 
-async function checkTree({ page, expect, command, model }) {
-  await command("View: Show Explorer");
+async function checkTree({ page, expect, command, run, model }) {
+  await run("workbench.view.explorer");
   const pane = page.locator(".pane-header", { hasText: "MAUVE" });
   if ((await pane.getAttribute("aria-expanded")) !== "true") {
     await pane.click();
@@ -191,7 +191,7 @@ async function checkTree({ page, expect, command, model }) {
   await pane.click();
 }
 
-async function checkArchitecture({ page, expect, command, openAt, model }) {
+async function checkArchitecture({ page, expect, command, run, openAt, model }) {
   await openAt("deployment.mal", "activity control");
   await page.locator(".editor-actions a[aria-label^='Show Architecture'], .editor-actions a[aria-label^='MAUVE: Show Architecture']").first().click();
   const look = () => seen(page, "architecture");
@@ -251,7 +251,7 @@ async function checkArchitecture({ page, expect, command, openAt, model }) {
   await expect("a broken text: the drawing stays, with a mark", look, (it) => it.mark.startsWith("Earlier drawing") && it.drawing.join() === before.drawing.join());
   await page.keyboard.type("100", { delay: 20 });
   await expect("a text that is no longer broken: no mark", look, (it) => it.mark === "" && it.drawing.join() === before.drawing.join());
-  await command("File: Revert File");
+  await run("workbench.action.files.revert");
   await expect("nothing to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
 }
 
@@ -297,14 +297,14 @@ async function checkKeyboard({ page, expect, model }) {
 }
 
 /** Shows many drawings, and compares the heap before and after. */
-async function checkMemory({ page, expect, command, openAt }) {
+async function checkMemory({ page, expect, command, run, openAt }) {
   const frame = await frameOf(page, "architecture");
   // The extension's own message, with other figures each time.
   await frame.evaluate(() => addEventListener("message", ({ data }) => data.type === "show" && (window.message = data)));
   await openAt("deployment.mal", "100   deadline = 100 }");
   await page.keyboard.press("1");
   await expect("a message of the extension", () => frame.evaluate(() => window.message !== undefined), (it) => it);
-  await command("File: Revert File");
+  await run("workbench.action.files.revert");
   const update = (count) =>
     frame.evaluate(async (count) => {
       const { message } = window;
@@ -344,8 +344,8 @@ async function checkMemory({ page, expect, command, openAt }) {
   await expect("the heap as before", () => ({ before, after }), () => after.megabytes < before.megabytes + 4 && after.nodes < before.nodes + 600 && after.own === before.own, 0);
 }
 
-async function checkOthers({ page, expect, command, openAt, model }) {
-  await command("View: Close All Editors");
+async function checkOthers({ page, expect, command, run, openAt, model }) {
+  await run("workbench.action.closeAllEditors");
   await openAt("components/navigation.mal", "component Navigation");
   await command("MAUVE: Show State Machine");
   const machine = () => seen(page, "stateMachine");
@@ -360,7 +360,7 @@ async function checkOthers({ page, expect, command, openAt, model }) {
   const planning = lineOf(model, "components/navigation.mal", "state Planning");
   await expect("a click on a state goes to it", () => line(page), (it) => it === planning);
   await expect("its programs", machine, (it) => it.rows.includes("Planning.run297") && it.lit.includes("Planning"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 
   await openAt("deployment.mal", "activity teleop");
   await command("MAUVE: Show Schedule");
@@ -372,7 +372,7 @@ async function checkOthers({ page, expect, command, openAt, model }) {
   await command("MAUVE: Copy Drawing");
   const copied = () => page.evaluate(() => navigator.clipboard.readText());
   await expect("the drawing as SVG, copied", copied, (text) => text.startsWith("<svg ") && text.includes("navigation"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 
   await openAt("deployment.mal", "activity hokuyo");
   await command("MAUVE: Show Probability of a Late Job");
@@ -388,11 +388,11 @@ async function checkOthers({ page, expect, command, openAt, model }) {
   }
   await page.keyboard.type("200", { delay: 20 });
   await expect("another period, another probability", probability, (it) => it.mark === "" && /^✓ hokuyo: late at most \S+ times an hour$/.test(it.headline) && !late("1.5e-4")(it));
-  await command("File: Revert File");
+  await run("workbench.action.files.revert");
   await expect("the probability as before", probability, late("1.5e-4"));
   await plot.selectOption("select", "navigation");
   await expect("another activity that is chosen", probability, (it) => it.headline.endsWith("navigation: late at most 2.9e-4 times an hour"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 
   appendFileSync(path.join(model, "mauve.toml"), `
 [chains.avoid]
@@ -418,28 +418,28 @@ latency = "500 ms"
   await expect("Enter on a component goes to its connection", () => line(page), (it) => it === connection);
   await bars.getByRole("button", { name: "Show in the architecture" }).click();
   await expect("the chain in the architecture", async () => (await frameOf(page, "architecture"))?.locator(".passed").count(), (it) => it === 4);
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 
   await openAt("components/navigation_shell.mal", "astar");
   await command("MAUVE: Show Execution Times");
   const times = () => seen(page, "executionTimes");
   await expect("the execution times of the codel at the cursor", times, (it) => it?.drawing.filter((text) => text.startsWith("293 ms")).join() === "293 ms at 1e-4" && it.headline.startsWith("! 293 ms at level 1e-4: deadlines hold up to 296 ms; ✗ 1 chain late") && it.rows.some((row) => row.startsWith("1e-4✗ 1 chain late · 1 tight")));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   await openAt("deployment.mal", "activity hokuyo");
   await command("MAUVE: Show Execution Times");
   await expect("at an activity, the times of its codels beside each other", times, (it) => it?.headline.startsWith("4 codels at level 1e-4; ✗ 1 chain late") === true && it.drawing.includes("drivers.mask_robot: 0.7 ms at 1e-4"));
   await (await frameOf(page, "executionTimes")).locator("select").selectOption({ label: "gmapping: all codels" });
   await expect("another activity", times, (it) => it?.headline.startsWith("5 codels at level 1e-4") === true);
   await expect("texts of the drawing, none over another", async () => (await frameOf(page, "executionTimes")).evaluate(misplaced), ({ texts, found }) => texts > 15 && found.length === 0);
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   await openAt("deployment.mal", "library");
   await command("MAUVE: Show Execution Times");
   await expect("without a codel, a message", times, (it) => it?.problem === "no codel here");
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 }
 
 /** Other values in a panel, written into the text, and an edit beside the state at the beginning. */
-async function checkWhatIf({ page, expect, command, openAt }) {
+async function checkWhatIf({ page, expect, command, run, openAt }) {
   await openAt("deployment.mal", "activity hokuyo");
   await command("MAUVE: What If");
   const look = () => seen(page, "whatIf");
@@ -466,7 +466,7 @@ async function checkWhatIf({ page, expect, command, openAt }) {
   await expect("beside the same state as before", look, (it) => it.mark === "" && isMissed(it));
   await expect("no values are left", () => field.inputValue(), (it) => it === "");
 
-  await command("View: Focus First Editor Group");
+  await run("workbench.action.focusFirstEditorGroup");
   await openAt("deployment.mal", "100   deadline = 100 }");
   const { drawing } = await look();
   await page.keyboard.type("2");
@@ -476,18 +476,18 @@ async function checkWhatIf({ page, expect, command, openAt }) {
   await frame.getByRole("button", { name: "Reset baseline" }).click();
   await expect("another state to compare with", look, (it) => it.headline === "✗ 8 of 9 deadlines met, as before");
   await expect("then no bar has moved", outlines, (count) => count === 0);
-  await command("View: Focus First Editor Group");
-  await command("File: Revert File");
+  await run("workbench.action.focusFirstEditorGroup");
+  await run("workbench.action.files.revert");
   await expect("an edit: the bar has moved", look, (it) => it.headline === "✓ 8 → 9 of 9 deadlines met" && it.drawing.includes("met now"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
 }
 
 /** Opens panels in windows of two sizes, with two missed deadlines: what is in sight without a click. */
-async function checkFirstView({ page, expect, command, openAt, model }) {
+async function checkFirstView({ page, expect, command, run, openAt, model }) {
   const before = page.viewportSize();
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   if (await page.locator(".part.panel .composite").first().isVisible()) {
-    await command("View: Hide Panel");
+    await run("workbench.action.closePanel");
   }
   const file = path.join(model, "deployment.mal");
   const text = readFileSync(file, "utf8");
@@ -516,16 +516,16 @@ async function checkFirstView({ page, expect, command, openAt, model }) {
         await page.setViewportSize({ width, height });
       }
       await openAt("deployment.mal", "activity hokuyo");
-      await command("View: Close Editors in Other Groups");
+      await run("workbench.action.closeEditorsInOtherGroups");
     }
   }
   await page.setViewportSize(before);
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   writeFileSync(file, text);
 }
 
 /** Looks for what not everybody can see or reach, in each theme. */
-async function checkThemes({ page, expect, command, openAt, model }) {
+async function checkThemes({ page, expect, command, run, openAt, model }) {
   const axe = readFileSync(process.env.MAUVE_TEST_AXE, "utf8");
   const settings = path.join(model, ".vscode");
   mkdirSync(settings, { recursive: true });
@@ -559,6 +559,6 @@ async function checkThemes({ page, expect, command, openAt, model }) {
       const pale = await frame.evaluate(faint);
       await expect(`${kind} in ${theme}: all can be seen and reached`, () => [...violations, ...pale], (all) => all.length === 0, 0);
     }
-    await command("View: Close All Editors");
+    await run("workbench.action.closeAllEditors");
   }
 }

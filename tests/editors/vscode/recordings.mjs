@@ -9,7 +9,7 @@ async function panel(page) {
 }
 
 /** Checks a recording in which pose responds later than its bound. */
-export async function checkRecordings({ page, expect, command, openAt, model }) {
+export async function checkRecordings({ page, expect, command, run, openAt, model }) {
   const recording = path.join(path.dirname(model), "recording");
   mkdirSync(recording);
   const pose = [0, 1, 2].map((job) => `pose,${job}00000000,${job}56000000,${job}58000000,1000000,7,1,0,${job}`);
@@ -32,9 +32,9 @@ export async function checkRecordings({ page, expect, command, openAt, model }) 
   };
   await ask("MAUVE: Check Recording", "Check");
   await expect("pose beyond its bound in the panel", () => panel(page), (text) => /pose\s+✗ 58 ms\s+✓ 57 \/ 100 ms/.test(text) && text.includes("contradicts"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   await openAt("deployment.mal", "activity pose");
-  await command("Notifications: Clear All Notifications");
+  await run("notifications.clearAll");
   await ask("MAUVE: Import Recording", "Import");
   const proposed = () => page.locator(".quick-input-widget input").first().inputValue();
   await expect("a dialog for the samples, beside the model", proposed, (name) => name === samples);
@@ -43,9 +43,9 @@ export async function checkRecordings({ page, expect, command, openAt, model }) 
   const observed = samples.replace(/samples$/, "observed.toml");
   await expect("what was observed, in the editor", () => page.locator(".tab.active").getAttribute("data-resource-name"), (name) => name === path.basename(observed));
   await expect("of its codel", () => readFileSync(observed, "utf8"), (text) => text.includes("localisation.odometry_pose"));
-  await command("View: Close All Editors");
+  await run("workbench.action.closeAllEditors");
   await openAt("deployment.mal", "activity pose");
-  await command("Notifications: Clear All Notifications");
+  await run("notifications.clearAll");
   [samples, observed].forEach((it) => rmSync(it));
   rmSync(recording, { recursive: true });
 }

@@ -1,7 +1,7 @@
 // What is seen of the figures while the server does not answer, and when it has ended: they are those of an earlier text, and say so.
 import { spawnSync } from "node:child_process";
 
-export async function checkSilence({ page, expect, command, status, statusItem, activity, openAt, server }) {
+export async function checkSilence({ page, expect, command, run, status, statusItem, activity, openAt, server }) {
   const signal = (name) => spawnSync("pkill", [`-${name}`, "-f", `${server} lsp`]);
   const isMarked = (line) => line.includes("… ");
   await openAt("deployment.mal", "100   deadline = 100 }");
@@ -13,7 +13,7 @@ export async function checkSilence({ page, expect, command, status, statusItem, 
   await expect("each is with its activity below a new line", () => activity("hokuyo"), (line) => line.includes("53 / 100"));
   signal("CONT");
   await expect("it answers: they are not", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("✓ 53 / 100"));
-  await command("File: Revert File");
+  await run("workbench.action.files.revert");
 
   signal("KILL");
   await expect("a server that has ended: figures are marked at once, or those of the next one", () => activity("hokuyo"), (line) => line.includes(" / 100"));
@@ -30,6 +30,6 @@ export async function checkSilence({ page, expect, command, status, statusItem, 
   // Until it runs, the error of the last one may be shown.
   await command("MAUVE: Restart Server");
   await expect("the server runs again", statusItem, (label) => label === "MAUVE server: running");
-  await command("File: Revert File");
+  await run("workbench.action.files.revert");
   await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("53 / 100"));
 }

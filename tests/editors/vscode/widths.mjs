@@ -50,14 +50,14 @@ const VERDICT = /^(✓|✗|!|\?|–|…)/;
 const FIGURE = /^(✓|✗|!|\?|–|…) \S/;
 
 /** Looks at the sample robot: as it is, with an overloaded CPU, and with a text that is incomplete. */
-export async function checkWidths({ page, expect, command, openAt, selectToEnd, model }) {
+export async function checkWidths({ page, expect, command, run, openAt, selectToEnd, model }) {
   const viewport = page.viewportSize();
   const settings = path.join(model, ".vscode");
   mkdirSync(settings, { recursive: true });
   writeFileSync(path.join(settings, "settings.json"), JSON.stringify({ "editor.minimap.enabled": true }));
   await page.setViewportSize(SIZES[0]);
-  await command("View: Show Explorer");
-  await command("View: Focus Problems");
+  await run("workbench.view.explorer");
+  await run("workbench.action.problems.focus");
   await openAt("deployment.mal", "activity control");
   await expect("the minimap", () => page.locator(".minimap").first().boundingBox(), (box) => box !== null && box.width > 0);
 
@@ -68,7 +68,7 @@ export async function checkWidths({ page, expect, command, openAt, selectToEnd, 
   ];
   for (const editors of [1, 2, 3]) {
     if (editors > 1) {
-      await command("View: Split Editor Right");
+      await run("workbench.action.splitEditorRight");
     }
     for (const size of SIZES) {
       await page.setViewportSize(size);
@@ -92,12 +92,12 @@ export async function checkWidths({ page, expect, command, openAt, selectToEnd, 
             // The rows of one line may fill a narrow editor.
             all.some(({ width, activities: { control: it } }) => width < WIDE || (it !== undefined && control.test(it))),
         );
-        await command("File: Revert File");
+        await run("workbench.action.files.revert");
       }
     }
   }
-  await command("View: Join All Editor Groups");
-  await command("View: Hide Panel");
+  await run("workbench.action.joinAllGroups");
+  await run("workbench.action.closePanel");
   rmSync(settings, { recursive: true });
   await page.setViewportSize(viewport);
 }

@@ -1,7 +1,8 @@
 // What VS Code itself has of the sample robot, asked by its own commands: so what its menus and keys work with. This is an
 // extension, since only those can ask: it begins when check.mjs has made the file $MAUVE_TEST_RESULT.wanted, and what was
-// found goes to $MAUVE_TEST_RESULT.
+// found goes to $MAUVE_TEST_RESULT. Before, it does what check.mjs asks for at $MAUVE_TEST_SOCKET.
 const { spawnSync } = require("node:child_process");
+const { createServer } = require("node:http");
 const { existsSync, readFileSync, renameSync, rmSync, symlinkSync, writeFileSync } = require("node:fs");
 const assert = require("node:assert");
 const path = require("node:path");
@@ -255,6 +256,33 @@ const checks = {
   },
 };
 
+/** What check.mjs may ask for, as `["open", "deployment.mal", 0, 0]`. */
+const requests = {
+  async open(file, line, column) {
+    const document = await vscode.workspace.openTextDocument(vscode.Uri.joinPath(folder, file));
+    const place = new vscode.Position(line, column);
+    await vscode.window.showTextDocument(document, { preview: false, selection: new vscode.Range(place, place) });
+  },
+  async run(command) {
+    await vscode.commands.executeCommand(command);
+  },
+};
+
+function serve() {
+  const socket = process.env.MAUVE_TEST_SOCKET;
+  rmSync(socket, { force: true });
+  const server = createServer(async (request, response) => {
+    try {
+      const [what, ...operands] = JSON.parse((await request.setEncoding("utf8").toArray()).join(""));
+      await requests[what](...operands);
+      response.end("fine");
+    } catch (error) {
+      response.end(error.message);
+    }
+  });
+  server.listen(socket);
+}
+
 async function run() {
   const result = process.env.MAUVE_TEST_RESULT;
   while (!existsSync(`${result}.wanted`)) {
@@ -273,4 +301,7 @@ async function run() {
   renameSync(`${result}.new`, result);
 }
 
-exports.activate = () => void run();
+exports.activate = () => {
+  serve();
+  void run();
+};
