@@ -5,7 +5,7 @@
 //! all that it claims to take for ever does. A counter and the flags have their values from the start, and keep them in a restart,
 //! unless a hook sets them, or the counter is a variable of the state machine. A client may call an operation between two jobs.
 //!
-//! `MAUVE_CORES` is the number of cores.
+//! `MAUVE_CORES` is the number of projects, of 20 cores each.
 
 use std::collections::{HashSet, VecDeque};
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Assumption, Database, Decl, Passage, PassageEnd, Workspace, names_of, passages_of, projects,
 };
-use mauve_tests::Random;
+use mauve_tests::{Random, search};
 
 /// The cores of a project.
 const CORES: usize = 20;
@@ -866,11 +866,9 @@ fn check(
 
 #[test]
 fn data_takes_as_long_through_a_core_as_an_execution_shows() {
-    let count = std::env::var("MAUVE_CORES").map_or(300, |count| count.parse().expect("a number"));
-    let first = std::env::var("MAUVE_FIRST_CORE").map_or(0, |first| first.parse().expect("a number"));
     let (mut passages, mut exact, mut loose, mut bounded) = (0, 0, 0, 0);
-    for project in first..first + count / CORES {
-        let random = Random::of_seed(project as u64 + 1);
+    for project in search::seeds("MAUVE_CORES", 75) {
+        let random = Random::of_seed(project + 1);
         let mut generator = Generator { random, has_local: false, counts: false, calls: false };
         let cores: Vec<Core> = (0..CORES).map(|_| generator.core()).collect();
         let texts: Vec<String> =

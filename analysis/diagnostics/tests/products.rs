@@ -10,6 +10,7 @@ use expect_test::{Expect, expect};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, names_of, projects};
 use mauve_tests::machines::{Library, Times, Walk, WalkStep, counting, edges, walk};
+use mauve_tests::search;
 use mauve_timing::{StateMachine, Time};
 use mauve_wcrt::{Psm, first_tables, psm_of};
 
@@ -353,9 +354,10 @@ fn mean(machine: &StateMachine) -> f64 {
 
 #[test]
 fn each_step_of_a_random_component_is_an_edge_that_costs_no_less() {
-    let count = std::env::var("MAUVE_PRODUCTS").map_or(200, |count| count.parse().unwrap());
+    let seeds = search::seeds("MAUVE_PRODUCTS", 200);
+    let count = seeds.end - seeds.start;
     let (mut followed, mut steps, mut refused, mut ratios) = (0, 0, 0, Vec::new());
-    for seed in 0..count {
+    for seed in seeds {
         let (library, times, model) = counting(seed);
         let db = Database::default();
         let workspace = Workspace::of_texts(&db, "/".into(), model.texts());

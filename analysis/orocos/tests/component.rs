@@ -615,7 +615,7 @@ fn code_of(text: &str) -> String {
 
 #[test]
 fn every_model_becomes_code() {
-    let random = (0..150).map(|seed| {
+    let random = mauve_tests::search::seeds("MAUVE_MODELS", 150).map(|seed| {
         let files = mauve_tests::random_model(seed).written().files;
         files.into_iter().map(|(path, text)| (path.into(), text)).collect()
     });

@@ -9,7 +9,7 @@ use mauve_hir::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::deployer::{Argument, Call, run};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
-use mauve_tests::{Random, models, plain, random_model, texts_in};
+use mauve_tests::{Random, models, plain, random_model, search, texts_in};
 
 /// The packages of a model that has nothing wrong.
 fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
@@ -357,12 +357,13 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
 }
 
+/// The number of random models in a full search.
 const MODELS: u64 = 300;
 
 #[test]
 fn orocos_scripts_do_what_their_models_say() {
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    for seed in 0..MODELS {
+    for seed in search::seeds("MAUVE_MODELS", MODELS) {
         let model = random_model(seed);
         let script = script(&model);
         let calls = calls(&script);
@@ -386,14 +387,14 @@ fn orocos_scripts_do_what_their_models_say() {
         assert!(missing.is_empty() && more.is_empty(), "seed {seed}: {missing:#?} {more:#?}\n{script}");
     }
     // Nothing of it is rare.
-    let rare: Vec<_> = seen.iter().filter(|(_, count)| **count < 40).collect();
+    let rare: Vec<_> = seen.iter().filter(|(_, count)| (**count as u64) < search::share(40)).collect();
     assert!(rare.is_empty() && seen.len() == 15, "{seen:?}");
 }
 
 #[test]
 fn orocos_a_script_ends_where_something_fails() {
     let mut random = Random(7);
-    for seed in 0..MODELS / 3 {
+    for seed in search::seeds("MAUVE_MODELS", MODELS / 3) {
         let script = script(&random_model(seed));
         let calls = calls(&script);
         let failing = random.of(&calls).key();
@@ -414,7 +415,7 @@ fn orocos_a_script_ends_where_something_fails() {
 #[test]
 fn orocos_who_provides_is_configured_and_started_first() {
     let mut links = 0;
-    for seed in 0..MODELS {
+    for seed in search::seeds("MAUVE_MODELS", MODELS) {
         let mut model = random_model(seed);
         // There they stand in that order already.
         for (_, declarations) in model.files.iter_mut().flat_map(|file| &mut file.libraries) {
@@ -444,7 +445,7 @@ fn orocos_who_provides_is_configured_and_started_first() {
                 < calls.iter().position(|it| it.function == "start")
         );
     }
-    assert!(links > 40, "{links}");
+    assert!(links > search::share(40), "{links}");
 }
 
 #[test]

@@ -134,12 +134,16 @@ async function goTo(line, column) {
   await expect("the cursor is there", () => cursor(page), (label) => label.startsWith(`Ln ${line}, Col ${column}`));
 }
 
-async function check() {
+/** Opens the model in VS Code, which starts anew. */
+async function openModel() {
   const payload = JSON.stringify([["openFile", `vscode-remote://${address}${file}`]]);
   const query = new URLSearchParams({ folder: model, payload });
   await page.goto(`http://${address}/?${query}`);
   await page.waitForSelector(".editor-instance .view-line");
+}
 
+async function check() {
+  await openModel();
   await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running");
   await expect("the status bar: the verdict", statusItems, (label) => label === "MAUVE server: running, ! 9 met · 1 tight");
   await expect("the hint at navigation: ! 997 / 1000", () => activity("navigation"), (line) => line.includes("! 997 / 1000"));
@@ -328,9 +332,20 @@ async function checkInside() {
   }
 }
 
+/** Starts VS Code once more, with the path of a server that does not exist: it says so, and shows no figure. */
+async function checkNoServer() {
+  writeFileSync(process.env.MAUVE_TEST_SETTINGS, JSON.stringify({ "mauve.server.path": "/no/such/server" }));
+  await openModel();
+  const told = () => page.locator(".notification-list-item-message").allTextContents();
+  const isTold = (texts) => texts.some((text) => text.includes("The MAUVE server was not found") && text.includes("/no/such/server"));
+  await expect("without a server: an error, which says why", told, isTold);
+  await expect("the status bar: an error", statusItem, (label) => label === "MAUVE server: error");
+  await expect("no figure", () => activity("navigation"), (line) => line.endsWith("}") && line.includes("deadline = 1000"));
+}
+
 try {
   const tools = { page, expect, command, run, status, statusItem, fillQuickInput, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
-  for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkFirstRun]) {
+  for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkFirstRun, checkNoServer]) {
     progress.check = part.name;
     const start = performance.now();
     await part(tools);
