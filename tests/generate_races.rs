@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use mauve_tests::{Random, copy, mauve, scratch, write};
+use mauve_tests::{Random, copy, mauve, scratch, search, write};
 
 use crate::MAUVE;
 
@@ -34,9 +34,9 @@ library robot {
 }
 ";
 
-/// So often packages are generated, while names change places so often at least.
-const RUNS: usize = 120;
-const EXCHANGES: usize = 1_000;
+/// In a full search, packages are generated so often, while names change places so often at least.
+const RUNS: u64 = 600;
+const EXCHANGES: u64 = 10_000;
 
 /// The number of exchanges in a burst: a link exists for less time than a check and a write take.
 const BURST: usize = 200;
@@ -117,16 +117,19 @@ fn race(name: &str, inner: &str) {
     symlink(top.join("outside").join(inner), &link).unwrap();
     let before = everything(&top.join("outside"));
     let (made, is_over) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let wanted = search::cases::<usize>("MAUVE_RACES", RUNS);
+    let exchanges = search::share(EXCHANGES) as usize;
     let mut results = Vec::new();
     std::thread::scope(|scope| {
         let attacker = scope.spawn(|| attack(&robot.join(inner), &link, &made, &is_over));
         // A failure waits until the end, which would not come otherwise.
-        while !attacker.is_finished() && (results.len() < RUNS || made.load(Ordering::Relaxed) < EXCHANGES) {
+        while !attacker.is_finished() && (results.len() < wanted || made.load(Ordering::Relaxed) < exchanges)
+        {
             results.push(run());
         }
         is_over.store(true, Ordering::Relaxed);
     });
-    assert!(results.len() >= RUNS && made.load(Ordering::Relaxed) >= EXCHANGES);
+    assert!(results.len() >= wanted && made.load(Ordering::Relaxed) >= exchanges);
     for it in &results {
         assert!([0, 1, 2].contains(&it.code), "{}: {}", it.code, it.err);
         assert!(!it.err.contains("could not be put back"), "{}", it.err);
