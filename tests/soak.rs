@@ -862,7 +862,8 @@ fn differing(seen: &Value, expected: &Value) -> Option<String> {
 }
 
 /// [`differing`] for hints: a fresh server has no figures of earlier texts. On lines where this one shows them, the fresh one has
-/// fewer figures or not all, and this one shows nothing else that the fresh one does not.
+/// fewer figures or not all, and this one shows nothing else that the fresh one does not, but for the reason: where a syntax error
+/// has taken an activity out of its deployment, a fresh server does not know that there was one.
 fn differing_hints(seen: &Value, expected: &Value) -> Option<String> {
     let of_line = |hints: &Value, line: &Value| -> Vec<Value> {
         let all = hints.as_array().cloned().unwrap_or_default();
@@ -876,7 +877,11 @@ fn differing_hints(seen: &Value, expected: &Value) -> Option<String> {
         let lacks_some = expected.len() < seen.len() || has("unknown") || has("missed");
         let (older, current): (Vec<Value>, Vec<Value>) =
             seen.iter().cloned().partition(|hint| hint["status"] == "older");
-        let are_known = current.iter().all(|hint| expected.iter().any(|other| is_same_hint(hint, other)));
+        let is_of_lost =
+            |hint: &Value| hint["status"] == "unknown" && ["? syntax error", "?"].contains(&end_of(hint));
+        let is_known =
+            |hint: &Value| expected.iter().any(|other| is_same_hint(hint, other)) || is_of_lost(hint);
+        let are_known = current.iter().all(is_known);
         if !older.is_empty() && lacks_some && are_known {
             None
         } else {
@@ -885,13 +890,14 @@ fn differing_hints(seen: &Value, expected: &Value) -> Option<String> {
     })
 }
 
-/// Whether two hints say the same. With an older figure beside it, a hint has the name of its subject before the label, which may be
-/// cut then.
+/// The label of a hint. With an older figure beside it, the name of its subject stands before it.
+fn end_of(hint: &Value) -> &str {
+    hint["label"].as_str().and_then(|label| label.rsplit(": ").next()).unwrap_or_default()
+}
+
+/// Whether two hints say the same. With an older figure beside it, the label may be cut.
 fn is_same_hint(one: &Value, other: &Value) -> bool {
-    let [one_end, other_end] = [one, other].map(|hint| {
-        let label = hint["label"].as_str().unwrap_or_default();
-        label.rsplit(": ").next().unwrap_or_default()
-    });
+    let [one_end, other_end] = [one, other].map(end_of);
     let is_same_label = match one_end.strip_suffix('…') {
         Some(beginning) => other_end.starts_with(beginning.trim_end()),
         None => one_end == other_end,

@@ -261,6 +261,10 @@ const requests = {
   async open(file, line, column) {
     const document = await vscode.workspace.openTextDocument(vscode.Uri.joinPath(folder, file));
     const place = new vscode.Position(line, column);
+    // A file that has just been written is read again, and that moves the cursor.
+    while (!document.isDirty && document.getText() !== readFileSync(document.fileName, "utf8")) {
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
     await vscode.window.showTextDocument(document, { preview: false, selection: new vscode.Range(place, place) });
   },
   async run(command) {
