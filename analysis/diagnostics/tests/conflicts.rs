@@ -80,7 +80,7 @@ fn a_figure_is_that_of_both_texts_and_a_region_is_one_error() {
                     assert!(found.len() == 1 && found[0].contains("conflict"), "{found:?}");
                 }
             }
-            if damaged.number % 16 == 0 {
+            if damaged.number.is_multiple_of(3) {
                 damaged.compare_with_new_database();
             }
         });
@@ -176,6 +176,23 @@ fn what_a_region_touches_has_no_figure_and_the_rest_keeps_its_own() {
         b not-analysed: mauve.toml: unresolved merge conflict between `HEAD` and `other`: keep one of the two texts or join them, and remove the lines with `<<<<<<<`, `=======` and `>>>>>>>`
         /mauve.toml "<<<<<<< HEAD" invalid-configuration: unresolved merge conflict between `HEAD` and `other`: keep one of the two texts or join them, and remove the lines with `<<<<<<<`, `=======` and `>>>>>>>`
     "#]].assert_eq(&said("cpus = 2\n", "cpus = 1\n"));
+}
+
+#[test]
+fn the_other_text_of_a_region_in_an_item_may_hold_another_item() {
+    let model = TWO.replacen(
+        "  activity a { affinity = 1 priority = 5 period = 10 }\n",
+        "  activity a { affinity = 1 period = 10\n\
+         <<<<<<< HEAD\n    priority = 5\n\
+         =======\n    priority = 5\n  }\n  activity c { affinity = 2 priority = 9\n\
+         >>>>>>> other\n  }\n",
+        1,
+    );
+    expect![[r#"
+        a not-analysed: its period has a syntax error; its priority has a syntax error; deployment D has a merge conflict: an activity may be missing in it
+        b not-analysed: deployment D has a merge conflict: an activity may be missing in it
+    "#]]
+    .assert_eq(&verdicts(&model));
 }
 
 #[test]
