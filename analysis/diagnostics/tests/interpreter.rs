@@ -31,7 +31,7 @@ fn product_in(db: &Database, workspace: Workspace, component: &str) -> bool {
     let project = projects(db, workspace)[0];
     let of = names_of(db, project).anywhere(Kind::Component, component)[0];
     let core = core_of(db, project, of).unwrap();
-    product_of(db, project, core).is_some()
+    product_of(db, project, core).has_values()
 }
 
 /// Calls `check` with the costs of the edges of random components: those of the interpreter, those of the analyser, and a

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use expect_test::{Expect, expect};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Assumption, Cost, Database, Decl, PassageEnd, Project, Skip, Workspace, behaviour_of, core_of, names_of,
+    Assumption, Cost, CostGraph, Database, Decl, Execution, PassageEnd, Project, Skip, Workspace, behaviour_of, core_of, names_of,
     passages_of, projects,
 };
 
@@ -79,7 +79,7 @@ fn written(
     core: Decl<'_>,
     edge: usize,
     programs: usize,
-    part: &Cost<'_>,
+    part: &CostGraph<'_>,
 ) -> String {
     if programs == usize::MAX {
         return "between periods".to_owned();
@@ -92,18 +92,20 @@ fn written(
     format!("{source} to {target} {id} {}", cost(db, part))
 }
 
-fn cost(db: &Database, of: &Cost<'_>) -> String {
-    let all = |costs: &[Cost<'_>], between: &str| {
-        let all: Vec<String> = costs.iter().map(|it| cost(db, it)).filter(|it| !it.is_empty()).collect();
-        all.join(between)
-    };
-    match of {
-        Cost::Codel(codel) => codel.name(db).to_string(),
-        Cost::Operation(index) => format!("operation {index}"),
-        Cost::Send(name) | Cost::Access(name) => name.to_string(),
-        Cost::Sum(costs) => all(costs, " + "),
-        Cost::Greatest(costs) => format!("max({})", all(costs, ", ")),
-    }
+fn cost(db: &Database, of: &CostGraph<'_>) -> String {
+    let text = of.folded(|part, known: &[String]| {
+        let known = |index: &u32| known[*index as usize].clone();
+        match part {
+            Cost::Nothing => String::new(),
+            Cost::One(Execution::Codel(codel)) => codel.name(db).to_string(),
+            Cost::One(Execution::Operation(index)) => format!("operation {index}"),
+            Cost::One(Execution::Send(name) | Execution::Access(name)) => name.to_string(),
+            Cost::Sum(one, other) => format!("{} + {}", known(one), known(other)),
+            Cost::Greatest(one, other) => format!("max({}, {})", known(one), known(other)),
+            Cost::Program(_, inner) | Cost::Operation(_, inner) => known(inner),
+        }
+    });
+    text.unwrap()
 }
 
 /// Checks the lines that begin with one of these, with each of the assumptions.
@@ -193,8 +195,8 @@ fn a_switch_passes_the_new_order_of_the_assumed_state() {
         &["automatic -> command", "manual -> command", "scan -> command", "writes", "reads"],
         &[NOTHING, automatic],
         expect![[r#"
-            manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
-            scan -> command: ∞ [Stopped] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance) + manual + slow_down + command | Manual to Manual Manual.run scan + max(clearance) + manual + slow_down + command
+            manual -> command: 1, age 0, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Manual to Automatic Manual.run scan + max(clearance + manual + slow_down + command, manual + slow_down + command) | Manual to Manual Manual.run scan + max(clearance + manual + slow_down + command, manual + slow_down + command)
+            scan -> command: ∞ [Stopped] OtherPort("manual"), age ∞, less in Stopped.entry of Automatic, written Stopped to Manual Stopped.take_over.effect slow_down + command | Automatic to Manual Automatic.take_over.effect slow_down + command | Automatic to Automatic Automatic.handle automatic + slow_down + command | Manual to Automatic Manual.run scan + max(clearance + manual + slow_down + command, manual + slow_down + command) | Manual to Manual Manual.run scan + max(clearance + manual + slow_down + command, manual + slow_down + command)
             automatic -> command: ∞ [Manual] OtherPort("scan"), age 0, less in Automatic.take_over.effect of Automatic, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             writes command: ∞ [Automatic] OtherPort("manual")
             reads manual: 1
@@ -219,11 +221,11 @@ fn a_codel_with_a_handle_is_a_sink() {
         &[""],
         &[NOTHING],
         expect![[r#"
-        command -> aria_drive(): 1, age 0, written update to update update command + aria_drive, to a handle
-        aria_odometry() -> odometry: 1, age 0, written update to update update command + max(aria_drive, max(aria_halt)) + aria_loop + aria_odometry + odometry
-        writes odometry: 1
-        reads command: 1
-    "#]],
+            command -> aria_drive(): 1, age 0, written update to update update command + aria_drive, to a handle
+            aria_odometry() -> odometry: 1, age 0, written update to update update command + max(aria_drive + aria_loop + aria_odometry + odometry, max(aria_loop + aria_odometry + odometry, aria_halt + aria_loop + aria_odometry + odometry))
+            writes odometry: 1
+            reads command: 1
+        "#]],
     );
 }
 
@@ -470,8 +472,8 @@ fn calls_and_results_of_operations_are_ends() {
          component D(T, K)",
         expect![[r#"
             a -> operation plan_for: 1, age 0, written update to update update a + plan_for
-            a -> q: ∞ [update] NoWrite, age ∞, written update to update update a + max(plan_for) + q
-            operation plan_for -> q: 1, age 0, written update to update update a + max(plan_for) + q
+            a -> q: ∞ [update] NoWrite, age ∞, written update to update update a + max(plan_for + q, q)
+            operation plan_for -> q: 1, age 0, written update to update update a + max(plan_for + q, q)
             writes q: ∞ [update] Condition
             reads a: 1
         "#]],

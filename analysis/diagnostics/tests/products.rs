@@ -289,7 +289,7 @@ fn a_table_with_the_time_of_a_program_has_that_of_all_its_paths() {
 
 /// Whether a state of the machine stands for a place.
 fn is_at(psm: &Psm<'_>, number: usize, (state, values): &(String, Vec<(String, String)>)) -> bool {
-    let (own, known) = psm.text_state(number);
+    let (own, known) = (psm.text_state(number), psm.values_in(number));
     let mut known = known.split(", ").filter(|it| !it.is_empty());
     psm.state(own) == state
         && known.all(|it| {
@@ -382,8 +382,8 @@ fn each_step_of_a_random_component_is_an_edge_that_costs_no_less() {
             let (before, after) = (&found.places[step.source], &found.places[step.target]);
             panic!("seed {seed}, {state}: {step:?} from {before:?} to {after:?}\n{}", text());
         }
-        followed += usize::from(psm.product.is_some());
-        if let Some(free) = free.filter(|it| psm.product.is_some() && mean(it) > 0.0) {
+        followed += usize::from(psm.has_values());
+        if let Some(free) = free.filter(|it| psm.has_values() && mean(it) > 0.0) {
             ratios.push(mean(&psm.machine) / mean(&free));
         }
     }

@@ -3,15 +3,14 @@
 //! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
 //! behaviour, a changed program only that of its core.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, groups_of, of_program};
+use crate::body::{BodyId, CoreScope, Place, ProgramIn, core_scope, groups_of, of_program};
 use crate::completeness::Completeness;
-use crate::cost::{Cost, Costs, ProgramCost, costs_of, operations_in};
+use crate::cost::{CostGraph, ProgramCost, ProgramCosts, costs_of};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -78,8 +77,8 @@ impl Edges {
 
     /// Returns, for each edge, `zero` to which `add` has added its [`Edges::programs`]. What the edges of a state share is added
     /// once.
-    pub fn sums<S: Copy>(&self, zero: S, add: impl Fn(S, usize) -> S) -> Vec<S> {
-        let of_first = |first: &Vec<usize>| {
+    pub fn sums<S: Copy>(&self, zero: S, mut add: impl FnMut(S, usize) -> S) -> Vec<S> {
+        let mut of_first = |first: &Vec<usize>| {
             let mut sums = vec![zero];
             sums.extend(first.iter().scan(zero, |sum, &index| {
                 *sum = add(*sum, index);
@@ -87,11 +86,11 @@ impl Edges {
             }));
             sums
         };
-        let first: Vec<Vec<S>> = self.first.iter().map(of_first).collect();
+        let first: Vec<Vec<S>> = self.first.iter().map(&mut of_first).collect();
         let sum = |edge: &Edge| {
             let of_source = first.get(edge.source);
             let first = of_source.and_then(|sums| sums.get(edge.first).or(sums.last())).copied();
-            edge.then.iter().copied().fold(first.unwrap_or(zero), &add)
+            edge.then.iter().copied().fold(first.unwrap_or(zero), &mut add)
         };
         self.all.iter().map(sum).collect()
     }
@@ -123,7 +122,8 @@ pub struct TimedProgram<'db> {
     /// Its key in a timing table, after `Component/`.
     pub id: ProgramId,
     /// Its worst-case cost.
-    pub cost: Arc<Cost<'db>>,
+    pub cost: Arc<CostGraph<'db>>,
+    pub(crate) place: Place,
 }
 
 /// The name of the only state of a core with `update` instead of a state machine.
@@ -168,7 +168,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
 /// What is known of the programs of a core, by group of bodies.
 struct Groups<'db> {
     scope: Option<&'db CoreScope>,
-    costs: Vec<Cow<'db, Costs<'db>>>,
+    costs: Vec<&'db ProgramCosts<'db>>,
     /// The unresolved names.
     problems: Vec<&'db Problems<'db>>,
 }
@@ -254,7 +254,7 @@ impl<'db> BehaviourContext<'db> {
             ([], Some(update)) => {
                 let cost = self.cost(update, ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
-                let then = vec![self.add_program(ProgramId::UPDATE, cost)];
+                let then = vec![self.add_program(ProgramId::UPDATE, cost, (update, ProgramIn::Whole))];
                 let edge = Edge { source: 0, target: 0, transition: None, first: 0, then };
                 self.found.edges = Arc::new(Edges { all: vec![edge], first: vec![Vec::new()] });
             }
@@ -292,7 +292,7 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Returns the worst-case cost of a program, and the value of a constant guard. Refuses the core for the program's errors.
-    fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
+    fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<CostGraph<'db>>, Option<bool>) {
         let Some(found) = self.groups.cost(body, program) else { return (Arc::default(), None) };
         let (cost, constant) = (found.cost.clone(), found.constant);
         self.found.facts.extend_from_slice(&found.facts);
@@ -306,7 +306,7 @@ impl<'db> BehaviourContext<'db> {
         (cost, constant)
     }
 
-    fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
+    fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<CostGraph<'db>> {
         self.cost_and_value(body, program).0
     }
 
@@ -338,9 +338,10 @@ impl<'db> BehaviourContext<'db> {
     fn operations(&mut self) {
         for (index, operation) in self.core.operations.iter().enumerate() {
             // An incomplete operation refuses the core: the operation executes in the core's own thread.
-            let cost = self.cost(BodyId::Operation(index as u32), ProgramIn::Whole);
+            let place = (BodyId::Operation(index as u32), ProgramIn::Whole);
+            let cost = self.cost(place.0, place.1);
             let id = ProgramId::Operation(operation.name.clone());
-            self.found.operations.push(TimedProgram { id, cost });
+            self.found.operations.push(TimedProgram { id, cost, place });
         }
         self.order_operations();
         for NameRef { name, id } in &self.core.operations {
@@ -368,7 +369,7 @@ impl<'db> BehaviourContext<'db> {
 
     /// Orders the operations, callees first, and refuses recursive ones.
     fn order_operations(&mut self) {
-        let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
+        let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| it.cost.operations().collect()).collect();
         let (order, in_cycle) = topological_order(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_cycle).filter(|(_, in_cycle)| *in_cycle) {
             let name = operation.name.clone();
@@ -469,13 +470,15 @@ impl<'db> BehaviourContext<'db> {
                 let (cost, value) = self.cost_and_value(body, ProgramIn::Guard(number));
                 constant = value;
                 let (state, transition) = (state.name.name.clone(), name.clone());
-                before.push(self.add_program(ProgramId::Guard { state, transition }, cost));
+                let id = ProgramId::Guard { state, transition };
+                before.push(self.add_program(id, cost, (body, ProgramIn::Guard(number))));
             }
             let mut effect = None;
             if transition.has_effect {
                 let cost = self.cost(body, ProgramIn::Effect(number));
                 let (state, transition) = (state.name.name.clone(), name.clone());
-                effect = Some(self.add_program(ProgramId::Effect { state, transition }, cost));
+                let id = ProgramId::Effect { state, transition };
+                effect = Some(self.add_program(id, cost, (body, ProgramIn::Effect(number))));
             }
             let target = self.target(machine, transition);
             // Transitions after one that always fires are checked, but have no edge.
@@ -538,8 +541,8 @@ impl<'db> BehaviourContext<'db> {
         );
     }
 
-    fn add_program(&mut self, id: ProgramId, cost: Arc<Cost<'db>>) -> usize {
-        self.found.programs.push(TimedProgram { id, cost });
+    fn add_program(&mut self, id: ProgramId, cost: Arc<CostGraph<'db>>, place: Place) -> usize {
+        self.found.programs.push(TimedProgram { id, cost, place });
         self.found.programs.len() - 1
     }
 
@@ -550,8 +553,10 @@ impl<'db> BehaviourContext<'db> {
         if let Some(&program) = self.methods.get(&(index, kind)) {
             return Some(program);
         }
-        let cost = self.cost(BodyId::State(0, index as u32), place);
-        let program = self.add_program(ProgramId::Method { state: state.name.name.clone(), kind }, cost);
+        let place = (BodyId::State(0, index as u32), place);
+        let cost = self.cost(place.0, place.1);
+        let id = ProgramId::Method { state: state.name.name.clone(), kind };
+        let program = self.add_program(id, cost, place);
         self.methods.insert((index, kind), program);
         Some(program)
     }

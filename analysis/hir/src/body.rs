@@ -28,6 +28,13 @@ pub(crate) enum BodyId {
     State(u32, u32),
 }
 
+impl BodyId {
+    /// Returns whether it has the initial values of variables.
+    pub(crate) fn is_of_values(self) -> bool {
+        matches!(self, BodyId::CoreValues | BodyId::MachineValues)
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) enum Body {
     InitialValues(InitialValues),
@@ -57,6 +64,9 @@ pub enum ProgramIn {
     /// The effect of the transition with that index.
     Effect(u32),
 }
+
+/// Where a program of a core is.
+pub(crate) type Place = (BodyId, ProgramIn);
 
 /// Code with its own scope: a program, or the condition of a guard.
 #[derive(Debug, Clone, Copy)]
@@ -225,6 +235,18 @@ impl CoreScope {
             }
         };
         (number < end).then_some((number / GROUP_SIZE, number % GROUP_SIZE))
+    }
+
+    /// Returns the bodies of a group, in the order of the checks.
+    pub(crate) fn bodies_in(&self, group: u32) -> impl Iterator<Item = BodyId> {
+        let operations = (0..self.operations.len() as u32).map(BodyId::Operation);
+        let hooks = (0..self.hooks).map(BodyId::Hook);
+        let states = (0..).zip(&self.states);
+        let states =
+            states.flat_map(|(machine, count)| (0..*count).map(move |state| BodyId::State(machine, state)));
+        let values = std::iter::once(BodyId::CoreValues).chain(operations).chain(hooks);
+        let all = values.chain([BodyId::MachineValues]).chain(states);
+        all.skip(group as usize * GROUP_SIZE).take(GROUP_SIZE)
     }
 
     /// Returns the groups of its bodies.

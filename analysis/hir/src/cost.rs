@@ -1,354 +1,297 @@
-//! The costs of programs along their worst path: calls of codels and operations, and accesses to ports, without times.
-//!
-//! A path ends at a `return`. A constant condition selects one branch; with any other condition, both branches are possible.
+//! The cost of each program along its worst path, as executions of codels. Independent of times: a changed timing table
+//! invalidates no cost, a changed program only its own cost.
 
-use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::hash::Hash;
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use crate::ModelDb;
-use crate::body::{ByProgram, Code, bodies_of, by_group, by_program, core_scope};
+use crate::body::{ByProgram, groups_of};
 use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
-use crate::infer::{Inference, inference_of};
-use crate::item_tree::{BinaryOperator, Expr, Literal, Name, Program, SourceId, Statement};
+use crate::item_tree::{Name, SourceId};
+use crate::program_graph::{Action, Call, Node, ProgramGraph, graphs_of_group};
 use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, Location};
-use crate::values::Value;
 
-/// The cost of a program along its worst path, as executions of codels.
+/// The cost of some executions: of one, or of others, by their index. Parts are shared: as a tree, it may be exponentially large.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub enum Cost<'db> {
+pub enum CostOf<E> {
+    /// No execution.
+    Nothing,
+    /// One execution.
+    One(E),
+    /// The sum of two.
+    Sum(u32, u32),
+    /// The maximum of two.
+    Greatest(u32, u32),
+    /// One execution of a program that costs this: an index in [`crate::Behaviour::programs`].
+    Program(usize, u32),
+    /// One execution of an operation that costs this: an index in [`crate::Behaviour::operations`].
+    Operation(usize, u32),
+}
+
+/// The cost of executions that tables may have times of.
+pub type Cost<'db> = CostOf<Execution<'db>>;
+
+/// What has a time of its own.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Execution<'db> {
     /// One execution of a codel.
     Codel(Decl<'db>),
-    /// One execution of an operation that the core defines: an index into [`crate::Behaviour::operations`].
-    Operation(usize),
     /// One call sent to this required operation. It takes no time of the sender.
     Send(Name),
     /// One read or write of this port, which copies a value.
     Access(Name),
-    /// The sum of costs.
-    Sum(Vec<Cost<'db>>),
-    /// The maximum of costs.
-    Greatest(Vec<Cost<'db>>),
+    /// One execution of an operation along its worst path: an index into [`crate::Behaviour::operations`].
+    Operation(usize),
 }
 
-impl Default for Cost<'_> {
-    fn default() -> Self {
-        Cost::Sum(Vec::new())
-    }
-}
-
-impl<'db> Cost<'db> {
-    /// Returns the parts of sums and maxima, in their order, with repetitions.
-    pub fn leaves(&self) -> Vec<&Cost<'db>> {
+impl<E> CostOf<E> {
+    /// Returns the indices of its parts.
+    fn inner(&self) -> [Option<u32>; 2] {
         match self {
-            Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(Cost::leaves).collect(),
-            leaf => vec![leaf],
+            CostOf::Sum(one, other) | CostOf::Greatest(one, other) => [Some(*one), Some(*other)],
+            CostOf::Program(_, inner) | CostOf::Operation(_, inner) => [Some(*inner), None],
+            CostOf::Nothing | CostOf::One(_) => [None, None],
+        }
+    }
+
+    /// Returns it with other executions and other indices of its parts.
+    fn with<F>(&self, one: impl Fn(&E) -> CostOf<F>, number: impl Fn(u32) -> u32) -> CostOf<F> {
+        match self {
+            CostOf::Nothing => CostOf::Nothing,
+            CostOf::One(own) => one(own),
+            CostOf::Sum(one, other) => CostOf::Sum(number(*one), number(*other)),
+            CostOf::Greatest(one, other) => CostOf::Greatest(number(*one), number(*other)),
+            CostOf::Program(index, inner) => CostOf::Program(*index, number(*inner)),
+            CostOf::Operation(index, inner) => CostOf::Operation(*index, number(*inner)),
         }
     }
 }
 
-/// Returns the codels in a cost, with repetitions.
-pub fn codels_in<'db>(cost: &Cost<'db>) -> Vec<Decl<'db>> {
-    let codel = |it: &Cost<'db>| if let Cost::Codel(codel) = it { Some(*codel) } else { None };
-    cost.leaves().into_iter().filter_map(codel).collect()
+/// The cost of an execution.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct CostGraph<'db> {
+    /// Each part refers to earlier ones only. Those without parts are in the order of the text.
+    pub parts: Vec<Cost<'db>>,
+    /// The index of the whole.
+    pub root: u32,
 }
 
-/// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
-pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
-    let index = |it: &Cost<'_>| if let Cost::Operation(index) = it { Some(*index) } else { None };
-    cost.leaves().into_iter().filter_map(index).collect()
+impl Default for CostGraph<'_> {
+    fn default() -> Self {
+        CostGraph { parts: vec![Cost::Nothing], root: NOTHING }
+    }
 }
 
-/// Returns the required operations that a cost sends calls to, each once, without those of the operations that it executes.
-pub fn sends_in<'a>(cost: &'a Cost<'_>) -> BTreeSet<&'a Name> {
-    let name = |it: &'a Cost<'_>| if let Cost::Send(name) = it { Some(name) } else { None };
-    cost.leaves().into_iter().filter_map(name).collect()
+impl<'db> CostGraph<'db> {
+    /// Returns a value of the whole; `of` computes that of each part from those of earlier ones.
+    pub fn folded<V: Clone>(&self, of: impl FnMut(&Cost<'db>, &[V]) -> V) -> Option<V> {
+        fold(&self.parts, of).get(self.root as usize).cloned()
+    }
+
+    /// Returns what it executes, each once, in the order of the text.
+    pub fn executions(&self) -> impl Iterator<Item = &Execution<'db>> {
+        self.parts.iter().filter_map(|it| if let Cost::One(one) = it { Some(one) } else { None })
+    }
+
+    /// Returns the codels that it executes, each once, without those of operations.
+    pub fn codels(&self) -> impl Iterator<Item = Decl<'db>> {
+        self.executions().filter_map(|it| if let Execution::Codel(codel) = it { Some(*codel) } else { None })
+    }
+
+    /// Returns the operations that it executes, each once, as indices into [`crate::Behaviour::operations`].
+    pub fn operations(&self) -> impl Iterator<Item = usize> {
+        self.executions().filter_map(|it| if let Execution::Operation(index) = it { Some(*index) } else { None })
+    }
+
+    /// Returns the required operations that it sends calls to, each once, without those of the operations that it executes.
+    pub fn sends(&self) -> BTreeSet<&Name> {
+        self.executions().filter_map(|it| if let Execution::Send(name) = it { Some(name) } else { None }).collect()
+    }
+}
+
+/// Returns a value of each part of a cost; `of` computes it from those of earlier parts.
+pub fn fold<E, V>(parts: &[CostOf<E>], mut of: impl FnMut(&CostOf<E>, &[V]) -> V) -> Vec<V> {
+    let mut values: Vec<V> = Vec::with_capacity(parts.len());
+    for part in parts {
+        let value = of(part, &values);
+        values.push(value);
+    }
+    values
+}
+
+/// The index of [`CostOf::Nothing`].
+pub(crate) const NOTHING: u32 = 0;
+
+/// Costs under construction: equal ones have one index.
+#[derive(Debug)]
+pub(crate) struct Costs<E> {
+    pub(crate) parts: Vec<CostOf<E>>,
+    numbers: FxHashMap<CostOf<E>, u32>,
+}
+
+impl<E: Clone + Eq + Hash> Costs<E> {
+    pub(crate) fn new() -> Costs<E> {
+        Costs { parts: vec![CostOf::Nothing], numbers: FxHashMap::from_iter([(CostOf::Nothing, NOTHING)]) }
+    }
+
+    pub(crate) fn add(&mut self, cost: CostOf<E>) -> u32 {
+        let next = self.parts.len() as u32;
+        *self.numbers.entry(cost).or_insert_with_key(|cost| {
+            self.parts.push(cost.clone());
+            next
+        })
+    }
+
+    /// Adds a part of other costs with all its parts, whose executions cost what `one` returns; returns its index.
+    pub(crate) fn include<F>(
+        &mut self,
+        parts: &[CostOf<F>],
+        root: u32,
+        one: impl Fn(&F) -> CostOf<E>,
+    ) -> u32 {
+        let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
+        let mut open = vec![root];
+        while let Some(&index) = open.last() {
+            let Some(part) = parts.get(index as usize) else { return NOTHING };
+            // Those that it needs come first.
+            let missing = part.inner().into_iter().flatten().rfind(|it| !numbers.contains_key(it));
+            if let Some(missing) = missing {
+                open.push(missing);
+                continue;
+            }
+            open.pop();
+            let number = self.add(part.with(&one, |index| numbers.get(&index).copied().unwrap_or(NOTHING)));
+            numbers.insert(index, number);
+        }
+        numbers.get(&root).copied().unwrap_or(NOTHING)
+    }
+
+    pub(crate) fn sum(&mut self, one: u32, other: u32) -> u32 {
+        match (one, other) {
+            (NOTHING, it) | (it, NOTHING) => it,
+            _ => self.add(CostOf::Sum(one, other)),
+        }
+    }
+
+    pub(crate) fn greatest(&mut self, one: u32, other: u32) -> u32 {
+        match (one, other) {
+            (NOTHING, it) | (it, NOTHING) => it,
+            _ if one == other => one,
+            _ => self.add(CostOf::Greatest(one, other)),
+        }
+    }
+}
+
+impl<'db> Call<'db> {
+    /// Returns what the call itself costs; an operation costs what it executes.
+    pub(crate) fn cost(&self) -> Cost<'db> {
+        Cost::One(match self.callee {
+            Some(Callee::Codel(codel)) => Execution::Codel(codel),
+            Some(Callee::Operation(index)) => Execution::Operation(index),
+            Some(Callee::Builtin(Builtin::Send)) => Execution::Send(self.operand.clone()),
+            // Ports are lock-free (paper, Property 2), but copy values.
+            Some(Callee::Builtin(Builtin::Read | Builtin::Write)) => Execution::Access(self.operand.clone()),
+            Some(Callee::Builtin(Builtin::Status | Builtin::Collect)) | None => return Cost::Nothing,
+        })
+    }
 }
 
 /// The cost of a program or guard of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct ProgramCost<'db> {
     pub(crate) completeness: Completeness,
-    pub(crate) cost: Arc<Cost<'db>>,
+    pub(crate) cost: Arc<CostGraph<'db>>,
     /// The value of a constant guard.
     pub(crate) constant: Option<bool>,
     /// The unreachable branches.
     pub(crate) facts: Vec<Fact<'db>>,
 }
 
-/// The costs of the programs of a group of bodies, without initial values, which no period evaluates.
-pub(crate) type Costs<'db> = ByProgram<ProgramCost<'db>>;
+/// The costs of the programs of a group of bodies.
+pub(crate) type ProgramCosts<'db> = ByProgram<ProgramCost<'db>>;
 
 /// Returns the costs of the programs of a core, by group of bodies.
 pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Cow<'db, Costs<'db>>> {
-    let of_group = |group| costs_of_group(db, project, of, group);
-    by_group(db, of, || costs_in(db, project, of, 0), of_group)
+) -> Vec<&'db ProgramCosts<'db>> {
+    groups_of(db, of).map(|group| costs_of_group(db, project, of, group)).collect()
 }
 
-/// Returns the costs of the programs of one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
-fn costs_of_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
-    costs_in(db, project, of, group)
-}
-
-fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
-    let Some(scope) = core_scope(db, of) else { return Costs::default() };
-    let inference = inference_of(db, project, of, group);
-    by_program(&bodies_of(db, of, scope, group), |_, _, code| program_cost(of, code, inference))
-}
-
-fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'db>) -> ProgramCost<'db> {
-    let mut context = CostContext { of, inference, facts: Vec::new(), until: &[], reached: None };
-    let (completeness, cost, constant) = match code {
-        Code::Program(code) => (code.completeness, context.program(code), None),
-        Code::Guard(guard) => {
-            let mut costs = Vec::new();
-            let constant = match context.expr(&guard.condition, &mut costs) {
-                Some(Value::Bool(value)) => Some(value),
-                _ => None,
-            };
-            (guard.completeness, Cost::Sum(costs), constant)
-        }
+fn costs_of_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
+) -> ProgramCosts<'db> {
+    let cost = |graph: &ProgramGraph<'db>| ProgramCost {
+        completeness: graph.completeness,
+        cost: Arc::new(worst_cost(graph)),
+        constant: graph.constant,
+        facts: graph
+            .unreachable
+            .iter()
+            .map(|&(value, id)| {
+                Fact::new(Location::Source(of, id), FactKind::UnreachableCode(Unreachable::Branch(value)))
+            })
+            .collect(),
     };
-    ProgramCost { completeness, cost: Arc::new(cost), constant, facts: context.facts }
+    let all = graphs_of_group(db, project, of, group).iter();
+    all.map(|body| body.iter().map(|(program, graph)| (*program, cost(graph))).collect()).collect()
+}
+
+/// Returns the cost along the longest path of a program.
+pub(crate) fn worst_cost<'db>(graph: &ProgramGraph<'db>) -> CostGraph<'db> {
+    longest(graph, |costs, node, after| {
+        Some(match (node.action.is_return(), after) {
+            (true, _) => NOTHING,
+            (false, [Some(one), Some(other)]) => costs.greatest(one, other),
+            (false, [one, other]) => one.or(other)?,
+        })
+    })
 }
 
 /// Returns the cost of a program up to the end of the last of these calls, along the worst path to it.
-pub(crate) fn cost_until<'db>(
-    of: Decl<'db>,
-    code: Code<'_>,
-    inference: &'db Inference<'db>,
-    until: &[SourceId],
-) -> Cost<'db> {
-    let mut context = CostContext { of, inference, facts: Vec::new(), until, reached: None };
-    let reached = match code {
-        Code::Program(program) => context.block(&program.statements, &mut { MAX_SPLITS }).reached,
-        Code::Guard(guard) => {
-            context.expr(&guard.condition, &mut Vec::new());
-            context.reached
-        }
-    };
-    reached.unwrap_or_default()
+pub(crate) fn cost_until<'db>(graph: &ProgramGraph<'db>, until: &[SourceId]) -> CostGraph<'db> {
+    longest(graph, |costs, node, after| {
+        let is_end = matches!(node.action, Action::Call(_)) && until.contains(&node.at);
+        let ends = after.into_iter().chain([is_end.then_some(NOTHING)]).flatten();
+        ends.reduce(|one, other| costs.greatest(one, other))
+    })
 }
 
-/// The costs of statements along their worst paths, by the end of the path.
-struct Paths<'db> {
-    /// The cost of the paths that return; `None` if there are none.
-    returned: Option<Cost<'db>>,
-    /// The cost of the paths that reach the end of the statements; `None` if every path returns.
-    finished: Option<Cost<'db>>,
-    /// The cost up to the end of the last of [`CostContext::until`]; `None` if there is none of them.
-    reached: Option<Cost<'db>>,
-}
-
-impl<'db> Paths<'db> {
-    fn either(self, other: Paths<'db>) -> Paths<'db> {
-        Paths {
-            returned: greatest(self.returned, other.returned),
-            finished: greatest(self.finished, other.finished),
-            reached: greatest(self.reached, other.reached),
+/// Returns the cost along the longest path, from the last node to the first: each costs what it does itself, and what `join` returns
+/// for what is after it. `None` for a node that no such path comes to.
+fn longest<'db>(
+    graph: &ProgramGraph<'db>,
+    join: impl Fn(&mut Costs<Execution<'db>>, &Node<'db>, [Option<u32>; 2]) -> Option<u32>,
+) -> CostGraph<'db> {
+    let mut costs = Costs::new();
+    let reached = graph.reached();
+    let own = graph.nodes.iter().zip(&reached).map(|(node, reached)| match &node.action {
+        Action::Call(call) if *reached => costs.add(call.cost()),
+        _ => NOTHING,
+    });
+    let own: Vec<u32> = own.collect();
+    let mut found: Vec<Option<u32>> = vec![None; graph.nodes.len()];
+    let nodes = graph.nodes.iter().enumerate().rev();
+    for (index, node) in nodes.filter(|(index, _)| reached.get(*index) == Some(&true)) {
+        let after = node.successors().map(|next| found.get(next? as usize).copied().flatten());
+        let after = join(&mut costs, node, after);
+        let sum = after.zip(own.get(index)).map(|(after, own)| costs.sum(*own, after));
+        if let Some(cost) = found.get_mut(index) {
+            *cost = sum;
         }
     }
-
-    /// Adds `costs` to the beginning of each path.
-    fn after(self, costs: &[Cost<'db>]) -> Paths<'db> {
-        let after = |cost: Cost<'db>| Cost::Sum(costs.iter().cloned().chain([cost]).collect());
-        Paths {
-            returned: self.returned.map(after),
-            finished: self.finished.map(after),
-            reached: self.reached.map(after),
-        }
-    }
-
-    fn worst(self) -> Cost<'db> {
-        greatest(self.returned, self.finished).unwrap_or(Cost::Sum(Vec::new()))
-    }
-
-    /// Returns the paths through a sequence of statements. For at most `splits` statements, the paths that return exclude
-    /// the statements after them; for the others they include those, which is safe and keeps the cost flat.
-    fn sequence(statements: Vec<Paths<'db>>, splits: &mut u32) -> Paths<'db> {
-        // All lists are in reverse order.
-        let (mut returned, mut finished) = (None::<Vec<Cost<'db>>>, Some(Vec::new()));
-        let mut reached = None::<Vec<Cost<'db>>>;
-        let sum = |costs: Vec<Cost<'db>>| Cost::Sum(costs.into_iter().rev().collect());
-        for mut statement in statements.into_iter().rev() {
-            if statement.returned.is_some() && statement.finished.is_some() {
-                match splits.checked_sub(1) {
-                    Some(remaining) => *splits = remaining,
-                    None => {
-                        let reached = statement.reached.take();
-                        statement = Paths { returned: None, finished: Some(statement.worst()), reached };
-                    }
-                }
-            }
-            match statement.finished {
-                None => (returned, finished, reached) = (None, None, None),
-                Some(cost) => {
-                    let all = returned.iter_mut().chain(&mut finished).chain(&mut reached);
-                    all.for_each(|it| it.push(cost.clone()));
-                }
-            }
-            if let Some(cost) = statement.reached {
-                reached = greatest(Some(cost), reached.map(sum)).map(|cost| vec![cost]);
-            }
-            if let Some(cost) = statement.returned {
-                returned = greatest(Some(cost), returned.map(sum)).map(|cost| vec![cost]);
-            }
-        }
-        Paths { returned: returned.map(sum), finished: finished.map(sum), reached: reached.map(sum) }
-    }
-}
-
-fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cost<'db>> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(Cost::Greatest(vec![one, other])),
-        (one, other) => one.or(other),
-    }
-}
-
-/// The number of statements of a program, counted from the end, whose returning paths are distinguished from those that
-/// continue. For earlier statements, a returning path includes the statements after it, which is safe.
-const MAX_SPLITS: u32 = 64;
-
-struct CostContext<'a, 'db> {
-    of: Decl<'db>,
-    inference: &'db Inference<'db>,
-    facts: Vec<Fact<'db>>,
-    /// The calls that [`cost_until`] looks for, and the cost of the current statement up to the last of them.
-    until: &'a [SourceId],
-    reached: Option<Cost<'db>>,
-}
-
-impl<'db> CostContext<'_, 'db> {
-    fn program(&mut self, program: &Program) -> Cost<'db> {
-        let mut splits = MAX_SPLITS;
-        self.block(&program.statements, &mut splits).worst()
-    }
-
-    fn block(&mut self, statements: &[Statement], splits: &mut u32) -> Paths<'db> {
-        // Includes unreachable statements, whose facts are reported too.
-        let statements = statements.iter().map(|statement| self.statement(statement, splits)).collect();
-        Paths::sequence(statements, splits)
-    }
-
-    fn statement(&mut self, statement: &Statement, splits: &mut u32) -> Paths<'db> {
-        let mut own = Vec::new();
-        match statement {
-            Statement::If { condition, then, otherwise, .. } => {
-                let value = self.expr(condition, &mut own);
-                let reached = self.reached.take();
-                let otherwise = otherwise.as_deref().unwrap_or_default();
-                let (if_true, if_false) = (self.block(then, splits), self.block(otherwise, splits));
-                let (paths, never) = match value {
-                    Some(Value::Bool(true)) => (if_true, Some((true, otherwise))),
-                    Some(Value::Bool(false)) => (if_false, Some((false, then.as_slice()))),
-                    _ => (if_true.either(if_false), None),
-                };
-                if let Some((value, never)) = never
-                    && let Some(id) = never.first().and_then(Statement::id)
-                {
-                    let kind = FactKind::UnreachableCode(Unreachable::Branch(value));
-                    self.facts.push(Fact::new(Location::Source(self.of, id), kind));
-                }
-                let mut paths = paths.after(&own);
-                paths.reached = greatest(reached, paths.reached);
-                return paths;
-            }
-            Statement::Block(statements) => return self.block(statements, splits),
-            Statement::Variable(_) | Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {
-                if let Some(value) = statement.expression() {
-                    self.expr(value, &mut own);
-                }
-            }
-        }
-        let (cost, reached) = (Some(Cost::Sum(own)), self.reached.take());
-        match statement {
-            Statement::Return(..) => Paths { returned: cost, finished: None, reached },
-            _ => Paths { returned: None, finished: cost, reached },
-        }
-    }
-
-    /// Adds the cost of an expression, and returns its value if it is constant. Names, calls and floating-point numbers, which
-    /// compilers may round differently, are not constant. Both operands of `&&` and `||` count, because the worst path
-    /// evaluates both, unless the left operand is a constant that decides.
-    fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) -> Option<Value> {
-        match expr {
-            Expr::Literal(literal @ (Literal::Bool(_) | Literal::Int(_)), _) => {
-                Value::of_literal(literal).ok().flatten()
-            }
-            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => None,
-            Expr::Incomplete(inner) => {
-                self.expr(inner, costs);
-                None
-            }
-            Expr::Unary(operator, inner, _) => self.expr(inner, costs)?.unary(*operator).ok().flatten(),
-            Expr::Binary(operator, lhs, rhs, _) => {
-                // Sums are left-deep: the loop limits the recursion to right operands.
-                let mut spine = vec![(*operator, rhs)];
-                let mut left = lhs;
-                while let Expr::Binary(operator, lhs, rhs, _) = left.as_ref() {
-                    spine.push((*operator, rhs));
-                    left = lhs;
-                }
-                let value = self.expr(left, costs);
-                let operands = spine.into_iter().rev();
-                operands.fold(value, |value, (operator, rhs)| self.operand(operator, value, rhs, costs))
-            }
-            Expr::Call { callee, arguments, id } => {
-                arguments.iter().for_each(|argument| _ = self.expr(argument, costs));
-                costs.extend(match self.inference.callee(callee.id) {
-                    Some(Callee::Codel(codel)) => Some(Cost::Codel(codel)),
-                    Some(Callee::Operation(index)) => Some(Cost::Operation(index)),
-                    Some(Callee::Builtin(Builtin::Send)) => match arguments.first() {
-                        Some(Expr::Name(operation)) => Some(Cost::Send(operation.name.clone())),
-                        _ => None,
-                    },
-                    // Ports are lock-free (paper, Property 2), but copy values.
-                    Some(Callee::Builtin(Builtin::Read | Builtin::Write)) => match arguments.first() {
-                        Some(Expr::Name(port)) => Some(Cost::Access(port.name.clone())),
-                        _ => None,
-                    },
-                    Some(Callee::Builtin(_)) | None => None,
-                });
-                if self.until.contains(id) {
-                    self.reached = Some(Cost::Sum(costs.clone()));
-                }
-                None
-            }
-        }
-    }
-
-    /// Adds the cost of the right operand of an operator, and returns the operator's value; `left` is the value of the left
-    /// operand.
-    fn operand(
-        &mut self,
-        operator: BinaryOperator,
-        left: Option<Value>,
-        rhs: &Expr,
-        costs: &mut Vec<Cost<'db>>,
-    ) -> Option<Value> {
-        let deciding = match operator {
-            BinaryOperator::And => Some(Value::Bool(false)),
-            BinaryOperator::Or => Some(Value::Bool(true)),
-            _ => None,
-        };
-        let before = costs.len();
-        let right = self.expr(rhs, costs);
-        if deciding.is_some() && left == deciding {
-            costs.truncate(before);
-            return left;
-        }
-        if deciding.is_some() && right == deciding {
-            return deciding;
-        }
-        left.zip(right).and_then(|(left, right)| left.binary(operator, &right).ok().flatten())
-    }
+    let root = found.get(graph.start as usize).copied().flatten().unwrap_or(NOTHING);
+    CostGraph { parts: costs.parts, root }
 }

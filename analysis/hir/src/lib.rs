@@ -74,6 +74,7 @@ mod msg;
 mod names;
 mod passage;
 mod product;
+mod program_graph;
 mod program_id;
 mod project;
 mod ranges;
@@ -109,7 +110,7 @@ pub use config::{
 pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, required_of, section_with_tables,
 };
-pub use cost::{Cost, codels_in, operations_in, sends_in};
+pub use cost::{Cost, CostGraph, CostOf, Execution, fold};
 pub use db::{Database, File, Log, ModelDb, OnDisk, Problem, Trees, Workspace, normalised, relative_path};
 pub use declared::unused_facts;
 pub use features::{
@@ -133,7 +134,7 @@ pub use names::{
 pub use passage::{
     Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written, passages_of,
 };
-pub use product::{Product, ProductCost, ProductEdge, ProductState, product_of};
+pub use product::{Product, ProductEdge, ProductState, product_of};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,

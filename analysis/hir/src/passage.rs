@@ -19,14 +19,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
-use crate::body::{code_of, core_scope};
-use crate::cost::{Cost, cost_until};
+use crate::cost::{CostGraph, cost_until};
 use crate::graph::{successors_by, topological_order};
-use crate::infer::inference_of;
-use crate::item_tree::{Core, Machine, Name, SourceId};
+use crate::item_tree::SourceId;
 use crate::product::{Interpreted, interpreted_of};
+use crate::program_graph::graph_of;
 use crate::project::Project;
-use crate::source::{Decl, core};
+use crate::source::Decl;
 
 use self::graph::{Builder, Graph, Node, Place, Slots};
 use self::search::{Cycle, Found, Moment, Search};
@@ -111,11 +110,7 @@ pub fn passages_of<'db>(
         forgets: flows.forgets,
         ..Search::new(graph, &states)
     };
-    let core = core(db, of);
-    let machine = core.and_then(|core| core.machines.first());
-    let indices = machine.map_or_else(FxHashMap::default, Machine::state_indices);
-    let context =
-        Context { db, project, of, core, indices, flows, behaviour, search, parts: RefCell::default() };
+    let context = Context { db, project, of, flows, behaviour, search, parts: RefCell::default() };
     if flows.too_large || graph.too_large { context.unknown() } else { context.all() }
 }
 
@@ -123,15 +118,12 @@ struct Context<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    core: Option<&'db Core>,
-    /// The index of the state of each name in the text of the core.
-    indices: FxHashMap<&'db Name, usize>,
     flows: &'a Flows<'db>,
     behaviour: &'db Behaviour<'db>,
     /// Follows nothing.
     search: Search<'a, 'db>,
     /// The costs up to calls.
-    parts: RefCell<FxHashMap<Vec<SourceId>, Arc<Cost<'db>>>>,
+    parts: RefCell<FxHashMap<Vec<SourceId>, Arc<CostGraph<'db>>>>,
 }
 
 /// What a search finds: the most jobs to a goal, and what overwrites the data afterwards.
@@ -414,18 +406,13 @@ impl<'db> Context<'_, 'db> {
     }
 
     /// Returns the cost of a program up to the end of the last of these calls.
-    fn part(&self, place: &Place, calls: &[SourceId]) -> Arc<Cost<'db>> {
+    fn part(&self, place: &Place, calls: &[SourceId]) -> Arc<CostGraph<'db>> {
         if let Some(found) = self.parts.borrow().get(calls) {
             return found.clone();
         }
-        let program = self.program(place).zip(self.core);
-        let code = program.and_then(|(program, core)| code_of(core, &self.indices, &program.id));
-        let scope = core_scope(self.db, self.of).as_ref();
-        let cost = code.zip(scope).map(|((body, code), scope)| {
-            let group = scope.group(body).unwrap_or_default();
-            cost_until(self.of, code, inference_of(self.db, self.project, self.of, group), calls)
-        });
-        let found = Arc::new(cost.unwrap_or_default());
+        let at = self.program(place).map(|program| program.place);
+        let graph = at.and_then(|(body, program)| graph_of(self.db, self.project, self.of, body, program));
+        let found = Arc::new(graph.map(|graph| cost_until(graph, calls)).unwrap_or_default());
         self.parts.borrow_mut().insert(calls.to_vec(), found.clone());
         found
     }

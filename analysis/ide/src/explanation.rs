@@ -510,7 +510,7 @@ impl OwnTime<'_> {
         let greatest = psm.machine.greatest_edge();
         let edge = psm.machine.edges().get(greatest)?;
         let described = psm.edges.all.get(psm.text_edge(greatest)?)?;
-        let (source, values) = psm.text_state(edge.source as usize);
+        let (source, values) = (psm.text_state(edge.source as usize), psm.values_in(edge.source as usize));
         let (source, target) = (psm.state(source), psm.state(described.target));
         let mut period = match &described.transition {
             Some(name) => format!("{source} —{name}→ {target}"),
@@ -552,7 +552,7 @@ impl Trace<'_> {
         let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
         let edges = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge));
         let in_text = |edge: &mauve_timing::Edge| {
-            let of = |state: u32| psm.text_state(state as usize).0;
+            let of = |state: u32| psm.text_state(state as usize);
             (of(edge.source), of(edge.target), edge.cost)
         };
         let edges: Vec<(usize, usize, Time)> = edges.map(in_text).collect();
@@ -561,7 +561,7 @@ impl Trace<'_> {
             1 => psm.state(source).to_owned(),
             _ => format!("{} → {}", psm.state(source), psm.state(target)),
         };
-        if psm.product.is_some() {
+        if psm.has_values() {
             return Some(Trace { total, periods: repeated(&edges, name) });
         }
         let periods = edges.chunk_by(|a, b| a == b).filter_map(|same| {

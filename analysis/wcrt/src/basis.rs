@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Cost, Decl, File, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size,
+    Decl, Execution, File, ModelDb, Project, behaviour_of, core_of, features_of, shell_of, value_size,
 };
 use mauve_timing::{Level, Measured};
 use rustc_hash::FxHashSet;
@@ -155,9 +155,9 @@ fn large_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl
         return Vec::new();
     };
     let behaviour = behaviour_of(db, project, core);
-    let costs = behaviour.executed().flat_map(|it| it.cost.leaves());
-    let port = |cost: &Cost<'db>| if let Cost::Access(port) = cost { Some(port.clone()) } else { None };
-    let ports: BTreeSet<Name> = costs.filter_map(port).collect();
+    let executions = behaviour.executed().flat_map(|it| it.cost.executions());
+    let port = |it: &Execution<'db>| if let Execution::Access(port) = it { Some(port.clone()) } else { None };
+    let ports: BTreeSet<Name> = executions.filter_map(port).collect();
     let features = features_of(db, project, shell);
     let is_large = |port: &Name| {
         let ty = features.get(port).map(|feature| feature.ty(db, project));

@@ -10,7 +10,7 @@
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, Location, ModelDb, Product, ProgramId, Project, TimedProgram, behaviour_of, config_file, config_of,
+    Decl, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, config_file, config_of,
     core_of, names_of, product_of, required_of,
 };
 use mauve_timing::{Edge, Level, Priority, StateMachine, Task, Time};
@@ -224,19 +224,14 @@ fn counts_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'
     let Folded { edges, operations } = folded(db, project, component, levelled)?;
     let core = core_of(db, project, component)?;
     let behaviour = behaviour_of(db, project, core);
-    let product = product_of(db, project, core).as_deref();
-    let states = product.map_or(behaviour.states.len(), |it: &Product<'_>| it.states.len());
-    let ends: Vec<(usize, usize)> = match product {
-        Some(product) => product.edges.iter().map(|it| (it.source, it.target)).collect(),
-        None => behaviour.edges.all.iter().map(|it| (it.source, it.target)).collect(),
-    };
-    let edges = ends.into_iter().zip(edges).map(|((source, target), count)| Edge {
-        source: source as u32,
-        target: target as u32,
+    let product = product_of(db, project, core);
+    let edges = product.edges.iter().zip(edges).map(|(edge, count)| Edge {
+        source: edge.source as u32,
+        target: edge.target as u32,
         cost: Time::from_nanos(count.saturating_add(levelled.of_job)),
     });
     // The greatest number of executions of a machine is the greatest time of one that takes a nanosecond for each.
-    let machine = StateMachine::new(u32::try_from(states).ok()?, edges.collect()).ok()?;
+    let machine = StateMachine::new(u32::try_from(product.states.len()).ok()?, edges.collect()).ok()?;
     let mean = machine.greatest_cycle_mean();
     // Between two jobs, a call wakes the thread.
     let of_call = |count: u64| count.saturating_add(levelled.of_job);
@@ -244,7 +239,7 @@ fn counts_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'
     Some(Counts {
         mean: (mean.cost.as_nanos(), mean.length),
         greatest: machine.greatest_cost().as_nanos(),
-        states: states as u64,
+        states: product.states.len() as u64,
         operations: operations
             .filter_map(|(it, count)| Some((operation_of(it)?.clone(), of_call(count))))
             .collect(),

@@ -249,7 +249,7 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
     });
     let mut edges: Vec<EdgeEntry> = edges.collect();
     let assumed = shape.assumed.iter().map(|(codel, time)| (codel.clone(), (*time).into()));
-    let initial = if shape.product.is_some() { 0 } else { shape.initial as u32 };
+    let initial = shape.start() as u32;
     let (initial, assumed) = (state(initial), assumed.collect());
     let waits = at_levels.iter().flatten().filter_map(|psm| psm.waits.as_ref());
     // Known where it is known at all levels; it differs if a codel waits at some levels only.

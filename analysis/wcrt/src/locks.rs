@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, codels_in, config_file, config_of,
+    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, config_file, config_of,
     core_of, names_of, platform_of, similar,
 };
 use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Priority, Protocol, Time};
@@ -136,7 +136,7 @@ pub(crate) fn codels_of<'db>(
     }
     let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
     let mut codels: Vec<Decl<'db>> =
-        behaviour.executed().flat_map(|program| codels_in(&program.cost)).collect();
+        behaviour.executed().flat_map(|program| program.cost.codels()).collect();
     codels.sort_by_cached_key(|codel| codel.qualified(db));
     codels.dedup();
     Some(codels)

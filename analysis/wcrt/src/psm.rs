@@ -12,9 +12,9 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Assumption, Behaviour, Cost, Decl, Edge, Edges, Location, ModelDb, Passage, PassageEnd, Product,
-    ProductCost, ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component, core_of,
-    errors_in, features_of, is_core_for, operations_in, passages_of, product_of, shell_of, uses_of,
+    Assumption, Behaviour, Cost, CostGraph, Decl, Edge, Edges, Execution, Location, ModelDb, Passage, PassageEnd, Product,
+    ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component, core_of,
+    errors_in, features_of, fold, is_core_for, passages_of, product_of, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -24,9 +24,9 @@ pub struct Psm<'db> {
     pub states: Vec<Name>,
     /// The number of the initial one.
     pub initial: usize,
-    /// The machine that the analysis reads: that of `product`, or of `edges`, in the same order. Waits are included.
+    /// The machine that the analysis reads: that of `product`, in the same order. Waits are included.
     pub machine: StateMachine,
-    /// The states together with the values of variables, where these are followed.
+    /// The states together with the values of variables; none for a machine without programs.
     pub product: Option<Arc<Product<'db>>>,
     /// What of it codels wait; `None` if they do not.
     pub waits: Option<Arc<Waits>>,
@@ -162,18 +162,34 @@ impl<'db> Psm<'db> {
         }
     }
 
-    /// Returns the state of the text of a state of the machine, and the values of its variables.
-    pub fn text_state(&self, number: usize) -> (usize, &str) {
+    /// Returns the state of the text of a state of the machine.
+    pub fn text_state(&self, number: usize) -> usize {
         let product = self.product.as_ref().map(|it| it.states.get(number));
-        product.map_or((number, ""), |it| it.map_or((0, ""), |it| (it.state, it.values.as_str())))
+        product.map_or(number, |it| it.map_or(0, |it| it.state))
+    }
+
+    /// Returns the values of variables in a state of the machine: `count = 3`.
+    pub fn values_in(&self, number: usize) -> String {
+        self.product.as_ref().map_or_else(String::new, |it| it.values_in(number))
     }
 
     /// Returns the name of a state of the machine: `Planning (count = 3)`.
     pub fn state_with_values(&self, number: usize) -> String {
-        match self.text_state(number) {
-            (state, "") => self.state(state).to_owned(),
-            (state, values) => format!("{} ({values})", self.state(state)),
+        let state = self.state(self.text_state(number));
+        match self.values_in(number).as_str() {
+            "" => state.to_owned(),
+            values => format!("{state} ({values})"),
         }
+    }
+
+    /// Returns whether the values of variables are followed.
+    pub fn has_values(&self) -> bool {
+        self.product.as_ref().is_some_and(|it| it.has_values())
+    }
+
+    /// Returns the number of the initial state of the machine.
+    pub fn start(&self) -> usize {
+        self.product.as_ref().map_or(self.initial, |it| it.initial)
     }
 
     /// Returns the index of the longest edge of the machine for each of `edges`; none where no period executes it.
@@ -258,8 +274,8 @@ pub(crate) fn psm_with<'db>(
         return Err(vec![Refusal::new(Reason::Table(unusable.clone()), Location::name_of(of))]);
     }
     let project = tables.project(db);
-    let product = core_of(db, project, of).and_then(|core| product_of(db, project, core).clone());
-    Evaluator::new(db, of, behaviour, times, level, what_if).psm(product)
+    let Some(core) = core_of(db, project, of) else { return Err(Vec::new()) };
+    Evaluator::new(db, of, behaviour, times, level, what_if).psm(product_of(db, project, core))
 }
 
 /// Returns what a component executes, without times, or why that is not known.
@@ -353,7 +369,7 @@ fn errors_behind<'db>(
 }
 
 /// What a part of a cost takes that has no parts.
-type OfPart<'c, 'a, 'db> = &'c dyn Fn(&mut Evaluator<'a, 'db>, &Cost<'db>) -> Option<Taken>;
+type OfPart<'c, 'a, 'db> = &'c dyn Fn(&mut Evaluator<'a, 'db>, &Execution<'db>) -> Option<Taken>;
 
 struct Evaluator<'a, 'db> {
     db: &'db dyn ModelDb,
@@ -467,29 +483,19 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         taken.total.checked_add(self.switches_of(taken)?)
     }
 
-    fn psm(mut self, product: Option<Arc<Product<'db>>>) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    fn psm(mut self, product: &Arc<Product<'db>>) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
         let programs = self.programs();
         let overhead = self.overhead();
-        let mut taken: Vec<Taken> = Vec::new();
-        for cost in self.costs(&programs, overhead) {
-            match cost {
-                Ok(cost) => taken.push(cost),
-                Err(Some(program)) => self.refuse(Reason::TooLong(TooLong::Edge(program.clone()))),
-                Err(None) => {}
-            }
+        for too_long in self.too_long(&programs, overhead) {
+            self.refuse(Reason::TooLong(TooLong::Edge(too_long.clone())));
         }
         self.refusals.extend(std::mem::take(&mut self.missing).into_values());
         if !self.refusals.is_empty() {
             return Err(self.refusals);
         }
         let overhead = overhead.unwrap_or_default();
-        let programs: Vec<Time> =
-            programs.into_iter().map(|it| it.map_or(Time::ZERO, |it| it.execution)).collect();
-        let Executed { machines, programs, greatest } = match &product {
-            Some(product) => self.with_values(product, overhead)?,
-            None => self.without_values(&taken, programs)?,
-        };
+        let Executed { machines, programs, greatest } = self.executed(product, overhead)?;
         let whole = self.times.time(&Timed::Component(self.component), self.level);
         let component_time = whole.time();
         let unusable_component_time = if let Lookup::Unusable(why) = whole { Some(why) } else { None };
@@ -499,7 +505,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine: machines.machine,
-            product,
+            product: Some(product.clone()),
             waits: machines.waits,
             switches: machines.switches,
             edges: behaviour.edges.clone(),
@@ -514,23 +520,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         })
     }
 
-    /// Returns the machine whose states are those of the text.
-    fn without_values(&self, taken: &[Taken], programs: Vec<Time>) -> Result<Executed, Vec<Refusal<'db>>> {
-        let behaviour = self.behaviour;
-        let ends: Vec<(usize, usize)> =
-            behaviour.edges.all.iter().map(|edge| (edge.source, edge.target)).collect();
-        let machines = self.machines(behaviour.states.len(), &ends, taken)?;
-        let greatest = behaviour.edges.all.get(machines.machine.greatest_edge());
-        let greatest = greatest.into_iter().flat_map(|edge| behaviour.edges.programs(edge));
-        let greatest = greatest.filter_map(|index| Some((index, *programs.get(index)?))).collect();
-        Ok(Executed { machines, programs, greatest })
-    }
-
     /// Returns the machine whose states have values of variables.
-    fn with_values(&mut self, product: &Product<'db>, overhead: Time) -> Result<Executed, Vec<Refusal<'db>>> {
+    fn executed(&mut self, product: &Product<'db>, overhead: Time) -> Result<Executed, Vec<Refusal<'db>>> {
         // It also has programs that no period executes.
         let (assumed, is_extrapolated) = (self.assumed.clone(), self.is_extrapolated);
-        let costs = self.product(product);
+        let costs = self.parts(&product.costs);
         (self.assumed, self.is_extrapolated) = (assumed, is_extrapolated);
         let cost = |of: u32| costs.get(of as usize).copied().flatten();
         let taken = product.edges.iter().map(|edge| Taken::executing(overhead).then(cost(edge.cost)?));
@@ -543,7 +537,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         let machines = self.machines(product.states.len(), &ends, &taken)?;
         let mut programs = vec![Time::ZERO; self.behaviour.programs.len()];
         for (index, node) in (0..).zip(&product.costs) {
-            if let (ProductCost::Program(program, _), Some(taken)) = (node, cost(index))
+            if let (Cost::Program(program, _), Some(taken)) = (node, cost(index))
                 && let Some(longest) = programs.get_mut(*program)
             {
                 *longest = (*longest).max(taken.execution);
@@ -551,45 +545,43 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
         let root = product.edges.get(machines.machine.greatest_edge()).map(|edge| edge.cost);
         let total = |it: u32| cost(it).map(|it| it.total);
-        let executed = root.into_iter().flat_map(|root| longest_of(product, &total, root));
+        let executed = root.into_iter().flat_map(|root| longest_of(&product.costs, &total, root));
         let greatest = executed.filter_map(|index| match product.costs.get(index as usize) {
-            Some(ProductCost::Program(program, _)) => Some((*program, cost(index)?.execution)),
+            Some(Cost::Program(program, _)) => Some((*program, cost(index)?.execution)),
             _ => None,
         });
         Ok(Executed { greatest: greatest.collect(), machines, programs })
     }
 
-    /// Returns what each cost of a product takes, where an edge needs it.
-    fn product(&mut self, product: &Product<'db>) -> Vec<Option<Taken>> {
+    /// Returns what each part of a cost takes, where an edge needs it.
+    fn parts(&mut self, parts: &[Cost<'db>]) -> Vec<Option<Taken>> {
         let behaviour = self.behaviour;
         let mut timed = |it: &TimedProgram<'db>| self.in_table(&it.id).time();
         let programs: Vec<Option<Time>> = behaviour.programs.iter().map(&mut timed).collect();
         let operations: Vec<Option<Time>> = behaviour.operations.iter().map(&mut timed).collect();
-        let in_table = |cost: &ProductCost<'db>| match cost {
-            ProductCost::Program(index, _) => programs.get(*index).copied().flatten(),
-            ProductCost::Operation(index, _) => operations.get(*index).copied().flatten(),
-            _ => None,
-        };
         // What each takes, and what codels wait in it: they count where a table has the time of a program, but none of its codels.
-        let mut found: Vec<(Option<Taken>, Option<Taken>)> = Vec::with_capacity(product.costs.len());
-        for cost in &product.costs {
-            let of = |index: &u32| found.get(*index as usize).copied().unwrap_or_default();
+        type Both = (Option<Taken>, Option<Taken>);
+        let found = fold(parts, |part, known: &[Both]| {
+            let of = |index: &u32| known.get(*index as usize).copied().unwrap_or_default();
             let both = |one: &u32, other: &u32, join: fn(Taken, Taken) -> Option<Taken>| {
                 let (one, other) = (of(one), of(other));
                 let joined = |one: Option<Taken>, other: Option<Taken>| join(one?, other?);
                 (joined(one.0, other.0), joined(one.1, other.1))
             };
-            found.push(match cost {
-                ProductCost::One(cost) => (self.cost(cost), self.waits_in(cost)),
-                ProductCost::Sum(one, other) => both(one, other, Taken::then),
-                ProductCost::Greatest(one, other) => both(one, other, |one, other| Some(one.or(other))),
-                ProductCost::Program(_, inner) | ProductCost::Operation(_, inner) => {
-                    let (all, waits) = of(inner);
-                    let timed = in_table(cost).map(|time| Taken::executing(time).then(waits?));
-                    (timed.unwrap_or(all), waits)
-                }
-            });
-        }
+            let program = |time: Option<&Option<Time>>, inner: &u32| {
+                let (all, waits) = of(inner);
+                let timed = time.copied().flatten().map(|time| Taken::executing(time).then(waits?));
+                (timed.unwrap_or(all), waits)
+            };
+            match part {
+                Cost::Sum(one, other) => both(one, other, Taken::then),
+                Cost::Greatest(one, other) => both(one, other, |one, other| Some(one.or(other))),
+                Cost::Program(index, inner) => program(programs.get(*index), inner),
+                Cost::Operation(index, inner) => program(operations.get(*index), inner),
+                Cost::Nothing => (Some(Taken::NOTHING), Some(Taken::NOTHING)),
+                Cost::One(one) => (self.part(one), self.wait_in(one)),
+            }
+        });
         found.into_iter().map(|(all, _)| all).collect()
     }
 
@@ -632,21 +624,18 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         Ok(Machines { machine: all, waits, switches: greatest.unwrap_or_default() })
     }
 
-    /// Returns what each edge takes: the sum of `overhead` and of what its programs take. The error is the program at which
-    /// the sum is too long, or `None` if a time is unknown.
-    fn costs(
-        &self,
-        times: &[Option<Taken>],
-        overhead: Option<Time>,
-    ) -> Vec<Result<Taken, Option<&'db ProgramId>>> {
+    /// Returns the program of each edge at which the sum of `overhead` and of what the programs take is too long.
+    fn too_long(&self, times: &[Option<Taken>], overhead: Option<Time>) -> Vec<&'db ProgramId> {
         let behaviour = self.behaviour;
+        // The error is none if a time is unknown.
         let add = |sum: Result<Taken, Option<&'db ProgramId>>, index: usize| {
             let sum = sum?;
             let time = times.get(index).copied().flatten();
             let (program, time) = behaviour.programs.get(index).zip(time).ok_or(None)?;
             sum.then(time).ok_or(Some(&program.id))
         };
-        behaviour.edges.sums(overhead.map(Taken::executing).ok_or(None), add)
+        let sums = behaviour.edges.sums(overhead.map(Taken::executing).ok_or(None), add);
+        sums.into_iter().filter_map(|sum| sum.err().flatten()).collect()
     }
 
     /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of
@@ -657,13 +646,13 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             return;
         }
         let costs = behaviour.programs.iter().zip(used).filter(|(_, used)| **used);
-        self.evaluate_operations(costs.flat_map(|(program, _)| operations_in(&program.cost)).collect());
+        self.evaluate_operations(costs.flat_map(|(program, _)| program.cost.operations()).collect());
     }
 
     /// Evaluates these operations and those that they call.
     fn evaluate_operations(&mut self, needed: Vec<usize>) {
         let behaviour = self.behaviour;
-        let called = |index: usize| behaviour.operations.get(index).map(|it| operations_in(&it.cost));
+        let called = |index: usize| behaviour.operations.get(index).map(|it| it.cost.operations());
         let needed: FxHashSet<usize> =
             closure(needed, |index| called(index).into_iter().flatten()).into_iter().collect();
         for &index in behaviour.order.iter().filter(|index| needed.contains(*index)) {
@@ -712,7 +701,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns what a program takes that executes for this time: its codels need no times, but they may wait.
-    fn with_waits(&mut self, execution: Time, cost: &Cost<'db>) -> Option<Taken> {
+    fn with_waits(&mut self, execution: Time, cost: &CostGraph<'db>) -> Option<Taken> {
         let Taken { wait, waits, .. } = self.waits_in(cost)?;
         let total = execution.checked_add(wait);
         if total.is_none() {
@@ -722,15 +711,20 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns the waits along the worst paths of a program.
-    fn waits_in(&mut self, cost: &Cost<'db>) -> Option<Taken> {
-        self.folded(cost, &|evaluator, part| match part {
-            Cost::Codel(codel) => evaluator.wait(*codel),
-            Cost::Operation(index) => {
-                let taken = evaluator.operations.get(*index).copied().flatten()?;
+    fn waits_in(&mut self, cost: &CostGraph<'db>) -> Option<Taken> {
+        self.folded(cost, &|evaluator, part| evaluator.wait_in(part))
+    }
+
+    /// Returns the waits in a part that has no parts.
+    fn wait_in(&mut self, part: &Execution<'db>) -> Option<Taken> {
+        match part {
+            Execution::Codel(codel) => self.wait(*codel),
+            Execution::Operation(index) => {
+                let taken = self.operations.get(*index).copied().flatten()?;
                 Some(Taken { execution: Time::ZERO, total: taken.wait, ..taken })
             }
             _ => Some(Taken::NOTHING),
-        })
+        }
     }
 
     /// Returns the wait of a call of a codel.
@@ -759,33 +753,43 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn cost(&mut self, cost: &Cost<'db>) -> Option<Taken> {
-        self.folded(cost, &|evaluator, part| match part {
-            Cost::Codel(codel) => evaluator.codel(*codel),
-            Cost::Operation(index) => evaluator.operations.get(*index).copied().flatten(),
-            Cost::Access(port) => evaluator.access(port),
+    fn cost(&mut self, cost: &CostGraph<'db>) -> Option<Taken> {
+        self.folded(cost, &|evaluator, part| evaluator.part(part))
+    }
+
+    /// Returns what a part takes that has no parts.
+    fn part(&mut self, part: &Execution<'db>) -> Option<Taken> {
+        match part {
+            Execution::Codel(codel) => self.codel(*codel),
+            Execution::Operation(index) => self.operations.get(*index).copied().flatten(),
+            Execution::Access(port) => self.access(port),
             _ => Some(Taken::NOTHING),
-        })
+        }
     }
 
     /// Returns what a cost takes whose parts take what `of` returns. All parts are visited, so that all missing times are reported
     /// together.
-    fn folded(&mut self, cost: &Cost<'db>, of: OfPart<'_, 'a, 'db>) -> Option<Taken> {
-        let (costs, join): (_, fn(Taken, Taken) -> Option<Taken>) = match cost {
-            Cost::Sum(costs) => (costs, Taken::then),
-            Cost::Greatest(costs) => (costs, |one, other| Some(one.or(other))),
-            part => return of(self, part),
-        };
-        let (mut all, mut is_too_long) = (Some(Taken::NOTHING), false);
-        for cost in costs {
-            let both = all.zip(self.folded(cost, of));
-            all = both.and_then(|(all, taken)| join(all, taken));
-            is_too_long |= both.is_some() && all.is_none();
-        }
+    fn folded(&mut self, cost: &CostGraph<'db>, of: OfPart<'_, 'a, 'db>) -> Option<Taken> {
+        let mut is_too_long = false;
+        let found = cost.folded(|part, known: &[Option<Taken>]| {
+            let known = |index: &u32| known.get(*index as usize).copied().flatten();
+            match part {
+                Cost::Sum(one, other) => {
+                    let both = known(one).zip(known(other));
+                    let sum = both.and_then(|(one, other)| one.then(other));
+                    is_too_long |= both.is_some() && sum.is_none();
+                    sum
+                }
+                Cost::Greatest(one, other) => Some(known(one)?.or(known(other)?)),
+                Cost::Nothing => Some(Taken::NOTHING),
+                Cost::One(one) => of(self, one),
+                Cost::Program(_, inner) | Cost::Operation(_, inner) => known(inner),
+            }
+        });
         if is_too_long {
             self.refuse(Reason::TooLong(TooLong::Program));
         }
-        all
+        found.flatten()
     }
 
     fn codel(&mut self, codel: Decl<'db>) -> Option<Taken> {
@@ -840,28 +844,41 @@ pub fn worst_path<'db>(
     let project = tables.project(db);
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, tables, component, level) else { return Vec::new() };
-    if let Some(product) = &psm.product {
-        let behaviour = behaviour_of(db, project, core);
-        let times = times_of(db, tables, component);
-        let costs = Evaluator::new(db, component, behaviour, times, level, &|_| None).product(product);
-        return path_of_product(db, psm, product, &costs, program);
-    }
-    let times = timetable_of(db, tables);
+    let (behaviour, times) = (behaviour_of(db, project, core), times_of(db, tables, component));
     let is_in_table =
         |it: &ProgramId| times.time(&Timed::Program(component, it.in_table()), level) != Lookup::Absent;
-    let program = behaviour_of(db, project, core).programs.get(program).filter(|it| !is_in_table(&it.id));
-    let time = |cost: &Cost<'db>| match cost {
-        Cost::Codel(codel) => Some((codel.qualified(db), times.codel_time(db, *codel, level).time()?)),
-        Cost::Operation(index) => {
-            psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
-        }
-        Cost::Access(port) => match times.time(&Timed::Access(component, port.clone()), level) {
-            Lookup::Known(time) => Some((port.to_string(), time)),
-            _ => None,
-        },
-        Cost::Send(_) | Cost::Sum(_) | Cost::Greatest(_) => None,
+    if behaviour.programs.get(program).is_none_or(|it| is_in_table(&it.id)) {
+        return Vec::new();
+    }
+    let mut evaluator = Evaluator::new(db, component, behaviour, times, level, &|_| None);
+    let product = product_of(db, project, core);
+    let costs = evaluator.parts(&product.costs);
+    let cost = |of: u32| costs.get(of as usize).copied().flatten();
+    let Some(edge) = product.edges.get(psm.machine.greatest_edge()) else { return Vec::new() };
+    // That of the program in the greatest edge, if it is there.
+    let total = |it: u32| cost(it).map(|it| it.total);
+    let executed = longest_of(&product.costs, &total, edge.cost).into_iter();
+    let of_program = |index: u32| match product.costs.get(index as usize) {
+        Some(Cost::Program(it, inner)) if *it == program => Some(*inner),
+        _ => None,
     };
-    program.map_or_else(Vec::new, |program| path(&program.cost, &time))
+    let mut all = (0..product.costs.len() as u32).filter_map(of_program);
+    let Some(inner) = executed.filter_map(of_program).next().or_else(|| all.next()) else {
+        return Vec::new();
+    };
+    let execution = |it: u32| cost(it).map(|it| it.execution);
+    let named = |index: u32| {
+        let name = match product.costs.get(index as usize)? {
+            Cost::One(Execution::Codel(codel)) => codel.qualified(db),
+            Cost::One(Execution::Access(port)) => port.to_string(),
+            Cost::One(Execution::Operation(index)) | Cost::Operation(index, _) => {
+                psm.operations.get(*index)?.0.to_string()
+            }
+            _ => return None,
+        };
+        Some((name, execution(index)?))
+    };
+    longest_of(&product.costs, &execution, inner).into_iter().filter_map(named).collect()
 }
 
 /// Returns the entry of a table that the greatest time of a component is from: that of its longest program, or of the longest codel
@@ -897,14 +914,14 @@ pub(crate) fn entry_of_greatest_time<'db>(
     })
 }
 
-/// Returns the programs that an execution of a product's cost consists of along its longest path, or what one of these does, in the
-/// order of execution.
-fn longest_of(product: &Product<'_>, time: &dyn Fn(u32) -> Option<Time>, root: u32) -> Vec<u32> {
+/// Returns the parts that an execution consists of along its longest path, in the order of execution: programs, or what one of these
+/// does.
+fn longest_of(parts: &[Cost<'_>], time: &dyn Fn(u32) -> Option<Time>, root: u32) -> Vec<u32> {
     let (mut found, mut open) = (Vec::new(), vec![root]);
     while let Some(index) = open.pop() {
-        match product.costs.get(index as usize) {
-            Some(ProductCost::Sum(one, other)) => open.extend([*other, *one]),
-            Some(ProductCost::Greatest(one, other)) => {
+        match parts.get(index as usize) {
+            Some(Cost::Sum(one, other)) => open.extend([*other, *one]),
+            Some(Cost::Greatest(one, other)) => {
                 open.push(if time(*other) > time(*one) { *other } else { *one });
             }
             Some(_) => found.push(index),
@@ -912,50 +929,4 @@ fn longest_of(product: &Product<'_>, time: &dyn Fn(u32) -> Option<Time>, root: u
         }
     }
     found
-}
-
-/// [`worst_path`] of the program in the greatest edge.
-fn path_of_product<'db>(
-    db: &'db dyn ModelDb,
-    psm: &Psm<'db>,
-    product: &Product<'db>,
-    costs: &[Option<Taken>],
-    program: usize,
-) -> Vec<(String, Time)> {
-    let cost = |of: u32| costs.get(of as usize).copied().flatten();
-    let Some(edge) = product.edges.get(psm.machine.greatest_edge()) else { return Vec::new() };
-    let total = |it: u32| cost(it).map(|it| it.total);
-    let execution = |it: u32| cost(it).map(|it| it.execution);
-    let executed = longest_of(product, &total, edge.cost);
-    let inner = executed.into_iter().find_map(|index| match product.costs.get(index as usize) {
-        Some(ProductCost::Program(it, inner)) if *it == program => Some(*inner),
-        _ => None,
-    });
-    let named = |index: u32| {
-        let name = match product.costs.get(index as usize)? {
-            ProductCost::One(Cost::Codel(codel)) => codel.qualified(db),
-            ProductCost::One(Cost::Access(port)) => port.to_string(),
-            ProductCost::Operation(index, _) => psm.operations.get(*index)?.0.to_string(),
-            _ => return None,
-        };
-        Some((name, execution(index)?))
-    };
-    // Of a program whose time is in a table, no codel has a time.
-    inner.into_iter().flat_map(|inner| longest_of(product, &execution, inner)).filter_map(named).collect()
-}
-
-fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {
-    match cost {
-        Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) | Cost::Access(_) => {
-            time(cost).into_iter().collect()
-        }
-        Cost::Sum(costs) => costs.iter().flat_map(|cost| path(cost, time)).collect(),
-        Cost::Greatest(costs) => {
-            let sum = |path: &[(String, Time)]| {
-                path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time))
-            };
-            let paths = costs.iter().map(|cost| path(cost, time));
-            paths.reduce(|best, next| if sum(&next) > sum(&best) { next } else { best }).unwrap_or_default()
-        }
-    }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashMap;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Behaviour, Cost, Decl, ModelDb, Project, TimedProgram, behaviour_of, core_of, sends_in};
+use mauve_hir::{Behaviour, Cost, CostGraph, Decl, Execution, ModelDb, Project, TimedProgram, behaviour_of, core_of};
 
 /// Returns the greatest number of calls that one period of a component sends to each of its required operations.
 #[salsa::tracked(returns(ref))]
@@ -18,7 +18,7 @@ pub(crate) fn sends_of<'db>(
     let behaviour = behaviour_of(db, project, core);
     let costs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &*program.cost);
     let mut sends: FxHashMap<Name, u64> = FxHashMap::default();
-    for name in costs.flat_map(sends_in).collect::<BTreeSet<_>>() {
+    for name in costs.flat_map(CostGraph::sends).collect::<BTreeSet<_>>() {
         let of_operations = calls_of_operations(behaviour, name);
         let count = |program: &TimedProgram<'db>| calls(&program.cost, name, &of_operations);
         let of_programs: Vec<u64> = behaviour.programs.iter().map(count).collect();
@@ -32,7 +32,7 @@ pub(crate) fn sends_of<'db>(
 /// Returns the greatest number of calls that one execution of an operation sends, by required operation.
 pub(crate) fn sends_of_operation(behaviour: &Behaviour<'_>, operation: usize) -> Vec<(Name, u64)> {
     let names: BTreeSet<&Name> =
-        behaviour.operations.iter().flat_map(|program| sends_in(&program.cost)).collect();
+        behaviour.operations.iter().flat_map(|program| program.cost.sends()).collect();
     let calls = |name: &Name| calls_of_operations(behaviour, name).get(operation).copied().unwrap_or(0);
     names.into_iter().map(|name| (name.clone(), calls(name))).filter(|(_, calls)| *calls > 0).collect()
 }
@@ -69,14 +69,17 @@ fn calls_of_operations(behaviour: &Behaviour<'_>, name: &Name) -> Vec<u64> {
 
 /// Returns the greatest number of calls to the required operation `name`, or of accesses to the port, along a path of a program; it
 /// saturates.
-fn calls(cost: &Cost<'_>, name: &Name, of_operations: &[u64]) -> u64 {
-    match cost {
-        Cost::Codel(_) => 0,
-        Cost::Operation(index) => of_operations.get(*index).copied().unwrap_or(0),
-        Cost::Send(used) | Cost::Access(used) => u64::from(used == name),
-        Cost::Sum(costs) => {
-            costs.iter().fold(0, |sum: u64, cost| sum.saturating_add(calls(cost, name, of_operations)))
+fn calls(cost: &CostGraph<'_>, name: &Name, of_operations: &[u64]) -> u64 {
+    let calls = cost.folded(|part, known: &[u64]| {
+        let of = |index: &u32| known.get(*index as usize).copied().unwrap_or(0);
+        match part {
+            Cost::Nothing | Cost::One(Execution::Codel(_)) => 0,
+            Cost::One(Execution::Operation(index)) => of_operations.get(*index).copied().unwrap_or(0),
+            Cost::One(Execution::Send(used) | Execution::Access(used)) => u64::from(used == name),
+            Cost::Sum(one, other) => of(one).saturating_add(of(other)),
+            Cost::Greatest(one, other) => of(one).max(of(other)),
+            Cost::Program(_, inner) | Cost::Operation(_, inner) => of(inner),
         }
-        Cost::Greatest(costs) => costs.iter().map(|cost| calls(cost, name, of_operations)).max().unwrap_or(0),
-    }
+    });
+    calls.unwrap_or(0)
 }

@@ -20,7 +20,7 @@ use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::table_set::TableSet;
 use crate::timetable::{Lookup, timetable_of};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Cost, Decl, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
+use mauve_hir::{Decl, Execution, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
 
 /// So many activities are analysed for each value, those of each analysis counted. A search needs about 35 analyses: so a
 /// deployment with 200 activities still gets exact limits.
@@ -255,13 +255,13 @@ pub fn executed_times<'db>(
                 of_activity.push(timed);
                 continue;
             }
-            for cost in program.cost.leaves() {
-                match cost {
-                    Cost::Codel(codel) => of_activity.push(Timed::Codel(*codel)),
-                    Cost::Operation(operation) if operations.insert(*operation) => {
+            for execution in program.cost.executions() {
+                match execution {
+                    Execution::Codel(codel) => of_activity.push(Timed::Codel(*codel)),
+                    Execution::Operation(operation) if operations.insert(*operation) => {
                         open.extend(behaviour.operations.get(*operation));
                     }
-                    Cost::Access(port) => {
+                    Execution::Access(port) => {
                         let access = Timed::Access(component, port.clone());
                         of_activity.extend(Some(access).filter(|it| times.time(it, level) != Lookup::Absent));
                     }

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::cost::Cost;
+use crate::cost::CostGraph;
 use crate::item_tree::{Name, SourceId};
 use crate::program_id::ProgramId;
 use crate::source::Decl;
@@ -79,7 +79,7 @@ pub struct Written<'db> {
     /// The number of programs of the edge before that with the write.
     pub programs: usize,
     /// The cost of that program up to the end of the write.
-    pub part: Arc<Cost<'db>>,
+    pub part: Arc<CostGraph<'db>>,
 }
 
 /// Why data may never be written: periods that can repeat for ever without a write of it.

@@ -8,16 +8,16 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, bodies_of, by_group, core_scope, statements};
+use crate::body::{BodyId, by_group, core_scope};
 use crate::graph::closure;
-use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
-use crate::item_tree::{BinaryOperator, Direction, Expr, Literal, Statement, UnaryOperator, is_logic, spine};
+use crate::infer::{Inference, VariableOf, inference_of, shared_variables};
+use crate::item_tree::Direction;
+use crate::program_graph::{Action, Call, ProgramGraph, Term, graphs_of_group};
 use crate::project::Project;
-use crate::resolve::{Binding, Callee, VariableId};
+use crate::resolve::{Callee, VariableId};
 use crate::source::Decl;
 use crate::structure::structure_of;
 use crate::types::Type;
-use crate::values::whole_number;
 
 /// The variables that are followed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -39,7 +39,7 @@ struct Uses {
     /// Those that programs assign, and whether the value may be known.
     assigned: Vec<(VariableId, bool)>,
     by_operations: Vec<VariableId>,
-    /// The greatest of [`greatest_number`] of their expressions.
+    /// See [`ProgramGraph::greatest_number`].
     greatest: i32,
 }
 
@@ -84,8 +84,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         all.iter().flat_map(|uses| &uses.by_operations).copied().collect();
     by_operations.sort_unstable();
     by_operations.dedup();
-    let initial = declared().filter_map(|it| it.value.as_ref()).map(greatest_number);
-    let greatest = all.iter().map(|uses| uses.greatest).chain(initial).max().unwrap_or_default();
+    let greatest = all.iter().map(|uses| uses.greatest).max().unwrap_or_default();
     Followed { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(4) }
 }
 
@@ -103,160 +102,145 @@ fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, grou
     let Some(scope) = core_scope(db, of) else { return Uses::default() };
     let inference = inference_of(db, project, of, group);
     let shared = shared_variables(db, project, of);
-    let mut reader = Reader { inference, shared, group, found: Uses::default() };
-    for (id, body) in bodies_of(db, of, scope, group).iter() {
-        let first = reader.found.assigned.len();
-        for (_, code) in body.code() {
-            reader.code(code, matches!(body, Body::Operation(_)));
-            for expression in expressions(code) {
-                reader.found.greatest = reader.found.greatest.max(greatest_number(expression));
-                for call in expression.descendants() {
-                    reader.call(call, &|callee, count| directions_of(db, scope, callee, count));
-                }
+    let mut found = Uses::default();
+    let bodies = scope.bodies_in(group).zip(graphs_of_group(db, project, of, group));
+    for (id, programs) in bodies {
+        let is_operation = matches!(id, BodyId::Operation(_));
+        for (_, graph) in programs {
+            found.greatest = found.greatest.max(graph.greatest_number);
+            if id.is_of_values() {
+                continue;
+            }
+            let first = found.assigned.len();
+            let results = FxHashMap::default();
+            Reader { inference, shared, graph, found: &mut found, results }.program(is_operation);
+            if is_operation {
+                let of_operation = found.assigned.iter().skip(first).map(|(variable, _)| *variable);
+                found.by_operations.extend(of_operation.filter(|it| it.group.is_none()));
             }
         }
-        if matches!(id, BodyId::Operation(_)) {
-            let of_operation = reader.found.assigned.iter().skip(first).map(|(variable, _)| *variable);
-            reader.found.by_operations.extend(of_operation.filter(|it| it.group.is_none()));
-        }
     }
-    let Uses { deciding, sources, assigned, .. } = &mut reader.found;
+    let Uses { deciding, sources, assigned, .. } = &mut found;
     deciding.sort_unstable();
     deciding.dedup();
     sources.sort_unstable();
     sources.dedup();
     assigned.sort_unstable();
     assigned.dedup();
-    reader.found
+    found
 }
 
-/// Returns the outermost expressions of a program or guard.
-fn expressions(code: Code<'_>) -> impl Iterator<Item = &Expr> {
-    let (program, guard) = match code {
-        Code::Program(program) => (program.statements.as_slice(), None),
-        Code::Guard(guard) => (&[][..], Some(&guard.condition)),
-    };
-    statements(program).filter_map(Statement::expression).chain(guard)
+/// The variables that a value depends on, and whether the value is known if theirs are.
+#[derive(Debug, Clone, Default)]
+struct Dependence {
+    variables: Vec<VariableId>,
+    is_unknown: bool,
 }
 
-/// Returns the product of the literals of an expression, without those that are 0: `60 * 10` is 600.
-fn greatest_number(expression: &Expr) -> i32 {
-    let numbers = expression.descendants().filter_map(|it| match it {
-        Expr::Literal(Literal::Int(text), _) => whole_number(text),
-        _ => None,
-    });
-    numbers.fold(1, |product, number| product.saturating_mul(number.saturating_abs().max(1)))
+impl Dependence {
+    fn and(mut self, other: Dependence) -> Dependence {
+        self.variables.extend(other.variables);
+        self.is_unknown |= other.is_unknown;
+        self
+    }
+
+    fn unknown(self) -> Dependence {
+        Dependence { is_unknown: true, ..self }
+    }
 }
 
 struct Reader<'a, 'db> {
     inference: &'a Inference<'db>,
     shared: &'a [VariableOf],
-    group: u32,
-    found: Uses,
+    graph: &'a ProgramGraph<'db>,
+    found: &'a mut Uses,
+    /// What the registers of results depend on.
+    results: FxHashMap<u32, Dependence>,
 }
 
 impl<'db> Reader<'_, 'db> {
-    fn code(&mut self, code: Code<'_>, is_operation: bool) {
-        let program = match code {
-            Code::Guard(guard) => return self.decides(&guard.condition),
-            Code::Program(program) => program,
-        };
-        for statement in statements(&program.statements) {
-            match statement {
-                Statement::If { condition, .. } => self.decides(condition),
-                Statement::Return(_, Some(value)) if is_operation => self.passes(value),
-                Statement::Assign(target, value) => {
-                    let target = self.inference.binding(target.id);
-                    self.assign(target.and_then(|it| self.small(it)), value);
-                }
-                Statement::Variable(variable) => {
-                    let index = self.inference.variables.partition_point(|it| it.name.id < variable.name.id);
-                    let id = VariableId { group: Some(self.group), index: index as u32 };
-                    if let Some(value) = &variable.value {
-                        self.assign(self.small(Binding::Variable(id)), value);
+    fn program(&mut self, is_operation: bool) {
+        for node in &self.graph.nodes {
+            match &node.action {
+                // `&&` in a value may be known, but decides nothing.
+                Action::Branch { condition, is_value: false, .. } => {
+                    let condition = self.dependence(*condition);
+                    if !condition.is_unknown {
+                        self.found.deciding.push(condition.variables);
                     }
                 }
-                Statement::Return(..) | Statement::Expr(_) | Statement::Block(_) => {}
+                Action::Assign { to, value: Some(value) } => self.assign(*to, *value),
+                Action::Call(call) => self.call(call),
+                Action::Return(Some(value)) if is_operation => self.passes(*value),
+                Action::Nothing | Action::Branch { .. } | Action::Assign { .. } | Action::Return(_) => {}
             }
         }
     }
 
-    /// Returns the variable of a binding, if it has few values.
-    fn small(&self, binding: Binding<'db>) -> Option<VariableId> {
-        let Binding::Variable(id) = binding else { return None };
+    /// Returns the variable of a register, if it has few values.
+    fn small(&self, register: u32) -> Option<VariableId> {
+        let id = self.graph.variable(register)?;
         let all = if id.group.is_none() { self.shared } else { &self.inference.variables };
         all.get(id.index as usize).is_some_and(|it| is_small(&it.ty)).then_some(id)
     }
 
-    fn name(&self, expr: &Expr) -> Option<VariableId> {
-        let Expr::Name(name) = expr else { return None };
-        self.inference.binding(name.id).and_then(|it| self.small(it))
-    }
-
-    /// Notes the variables of each operand of a condition whose value may be known.
-    fn decides(&mut self, condition: &Expr) {
-        match condition {
-            Expr::Unary(UnaryOperator::Not, inner, _) => self.decides(inner),
-            Expr::Binary(BinaryOperator::And | BinaryOperator::Or, ..) => {
-                let (first, operands) = spine(condition, is_logic);
-                self.decides(first);
-                operands.into_iter().for_each(|(_, operand, _)| self.decides(operand));
+    fn dependence(&self, term: u32) -> Dependence {
+        match self.graph.term(term) {
+            Term::Bool(_) | Term::Int(_) | Term::Status(_) | Term::Other => Dependence::default(),
+            Term::Missing | Term::Feature => Dependence::default().unknown(),
+            Term::Register(register, _) => match (self.results.get(&register), self.small(register)) {
+                (Some(of_result), _) => of_result.clone(),
+                (None, Some(variable)) => Dependence { variables: vec![variable], is_unknown: false },
+                (None, None) => Dependence::default().unknown(),
+            },
+            Term::Incomplete(inner) => self.dependence(inner).unknown(),
+            Term::Unary(_, inner) | Term::Decided(_, inner) => self.dependence(inner),
+            Term::Binary(..) => {
+                // A long sum is no deep recursion.
+                let (mut left, mut all) = (term, Dependence::default());
+                while let Term::Binary(_, one, other) = self.graph.term(left) {
+                    all = all.and(self.dependence(other));
+                    left = one;
+                }
+                self.dependence(left).and(all)
             }
-            _ if self.may_be_known(condition) => {
-                let variables = condition.descendants().filter_map(|it| self.name(it)).collect();
-                self.found.deciding.push(variables);
-            }
-            _ => {}
         }
     }
 
     /// Notes the variables of a value that an operation gets or returns: its caller, or its own conditions, may depend on each.
-    fn passes(&mut self, value: &Expr) {
-        let variables = value.descendants().filter_map(|it| Some(vec![self.name(it)?])).collect::<Vec<_>>();
-        self.found.deciding.extend(variables);
+    fn passes(&mut self, value: u32) {
+        let variables = self.dependence(value).variables;
+        self.found.deciding.extend(variables.into_iter().map(|it| vec![it]));
     }
 
-    /// Whether the value of an expression is known if those of its variables are.
-    fn may_be_known(&self, value: &Expr) -> bool {
-        value.descendants().all(|it| match it {
-            Expr::Name(_) => self.name(it).is_some(),
-            Expr::Call { callee, .. } => {
-                matches!(self.inference.callee(callee.id), Some(Callee::Operation(_)))
-            }
-            it => !matches!(it, Expr::Missing | Expr::Incomplete(_)),
-        })
-    }
-
-    fn assign(&mut self, target: Option<VariableId>, value: &Expr) {
-        let Some(target) = target else { return };
-        let sources = value.descendants().filter_map(|it| self.name(it)).map(|source| (target, source));
-        self.found.sources.extend(sources.collect::<Vec<_>>());
-        let is_known = self.may_be_known(value);
-        self.found.assigned.push((target, is_known));
-    }
-
-    /// Notes what a call assigns, and the conditions in an expression that decide about a call.
-    fn call(&mut self, expr: &Expr, directions: &dyn Fn(Callee<'db>, usize) -> Vec<Direction>) {
-        match expr {
-            Expr::Binary(BinaryOperator::And | BinaryOperator::Or, left, right, _) if right.may_call() => {
-                self.decides(left);
-            }
-            Expr::Call { callee, arguments, .. } => {
-                let Some(callee) = self.inference.callee(callee.id) else { return };
-                let is_own = matches!(callee, Callee::Operation(_));
-                for (argument, direction) in arguments.iter().zip(directions(callee, arguments.len())) {
-                    if direction != Direction::In
-                        && let Some(target) = self.name(argument)
-                    {
-                        // An operation may assign a known value.
-                        self.found.assigned.push((target, is_own));
-                    }
-                    if is_own {
-                        self.passes(argument);
-                    }
-                }
-            }
-            _ => {}
+    fn assign(&mut self, to: u32, value: u32) {
+        let value = self.dependence(value);
+        if self.graph.variable(to).is_none() {
+            let known = self.results.entry(to).or_default();
+            *known = std::mem::take(known).and(value);
+        } else if let Some(target) = self.small(to) {
+            self.found.assigned.push((target, !value.is_unknown));
+            self.found.sources.extend(value.variables.into_iter().map(|source| (target, source)));
         }
+    }
+
+    /// Notes what a call assigns.
+    fn call(&mut self, call: &Call<'db>) {
+        let is_own = matches!(call.callee, Some(Callee::Operation(_)));
+        let mut result = Dependence { is_unknown: !is_own, ..Dependence::default() };
+        for argument in &call.arguments {
+            result = result.and(self.dependence(argument.value));
+            if argument.direction != Direction::In
+                && let Some(target) = argument.variable.and_then(|it| self.small(it))
+                && call.callee.is_some()
+            {
+                // An operation may assign a known value.
+                self.found.assigned.push((target, is_own));
+            }
+            if is_own {
+                self.passes(argument.value);
+            }
+        }
+        self.results.insert(call.result, result);
     }
 }

@@ -8,7 +8,7 @@ use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, 
 use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
-    codels_in, config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of,
+    config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of,
     names_of, projects, ros2_of, type_of,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -283,7 +283,7 @@ fn untimed_codels<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> HashSet<D
         let has_none = |found| matches!(found, Lookup::Absent | Lookup::Assumed(_));
         tables.iter().any(|times| has_none(times.codel_time(db, *codel, level)))
     };
-    programs.flat_map(|program| codels_in(&program.cost)).filter(is_untimed).collect()
+    programs.flat_map(|program| program.cost.codels()).filter(is_untimed).collect()
 }
 
 fn value(word: &str) -> Completion {

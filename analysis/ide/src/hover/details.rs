@@ -54,7 +54,7 @@ pub(super) fn details<'db>(
             resolved_type(db, project, of, id, shown) + &block(values(db, project, of, id))
         }
         SymbolKind::Variable => {
-            let product = if of.kind(db) == Kind::Core { product_of(db, project, of).as_ref() } else { None };
+            let product = (of.kind(db) == Kind::Core).then(|| product_of(db, project, of));
             let values = product.and_then(|product| product.values.iter().find(|(it, _)| *it == id));
             let values = values.map_or_else(String::new, |(_, values)| format!("values: {values}\n\n"));
             resolved_type(db, project, of, id, shown) + &values
