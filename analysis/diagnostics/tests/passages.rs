@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use expect_test::{Expect, expect};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Assumption, Cost, CostGraph, Database, Decl, Execution, PassageEnd, Project, Skip, Workspace, behaviour_of, core_of, names_of,
-    passages_of, projects,
+    Assumption, Cost, CostGraph, Database, Decl, Execution, PassageEnd, Project, Skip, Workspace,
+    behaviour_of, core_of, names_of, passages_of, projects,
 };
 
 use crate::common::{sample, workspace};

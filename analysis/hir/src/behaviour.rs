@@ -369,7 +369,8 @@ impl<'db> BehaviourContext<'db> {
 
     /// Orders the operations, callees first, and refuses recursive ones.
     fn order_operations(&mut self) {
-        let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| it.cost.operations().collect()).collect();
+        let calls: Vec<Vec<usize>> =
+            self.found.operations.iter().map(|it| it.cost.operations().collect()).collect();
         let (order, in_cycle) = topological_order(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_cycle).filter(|(_, in_cycle)| *in_cycle) {
             let name = operation.name.clone();

@@ -3,15 +3,12 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
-
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::item_tree::{
     Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Program, SourceId, State,
     Statement, TypeRef, Variable,
 };
-use crate::program_id::ProgramId;
 use crate::source::{Decl, core};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
@@ -456,26 +453,4 @@ impl Core {
         let guards = transitions.filter_map(|transition| Some(&transition.guard.as_ref()?.condition));
         values.chain(self.statements().filter_map(Statement::expression)).chain(guards)
     }
-}
-
-/// Returns the code of a program of a core, and its body; `states` has the index of the state of each name.
-pub(crate) fn code_of<'a>(
-    core: &'a Core,
-    states: &FxHashMap<&Name, usize>,
-    id: &ProgramId,
-) -> Option<(BodyId, Code<'a>)> {
-    if let ProgramId::Hook(kind) = id {
-        let index = core.hooks.iter().position(|it| it.kind == *kind)?;
-        return Some((BodyId::Hook(index as u32), Code::Program(&core.hooks.get(index)?.program)));
-    }
-    let index = *states.get(id.state()?)?;
-    let state = core.machines.first()?.states.get(index)?;
-    let transition = |name: &Name| state.transitions.iter().find(|it| it.name.name == *name);
-    let code = match id {
-        ProgramId::Method { kind, .. } => Code::Program(state.method(*kind)?),
-        ProgramId::Guard { transition: name, .. } => Code::Guard(transition(name)?.guard.as_ref()?),
-        ProgramId::Effect { transition: name, .. } => Code::Program(transition(name)?.effect.as_ref()?),
-        ProgramId::Hook(_) | ProgramId::Operation(_) => return None,
-    };
-    Some((BodyId::State(0, index as u32), code))
 }

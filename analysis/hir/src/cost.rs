@@ -52,15 +52,6 @@ pub enum Execution<'db> {
 }
 
 impl<E> CostOf<E> {
-    /// Returns the indices of its parts.
-    fn inner(&self) -> [Option<u32>; 2] {
-        match self {
-            CostOf::Sum(one, other) | CostOf::Greatest(one, other) => [Some(*one), Some(*other)],
-            CostOf::Program(_, inner) | CostOf::Operation(_, inner) => [Some(*inner), None],
-            CostOf::Nothing | CostOf::One(_) => [None, None],
-        }
-    }
-
     /// Returns it with other executions and other indices of its parts.
     fn with<F>(&self, one: impl Fn(&E) -> CostOf<F>, number: impl Fn(u32) -> u32) -> CostOf<F> {
         match self {
@@ -107,12 +98,15 @@ impl<'db> CostGraph<'db> {
 
     /// Returns the operations that it executes, each once, as indices into [`crate::Behaviour::operations`].
     pub fn operations(&self) -> impl Iterator<Item = usize> {
-        self.executions().filter_map(|it| if let Execution::Operation(index) = it { Some(*index) } else { None })
+        self.executions()
+            .filter_map(|it| if let Execution::Operation(index) = it { Some(*index) } else { None })
     }
 
     /// Returns the required operations that it sends calls to, each once, without those of the operations that it executes.
     pub fn sends(&self) -> BTreeSet<&Name> {
-        self.executions().filter_map(|it| if let Execution::Send(name) = it { Some(name) } else { None }).collect()
+        self.executions()
+            .filter_map(|it| if let Execution::Send(name) = it { Some(name) } else { None })
+            .collect()
     }
 }
 
@@ -149,28 +143,15 @@ impl<E: Clone + Eq + Hash> Costs<E> {
         })
     }
 
-    /// Adds a part of other costs with all its parts, whose executions cost what `one` returns; returns its index.
-    pub(crate) fn include<F>(
-        &mut self,
-        parts: &[CostOf<F>],
-        root: u32,
-        one: impl Fn(&F) -> CostOf<E>,
-    ) -> u32 {
-        let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
-        let mut open = vec![root];
-        while let Some(&index) = open.last() {
-            let Some(part) = parts.get(index as usize) else { return NOTHING };
-            // Those that it needs come first.
-            let missing = part.inner().into_iter().flatten().rfind(|it| !numbers.contains_key(it));
-            if let Some(missing) = missing {
-                open.push(missing);
-                continue;
-            }
-            open.pop();
-            let number = self.add(part.with(&one, |index| numbers.get(&index).copied().unwrap_or(NOTHING)));
-            numbers.insert(index, number);
+    /// Adds the parts of other costs, whose executions cost what `one` returns; returns their indices.
+    pub(crate) fn include<F>(&mut self, parts: &[CostOf<F>], one: impl Fn(&F) -> CostOf<E>) -> Vec<u32> {
+        let mut numbers: Vec<u32> = Vec::with_capacity(parts.len());
+        for part in parts {
+            let number = |index: u32| numbers.get(index as usize).copied().unwrap_or(NOTHING);
+            let number = self.add(part.with(&one, number));
+            numbers.push(number);
         }
-        numbers.get(&root).copied().unwrap_or(NOTHING)
+        numbers
     }
 
     pub(crate) fn sum(&mut self, one: u32, other: u32) -> u32 {

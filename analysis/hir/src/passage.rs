@@ -38,8 +38,6 @@ type Reached = Vec<(u32, u32, u128)>;
 struct Flows<'db> {
     graph: Graph<'db>,
     reached: Reached,
-    /// What counters and modes decide, if they are followed.
-    interpreted: Option<Arc<Interpreted<'db>>>,
     through_handles: bool,
     /// Whether the values of variables are forgotten at the end of each job, since there are too many.
     forgets: bool,
@@ -60,14 +58,14 @@ fn flows_of<'db>(
         return None;
     }
     let graph = Builder::new(db, project, of, behaviour, through_handles)?.build();
-    let (states, interpreted) = (vec![true; graph.starts.len()], interpreted_of(db, project, of).clone());
+    let states = vec![true; graph.starts.len()];
     let search = Search::new(&graph, &states);
     let all = [search, Search { forgets: true, ..search }];
     let found = all.iter().filter(|_| !graph.too_large);
     let found = found.filter_map(|it| Some((it.reached(behaviour.initial)?, it.forgets))).next();
     let too_large = found.is_none();
     let (reached, forgets) = found.unwrap_or_default();
-    Some(Arc::new(Flows { graph, reached, interpreted, through_handles, forgets, too_large }))
+    Some(Arc::new(Flows { graph, reached, through_handles, forgets, too_large }))
 }
 
 /// Returns what jobs come to with the values of counters and modes; none where these are not followed, or are too many.
@@ -80,7 +78,7 @@ fn reached_with_values<'db>(
 ) -> Option<Reached> {
     let flows = flows_of(db, project, of, through_handles)?;
     let states = vec![true; flows.graph.starts.len()];
-    let interpreted = flows.interpreted.as_deref();
+    let interpreted = interpreted_of(db, project, of).as_deref();
     let search = Search { interpreted, ..Search::new(&flows.graph, &states) };
     search.reached(behaviour_of(db, project, of).initial)
 }
@@ -201,6 +199,11 @@ impl<'db> Context<'_, 'db> {
         Some(graph.places.get(graph.nodes.get(node as usize)?.place as usize)?.state)
     }
 
+    /// What counters and modes decide, if they are followed.
+    fn interpreted(&self) -> Option<&'db Interpreted<'db>> {
+        interpreted_of(self.db, self.project, self.of).as_deref()
+    }
+
     fn with_values(&self) -> &'db Option<Reached> {
         reached_with_values(self.db, self.project, self.of, self.flows.through_handles)
     }
@@ -227,14 +230,22 @@ impl<'db> Context<'_, 'db> {
             Some(Outcome { search, longest: search.longest(&found), found, overwritten })
         };
         let first = explore(search);
-        let valued = self.flows.interpreted.as_deref();
-        let valued = valued.map(|it| Search { interpreted: Some(it), forgets: false, ..search });
-        let is_open = |valued: &Search<'b, 'db>| match first.as_ref().map(|it| (&it.longest, it)) {
-            Some((Ok(jobs), it)) => jobs.unwrap_or_default() > least || it.overwritten.is_some(),
-            Some((Err(cycle), it)) => !valued.may_repeat(&it.found, cycle),
-            None => true,
+        let valued = match &first {
+            Some(Outcome { longest: Ok(jobs), overwritten: None, .. })
+                if jobs.unwrap_or_default() <= least =>
+            {
+                None
+            }
+            first => {
+                let all = self.interpreted();
+                let valued = all.map(|it| Search { interpreted: Some(it), forgets: false, ..search });
+                valued.filter(|valued| match first {
+                    Some(Outcome { longest: Err(cycle), found, .. }) => !valued.may_repeat(found, cycle),
+                    _ => true,
+                })
+            }
         };
-        let valued = valued.filter(is_open).filter(|_| self.with_values().is_some()).and_then(explore);
+        let valued = valued.filter(|_| self.with_values().is_some()).and_then(explore);
         valued.or(first).or_else(|| explore(Search { forgets: true, ..search }))
     }
 
@@ -296,7 +307,7 @@ impl<'db> Context<'_, 'db> {
         let all = &self.behaviour.edges.all;
         let assumed =
             |edge: usize| all.get(edge).is_some_and(|it| is_assumed(it.source) && is_assumed(it.target));
-        let edges: Vec<(usize, usize)> = match &self.flows.interpreted {
+        let edges: Vec<(usize, usize)> = match self.interpreted() {
             Some(it) => {
                 let own = it.product.edges.iter().filter(|it| assumed(it.edge));
                 own.map(|it| (it.source, it.target)).collect()

@@ -24,7 +24,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Edge, behaviour_of};
-use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, core_scope, of_program};
+use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, core_scope, groups_of, of_program};
 use crate::cost::{Cost, Costs, Execution, NOTHING};
 use crate::infer::{VariableOf, inference_of, shared_variables};
 use crate::item_tree::{HookKind, MethodKind, Parameter, SourceId, TypeRef};
@@ -37,7 +37,7 @@ use crate::structure::structure_of;
 use crate::types::{Type, type_of};
 
 use followed::{Followed, followed_of, is_small, shared};
-use outcomes::{ANY, Outcomes, Program, ReducedOperation, Reduction, Valuation};
+use outcomes::{ANY, OnlyPath, Outcome, Outcomes, Program, ReducedOperation, Reduction, Valuation};
 
 /// The most states, and edges.
 const MAX_STATES: usize = 4096;
@@ -103,7 +103,22 @@ impl Product<'_> {
     }
 }
 
-/// The product of a core, and what its values decide.
+/// The product of a core, and what its jobs execute.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub(crate) struct Explored<'db> {
+    pub(crate) product: Arc<Product<'db>>,
+    /// The programs of jobs, each with the index of each of its variables in a valuation.
+    programs: Vec<Used<'db>>,
+    /// What jobs execute, by the state of the product in which they begin: a program, and the valuation before it.
+    executed: Vec<(u32, u32)>,
+    /// For each state of the product, the end of its part of `executed`.
+    ends: Vec<u32>,
+    valuations: Vec<Valuation>,
+    /// The variables that are not followed, since they have too many values.
+    widened: Vec<VariableId>,
+}
+
+/// A product with what its values decide.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Interpreted<'db> {
     pub(crate) product: Arc<Product<'db>>,
@@ -121,29 +136,101 @@ impl Interpreted<'_> {
     }
 }
 
-/// Returns the product of a core; without states if the core is not analysed.
-#[salsa::tracked(returns(ref))]
-pub fn product_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Arc<Product<'db>> {
-    let behaviour = behaviour_of(db, project, of);
-    if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
-        return Arc::default();
-    }
-    let found = explored(db, project, of, false).map(|it| it.product);
-    found.unwrap_or_else(|| Arc::new(without_values(behaviour)))
-}
-
-/// Returns the product with what it decides; none if it follows no variable. Only passages need it: an edit that moves a condition in
-/// the text changes this, and not the product.
+/// Returns the product with what its values decide; none if it follows no variable. Only passages need it: an edit that moves a
+/// condition in the text changes this, and not the product.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn interpreted_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Option<Arc<Interpreted<'db>>> {
-    if !product_of(db, project, of).has_values() {
+    let explored = explored_of(db, project, of).as_ref()?;
+    let mut decided: FxHashMap<(u32, SourceId), Option<bool>> = FxHashMap::default();
+    let mut begin = 0;
+    for (state, &end) in (0..).zip(&explored.ends) {
+        db.unwind_if_revision_cancelled();
+        for &(program, valuation) in explored.executed.get(begin..end as usize).unwrap_or_default() {
+            let valuation = explored.valuations.get(valuation as usize);
+            let Some(((program, indices), values)) = explored.programs.get(program as usize).zip(valuation)
+            else {
+                continue;
+            };
+            if !program.has_conditions() {
+                continue;
+            }
+            let outcomes = program.outcomes(&explored.widened, &projected(values, indices));
+            for &(condition, holds) in &outcomes.decided {
+                let known = decided.entry((state, condition)).or_insert(holds);
+                *known = known.filter(|it| holds == Some(*it));
+            }
+        }
+        begin = end as usize;
+    }
+    let decided = decided.into_iter().filter_map(|(key, holds)| Some((key, holds?))).collect();
+    Some(Arc::new(Interpreted { product: explored.product.clone(), decided }))
+}
+
+/// Returns the values of some variables in a valuation.
+fn projected(values: &[i32], indices: &[usize]) -> Valuation {
+    indices.iter().map(|index| values.get(*index).copied().unwrap_or(ANY)).collect()
+}
+
+/// Returns the product of a core; without states if the core is not analysed.
+#[salsa::tracked(returns(ref))]
+pub fn product_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Arc<Product<'db>> {
+    let behaviour = behaviour_of(db, project, of);
+    if !behaviour.refusals.is_empty() {
+        return Arc::default();
+    }
+    let found = explored_of(db, project, of).as_ref().map(|it| it.product.clone());
+    found.unwrap_or_else(|| Arc::new(without_values(behaviour)))
+}
+
+/// Returns the product with what its jobs execute; none if it follows no variable, or the core is not analysed.
+#[salsa::tracked(returns(ref))]
+fn explored_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<Arc<Explored<'db>>> {
+    let followed = followed_of(db, project, of);
+    let behaviour = (!followed.variables.is_empty()).then(|| behaviour_of(db, project, of))?;
+    if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
         return None;
     }
-    explored(db, project, of, true).map(Arc::new)
+    let executed = Executed::new(db, project, of, behaviour, followed);
+    let shared = shared_variables(db, project, of);
+    let (mut combined, mut widened) = (0, Vec::new());
+    while combined < MAX_ALL_COMBINED {
+        let mut explorer = Explorer {
+            db,
+            behaviour,
+            shared,
+            of: &executed,
+            widened: &widened,
+            valuations: Valuations::default(),
+            outcomes: Vec::new(),
+            numbers: FxHashMap::default(),
+            calls: FxHashMap::default(),
+            only: OnlyPath::default(),
+            next: Vec::new(),
+            open: Vec::new(),
+            executed: Vec::new(),
+            costs: Costs::new(),
+            seen: FxHashMap::default(),
+            combined: 0,
+            is_too_large: false,
+        };
+        if let Some(found) = explorer.product() {
+            return Some(Arc::new(found));
+        }
+        combined += explorer.combined;
+        let is_kept = |id: &VariableId| followed.variables.contains(id) && !widened.contains(id);
+        let seen = explorer.seen.iter().filter(|(id, _)| is_kept(id));
+        let most = *seen.max_by_key(|(id, seen)| (seen.known.len(), Reverse(**id)))?.0;
+        widened.push(most);
+    }
+    None
 }
 
 /// Returns the product of a core that follows no variable: the edges of its behaviour, each along the worst paths of its programs.
@@ -154,7 +241,8 @@ fn without_values<'db>(behaviour: &Behaviour<'db>) -> Product<'db> {
         if let (Some(program), Some(known)) = (behaviour.programs.get(index), programs.get_mut(index))
             && known.is_none()
         {
-            let cost = costs.include(&program.cost.parts, program.cost.root, |it| Cost::One(it.clone()));
+            let parts = costs.include(&program.cost.parts, |it| Cost::One(it.clone()));
+            let cost = parts.get(program.cost.root as usize).copied().unwrap_or(NOTHING);
             *known = Some(costs.add(Cost::Program(index, cost)));
         }
     }
@@ -224,59 +312,6 @@ fn programs_of_group<'db>(
     all.map(|body| body.iter().map(program).collect()).collect()
 }
 
-fn explored<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    decides: bool,
-) -> Option<Interpreted<'db>> {
-    let followed = followed_of(db, project, of);
-    if followed.variables.is_empty() {
-        return None;
-    }
-    let behaviour = behaviour_of(db, project, of);
-    let all = shared_variables(db, project, of);
-    let mut kept: FxHashSet<VariableId> = followed.variables.iter().copied().collect();
-    let (mut combined, mut is_first) = (0, true);
-    while combined < MAX_ALL_COMBINED {
-        let mut explorer = Explorer {
-            db,
-            project,
-            of,
-            behaviour,
-            shared: all,
-            is_first: std::mem::take(&mut is_first),
-            variables: shared(all).map(|(id, _)| id).filter(|id| kept.contains(id)).collect(),
-            followed: &kept,
-            farthest: followed.farthest,
-            by_operations: Vec::new(),
-            programs: FxHashMap::default(),
-            used: Vec::new(),
-            found: Vec::new(),
-            costs: Costs::new(),
-            seen: FxHashMap::default(),
-            decided: decides.then(FxHashMap::default),
-            job: None,
-            combined: 0,
-            is_too_large: false,
-        };
-        let by_operations = followed.by_operations.iter();
-        explorer.by_operations =
-            by_operations.filter_map(|it| explorer.variables.iter().position(|own| own == it)).collect();
-        if let Some(found) = explorer.product() {
-            return Some(found);
-        }
-        combined += explorer.combined;
-        let seen = explorer.seen.iter().filter(|(id, _)| kept.contains(id));
-        let widened = *seen.max_by_key(|(id, seen)| (seen.known.len(), Reverse(**id)))?.0;
-        kept.remove(&widened);
-    }
-    None
-}
-
-/// What paths end with, with the values then, and their cost: an index in [`Product::costs`].
-type Paths<E> = Vec<(E, Valuation, u32)>;
-
 /// Where a component is between two periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Where {
@@ -290,97 +325,217 @@ enum Where {
 /// The values that a variable gets.
 #[derive(Debug, Default)]
 struct Seen {
-    known: BTreeSet<i32>,
+    known: FxHashSet<i32>,
     any: bool,
 }
 
-/// A program of this core, with the index of each of its variables in a valuation, and its outcomes by their values.
-struct Used<'db> {
-    program: Arc<Program<'db>>,
-    indices: Vec<usize>,
-    outcomes: FxHashMap<Valuation, u32>,
+/// The valuations of the followed variables so far, each once.
+#[derive(Default)]
+struct Valuations {
+    all: Vec<Valuation>,
+    numbers: FxHashMap<Valuation, u32>,
+    scratch: Vec<i32>,
 }
 
-/// Outcomes, with the index of each of their costs in [`Product::costs`].
-struct UsedOutcomes {
-    outcomes: Arc<Outcomes>,
-    costs: Vec<u32>,
+impl Valuations {
+    fn number(&mut self, values: &[i32]) -> u32 {
+        if let Some(&known) = self.numbers.get(values) {
+            return known;
+        }
+        let number = self.all.len() as u32;
+        self.all.push(values.into());
+        self.numbers.insert(values.into(), number);
+        number
+    }
+
+    /// Returns a valuation after changes.
+    fn changed<'a>(
+        &mut self,
+        before: u32,
+        changes: impl Iterator<Item = (&'a usize, &'a i32)> + Clone,
+    ) -> u32 {
+        if changes.clone().all(|(index, value)| self.values(before).get(*index) == Some(value)) {
+            return before;
+        }
+        let mut values = std::mem::take(&mut self.scratch);
+        values.clear();
+        values.extend_from_slice(self.values(before));
+        changes.for_each(|(index, value)| values.get_mut(*index).into_iter().for_each(|it| *it = *value));
+        let number = self.number(&values);
+        self.scratch = values;
+        number
+    }
+
+    fn values(&self, number: u32) -> &[i32] {
+        self.all.get(number as usize).map_or(&[], |it| it)
+    }
+}
+
+/// A path through programs: whether the last one, a guard, holds, the valuation, and the cost: an index in [`Product::costs`].
+#[derive(Clone, Copy)]
+struct Path {
+    holds: bool,
+    values: u32,
+    cost: u32,
+}
+
+/// A program, and the index of each of its variables in a valuation.
+type Used<'db> = (Arc<Program<'db>>, Box<[usize]>);
+
+/// Where the component executes programs between jobs, by their index; none that it does not have.
+#[derive(Clone, Copy)]
+struct Hooks {
+    core_values: Option<u32>,
+    configure: Option<u32>,
+    machine_values: Option<u32>,
+    start: Option<u32>,
+    entry: Option<u32>,
+    stop: Option<u32>,
+    cleanup: Option<u32>,
+}
+
+/// What a component executes.
+struct Executed<'db> {
+    /// The shared variables that are followed; a valuation has their values.
+    variables: Vec<VariableId>,
+    /// The indices of those that operations assign, which clients may call between two periods.
+    by_operations: Vec<usize>,
+    programs: Vec<Used<'db>>,
+    hooks: Hooks,
+    /// For each program of the behaviour, its index in `programs`.
+    of_jobs: Vec<Option<u32>>,
+    /// For each program that the edges of a state execute first, the edge that it fires, if it is a guard; and the last edge.
+    fired: Vec<Vec<Option<usize>>>,
+    stays: Vec<Option<usize>>,
+}
+
+impl<'db> Executed<'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: Decl<'db>,
+        behaviour: &Behaviour<'db>,
+        followed: &Followed,
+    ) -> Executed<'db> {
+        let variables: Vec<VariableId> =
+            followed.variables.iter().copied().filter(|it| it.group.is_none()).collect();
+        let by_operations = followed.by_operations.iter();
+        let by_operations =
+            by_operations.filter_map(|it| variables.iter().position(|own| own == it)).collect();
+        let mut programs: Vec<Used<'db>> = Vec::new();
+        let mut numbers: FxHashMap<Place, u32> = FxHashMap::default();
+        let scope = core_scope(db, of).as_ref();
+        let groups: Vec<_> =
+            groups_of(db, of).map(|group| programs_of_group(db, project, of, group)).collect();
+        let mut find = |place: Place| {
+            if let Some(&known) = numbers.get(&place) {
+                return Some(known);
+            }
+            let (group, index) = scope?.place(place.0)?;
+            let program = of_program(groups.get(group)?, index, place.1)?.clone();
+            let index = |variable: &VariableId| variables.iter().position(|it| it == variable);
+            let indices = program.variables().iter().filter_map(index).collect();
+            programs.push((program, indices));
+            numbers.insert(place, programs.len() as u32 - 1);
+            Some(programs.len() as u32 - 1)
+        };
+        let of_jobs = behaviour.programs.iter().map(|it| find(it.place)).collect();
+        // The edges are in the order of the states, and of their guards.
+        let (mut fired, mut stays) = (Vec::new(), Vec::new());
+        let mut edges = behaviour.edges.all.iter().enumerate().peekable();
+        for (state, first) in behaviour.edges.first.iter().enumerate() {
+            let mut fires = |program: &usize| {
+                let ProgramId::Guard { transition, .. } = &behaviour.programs.get(*program)?.id else {
+                    return None;
+                };
+                let is_own = |(_, edge): &(usize, &Edge)| {
+                    edge.source == state && edge.transition.as_ref() == Some(transition)
+                };
+                edges.next_if(is_own).map(|(index, _)| index)
+            };
+            fired.push(first.iter().map(&mut fires).collect());
+            stays.push(edges.next_if(|(_, it)| it.source == state).map(|(index, _)| index));
+        }
+        let structure = structure_of(db, of);
+        let mut hook = |kind| find((structure?.hook(kind)?, ProgramIn::Whole));
+        let (configure, start) = (hook(HookKind::Configure), hook(HookKind::Start));
+        let (stop, cleanup) = (hook(HookKind::Stop), hook(HookKind::Cleanup));
+        let mut states = structure.into_iter().flat_map(|it| it.states()).zip(0..);
+        let entry = states
+            .find(|(state, _)| state.initial)
+            .and_then(|(state, index)| Some((BodyId::State(0, index), state.method(MethodKind::Entry)?)));
+        let hooks = Hooks {
+            core_values: find((BodyId::CoreValues, ProgramIn::Whole)),
+            configure,
+            machine_values: find((BodyId::MachineValues, ProgramIn::Whole)),
+            start,
+            entry: entry.and_then(find),
+            stop,
+            cleanup,
+        };
+        Executed { variables, by_operations, programs, hooks, of_jobs, fired, stays }
+    }
 }
 
 struct Explorer<'a, 'db> {
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
     behaviour: &'db Behaviour<'db>,
     shared: &'db [VariableOf],
-    /// Whether all variables are followed, as in the programs that the database has.
-    is_first: bool,
-    /// The shared variables that are followed; a valuation has their values.
-    variables: Vec<VariableId>,
-    followed: &'a FxHashSet<VariableId>,
-    farthest: i32,
-    /// The indices of those that operations assign, which clients may call between two periods.
-    by_operations: Vec<usize>,
-    /// The programs so far; none that the core does not have.
-    programs: FxHashMap<Place, Option<usize>>,
-    used: Vec<Used<'db>>,
-    found: Vec<UsedOutcomes>,
+    of: &'a Executed<'db>,
+    widened: &'a [VariableId],
+    valuations: Valuations,
+    /// The outcomes of programs that may have several, with the index of each of their costs in [`Product::costs`]; and their
+    /// indices, by program and valuation.
+    outcomes: Vec<(Arc<Outcomes>, Vec<u32>)>,
+    numbers: FxHashMap<(u32, u32), u32>,
+    /// The costs of calls, by program and call.
+    calls: FxHashMap<(u32, u32), u32>,
+    /// The path through the current program, if it is the only one; otherwise its paths.
+    only: OnlyPath,
+    next: Vec<Path>,
+    /// The paths of the current job.
+    open: Vec<Path>,
+    executed: Vec<(u32, u32)>,
     costs: Costs<Execution<'db>>,
     seen: FxHashMap<VariableId, Seen>,
-    /// Whether the conditions of each job hold; none where one may, and may not.
-    decided: Option<FxHashMap<(usize, SourceId), Option<bool>>>,
-    /// The number of the state and values from which a job is executed.
-    job: Option<usize>,
     combined: usize,
     is_too_large: bool,
 }
 
-fn ends<E, F>(paths: Paths<E>, end: impl Fn(E) -> F) -> Paths<F> {
-    paths.into_iter().map(|(it, values, cost)| (end(it), values, cost)).collect()
-}
-
 impl<'db> Explorer<'_, 'db> {
     /// Returns the product; none if it is beyond a limit.
-    fn product(&mut self) -> Option<Interpreted<'db>> {
-        let unknown: Valuation = vec![ANY; self.variables.len()].into();
-        let start = (Where::Unconfigured, unknown);
-        let (mut numbers, mut all) = (FxHashMap::from_iter([(start.clone(), 0)]), vec![start]);
+    fn product(&mut self) -> Option<Explored<'db>> {
+        let start = (Where::Unconfigured, self.valuations.number(&vec![ANY; self.of.variables.len()]));
+        let (mut numbers, mut all) = (FxHashMap::from_iter([(start, 0)]), vec![start]);
         let mut edges: Vec<((usize, usize, usize), u32)> = Vec::new();
         let (mut next, mut running) = (0, 0);
-        while let Some((place, values)) = all.get(next).cloned() {
+        let (mut ends, mut found) = (Vec::new(), Vec::new());
+        while let Some(&(place, values)) = all.get(next) {
             self.db.unwind_if_revision_cancelled();
-            let mut found: Vec<(Where, Valuation, Option<(usize, u32)>)> = Vec::new();
-            for (place, paths) in self.hooks(place, &values) {
-                found.extend(paths.into_iter().map(|(_, values, _)| (place, values, None)));
-            }
+            self.hooks(place, values, &mut found);
             if let Where::Running(state) = place {
-                running += 1;
-                self.job = Some(next);
-                found.extend(self.job(state, values).into_iter().map(|((edge, target), values, cost)| {
-                    (Where::Running(target), values, Some((edge, cost)))
-                }));
-                self.job = None;
+                self.job(state, values, &mut found);
+                ends.push(self.executed.len() as u32);
             }
             let first = edges.len();
-            for (place, mut values, executed) in found {
-                // Clients may call operations between two periods.
-                for index in &self.by_operations {
-                    values.get_mut(*index).into_iter().for_each(|it| *it = ANY);
-                }
-                let entry = (place, values);
-                let number = *numbers.entry(entry.clone()).or_insert(all.len());
+            for (place, values, job) in found.drain(..) {
+                let entry = (place, self.between_periods(values));
+                let number = *numbers.entry(entry).or_insert(all.len());
                 if number == all.len() {
                     all.push(entry);
+                    running += usize::from(matches!(place, Where::Running(_)));
                 }
-                edges.extend(executed.map(|(edge, cost)| ((next, edge, number), cost)));
+                edges.extend(job.map(|(edge, cost)| ((next, edge, number), cost)));
             }
             // Of parallel edges, the greatest cost counts.
-            let mut own = edges.split_off(first);
-            own.sort_by_key(|(ends, _)| *ends);
-            for (ends, cost) in own {
-                match edges.last_mut().filter(|(known, _)| *known == ends) {
-                    Some((_, known)) => *known = self.costs.greatest(*known, cost),
-                    None => edges.push((ends, cost)),
+            if edges.len() > first + 1 {
+                let mut own = edges.split_off(first);
+                own.sort_by_key(|(ends, _)| *ends);
+                for (ends, cost) in own {
+                    match edges.last_mut().filter(|(known, _)| *known == ends) {
+                        Some((_, known)) => *known = self.costs.greatest(*known, cost),
+                        None => edges.push((ends, cost)),
+                    }
                 }
             }
             next += 1;
@@ -389,42 +544,50 @@ impl<'db> Explorer<'_, 'db> {
                 return None;
             }
         }
-        Some(self.finished(&all, edges))
+        let product = Arc::new(self.finished(&all, edges));
+        Some(Explored {
+            product,
+            programs: self.of.programs.clone(),
+            executed: std::mem::take(&mut self.executed),
+            ends,
+            valuations: std::mem::take(&mut self.valuations.all),
+            widened: self.widened.to_vec(),
+        })
     }
 
-    fn finished(
-        &mut self,
-        all: &[(Where, Valuation)],
-        edges: Vec<((usize, usize, usize), u32)>,
-    ) -> Interpreted<'db> {
-        let state_of = |place: &Where| if let Where::Running(state) = place { Some(*state) } else { None };
-        let running = || all.iter().filter_map(|(place, values)| Some((state_of(place)?, values)));
-        let declared: FxHashMap<VariableId, &VariableOf> = shared(self.shared).collect();
-        let variables = self.variables.iter().enumerate();
-        let variables: Vec<_> =
-            variables.filter_map(|(index, id)| Some((index, *id, *declared.get(id)?))).collect();
-        let mut shown = Vec::new();
-        for &(index, id, variable) in &variables {
-            let values: BTreeSet<i32> =
-                running().filter_map(|(_, values)| values.get(index).copied()).collect();
-            if values.len() > 1 {
-                shown.push((variable.name.name.to_string(), variable.ty.clone(), index));
-            }
-            values.into_iter().for_each(|value| self.see(id, value));
+    /// Returns a valuation after clients have called operations between two periods.
+    fn between_periods(&mut self, values: u32) -> u32 {
+        if self.of.by_operations.is_empty() {
+            return values;
         }
-        let described = |(_, id, it): &(usize, VariableId, &VariableOf)| {
-            Some((it.name.id, described(self.seen.get(id)?, &it.ty)))
-        };
-        let values = variables.iter().filter_map(described).collect();
-        let mut numbers: FxHashMap<&Valuation, u32> = FxHashMap::default();
-        let mut valuations = Vec::new();
-        let mut states = Vec::new();
-        for (state, values) in running() {
+        self.valuations.changed(values, self.of.by_operations.iter().map(|index| (index, &ANY)))
+    }
+
+    fn finished(&mut self, all: &[(Where, u32)], edges: Vec<((usize, usize, usize), u32)>) -> Product<'db> {
+        let state_of = |place: &Where| if let Where::Running(state) = place { Some(*state) } else { None };
+        let running: Vec<(usize, u32)> =
+            all.iter().filter_map(|(place, values)| Some((state_of(place)?, *values))).collect();
+        // The valuations of these states only, in their order.
+        let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
+        let mut valuations: Vec<Valuation> = Vec::new();
+        let mut states = Vec::with_capacity(running.len());
+        for (state, values) in running {
             let valuation = *numbers.entry(values).or_insert_with(|| {
-                valuations.push(values.clone());
+                valuations.push(self.valuations.values(values).into());
                 valuations.len() as u32 - 1
             });
             states.push(ProductState { state, valuation });
+        }
+        let declared: FxHashMap<VariableId, &VariableOf> = shared(self.shared).collect();
+        let (mut shown, mut values) = (Vec::new(), Vec::new());
+        for (index, id) in self.of.variables.iter().enumerate().filter(|(_, id)| !self.widened.contains(id)) {
+            let Some(variable) = declared.get(id) else { continue };
+            let own: BTreeSet<i32> = valuations.iter().filter_map(|it| it.get(index).copied()).collect();
+            if own.len() > 1 {
+                shown.push((variable.name.name.to_string(), variable.ty.clone(), index));
+            }
+            own.into_iter().for_each(|value| see(&mut self.seen, *id, value));
+            values.extend(self.seen.get(id).map(|seen| (variable.name.id, described(seen, &variable.ty))));
         }
         let number: Vec<usize> = all
             .iter()
@@ -435,7 +598,7 @@ impl<'db> Explorer<'_, 'db> {
         let edge = |((source, edge, target), cost): ((usize, usize, usize), u32)| {
             Some(ProductEdge { source: *number.get(source)?, target: *number.get(target)?, edge, cost })
         };
-        let product = Product {
+        Product {
             states,
             initial: 0,
             edges: edges.into_iter().filter_map(edge).collect(),
@@ -443,187 +606,157 @@ impl<'db> Explorer<'_, 'db> {
             values,
             shown,
             valuations,
-        };
-        let decided = self.decided.take().unwrap_or_default().into_iter();
-        let decided = decided
-            .filter_map(|((job, condition), holds)| Some(((*number.get(job)? as u32, condition), holds?)));
-        Interpreted { decided: decided.collect(), product: Arc::new(product) }
+        }
     }
 
-    /// Returns where a component may be after a hook, and the values then. Hooks may return false.
-    fn hooks(&mut self, place: Where, values: &Valuation) -> Vec<(Where, Paths<()>)> {
-        let now: Paths<()> = vec![((), values.clone(), NOTHING)];
-        let structure = structure_of(self.db, self.of);
-        let hook = |kind| Some((structure?.hook(kind)?, ProgramIn::Whole));
+    /// Adds where a component may be after a hook, and the values then. Hooks may return false.
+    fn hooks(&mut self, place: Where, values: u32, found: &mut Vec<Next>) {
+        let mut add = |place, paths: &[Path]| found.extend(paths.iter().map(|it| (place, it.values, None)));
+        let mut now = vec![Path { holds: false, values, cost: NOTHING }];
+        let Hooks { core_values, configure, machine_values, start, entry, stop, cleanup } = self.of.hooks;
         match place {
             Where::Unconfigured => {
-                let configured = self.execute(Some((BodyId::CoreValues, ProgramIn::Whole)), now);
-                let configured = self.execute(hook(HookKind::Configure), configured);
-                vec![(Where::Stopped, configured.clone()), (Where::Unconfigured, configured)]
+                self.execute(&mut now, core_values, None);
+                self.execute(&mut now, configure, None);
+                add(Where::Stopped, &now);
+                add(Where::Unconfigured, &now);
             }
             Where::Stopped => {
-                let cleaned = self.execute(hook(HookKind::Cleanup), now.clone());
-                let started = self.execute(Some((BodyId::MachineValues, ProgramIn::Whole)), now);
-                let started = self.execute(hook(HookKind::Start), started);
-                let states = structure.and_then(|it| it.machine()).map(|(_, states)| states);
-                let entry = states.into_iter().flatten().zip(0..).find(|(state, _)| state.initial);
-                let entry = entry.and_then(|(state, index)| {
-                    Some((BodyId::State(0, index), state.method(MethodKind::Entry)?))
-                });
-                let running = self.execute(entry, started.clone());
-                let place = Where::Running(self.behaviour.initial);
-                vec![(place, running), (Where::Stopped, started), (Where::Unconfigured, cleaned)]
+                let mut cleaned = now.clone();
+                self.execute(&mut cleaned, cleanup, None);
+                self.execute(&mut now, machine_values, None);
+                self.execute(&mut now, start, None);
+                let mut running = now.clone();
+                self.execute(&mut running, entry, None);
+                add(Where::Running(self.behaviour.initial), &running);
+                add(Where::Stopped, &now);
+                add(Where::Unconfigured, &cleaned);
             }
-            Where::Running(_) => vec![(Where::Stopped, self.execute(hook(HookKind::Stop), now))],
+            Where::Running(_) => {
+                self.execute(&mut now, stop, None);
+                add(Where::Stopped, &now);
+            }
         }
     }
 
-    /// Executes a program, if the core has it.
-    fn execute(&mut self, place: Option<Place>, paths: Paths<()>) -> Paths<()> {
-        match place.and_then(|place| self.used_at(place)) {
-            Some(program) => self.after(paths, |this, (), values| ends(this.outcomes(program, &values), |_| ())),
-            None => paths,
-        }
-    }
-
-    /// Returns the edges that a job may execute, each with the next state and the values then.
-    fn job(&mut self, state: usize, values: Valuation) -> Paths<(usize, usize)> {
-        let edges = &self.behaviour.edges;
-        let begin = edges.all.partition_point(|edge| edge.source < state);
-        let own = edges.all.iter().enumerate().skip(begin);
-        let mut own = own.take_while(|(_, edge)| edge.source == state).peekable();
-        let (mut open, mut found): (Paths<()>, _) = (vec![((), values, NOTHING)], Vec::new());
-        let finish = |this: &mut Self, (index, edge): (usize, &Edge), mut paths: Paths<()>| {
-            for &program in &edge.then {
-                paths = this.after(paths, |this, (), values| ends(this.program(program, values), |_| ()));
-            }
-            ends(paths, |()| (index, edge.target))
+    /// Adds the edges that a job may execute, each with the next state and the values then.
+    fn job(&mut self, state: usize, values: u32, found: &mut Vec<Next>) {
+        let behaviour = self.behaviour;
+        let mut open = std::mem::take(&mut self.open);
+        open.clear();
+        open.push(Path { holds: false, values, cost: NOTHING });
+        let mut finish = |this: &mut Self, index: usize, mut paths: Vec<Path>| {
+            let Some(edge) = behaviour.edges.all.get(index) else { return paths };
+            edge.then.iter().for_each(|&program| this.execute_in_job(&mut paths, program));
+            let next = |it: &Path| (Where::Running(edge.target), it.values, Some((index, it.cost)));
+            found.extend(paths.iter().map(next));
+            paths
         };
-        for &program in edges.first.get(state).into_iter().flatten() {
-            let guarded = match self.behaviour.programs.get(program).map(|it| &it.id) {
-                Some(ProgramId::Guard { transition, .. }) => Some(transition),
-                _ => None,
-            };
-            let after = self.after(open, |this, (), values| this.program(program, values));
-            let (fires, stays): (Vec<_>, Vec<_>) = after.into_iter().partition(|(holds, _, _)| *holds);
-            let is_own =
-                |(_, edge): &(usize, &Edge)| guarded.is_some() && edge.transition.as_ref() == guarded;
-            if let Some(edge) = own.next_if(is_own) {
-                found.extend(finish(self, edge, ends(fires, |_| ())));
-            }
-            open = ends(stays, |_| ());
-        }
-        if let Some(edge) = own.next() {
-            found.extend(finish(self, edge, open));
-        }
-        found
-    }
-
-    /// Executes a program. Returns whether a guard holds; false for other programs.
-    fn program(&mut self, index: usize, values: Valuation) -> Paths<bool> {
-        let place = self.behaviour.programs.get(index).map(|it| it.place);
-        let Some(program) = place.and_then(|place| self.used_at(place)) else {
-            return vec![(false, values, NOTHING)];
-        };
-        let mut paths = self.outcomes(program, &values);
-        paths.iter_mut().for_each(|(_, _, cost)| *cost = self.costs.add(Cost::Program(index, *cost)));
-        paths
-    }
-
-    fn used_at(&mut self, place: Place) -> Option<usize> {
-        if let Some(&found) = self.programs.get(&place) {
-            return found;
-        }
-        let program = self.program_at(place).map(|program| {
-            let index = |variable: &VariableId| self.variables.iter().position(|it| it == variable);
-            let indices = program.variables().iter().filter_map(index).collect();
-            self.used.push(Used { program, indices, outcomes: FxHashMap::default() });
-            self.used.len() - 1
-        });
-        self.programs.insert(place, program);
-        program
-    }
-
-    fn program_at(&self, (body, program): Place) -> Option<Arc<Program<'db>>> {
-        let (db, project, of) = (self.db, self.project, self.of);
-        if self.is_first {
-            let (group, index) = core_scope(db, of).as_ref()?.place(body)?;
-            let all = programs_of_group(db, project, of, group as u32);
-            return of_program(all, index, program).cloned();
-        }
-        let operations = operations_of(db, project, of);
-        let reduction = Reduction { followed: self.followed, farthest: self.farthest, operations };
-        Some(Arc::new(Program::new(program, graph_of(db, project, of, body, program)?, &reduction)))
-    }
-
-    /// Executes a program from a valuation.
-    fn outcomes(&mut self, program: usize, values: &Valuation) -> Paths<bool> {
-        let Some(used) = self.used.get_mut(program) else { return Vec::new() };
-        let own: Valuation = used.indices.iter().map(|it| values.get(*it).copied().unwrap_or(ANY)).collect();
-        let number = match used.outcomes.get(&own) {
-            Some(&number) => number as usize,
-            None => {
-                let outcomes = used.program.outcomes(&own);
-                let number = self.found.len();
-                used.outcomes.insert(own, number as u32);
-                self.is_too_large |= outcomes.is_too_large;
-                let roots = outcomes.all.iter().map(|it| it.cost);
-                let call = |step: &u32| used.program.cost_of(*step);
-                let costs = roots.map(|root| self.costs.include(&outcomes.costs, root, call)).collect();
-                outcomes.seen.iter().for_each(|&(variable, value)| self.see(variable, value));
-                self.found.push(UsedOutcomes { outcomes, costs });
-                number
-            }
-        };
-        let (Some(found), Some(used)) = (self.found.get(number), self.used.get(program)) else {
-            return Vec::new();
-        };
-        if let (Some(decided), Some(job)) = (&mut self.decided, self.job) {
-            for &(condition, holds) in &found.outcomes.decided {
-                let known = decided.entry((job, condition)).or_insert(holds);
-                *known = known.filter(|it| holds == Some(*it));
+        for (number, &program) in behaviour.edges.first.get(state).into_iter().flatten().enumerate() {
+            self.execute_in_job(&mut open, program);
+            if open.iter().any(|it| it.holds) {
+                let (fires, stays) = open.into_iter().partition(|it| it.holds);
+                if let Some(edge) = self.of.fired.get(state).and_then(|it| it.get(number)).copied().flatten()
+                {
+                    finish(self, edge, fires);
+                }
+                open = stays;
             }
         }
-        let path = |(outcome, cost): (&outcomes::Outcome, &u32)| {
-            let mut values = values.clone();
-            for (index, value) in used.indices.iter().zip(&outcome.values) {
-                values.get_mut(*index).into_iter().for_each(|it| *it = *value);
-            }
-            (outcome.holds, values, *cost)
-        };
-        found.outcomes.all.iter().zip(&found.costs).map(path).collect()
+        if let Some(edge) = self.of.stays.get(state).copied().flatten() {
+            open = finish(self, edge, open);
+        }
+        self.open = open;
     }
 
-    /// Continues each path. Of those with the same end and the same values, the greatest cost counts.
-    fn after<E, F: PartialEq>(
-        &mut self,
-        paths: Paths<E>,
-        mut next: impl FnMut(&mut Self, E, Valuation) -> Paths<F>,
-    ) -> Paths<F> {
-        let mut found: Paths<F> = Vec::new();
-        for (end, values, before) in paths {
+    /// Continues each path with a program of a job.
+    fn execute_in_job(&mut self, paths: &mut Vec<Path>, program: usize) {
+        let used = self.of.of_jobs.get(program).copied().flatten();
+        self.executed.extend(used.into_iter().flat_map(|used| paths.iter().map(move |it| (used, it.values))));
+        self.execute(paths, used, Some(program));
+    }
+
+    /// Continues each path with a program; `of_job` is its index in [`Behaviour::programs`]. Of the paths with the same end and the
+    /// same values, the greatest cost counts.
+    fn execute(&mut self, paths: &mut Vec<Path>, program: Option<u32>, of_job: Option<usize>) {
+        let Some(program) = program else {
+            paths.iter_mut().for_each(|it| it.holds = false);
+            return;
+        };
+        let after = |this: &mut Self, before: u32, own: u32| {
+            let own = of_job.map_or(own, |index| this.costs.add(Cost::Program(index, own)));
+            this.costs.sum(before, own)
+        };
+        if let [before] = **paths {
+            paths.clear();
+            self.step(program, before.values, paths);
+            self.combined += paths.len() + paths.len() * paths.len() / 16;
+            for path in paths {
+                path.cost = after(self, before.cost, path.cost);
+            }
+            return;
+        }
+        let mut next = std::mem::take(&mut self.next);
+        for before in std::mem::take(paths) {
             // A job beyond the limit is left at once.
             if self.combined > MAX_COMBINED {
                 break;
             }
-            for (end, values, cost) in next(self, end, values) {
-                self.combined += 1 + found.len() / 8;
-                let cost = self.costs.sum(before, cost);
-                match found.iter_mut().find(|(it, known, _)| *it == end && *known == values) {
-                    Some((_, _, known)) => *known = self.costs.greatest(*known, cost),
-                    None => found.push((end, values, cost)),
+            self.step(program, before.values, &mut next);
+            for path in next.drain(..) {
+                self.combined += 1 + paths.len() / 8;
+                let cost = after(self, before.cost, path.cost);
+                match paths.iter_mut().find(|it| it.holds == path.holds && it.values == path.values) {
+                    Some(known) => known.cost = self.costs.greatest(known.cost, cost),
+                    None => paths.push(Path { cost, ..path }),
                 }
             }
         }
-        found
+        self.next = next;
     }
 
-    fn see(&mut self, variable: VariableId, value: i32) {
-        let seen = self.seen.entry(variable).or_default();
-        match value {
-            ANY => seen.any = true,
-            value => _ = seen.known.insert(value),
+    /// Adds the paths of a program from a valuation.
+    fn step(&mut self, program: u32, values: u32, found: &mut Vec<Path>) {
+        let Some((used, indices)) = self.of.programs.get(program as usize) else { return };
+        let before = self.valuations.values(values);
+        self.only.registers.clear();
+        self.only.registers.extend(indices.iter().map(|it| before.get(*it).copied().unwrap_or(ANY)));
+        if let Some(holds) = used.only_path(self.widened, &mut self.only) {
+            let mut cost = NOTHING;
+            for &call in &self.only.calls {
+                let own = self.calls.entry((program, call));
+                let own = own.or_insert_with(|| self.costs.add(used.cost_of(call)));
+                cost = self.costs.sum(cost, *own);
+            }
+            self.only.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
+            let values = self.valuations.changed(values, indices.iter().zip(&self.only.registers));
+            return found.push(Path { holds, values, cost });
         }
+        let number = *self.numbers.entry((program, values)).or_insert_with(|| {
+            let outcomes = used.outcomes(self.widened, &projected(before, indices));
+            let costs = self.costs.include(&outcomes.costs, |step| used.cost_of(*step));
+            outcomes.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
+            self.is_too_large |= outcomes.is_too_large;
+            self.outcomes.push((outcomes, costs));
+            self.outcomes.len() as u32 - 1
+        });
+        let Some((outcomes, costs)) = self.outcomes.get(number as usize) else { return };
+        for Outcome { holds, values: after, cost } in &outcomes.all {
+            let cost = costs.get(*cost as usize).copied().unwrap_or(NOTHING);
+            let values = self.valuations.changed(values, indices.iter().zip(after));
+            found.push(Path { holds: *holds, values, cost });
+        }
+    }
+}
+
+/// Where a component is next, its valuation then, and the edge that it executes, with its cost.
+type Next = (Where, u32, Option<(usize, u32)>);
+
+fn see(all: &mut FxHashMap<VariableId, Seen>, variable: VariableId, value: i32) {
+    let seen = all.entry(variable).or_default();
+    match value {
+        ANY => seen.any = true,
+        value => _ = seen.known.insert(value),
     }
 }
 
@@ -640,8 +773,9 @@ fn written(value: i32, ty: &Type) -> String {
 
 /// `0 … 9`, `true, false`, `1, 4, 7`, `any`.
 fn described(seen: &Seen, ty: &Type) -> String {
-    let all: Vec<String> = seen.known.iter().map(|value| written(*value, ty)).collect();
-    match (all.as_slice(), seen.known.first(), seen.known.last()) {
+    let known: BTreeSet<i32> = seen.known.iter().copied().collect();
+    let all: Vec<String> = known.iter().map(|value| written(*value, ty)).collect();
+    match (all.as_slice(), known.first(), known.last()) {
         _ if seen.any => "any".to_owned(),
         ([first, .., last], Some(&low), Some(&high))
             if all.len() > 8 || all.len() > 2 && i64::from(high) - i64::from(low) < all.len() as i64 =>

@@ -77,7 +77,10 @@ pub(crate) enum Action<'db> {
         is_value: bool,
     },
     /// The value is unknown for a variable that is declared without one.
-    Assign { to: u32, value: Option<u32> },
+    Assign {
+        to: u32,
+        value: Option<u32>,
+    },
     Call(Box<Call<'db>>),
     /// A guard returns whether it holds.
     Return(Option<u32>),
@@ -569,7 +572,9 @@ impl<'a, 'db> Lowering<'a, 'db> {
         for (exit, holds) in exits {
             // The operands so far.
             for node in (next..self.nodes.len() as u32).take_while(|node| *node <= exit.0) {
-                if let Some(Node { action: Action::Branch { condition, .. }, .. }) = self.nodes.get(node as usize) {
+                if let Some(Node { action: Action::Branch { condition, .. }, .. }) =
+                    self.nodes.get(node as usize)
+                {
                     let condition = *condition;
                     evaluated = Some(match evaluated {
                         Some(before) => self.term(Term::Binary(BinaryOperator::And, before, condition)),
@@ -637,12 +642,8 @@ impl<'a, 'db> Lowering<'a, 'db> {
             _ => None,
         };
         let result = self.result();
-        let call = Call {
-            callee: found,
-            operand: operand.unwrap_or_default(),
-            arguments: lowered.into(),
-            result,
-        };
+        let call =
+            Call { callee: found, operand: operand.unwrap_or_default(), arguments: lowered.into(), result };
         self.push(Action::Call(Box::new(call)), at);
         self.term(Term::Register(result, at))
     }
@@ -653,8 +654,12 @@ fn of_literal(literal: &Literal) -> Term {
         Literal::Bool(value) => Term::Bool(*value),
         Literal::Int(text) => whole_number(text).map_or(Term::Other, Term::Int),
         Literal::PortStatus(PortStatus::NoData) | Literal::CallStatus(CallStatus::Failure) => Term::Status(0),
-        Literal::PortStatus(PortStatus::OldData) | Literal::CallStatus(CallStatus::NotReady) => Term::Status(1),
-        Literal::PortStatus(PortStatus::NewData) | Literal::CallStatus(CallStatus::Success) => Term::Status(2),
+        Literal::PortStatus(PortStatus::OldData) | Literal::CallStatus(CallStatus::NotReady) => {
+            Term::Status(1)
+        }
+        Literal::PortStatus(PortStatus::NewData) | Literal::CallStatus(CallStatus::Success) => {
+            Term::Status(2)
+        }
         Literal::Float(_) | Literal::String(_) => Term::Other,
     }
 }

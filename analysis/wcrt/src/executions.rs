@@ -10,8 +10,8 @@
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, config_file, config_of,
-    core_of, names_of, product_of, required_of,
+    Decl, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, config_file, config_of, core_of,
+    names_of, product_of, required_of,
 };
 use mauve_timing::{Edge, Level, Priority, StateMachine, Task, Time};
 use rustc_hash::FxHashMap;

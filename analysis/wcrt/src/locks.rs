@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, config_file, config_of,
-    core_of, names_of, platform_of, similar,
+    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, config_file, config_of, core_of,
+    names_of, platform_of, similar,
 };
 use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Priority, Protocol, Time};
 use rustc_hash::FxHashMap;
@@ -135,8 +135,7 @@ pub(crate) fn codels_of<'db>(
         return None;
     }
     let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
-    let mut codels: Vec<Decl<'db>> =
-        behaviour.executed().flat_map(|program| program.cost.codels()).collect();
+    let mut codels: Vec<Decl<'db>> = behaviour.executed().flat_map(|program| program.cost.codels()).collect();
     codels.sort_by_cached_key(|codel| codel.qualified(db));
     codels.dedup();
     Some(codels)

@@ -1,7 +1,9 @@
 //! What the jobs of a component execute, folded to any figure that adds up along paths: a number of executions, a distribution of
 //! time. `psm.rs` folds it to times, with the reasons for which it cannot.
 
-use mauve_hir::{Behaviour, Cost, Decl, Execution, ModelDb, ProgramId, Project, behaviour_of, core_of, fold, product_of};
+use mauve_hir::{
+    Behaviour, Cost, Decl, Execution, ModelDb, ProgramId, Project, behaviour_of, core_of, fold, product_of,
+};
 
 use crate::reason::Timed;
 

@@ -12,9 +12,9 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Assumption, Behaviour, Cost, CostGraph, Decl, Edge, Edges, Execution, Location, ModelDb, Passage, PassageEnd, Product,
-    ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component, core_of,
-    errors_in, features_of, fold, is_core_for, passages_of, product_of, shell_of, uses_of,
+    Assumption, Behaviour, Cost, CostGraph, Decl, Edge, Edges, Execution, Location, ModelDb, Passage,
+    PassageEnd, Product, ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component,
+    core_of, errors_in, features_of, fold, is_core_for, passages_of, product_of, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).

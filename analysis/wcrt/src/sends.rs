@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Behaviour, Cost, CostGraph, Decl, Execution, ModelDb, Project, TimedProgram, behaviour_of, core_of};
+use mauve_hir::{
+    Behaviour, Cost, CostGraph, Decl, Execution, ModelDb, Project, TimedProgram, behaviour_of, core_of,
+};
 
 /// Returns the greatest number of calls that one period of a component sends to each of its required operations.
 #[salsa::tracked(returns(ref))]
@@ -45,13 +47,33 @@ pub(crate) fn writes_of<'db>(
     component: Decl<'db>,
     port: &Name,
 ) -> Option<u32> {
+    writes_by_port(db, project, component).as_ref()?.get(port).copied().unwrap_or(Some(0))
+}
+
+/// Returns [`writes_of`] for each port that a component accesses; none where it executes nothing.
+#[salsa::tracked(returns(ref))]
+fn writes_by_port<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Option<FxHashMap<Name, Option<u32>>> {
     let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
-    if calls_of_operations(behaviour, port).iter().any(|writes| *writes > 0) {
+    if behaviour.edges.all.is_empty() {
         return None;
     }
-    let of_program = |index: usize| behaviour.programs.get(index).map_or(0, |it| calls(&it.cost, port, &[]));
-    let sums = behaviour.edges.sums(0, |sum: u64, index| sum.saturating_add(of_program(index)));
-    u32::try_from(sums.into_iter().max()?).ok()
+    let writes = |port: &Name| {
+        if calls_of_operations(behaviour, port).iter().any(|writes| *writes > 0) {
+            return None;
+        }
+        let of_programs: Vec<u64> = behaviour.programs.iter().map(|it| calls(&it.cost, port, &[])).collect();
+        let add = |sum: u64, index: usize| sum.saturating_add(of_programs.get(index).copied().unwrap_or(0));
+        u32::try_from(behaviour.edges.sums(0, add).into_iter().max()?).ok()
+    };
+    let executions =
+        behaviour.programs.iter().chain(&behaviour.operations).flat_map(|it| it.cost.executions());
+    let ports = executions.filter_map(|it| if let Execution::Access(port) = it { Some(port) } else { None });
+    let ports: FxHashSet<&Name> = ports.collect();
+    Some(ports.into_iter().map(|port| (port.clone(), writes(port))).collect())
 }
 
 /// Returns, for each operation that a core defines, the greatest number of calls that it sends to the required operation `name`, or

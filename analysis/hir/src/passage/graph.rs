@@ -3,24 +3,24 @@
 //! A node is a read, a write, a call, an assignment or a branch. All nodes of a job are after those before them; the last node of
 //! a job names the state of the next one. A *slot* is a variable that may carry data, a *cell* one whose value decides branches:
 //! a bool or a status. Called operations are part of the programs that call them.
+//!
+//! Each program is that of the program graph, once for each edge that executes it.
 
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Edge};
-use crate::body::{BodyId, Code, CoreScope, code_of, core_scope};
+use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
 use crate::builtin::Builtin;
 use crate::features::features_of;
-use crate::infer::{Inference, VariableOf, directions_of, inference_of, shared_variables};
-use crate::item_tree::{
-    BinaryOperator, CallStatus, Core, Direction, Expr, Kind, Literal, Name, NameRef, PortStatus, SourceId,
-    Statement, UnaryOperator, is_logic, spine,
-};
+use crate::infer::{VariableOf, inference_of, shared_variables};
+use crate::item_tree::{BinaryOperator, Direction, Kind, Name, SourceId, TypeRef, UnaryOperator};
 use crate::names::resolve_type;
+use crate::program_graph::{Action, Call, ProgramGraph, Term, graph_of};
 use crate::program_id::ProgramId;
 use crate::project::Project;
-use crate::resolve::{Binding, Callee, VariableId};
-use crate::source::{Decl, codel, core};
+use crate::resolve::{Callee, VariableId};
+use crate::source::{Decl, codel};
 use crate::types::{Type, type_of};
 
 use super::types::PassageEnd;
@@ -164,17 +164,25 @@ struct Computed {
 /// Nodes, each with which of its successors is not known yet.
 type Exits = Vec<(u32, usize)>;
 
-/// A program under lowering.
-struct Frame {
-    result: Storage,
-    returned: Exits,
+/// A program of which nodes are added: its graph, and the places of its registers.
+struct Frame<'db> {
+    graph: &'db ProgramGraph<'db>,
+    registers: Vec<Storage>,
+    /// The first free slot and cell above them.
+    top: (u32, u8),
+}
+
+/// Where a program ends: where a guard holds, and elsewhere.
+#[derive(Default)]
+struct Ends {
+    holds: Exits,
+    others: Exits,
 }
 
 pub(super) struct Builder<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    core: &'db Core,
     scope: &'db CoreScope,
     behaviour: &'a Behaviour<'db>,
     shared: &'db [VariableOf],
@@ -183,21 +191,17 @@ pub(super) struct Builder<'a, 'db> {
     is_handle: Box<dyn Fn(&Type) -> bool + 'db>,
     graph: Graph<'db>,
     open: Exits,
-    /// The group of bodies of the current program.
-    group: u32,
-    inference: &'db Inference<'db>,
+    /// The places of shared variables.
     variables: FxHashMap<VariableId, Storage>,
     statuses: FxHashMap<Name, Option<u8>>,
-    /// The index of the state of each name in the core's text.
-    states: FxHashMap<&'db Name, usize>,
     sources: FxHashMap<PassageEnd<'db>, u16>,
     sinks: FxHashMap<PassageEnd<'db>, u16>,
     /// The number of used slots of shared variables, and the first free slot and cell above those.
     shared_slots: u32,
     slots: u32,
     cells: u8,
-    frames: Vec<Frame>,
-    /// The operations that were executed.
+    /// The number of operations that the current program is in, and of those that were executed.
+    depth: usize,
     operations: usize,
     /// The call of an operation that the current program executes.
     call: Option<SourceId>,
@@ -211,9 +215,8 @@ impl<'a, 'db> Builder<'a, 'db> {
         behaviour: &'a Behaviour<'db>,
         through_handles: bool,
     ) -> Option<Builder<'a, 'db>> {
-        let core = core(db, of)?;
         let scope = core_scope(db, of).as_ref()?;
-        let shell = resolve_type(db, project, of, Kind::Shell, core.shell.as_ref()).ok()?;
+        let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok()?;
         let features = features_of(db, project, shell);
         // What a port has is data, even of an external type.
         let ports = features.by_name.values().flatten().filter(|it| it.kind.is_port());
@@ -223,7 +226,6 @@ impl<'a, 'db> Builder<'a, 'db> {
             db,
             project,
             of,
-            core,
             scope,
             behaviour,
             shared: shared_variables(db, project, of),
@@ -231,17 +233,14 @@ impl<'a, 'db> Builder<'a, 'db> {
             is_handle: Box::new(is_handle),
             graph: Graph::default(),
             open: Vec::new(),
-            group: 0,
-            inference: inference_of(db, project, of, 0),
             variables: FxHashMap::default(),
             statuses: FxHashMap::default(),
-            states: core.machines.first().map_or_else(FxHashMap::default, |it| it.state_indices()),
             sources: FxHashMap::default(),
             sinks: FxHashMap::default(),
             shared_slots: 0,
             slots: SHARED_SLOTS,
             cells: SHARED_CELLS,
-            frames: Vec::new(),
+            depth: 0,
             operations: 0,
             call: None,
         })
@@ -250,7 +249,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     /// Returns the flow graph of all jobs.
     pub(super) fn build(mut self) -> Graph<'db> {
         let edges = self.behaviour.edges.clone();
-        let operations = self.core.operations.len();
+        let operations = self.scope.operations.len();
         self.graph.too_large = operations.saturating_mul(edges.first.len()) > MAX_OPERATIONS;
         for (state, first) in edges.first.iter().enumerate() {
             let start = self.graph.nodes.len() as u32;
@@ -274,13 +273,13 @@ impl<'a, 'db> Builder<'a, 'db> {
                     Some(ProgramId::Guard { transition, .. }) => Some(transition),
                     _ => None,
                 };
-                let (holds, fails) = self.program(program);
+                let Ends { holds, others } = self.program(program);
                 let fires = own.next_if(|(_, edge)| guarded.is_some() && edge.transition.as_ref() == guarded);
                 if let Some((index, edge)) = fires {
                     self.open = holds;
                     self.finish(index, edge);
                 }
-                self.open = fails;
+                self.open = others;
             }
             if let Some((index, edge)) = own.next() {
                 self.finish(index, edge);
@@ -296,25 +295,25 @@ impl<'a, 'db> Builder<'a, 'db> {
 
     /// Lets clients call an operation before a job, which begins at `start`, any number of times.
     fn called(&mut self, index: usize, state: usize, start: u32) {
-        let Some(operation) = self.core.operations.get(index) else { return };
+        let Some(operation) = self.scope.operations.get(index) else { return };
         let program = self.behaviour.programs.len() + index;
         self.place(Place { state, edge: None, target: None, before: 0, program });
-        let any = Operand::Known(ANY);
+        let any = Computed { from: 0, operand: Operand::Known(ANY) };
         // The branch that is first in a search does not call it.
-        let (not_called, called) = self.branch(any, Operand::Known(TRUE), operation.name.id);
+        let (not_called, called) = self.branch(any.operand, Operand::Known(TRUE), operation.name.id);
         self.open = called;
-        self.enter(BodyId::Operation(index as u32));
+        let mut bound = Vec::new();
         for parameter in &operation.parameters {
-            let Some((id, declared)) = self.local(parameter.name.id) else { continue };
-            let storage = self.stack(&declared.ty.clone());
-            self.set(storage, Computed { from: 0, operand: any }, parameter.name.id);
-            self.variables.insert(id, storage);
+            let ty = type_of(self.db, self.project, self.of, parameter.ty.as_ref());
+            let storage = self.stack(&ty);
+            self.set(storage, any, parameter.name.id);
+            bound.push(storage);
         }
-        self.body(&operation.program.statements, Storage::default());
-        for (node, which) in std::mem::replace(&mut self.open, not_called) {
+        for (node, which) in self.operation(index, &bound, Storage::default()) {
             let next = self.graph.nodes.get_mut(node as usize).and_then(|it| it.next.get_mut(which));
             next.into_iter().for_each(|next| *next = Some(start));
         }
+        self.open = not_called;
     }
 
     fn place(&mut self, place: Place) {
@@ -328,7 +327,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             let before = edge.first + number;
             let (state, target) = (edge.source, Some(edge.target));
             self.place(Place { state, edge: Some(index), target, before, program });
-            self.open = self.program(program).1;
+            self.open = self.program(program).others;
         }
         // Also an edge without such programs has a place: its end leads to other values of counters.
         let (before, target) = (edge.first + edge.then.len(), Some(edge.target));
@@ -337,33 +336,174 @@ impl<'a, 'db> Builder<'a, 'db> {
         self.open.clear();
     }
 
-    /// Executes a program. Returns where a guard holds, and where it does not, or where another program ends.
-    fn program(&mut self, index: usize) -> (Exits, Exits) {
-        let Some((body, code)) =
-            self.behaviour.programs.get(index).and_then(|it| code_of(self.core, &self.states, &it.id))
-        else {
-            return (Vec::new(), std::mem::take(&mut self.open));
-        };
-        self.enter(body);
-        match code {
-            Code::Guard(guard) => self.condition(&guard.condition),
-            Code::Program(program) => {
-                self.body(&program.statements, Storage::default());
-                (Vec::new(), std::mem::take(&mut self.open))
+    /// Executes a program of a job.
+    fn program(&mut self, index: usize) -> Ends {
+        let place = self.behaviour.programs.get(index).map(|it| it.place);
+        let graph = place.and_then(|(body, program)| graph_of(self.db, self.project, self.of, body, program));
+        match graph.zip(place) {
+            Some((graph, (body, program))) => {
+                let Ends { holds, mut others } =
+                    self.execute(graph, body, FxHashMap::default(), Storage::default());
+                if matches!(program, ProgramIn::Guard(_)) {
+                    return Ends { holds, others };
+                }
+                others.extend(holds);
+                Ends { others, ..Ends::default() }
             }
+            None => Ends { others: std::mem::take(&mut self.open), ..Ends::default() },
         }
     }
 
-    fn enter(&mut self, body: BodyId) {
-        self.group = self.scope.group(body).unwrap_or_default();
-        self.inference = inference_of(self.db, self.project, self.of, self.group);
+    /// Executes an operation whose parameters are in these places. Returns where it ends.
+    fn operation(&mut self, index: usize, parameters: &[Storage], result: Storage) -> Exits {
+        let body = BodyId::Operation(index as u32);
+        let graph = graph_of(self.db, self.project, self.of, body, ProgramIn::Whole);
+        let Some((graph, operation)) = graph.zip(self.scope.operations.get(index)) else {
+            return std::mem::take(&mut self.open);
+        };
+        let group = self.scope.group(body).unwrap_or_default();
+        let variables = &inference_of(self.db, self.project, self.of, group).variables;
+        let local = |declared: SourceId| {
+            let index = variables.partition_point(|it| it.name.id < declared) as u32;
+            VariableId { group: Some(group), index }
+        };
+        let bound = operation.parameters.iter().zip(parameters);
+        let bound = bound.map(|(parameter, storage)| (local(parameter.name.id), *storage)).collect();
+        let Ends { mut holds, others } = self.execute(graph, body, bound, result);
+        holds.extend(others);
+        holds
     }
 
-    fn body(&mut self, statements: &'db [Statement], result: Storage) {
-        self.frames.push(Frame { result, returned: Vec::new() });
-        self.block(statements);
-        if let Some(frame) = self.frames.pop() {
-            self.open.extend(frame.returned);
+    /// Executes a program. Variables that are `bound` have these places.
+    fn execute(
+        &mut self,
+        graph: &'db ProgramGraph<'db>,
+        body: BodyId,
+        bound: FxHashMap<VariableId, Storage>,
+        result: Storage,
+    ) -> Ends {
+        let (slots, cells) = (self.slots, self.cells);
+        let registers = self.registers(graph, body, &bound);
+        let frame = Frame { graph, registers, top: (self.slots, self.cells) };
+        let mut arriving: Vec<Exits> = vec![Vec::new(); graph.nodes.len()];
+        if let Some(start) = arriving.get_mut(graph.start as usize) {
+            *start = std::mem::take(&mut self.open);
+        }
+        let mut ends = Ends::default();
+        for (index, node) in graph.nodes.iter().enumerate() {
+            self.open = arriving.get_mut(index).map(std::mem::take).unwrap_or_default();
+            if self.open.is_empty() {
+                continue;
+            }
+            let mut fails = Vec::new();
+            match &node.action {
+                Action::Nothing => {}
+                Action::Branch { condition, .. } => {
+                    (self.open, fails) = self.condition(&frame, *condition, node.at);
+                }
+                Action::Assign { to, value } => {
+                    let nothing = Computed { from: 0, operand: Operand::Known(ANY) };
+                    let value = value.map_or(nothing, |value| self.value(&frame, value, node.at));
+                    self.set(frame.place(*to), value, node.at);
+                }
+                Action::Call(call) => self.call_of(&frame, call, node.at),
+                Action::Return(value) => {
+                    let holds = value.is_some_and(|value| graph.term(value) == Term::Bool(true));
+                    if let Some(value) = value {
+                        let value = self.value(&frame, *value, node.at);
+                        self.set(result, value, node.at);
+                    }
+                    let open = std::mem::take(&mut self.open);
+                    if holds { &mut ends.holds } else { &mut ends.others }.extend(open);
+                }
+            }
+            (self.slots, self.cells) = frame.top;
+            let [next, other] = node.successors();
+            let open = std::mem::take(&mut self.open);
+            for (next, exits) in [(next, open), (other, fails)] {
+                let place = next.and_then(|next| arriving.get_mut(next as usize));
+                place.into_iter().for_each(|it| it.extend(&exits));
+            }
+        }
+        (self.slots, self.cells) = (slots, cells);
+        ends
+    }
+
+    /// Returns the places of the registers of a program: those of disjoint blocks share them.
+    fn registers(
+        &mut self,
+        graph: &ProgramGraph<'db>,
+        body: BodyId,
+        bound: &FxHashMap<VariableId, Storage>,
+    ) -> Vec<Storage> {
+        let group = self.scope.group(body).unwrap_or_default();
+        let locals = &inference_of(self.db, self.project, self.of, group).variables;
+        let shared = self.shared;
+        let type_of_variable = |id: VariableId| {
+            let all = if id.group.is_none() { shared } else { locals };
+            all.get(id.index as usize).map(|it| it.ty.clone())
+        };
+        // The types of results; those of reads are known by the port.
+        let mut types: FxHashMap<u32, Type> = FxHashMap::default();
+        let mut statuses: FxHashMap<u32, Storage> = FxHashMap::default();
+        for node in &graph.nodes {
+            match &node.action {
+                Action::Call(call) => {
+                    if let Some(Callee::Builtin(Builtin::Read | Builtin::Status)) = call.callee {
+                        let cell = self.status(&call.operand);
+                        statuses.insert(call.result, Storage { slot: 0, cell, values: ANY });
+                    }
+                    types.insert(call.result, self.result_type(call));
+                }
+                Action::Assign { to, value: Some(value) } if graph.variable(*to).is_none() => {
+                    let ty = match graph.term(*value) {
+                        Term::Decided(..) => Some(Type::Bool),
+                        Term::Register(register, _) => graph.variable(register).and_then(type_of_variable),
+                        _ => None,
+                    };
+                    types.insert(*to, ty.unwrap_or(Type::Unknown));
+                }
+                _ => {}
+            }
+        }
+        // The depth of each open register, and the first free slot and cell below it.
+        let mut open: Vec<(u32, (u32, u8))> = Vec::new();
+        let (mut most, mut found) = ((self.slots, self.cells), Vec::with_capacity(graph.registers.len()));
+        for (number, register) in (0..).zip(&graph.registers) {
+            let known = register.variable.and_then(|it| bound.get(&it));
+            let known = known.or_else(|| statuses.get(&number)).copied();
+            let storage = match (known, register.variable) {
+                (Some(known), _) => known,
+                (None, Some(variable)) if variable.group.is_none() => self.variable(variable),
+                (None, variable) => {
+                    while let Some((_, before)) = open.pop_if(|(depth, _)| *depth >= register.depth) {
+                        (self.slots, self.cells) = before;
+                    }
+                    open.push((register.depth, (self.slots, self.cells)));
+                    let own = variable.and_then(type_of_variable).or_else(|| types.remove(&number));
+                    self.stack(&own.unwrap_or(Type::Void))
+                }
+            };
+            most = (most.0.max(self.slots), most.1.max(self.cells));
+            found.push(storage);
+        }
+        (self.slots, self.cells) = most;
+        found
+    }
+
+    /// Returns the type of the result of a call; `void` where the call is known by what it reads.
+    fn result_type(&self, call: &Call<'db>) -> Type {
+        let ty = |of, ty: Option<&TypeRef>| type_of(self.db, self.project, of, ty);
+        match call.callee {
+            Some(Callee::Codel(of)) => {
+                codel(self.db, of).map_or(Type::Unknown, |data| ty(of, data.result.as_ref()))
+            }
+            Some(Callee::Operation(index)) => {
+                let head = self.scope.operations.get(index);
+                head.map_or(Type::Unknown, |head| ty(self.of, head.result.as_ref()))
+            }
+            Some(Callee::Builtin(Builtin::Collect)) => Type::CallStatus,
+            Some(Callee::Builtin(_)) | None => Type::Void,
         }
     }
 
@@ -426,79 +566,12 @@ impl<'a, 'db> Builder<'a, 'db> {
         }
     }
 
-    fn block(&mut self, statements: &'db [Statement]) {
-        let (slots, cells) = (self.slots, self.cells);
-        for statement in statements {
-            self.statement(statement);
-        }
-        (self.slots, self.cells) = (slots, cells);
-    }
-
-    fn statement(&mut self, statement: &'db Statement) {
-        match statement {
-            Statement::Variable(variable) => {
-                let ty = self.local(variable.name.id).map_or(Type::Unknown, |(_, it)| it.ty.clone());
-                let storage = self.stack(&ty);
-                let (slots, cells) = (self.slots, self.cells);
-                let nothing = Computed { from: 0, operand: Operand::Known(ANY) };
-                let value = variable.value.as_ref().map_or(nothing, |value| self.value(value));
-                self.set(storage, value, variable.name.id);
-                (self.slots, self.cells) = (slots, cells);
-                if let Some((id, _)) = self.local(variable.name.id) {
-                    self.variables.insert(id, storage);
-                }
-            }
-            Statement::If { condition, then, otherwise, .. } => {
-                let (holds, fails) = self.condition(condition);
-                self.open = holds;
-                self.block(then);
-                let after = std::mem::replace(&mut self.open, fails);
-                self.block(otherwise.as_deref().unwrap_or_default());
-                self.open.extend(after);
-            }
-            Statement::Block(inner) => self.block(inner),
-            Statement::Assign(target, value) => {
-                let (slots, cells) = (self.slots, self.cells);
-                let value = self.value(value);
-                let storage = self.variable(target.id);
-                self.set(storage, value, target.id);
-                (self.slots, self.cells) = (slots, cells);
-            }
-            Statement::Return(id, value) => {
-                let result = self.frames.last().map(|it| it.result).unwrap_or_default();
-                if let Some(value) = value {
-                    let value = self.value(value);
-                    self.set(result, value, *id);
-                }
-                let open = std::mem::take(&mut self.open);
-                if let Some(frame) = self.frames.last_mut() {
-                    frame.returned.extend(open);
-                }
-            }
-            Statement::Expr(value) => {
-                let (slots, cells) = (self.slots, self.cells);
-                self.value(value);
-                (self.slots, self.cells) = (slots, cells);
-            }
-        }
-    }
-
-    /// Returns the parameter or local variable that is declared at a source of the current program.
-    fn local(&self, declared: SourceId) -> Option<(VariableId, &'db VariableOf)> {
-        let index = self.inference.variables.partition_point(|it| it.name.id < declared);
-        let found = self.inference.variables.get(index).filter(|it| it.name.id == declared)?;
-        Some((VariableId { group: Some(self.group), index: index as u32 }, found))
-    }
-
-    /// Returns where the variable is that a name refers to.
-    fn variable(&mut self, name: SourceId) -> Storage {
-        let Some(Binding::Variable(id)) = self.inference.binding(name) else { return Storage::default() };
+    /// Returns the place of a shared variable.
+    fn variable(&mut self, id: VariableId) -> Storage {
         if let Some(found) = self.variables.get(&id) {
             return *found;
         }
-        let Some(variable) = id.group.is_none().then(|| self.shared.get(id.index as usize)).flatten() else {
-            return Storage::default();
-        };
+        let Some(variable) = self.shared.get(id.index as usize) else { return Storage::default() };
         let mut storage = Storage::default();
         if self.carries(&variable.ty) {
             storage.slot = 1 << self.shared_slots.min(SHARED_SLOTS - 1);
@@ -552,84 +625,58 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Returns where a condition holds, and where it does not.
-    fn condition(&mut self, expr: &'db Expr) -> (Exits, Exits) {
-        let (slots, cells) = (self.slots, self.cells);
-        let exits = match expr {
-            Expr::Unary(UnaryOperator::Not, inner, _) => {
-                let (holds, fails) = self.condition(inner);
-                (fails, holds)
+    fn condition(&mut self, frame: &Frame<'db>, condition: u32, at: SourceId) -> (Exits, Exits) {
+        if let Term::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right) =
+            frame.graph.term(condition)
+        {
+            let [left, right] = [left, right].map(|it| self.value(frame, it, at));
+            let holds = u8::from(operator == BinaryOperator::NotEqual);
+            let (equal, differ) = self.decision(left.operand, right.operand, Some(at), holds);
+            return if holds == 0 { (equal, differ) } else { (differ, equal) };
+        }
+        let value = self.value(frame, condition, at);
+        self.decision(value.operand, Operand::Known(TRUE), Some(at), 0)
+    }
+
+    fn value(&mut self, frame: &Frame<'db>, term: u32, at: SourceId) -> Computed {
+        let unknown = |from| Computed { from, operand: Operand::Known(ANY) };
+        match frame.graph.term(term) {
+            Term::Bool(value) => Computed { from: 0, operand: Operand::Known(FALSE << u8::from(value)) },
+            Term::Status(value) => Computed { from: 0, operand: Operand::Known(NO_DATA << value) },
+            Term::Missing | Term::Other | Term::Feature | Term::Int(_) => unknown(0),
+            Term::Register(register, _) => computed(frame.place(register)),
+            Term::Incomplete(inner) | Term::Unary(UnaryOperator::Minus, inner) => {
+                unknown(self.value(frame, inner, at).from)
             }
-            Expr::Binary(BinaryOperator::And | BinaryOperator::Or, ..) => {
-                let (first, operands) = spine(expr, is_logic);
-                let exits = self.condition(first);
-                operands.into_iter().rev().fold(exits, |(holds, fails), (operator, right, _)| {
-                    let is_and = operator == BinaryOperator::And;
-                    let (open, mut decided) = if is_and { (holds, fails) } else { (fails, holds) };
-                    self.open = open;
-                    let (holds, fails) = self.condition(right);
-                    decided.extend(if is_and { &fails } else { &holds });
-                    if is_and { (holds, decided) } else { (decided, fails) }
+            Term::Decided(value, by) => {
+                let from = self.value(frame, by, at).from;
+                Computed { from, operand: Operand::Known(FALSE << u8::from(value)) }
+            }
+            Term::Unary(UnaryOperator::Not, inner) => {
+                let inner = self.value(frame, inner, at);
+                self.truth(inner.operand, Operand::Known(FALSE), inner.from, at)
+            }
+            Term::Binary(..) => {
+                // A long sum is no deep recursion.
+                let (mut first, mut operands) = (term, Vec::new());
+                while let Term::Binary(operator, left, right) = frame.graph.term(first) {
+                    operands.push((operator, right));
+                    first = left;
+                }
+                let first = self.value(frame, first, at);
+                operands.into_iter().rev().fold(first, |left, (operator, right)| {
+                    let right = self.value(frame, right, at);
+                    let from = left.from | right.from;
+                    match operator {
+                        BinaryOperator::Equal => self.truth(left.operand, right.operand, from, at),
+                        BinaryOperator::NotEqual => {
+                            let equal = self.truth(left.operand, right.operand, from, at);
+                            self.truth(equal.operand, Operand::Known(FALSE), from, at)
+                        }
+                        _ => unknown(from),
+                    }
                 })
             }
-            Expr::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right, id) => {
-                let (left, right) = (self.value(left), self.value(right));
-                let holds = u8::from(*operator == BinaryOperator::NotEqual);
-                let (equal, differ) = self.decision(left.operand, right.operand, Some(*id), holds);
-                if holds == 0 { (equal, differ) } else { (differ, equal) }
-            }
-            _ => {
-                let value = self.value(expr);
-                self.decision(value.operand, Operand::Known(TRUE), expr.id(), 0)
-            }
-        };
-        (self.slots, self.cells) = (slots, cells);
-        exits
-    }
-
-    fn value(&mut self, expr: &'db Expr) -> Computed {
-        let unknown = |from| Computed { from, operand: Operand::Known(ANY) };
-        match expr {
-            Expr::Missing => unknown(0),
-            Expr::Incomplete(inner) => unknown(self.value(inner).from),
-            Expr::Literal(literal, _) => Computed { from: 0, operand: Operand::Known(value_of(literal)) },
-            Expr::Name(name) => {
-                let Storage { slot, cell, .. } = self.variable(name.id);
-                Computed { from: slot, operand: cell.map_or(Operand::Known(ANY), Operand::Cell) }
-            }
-            Expr::Call { callee, arguments, id } => self.call(callee, arguments, *id),
-            Expr::Unary(UnaryOperator::Minus, inner, _) => unknown(self.value(inner).from),
-            Expr::Unary(UnaryOperator::Not, inner, id) => {
-                let inner = self.value(inner);
-                self.truth(inner.operand, Operand::Known(FALSE), inner.from, *id)
-            }
-            Expr::Binary(..) => {
-                let (first, operands) = spine(expr, |_| true);
-                let first = self.value(first);
-                let operands = operands.into_iter().rev();
-                operands.fold(first, |left, (operator, right, id)| self.operator(operator, left, right, id))
-            }
-        }
-    }
-
-    fn operator(
-        &mut self,
-        operator: BinaryOperator,
-        left: Computed,
-        right: &'db Expr,
-        at: SourceId,
-    ) -> Computed {
-        if is_logic(operator) {
-            return self.logic(operator, left, right, at);
-        }
-        let right = self.value(right);
-        let from = left.from | right.from;
-        match operator {
-            BinaryOperator::Equal => self.truth(left.operand, right.operand, from, at),
-            BinaryOperator::NotEqual => {
-                let equal = self.truth(left.operand, right.operand, from, at);
-                self.truth(equal.operand, Operand::Known(FALSE), from, at)
-            }
-            _ => Computed { from, operand: Operand::Known(ANY) },
         }
     }
 
@@ -645,59 +692,37 @@ impl<'a, 'db> Builder<'a, 'db> {
         computed(result)
     }
 
-    /// Evaluates the right operand unless the left one decides.
-    fn logic(
-        &mut self,
-        operator: BinaryOperator,
-        left: Computed,
-        right: &'db Expr,
-        at: SourceId,
-    ) -> Computed {
-        let result = self.stack(&Type::Bool);
-        self.set(result, left, at);
-        let operand = computed(result).operand;
-        let (holds, fails) = self.branch(operand, Operand::Known(TRUE), at);
-        let is_and = operator == BinaryOperator::And;
-        let (open, decided) = if is_and { (holds, fails) } else { (fails, holds) };
-        self.open = open;
-        let right = self.value(right);
-        self.set(result, Computed { from: right.from | result.slot, operand: right.operand }, at);
-        self.open.extend(decided);
-        computed(result)
-    }
-
-    fn call(&mut self, callee: &'db NameRef, arguments: &'db [Expr], at: SourceId) -> Computed {
-        match self.inference.callee(callee.id) {
-            Some(Callee::Codel(codel)) => self.codel(codel, arguments, at),
-            Some(Callee::Operation(index)) => self.operation(index, arguments, at),
-            Some(Callee::Builtin(builtin)) => self.builtin(builtin, arguments, at),
-            None => Computed { from: 0, operand: Operand::Known(ANY) },
+    fn call_of(&mut self, frame: &Frame<'db>, call: &Call<'db>, at: SourceId) {
+        match call.callee {
+            Some(Callee::Codel(codel)) => self.codel(frame, codel, call, at),
+            Some(Callee::Operation(index)) => self.operation_call(frame, index, call, at),
+            Some(Callee::Builtin(builtin)) => self.builtin(frame, builtin, call, at),
+            None => {}
         }
     }
 
-    fn codel(&mut self, of: Decl<'db>, arguments: &'db [Expr], at: SourceId) -> Computed {
-        let directions = directions_of(self.db, self.scope, Callee::Codel(of), arguments.len());
+    fn codel(&mut self, frame: &Frame<'db>, of: Decl<'db>, call: &Call<'db>, at: SourceId) {
         let data = codel(self.db, of);
         let (db, project) = (self.db, self.project);
         let ty = |ty: Option<&_>| type_of(db, project, of, ty);
         let result = data.map_or(Type::Unknown, |data| ty(data.result.as_ref()));
         let mut types = data.iter().flat_map(|data| &data.parameters).map(|it| ty(it.ty.as_ref()));
         let has_handle = (self.is_handle)(&result) || types.any(|ty| (self.is_handle)(&ty));
-        let result = self.stack(&result);
+        let result = frame.place(call.result);
         let (mut from, mut to) = (0, result.slot);
         let (mut changed, mut takes) = (Vec::new(), false);
-        for (argument, direction) in arguments.iter().zip(directions) {
-            match (direction, argument) {
-                (Direction::In, _) => from |= self.value(argument).from,
-                (_, Expr::Name(name)) => {
-                    let storage = self.variable(name.id);
+        for argument in &call.arguments {
+            match (argument.direction, argument.variable) {
+                (Direction::In, _) => from |= self.value(frame, argument.value, at).from,
+                (direction, Some(variable)) => {
+                    let storage = frame.place(variable);
                     to |= storage.slot;
                     from |= if direction == Direction::InOut { storage.slot } else { 0 };
                     changed.push(storage);
                 }
                 _ => {}
             }
-            takes |= direction != Direction::Out;
+            takes |= argument.direction != Direction::Out;
         }
         let source = (to != 0).then(|| self.source(PassageEnd::Codel(of)));
         let sink = takes.then(|| self.sink(PassageEnd::Codel(of), has_handle));
@@ -708,92 +733,84 @@ impl<'a, 'db> Builder<'a, 'db> {
             self.graph.calls.insert(id, of);
         }
         self.forget(changed, at);
-        computed(result)
     }
 
     /// Executes an operation of the core. Parameters that it changes are the variables of the caller.
-    fn operation(&mut self, index: usize, arguments: &'db [Expr], at: SourceId) -> Computed {
+    fn operation_call(&mut self, frame: &Frame<'db>, index: usize, call: &Call<'db>, at: SourceId) {
         self.operations += 1;
-        let fits =
-            self.frames.len() < MAX_CALLS && self.operations <= MAX_OPERATIONS && !self.graph.too_large;
-        let Some(operation) = self.core.operations.get(index).filter(|_| fits) else {
+        let fits = self.depth < MAX_CALLS && self.operations <= MAX_OPERATIONS && !self.graph.too_large;
+        let Some(operation) = self.scope.operations.get(index).filter(|_| fits) else {
             self.graph.too_large = true;
-            return Computed { from: 0, operand: Operand::Known(ANY) };
+            return;
         };
-        let (db, project, of) = (self.db, self.project, self.of);
-        let ty = |ty: Option<&_>| type_of(db, project, of, ty);
-        let result = self.stack(&ty(operation.result.as_ref()));
-        let mut parameters = Vec::new();
-        for (parameter, argument) in operation.parameters.iter().zip(arguments) {
-            let storage = match (parameter.direction, argument) {
-                (Direction::Out | Direction::InOut, Expr::Name(name)) => self.variable(name.id),
+        let mut bound = Vec::new();
+        for (parameter, argument) in operation.parameters.iter().zip(&call.arguments) {
+            bound.push(match (parameter.direction, argument.variable) {
+                (Direction::Out | Direction::InOut, Some(variable)) => frame.place(variable),
                 _ => {
-                    let storage = self.stack(&ty(parameter.ty.as_ref()));
-                    let value = self.value(argument);
+                    let ty = type_of(self.db, self.project, self.of, parameter.ty.as_ref());
+                    let storage = self.stack(&ty);
+                    let value = self.value(frame, argument.value, at);
                     self.set(storage, value, at);
                     storage
                 }
-            };
-            parameters.push((parameter.name.id, storage));
+            });
         }
-        let (group, inference, call) = (self.group, self.inference, self.call);
-        self.call = call.or(Some(at));
-        self.enter(BodyId::Operation(index as u32));
-        for (declared, storage) in parameters {
-            if let Some((id, _)) = self.local(declared) {
-                self.variables.insert(id, storage);
-            }
-        }
-        self.body(&operation.program.statements, result);
-        (self.group, self.inference, self.call) = (group, inference, call);
-        computed(result)
+        let outer = self.call;
+        self.call = outer.or(Some(at));
+        self.depth += 1;
+        self.open = self.operation(index, &bound, frame.place(call.result));
+        self.depth -= 1;
+        self.call = outer;
     }
 
-    fn builtin(&mut self, builtin: Builtin, arguments: &'db [Expr], at: SourceId) -> Computed {
-        let nothing = Computed { from: 0, operand: Operand::Known(ANY) };
-        let Some((Expr::Name(operand), rest)) = arguments.split_first() else { return nothing };
+    fn builtin(&mut self, frame: &Frame<'db>, builtin: Builtin, call: &Call<'db>, at: SourceId) {
+        let operand = &call.operand;
         match builtin {
-            Builtin::Status => {
-                let cell = self.status(&operand.name);
-                Computed { from: 0, operand: cell.map_or(Operand::Known(ANY), Operand::Cell) }
-            }
+            Builtin::Status => {}
             Builtin::Read => {
-                let end = PassageEnd::Port(operand.name.clone());
-                let cell = self.status(&operand.name);
-                self.read(end, cell, rest, at)
+                let cell = self.status(operand);
+                self.read(frame, PassageEnd::Port(operand.clone()), cell, call, at);
             }
             Builtin::Collect => {
-                let handler = self.core.handlers.iter().find(|it| it.name.name == operand.name);
+                let handler = self.scope.handlers.iter().find(|it| it.name.name == *operand);
                 let path = handler.and_then(|it| it.operation.as_ref()).and_then(|it| it.path.last());
-                let Some(operation) = path else { return nothing };
-                let status = self.stack(&Type::CallStatus);
-                self.read(PassageEnd::Operation(operation.clone()), status.cell, rest, at)
+                if let Some(operation) = path {
+                    let status = frame.place(call.result).cell;
+                    self.read(frame, PassageEnd::Operation(operation.clone()), status, call, at);
+                }
             }
             Builtin::Write | Builtin::Send => {
-                let from = rest.iter().fold(0, |from, value| from | self.value(value).from);
+                let values = call.arguments.iter().skip(1);
+                let from = values.fold(0, |from, it| from | self.value(frame, it.value, at).from);
                 let end = match builtin {
-                    Builtin::Write => PassageEnd::Port(operand.name.clone()),
-                    _ => PassageEnd::Operation(operand.name.clone()),
+                    Builtin::Write => PassageEnd::Port(operand.clone()),
+                    _ => PassageEnd::Operation(operand.clone()),
                 };
                 let sink = self.sink(end, false);
                 if let Some(node) = self.emit(Step::Plain, at) {
                     (node.from, node.sink) = (from, Some(sink));
                 }
-                nothing
             }
         }
     }
 
-    fn read(&mut self, end: PassageEnd<'db>, cell: Option<u8>, to: &[Expr], at: SourceId) -> Computed {
+    fn read(
+        &mut self,
+        frame: &Frame<'db>,
+        end: PassageEnd<'db>,
+        cell: Option<u8>,
+        call: &Call<'db>,
+        at: SourceId,
+    ) {
         let source = self.source(end);
-        let names = to.iter().filter_map(|it| if let Expr::Name(name) = it { Some(name.id) } else { None });
-        let changed: Vec<Storage> = names.map(|name| self.variable(name)).collect();
+        let changed = call.arguments.iter().skip(1).filter_map(|it| it.variable);
+        let changed: Vec<Storage> = changed.map(|variable| frame.place(variable)).collect();
         let slots = changed.iter().fold(0, |slots, it| slots | it.slot);
         if let Some(node) = self.emit(Step::Read(cell), at) {
             (node.to, node.source) = (slots, Some(source));
         }
         self.forget(changed, at);
-        Computed { from: 0, operand: cell.map_or(Operand::Known(ANY), Operand::Cell) }
     }
 
     /// Any value may be in these variables from here on.
@@ -822,6 +839,12 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 }
 
+impl Frame<'_> {
+    fn place(&self, register: u32) -> Storage {
+        self.registers.get(register as usize).copied().unwrap_or_default()
+    }
+}
+
 fn computed(storage: Storage) -> Computed {
     Computed { from: storage.slot, operand: storage.cell.map_or(Operand::Known(ANY), Operand::Cell) }
 }
@@ -832,15 +855,5 @@ fn values_of(ty: &Type) -> Option<Values> {
         Type::Bool => Some(BOOL),
         Type::PortStatus | Type::CallStatus => Some(ANY),
         _ => None,
-    }
-}
-
-fn value_of(literal: &Literal) -> Values {
-    match literal {
-        Literal::Bool(value) => FALSE << u8::from(*value),
-        Literal::PortStatus(PortStatus::NoData) | Literal::CallStatus(CallStatus::Failure) => NO_DATA,
-        Literal::PortStatus(PortStatus::OldData) | Literal::CallStatus(CallStatus::NotReady) => 2,
-        Literal::PortStatus(PortStatus::NewData) | Literal::CallStatus(CallStatus::Success) => NEW_DATA,
-        Literal::Int(_) | Literal::Float(_) | Literal::String(_) => ANY,
     }
 }

@@ -58,8 +58,22 @@ pub(super) struct ReducedOperation<'db> {
 #[derive(Debug, salsa::SalsaValue)]
 pub(super) struct Program<'db> {
     reduced: Reduced<'db>,
-    /// The outcomes of valuations so far.
-    known: Mutex<FxHashMap<Valuation, Arc<Outcomes>>>,
+    /// The outcomes so far.
+    known: Mutex<Known>,
+}
+
+/// Outcomes by valuation, for each set of variables that are widened.
+type Known = Vec<(Vec<VariableId>, FxHashMap<Valuation, Arc<Outcomes>>)>;
+
+/// The only path of a program from a valuation, whose conditions are all known.
+#[derive(Debug, Default)]
+pub(super) struct OnlyPath {
+    /// The values of registers; the first ones are those of [`Program::variables`].
+    pub(super) registers: Vec<i32>,
+    /// The calls, in their order: see [`Program::cost_of`].
+    pub(super) calls: Vec<u32>,
+    /// The values that variables get.
+    pub(super) seen: Vec<(VariableId, i32)>,
 }
 
 impl PartialEq for Program<'_> {
@@ -121,13 +135,27 @@ struct Step<'db> {
 #[derive(Debug, PartialEq, Eq, salsa::SalsaValue)]
 enum StepKind<'db> {
     Nothing,
-    Branch { condition: u32, fails: u32, at: SourceId },
+    Branch {
+        condition: u32,
+        fails: u32,
+        at: SourceId,
+    },
     /// The variable is none for a parameter or a result.
-    Assign { to: u32, value: u32, variable: Option<VariableId> },
+    Assign {
+        to: u32,
+        value: u32,
+        variable: Option<VariableId>,
+    },
     /// A call. The registers may have any value afterwards.
-    Call { cost: Cost<'db>, changes: Box<[(u32, Option<VariableId>)]> },
+    Call {
+        cost: Cost<'db>,
+        changes: Box<[(u32, Option<VariableId>)]>,
+    },
     /// The call of an operation, whose steps are the next ones up to this one.
-    Operation { index: usize, end: u32 },
+    Operation {
+        index: usize,
+        end: u32,
+    },
     Return(Option<u32>),
 }
 
@@ -136,8 +164,8 @@ enum StepKind<'db> {
 enum Operand {
     Any,
     Known(i32),
-    /// A register, and whether it is a variable, of which conditions tell more.
-    Register(u32, bool),
+    /// A register, and the variable that it is, of which conditions tell more; none for a parameter or a result.
+    Register(u32, Option<VariableId>),
     Unary(UnaryOperator, u32),
     Binary(BinaryOperator, u32, u32),
 }
@@ -177,6 +205,11 @@ impl<'db> Program<'db> {
         &self.reduced.variables
     }
 
+    /// Returns whether conditions decide what it does.
+    pub(super) fn has_conditions(&self) -> bool {
+        self.reduced.steps.iter().any(|it| matches!(it.kind, StepKind::Branch { .. }))
+    }
+
     /// Returns the cost of a call.
     pub(super) fn cost_of(&self, step: u32) -> Cost<'db> {
         match self.reduced.steps.get(step as usize).map(|it| &it.kind) {
@@ -185,14 +218,61 @@ impl<'db> Program<'db> {
         }
     }
 
-    /// Returns what it may do with these values of its variables.
-    pub(super) fn outcomes(&self, values: &[i32]) -> Arc<Outcomes> {
-        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known().get(values) {
+    /// Executes it with these values of its variables: the first registers of `path`. Returns whether a guard holds; none if it has
+    /// several paths, or executes operations. `widened` variables have any value.
+    pub(super) fn only_path(&self, widened: &[VariableId], path: &mut OnlyPath) -> Option<bool> {
+        let program = &self.reduced;
+        path.registers.resize(program.width, ANY);
+        path.calls.clear();
+        path.seen.clear();
+        let mut next = 0;
+        for _ in 0..MAX_NODES {
+            let step = program.steps.get(next as usize)?;
+            next = match &step.kind {
+                StepKind::Nothing => step.next,
+                StepKind::Branch { condition, fails, .. } => match program.value(*condition, &path.registers)
+                {
+                    ANY => return None,
+                    0 => *fails,
+                    _ => step.next,
+                },
+                StepKind::Assign { to, value, variable } => {
+                    let value = program.assigned(*value, *variable, widened, &path.registers);
+                    path.seen.extend(variable.map(|it| (it, value)));
+                    *path.registers.get_mut(*to as usize)? = value;
+                    step.next
+                }
+                StepKind::Call { cost, changes } => {
+                    for (register, variable) in changes {
+                        *path.registers.get_mut(*register as usize)? = ANY;
+                        path.seen.extend(variable.map(|it| (it, ANY)));
+                    }
+                    path.calls.extend((*cost != Cost::Nothing).then_some(next));
+                    step.next
+                }
+                StepKind::Operation { .. } => return None,
+                StepKind::Return(value) => match value.map_or(0, |it| program.value(it, &path.registers)) {
+                    ANY => return None,
+                    value => return Some(value != 0),
+                },
+            };
+        }
+        None
+    }
+
+    /// Returns what it may do with these values of its variables. `widened` variables have any value.
+    pub(super) fn outcomes(&self, widened: &[VariableId], values: &[i32]) -> Arc<Outcomes> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = known.iter().position(|(it, _)| it == widened).unwrap_or_else(|| {
+            known.push((widened.to_vec(), FxHashMap::default()));
+            known.len() - 1
+        });
+        let Some((_, known)) = known.get_mut(place) else { return Arc::default() };
+        if let Some(found) = known.get(values) {
             return found.clone();
         }
-        let found = Arc::new(self.reduced.outcomes(values));
-        known().insert(values.into(), found.clone());
+        let found = Arc::new(self.reduced.outcomes(widened, values));
+        known.insert(values.into(), found.clone());
         found
     }
 }
@@ -265,12 +345,7 @@ impl<'db> Reducer<'_, 'db> {
     }
 
     /// Adds the steps of a graph. Its registers are those of `bound`, or own ones. The returns of an operation assign its result.
-    fn graph(
-        &mut self,
-        graph: &ProgramGraph<'db>,
-        mut bound: Bound,
-        called: Option<Called>,
-    ) {
+    fn graph(&mut self, graph: &ProgramGraph<'db>, mut bound: Bound, called: Option<Called>) {
         if self.found.steps.len() + graph.nodes.len() > MAX_NODES || self.calls > MAX_CALLS {
             self.found.is_too_large = true;
             return;
@@ -343,10 +418,13 @@ impl<'db> Reducer<'_, 'db> {
             }
         }
         let end = self.found.steps.len() as u32;
-        let targets = open.into_iter().map(|(step, fails, node)| (step, fails, first.get(node as usize).copied()));
+        let targets =
+            open.into_iter().map(|(step, fails, node)| (step, fails, first.get(node as usize).copied()));
         let targets = targets.chain(ends.into_iter().map(|step| (step, false, Some(end))));
         for (step, of_branch, target) in targets.collect::<Vec<_>>() {
-            let (Some(step), Some(target)) = (self.found.steps.get_mut(step as usize), target) else { continue };
+            let (Some(step), Some(target)) = (self.found.steps.get_mut(step as usize), target) else {
+                continue;
+            };
             match &mut step.kind {
                 StepKind::Branch { fails, .. } if of_branch => *fails = target,
                 _ => step.next = target,
@@ -412,8 +490,7 @@ impl<'db> Reducer<'_, 'db> {
             Term::Missing | Term::Other | Term::Feature | Term::Incomplete(_) => Operand::Any,
             Term::Register(register, _) => match bound.get(&register).copied().flatten() {
                 Some(register) => {
-                    let is_variable = matches!(self.registers.get(register as usize), Some(Some(_)));
-                    Operand::Register(register, is_variable)
+                    Operand::Register(register, self.registers.get(register as usize).copied().flatten())
                 }
                 None => Operand::Any,
             },
@@ -482,11 +559,13 @@ impl<'db> Reduced<'db> {
 
     /// Finds the order of paths: at each branch, those where the condition holds are before the others.
     fn find_order(&mut self) {
-        let (mut open, mut seen, mut next) = (vec![(0, 0)], vec![false; self.steps.len()], 0);
+        let (mut open, mut seen, mut next) = (vec![(0, 1), (0, 0)], vec![false; self.steps.len()], 0);
+        // The second way exists for branches only.
         while let Some((index, which)) = open.pop() {
             let Some(step) = self.steps.get_mut(index as usize) else { continue };
             let target = match (&step.kind, which) {
                 (StepKind::Branch { fails, .. }, 1) => *fails,
+                (_, 1) => continue,
                 (StepKind::Return(_), _) => u32::MAX,
                 _ => step.next,
             };
@@ -494,9 +573,7 @@ impl<'db> Reduced<'db> {
             step.order.get_mut(which).into_iter().for_each(|it| *it = next);
             if let Some(seen) = seen.get_mut(target as usize).filter(|seen| !**seen) {
                 *seen = true;
-                let is_branch =
-                    matches!(self.steps.get(target as usize), Some(Step { kind: StepKind::Branch { .. }, .. }));
-                open.extend(is_branch.then_some((target, 1)).into_iter().chain([(target, 0)]));
+                open.extend([(target, 1), (target, 0)]);
             }
         }
     }
@@ -514,10 +591,53 @@ impl<'db> Reduced<'db> {
         used
     }
 
-    fn outcomes(&self, values: &[i32]) -> Outcomes {
+    fn value(&self, value: u32, registers: &[i32]) -> i32 {
+        match self.operand(value) {
+            Operand::Any => ANY,
+            Operand::Known(value) => value,
+            Operand::Register(register, _) => registers.get(register as usize).copied().unwrap_or(ANY),
+            Operand::Unary(operator, inner) => match (operator, self.value(inner, registers)) {
+                (_, ANY) => ANY,
+                (UnaryOperator::Not, value) => i32::from(value == 0),
+                (UnaryOperator::Minus, value) => value.checked_neg().unwrap_or(ANY),
+            },
+            Operand::Binary(operator, left, right) => {
+                // A long sum is no deep recursion.
+                let (mut first, mut operands) = (left, vec![(operator, right)]);
+                while let Operand::Binary(operator, left, right) = self.operand(first) {
+                    operands.push((operator, right));
+                    first = left;
+                }
+                let first = self.value(first, registers);
+                operands.into_iter().rev().fold(first, |left, (operator, right)| {
+                    match (left, self.value(right, registers)) {
+                        (ANY, _) | (_, ANY) => ANY,
+                        (left, right) => binary(operator, left, right),
+                    }
+                })
+            }
+        }
+    }
+
+    /// Returns the value that a variable gets: any if it is far from 0.
+    fn assigned(
+        &self,
+        value: u32,
+        variable: Option<VariableId>,
+        widened: &[VariableId],
+        registers: &[i32],
+    ) -> i32 {
+        let value = self.value(value, registers);
+        let is_near = value.unsigned_abs() <= self.farthest.unsigned_abs();
+        let is_followed = |it: VariableId| is_near && !widened.contains(&it);
+        if variable.is_none_or(is_followed) { value } else { ANY }
+    }
+
+    fn outcomes(&self, widened: &[VariableId], values: &[i32]) -> Outcomes {
         let mut registers = vec![ANY; self.width];
         registers.iter_mut().zip(values).for_each(|(register, value)| *register = *value);
-        let mut run = Run { program: self, costs: Costs::new(), found: Outcomes::default(), ends: Vec::new() };
+        let (costs, found) = (Costs::new(), Outcomes::default());
+        let mut run = Run { program: self, widened, costs, found, ends: Vec::new() };
         run.found.is_too_large = self.is_too_large;
         if !self.is_too_large {
             run.run(0, self.steps.len() as u32, registers.into());
@@ -541,6 +661,7 @@ impl<'db> Reduced<'db> {
 /// The execution of a program from one valuation, along all paths.
 struct Run<'a, 'db> {
     program: &'a Reduced<'db>,
+    widened: &'a [VariableId],
     costs: Costs<u32>,
     found: Outcomes,
     /// What paths end with, each with its place in their order.
@@ -560,7 +681,9 @@ impl Run<'_, '_> {
             }
             for path in paths {
                 self.step(index, path, &mut |next, order, path| {
-                    at.get_mut((next - from) as usize).into_iter().for_each(|it| it.push((order, path.clone())));
+                    at.get_mut((next - from) as usize)
+                        .into_iter()
+                        .for_each(|it| it.push((order, path.clone())));
                 });
             }
         }
@@ -594,7 +717,7 @@ impl Run<'_, '_> {
         match kind {
             StepKind::Nothing => add(*next, *first, (registers, cost)),
             StepKind::Branch { condition, fails, at } => {
-                let value = self.value(*condition, &registers);
+                let value = program.value(*condition, &registers);
                 let holds = if value == ANY { None } else { Some(value != 0) };
                 self.decide(*at, holds);
                 for (branch, next, order) in [(true, *next, *first), (false, *fails, *second)] {
@@ -608,12 +731,8 @@ impl Run<'_, '_> {
                 }
             }
             StepKind::Assign { to, value, variable } => {
-                let mut value = self.value(*value, &registers);
-                if let Some(variable) = variable {
-                    let is_near = value.unsigned_abs() <= program.farthest.unsigned_abs();
-                    value = if is_near { value } else { ANY };
-                    self.found.seen.push((*variable, value));
-                }
+                let value = program.assigned(*value, *variable, self.widened, &registers);
+                self.found.seen.extend(variable.map(|it| (it, value)));
                 registers.get_mut(*to as usize).into_iter().for_each(|it| *it = value);
                 add(*next, *first, (registers, cost));
             }
@@ -634,7 +753,7 @@ impl Run<'_, '_> {
                 }
             }
             StepKind::Return(value) => {
-                let holds = value.map_or(0, |value| self.value(value, &registers));
+                let holds = value.map_or(0, |value| program.value(value, &registers));
                 let ends = if holds == ANY { vec![true, false] } else { vec![holds != 0] };
                 let values: Valuation = registers.iter().take(program.variables.len()).copied().collect();
                 let end = |holds| (*first, Outcome { holds, values: values.clone(), cost });
@@ -653,51 +772,24 @@ impl Run<'_, '_> {
     /// Notes what follows from a condition whose value was not known, where it holds or does not.
     fn narrow(&self, condition: u32, holds: bool, registers: &mut [i32]) {
         let program = self.program;
-        let (register, value) = match program.operand(condition) {
-            Operand::Register(register, true) => (register, i32::from(holds)),
+        let (register, variable, value) = match program.operand(condition) {
+            Operand::Register(register, Some(variable)) => (register, variable, i32::from(holds)),
             Operand::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right)
                 if holds == (operator == BinaryOperator::Equal) =>
             {
-                let Operand::Register(register, true) = program.operand(left) else { return };
+                let Operand::Register(register, Some(variable)) = program.operand(left) else { return };
                 let value = match program.operand(right) {
                     Operand::Known(value) => value,
                     Operand::Register(right, _) => registers.get(right as usize).copied().unwrap_or(ANY),
                     _ => return,
                 };
-                (register, value)
+                (register, variable, value)
             }
             _ => return,
         };
-        if let Some(known) = registers.get_mut(register as usize).filter(|_| value != ANY) {
+        let is_known = value != ANY && !self.widened.contains(&variable);
+        if let Some(known) = registers.get_mut(register as usize).filter(|_| is_known) {
             *known = value;
-        }
-    }
-
-    fn value(&self, value: u32, registers: &[i32]) -> i32 {
-        match self.program.operand(value) {
-            Operand::Any => ANY,
-            Operand::Known(value) => value,
-            Operand::Register(register, _) => registers.get(register as usize).copied().unwrap_or(ANY),
-            Operand::Unary(operator, inner) => match (operator, self.value(inner, registers)) {
-                (_, ANY) => ANY,
-                (UnaryOperator::Not, value) => i32::from(value == 0),
-                (UnaryOperator::Minus, value) => value.checked_neg().unwrap_or(ANY),
-            },
-            Operand::Binary(operator, left, right) => {
-                // A long sum is no deep recursion.
-                let (mut first, mut operands) = (left, vec![(operator, right)]);
-                while let Operand::Binary(operator, left, right) = self.program.operand(first) {
-                    operands.push((operator, right));
-                    first = left;
-                }
-                let first = self.value(first, registers);
-                operands.into_iter().rev().fold(first, |left, (operator, right)| {
-                    match (left, self.value(right, registers)) {
-                        (ANY, _) | (_, ANY) => ANY,
-                        (left, right) => binary(operator, left, right),
-                    }
-                })
-            }
         }
     }
 }

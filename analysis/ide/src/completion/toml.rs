@@ -8,8 +8,8 @@ use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, 
 use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
-    config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of,
-    names_of, projects, ros2_of, type_of,
+    config_file, core, core_of, flat_of, hosts_of, is_model, likely_features_of, likely_shell_of, names_of,
+    projects, ros2_of, type_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;

@@ -6,6 +6,7 @@
 //!
 //! Nothing here depends on a deployment: a changed period computes it not again.
 
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 use mauve_hir::item_tree::{Direction, Name, Parameter};
@@ -32,11 +33,18 @@ pub(super) struct Network<'db> {
     leaving: FxHashMap<Place<'db>, Vec<(usize, Place<'db>)>>,
 }
 
-/// How data passes through an instance.
+/// An instance.
 struct Node<'db> {
     assumption: Assumption<'db>,
     /// None where its component has errors, or is unknown.
-    passages: Option<&'db Passages<'db>>,
+    core: Option<Decl<'db>>,
+    /// Computed where data comes to it.
+    through: OnceCell<Through<'db>>,
+}
+
+/// How data passes through an instance.
+struct Through<'db> {
+    passages: &'db Passages<'db>,
     /// The codels whose outputs go on: they are no effects.
     feeding: FxHashSet<&'db PassageEnd<'db>>,
     /// The codels that get inputs from others: they are no sources.
@@ -68,17 +76,9 @@ impl<'db> Network<'db> {
         let nothing = Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false);
         let node = |name: &Name, component: Option<Decl<'db>>| {
             let known = component.filter(|&component| *is_readable(db, project, component));
-            let Some(core) = known.and_then(|component| core_of(db, project, component)) else {
-                let (feeding, fed) = Default::default();
-                return Node { assumption: nothing, passages: None, feeding, fed };
-            };
-            let assumption = assumption(name, core);
-            let passages = passages_of(db, project, core, assumption);
-            let is_codel = |end: &&PassageEnd<'db>| matches!(end, PassageEnd::Codel(_));
-            let on = passages.all.iter().filter(|it| it.from != it.to);
-            let feeding = on.clone().map(|it| &it.from).filter(is_codel).collect();
-            let fed = on.map(|it| &it.to).filter(is_codel).collect();
-            Node { assumption, passages: Some(passages), feeding, fed }
+            let core = known.and_then(|component| core_of(db, project, component));
+            let assumption = core.map_or(nothing, |core| assumption(name, core));
+            Node { assumption, core, through: OnceCell::new() }
         };
         let nodes = flat.instances.iter().map(|it| node(&it.name, it.component)).collect();
         let mut found = Network {
@@ -115,7 +115,21 @@ impl<'db> Network<'db> {
 
     /// Returns whether nothing is known of the component of an instance.
     pub(super) fn is_unknown(&self, instance: usize) -> bool {
-        self.nodes.get(instance).is_none_or(|node| node.passages.is_none())
+        self.nodes.get(instance).is_none_or(|node| node.core.is_none())
+    }
+
+    /// Returns how data passes through an instance; none if nothing is known of its component.
+    fn through(&self, instance: usize) -> Option<&Through<'db>> {
+        let node = self.nodes.get(instance)?;
+        let core = node.core?;
+        Some(node.through.get_or_init(|| {
+            let passages = passages_of(self.db, self.project, core, node.assumption);
+            let is_codel = |end: &&PassageEnd<'db>| matches!(end, PassageEnd::Codel(_));
+            let on = passages.all.iter().filter(|it| it.from != it.to);
+            let feeding = on.clone().map(|it| &it.from).filter(is_codel).collect();
+            let fed = on.map(|it| &it.to).filter(is_codel).collect();
+            Through { passages, feeding, fed }
+        }))
     }
 
     /// Returns the instance of that name.
@@ -148,9 +162,10 @@ impl<'db> Network<'db> {
         (instance, from): &Place<'db>,
         all: bool,
     ) -> Vec<WayStep<'db>> {
-        let Some(node) = self.nodes.get(*instance) else { return Vec::new() };
-        let passages = node.passages.iter().flat_map(|it| it.all.iter().enumerate());
-        let taken = passages.filter(|(_, it)| it.from == *from && (all || !node.feeding.contains(&it.to)));
+        let through = self.through(*instance);
+        let passages = through.into_iter().flat_map(|it| it.passages.all.iter().enumerate());
+        let feeds = |end| through.is_some_and(|it| it.feeding.contains(end));
+        let taken = passages.filter(|(_, it)| it.from == *from && (all || !feeds(&it.to)));
         let step = |(index, to): (usize, &PassageEnd<'db>)| {
             self.step(*instance, connection, [from.clone(), to.clone()], vec![index])
         };
@@ -165,8 +180,8 @@ impl<'db> Network<'db> {
     /// codels that are its sources. Where an input reaches it too, they are those that look at the world; without any, `or_input`
     /// decides whether that input is the source. Without passages, what is written is the source.
     pub(super) fn leaving(&self, (instance, end): &Place<'db>, or_input: bool) -> Option<WayStep<'db>> {
-        let node = self.nodes.get(*instance)?;
-        let passages = node.passages.iter().flat_map(|it| it.all.iter().enumerate());
+        let through = self.through(*instance);
+        let passages = through.into_iter().flat_map(|it| it.passages.all.iter().enumerate());
         let to_end: Vec<_> =
             passages.filter(|(_, it)| it.to == *end).map(|(index, it)| (index, &it.from)).collect();
         let of = |is_taken: &dyn Fn(&PassageEnd<'db>) -> bool| {
@@ -176,7 +191,8 @@ impl<'db> Network<'db> {
         let inputs = of(&|from| !matches!(from, PassageEnd::Codel(_)));
         let is_source = |from: &PassageEnd<'db>| match from {
             PassageEnd::Codel(codel) => {
-                !node.fed.contains(from) && (inputs.is_empty() || self.looks_at_the_world(*codel))
+                !through.is_some_and(|it| it.fed.contains(from))
+                    && (inputs.is_empty() || self.looks_at_the_world(*codel))
             }
             _ => false,
         };
@@ -210,9 +226,8 @@ impl<'db> Network<'db> {
         places.sort_by_key(|&place| (place.0, first(place)));
         // Of an operation, only what is sent, or given back.
         let is_left = |(instance, end): &Place<'db>| {
-            let passages = self.nodes.get(*instance).and_then(|it| it.passages);
             matches!(end, PassageEnd::Port(_))
-                || passages.is_none_or(|it| it.all.iter().any(|it| it.to == *end))
+                || self.through(*instance).is_none_or(|it| it.passages.all.iter().any(|it| it.to == *end))
         };
         places.retain(|place| is_left(place));
         places.into_iter().filter_map(|place| self.leaving(place, false)).collect()
