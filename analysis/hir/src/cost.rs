@@ -128,15 +128,24 @@ pub(crate) const NOTHING: u32 = 0;
 pub(crate) struct Costs<E> {
     pub(crate) parts: Vec<CostOf<E>>,
     numbers: FxHashMap<CostOf<E>, u32>,
+    /// The sums, apart: most costs are sums.
+    sums: FxHashMap<(u32, u32), u32>,
 }
 
 impl<E: Clone + Eq + Hash> Costs<E> {
     pub(crate) fn new() -> Costs<E> {
-        Costs { parts: vec![CostOf::Nothing], numbers: FxHashMap::from_iter([(CostOf::Nothing, NOTHING)]) }
+        let numbers = FxHashMap::from_iter([(CostOf::Nothing, NOTHING)]);
+        Costs { parts: vec![CostOf::Nothing], numbers, sums: FxHashMap::default() }
     }
 
     pub(crate) fn add(&mut self, cost: CostOf<E>) -> u32 {
         let next = self.parts.len() as u32;
+        if let CostOf::Sum(one, other) = cost {
+            return *self.sums.entry((one, other)).or_insert_with(|| {
+                self.parts.push(cost);
+                next
+            });
+        }
         *self.numbers.entry(cost).or_insert_with_key(|cost| {
             self.parts.push(cost.clone());
             next

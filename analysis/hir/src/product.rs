@@ -217,7 +217,8 @@ fn explored_of<'db>(
             open: Vec::new(),
             executed: Vec::new(),
             costs: Costs::new(),
-            seen: FxHashMap::default(),
+            seen: Vec::new(),
+            of_programs: vec![Vec::new(); behaviour.programs.len()],
             combined: 0,
             is_too_large: false,
         };
@@ -227,7 +228,7 @@ fn explored_of<'db>(
         combined += explorer.combined;
         let is_kept = |id: &VariableId| followed.variables.contains(id) && !widened.contains(id);
         let seen = explorer.seen.iter().filter(|(id, _)| is_kept(id));
-        let most = *seen.max_by_key(|(id, seen)| (seen.known.len(), Reverse(**id)))?.0;
+        let most = seen.max_by_key(|(id, seen)| (seen.known.len(), Reverse(*id)))?.0;
         widened.push(most);
     }
     None
@@ -497,7 +498,9 @@ struct Explorer<'a, 'db> {
     open: Vec<Path>,
     executed: Vec<(u32, u32)>,
     costs: Costs<Execution<'db>>,
-    seen: FxHashMap<VariableId, Seen>,
+    seen: Vec<(VariableId, Seen)>,
+    /// The costs of programs of jobs, by program of the behaviour: that of an execution, and that of its program.
+    of_programs: Vec<Vec<(u32, u32)>>,
     combined: usize,
     is_too_large: bool,
 }
@@ -587,7 +590,8 @@ impl<'db> Explorer<'_, 'db> {
                 shown.push((variable.name.name.to_string(), variable.ty.clone(), index));
             }
             own.into_iter().for_each(|value| see(&mut self.seen, *id, value));
-            values.extend(self.seen.get(id).map(|seen| (variable.name.id, described(seen, &variable.ty))));
+            let seen = self.seen.iter().find(|(it, _)| it == id);
+            values.extend(seen.map(|(_, seen)| (variable.name.id, described(seen, &variable.ty))));
         }
         let number: Vec<usize> = all
             .iter()
@@ -684,7 +688,7 @@ impl<'db> Explorer<'_, 'db> {
             return;
         };
         let after = |this: &mut Self, before: u32, own: u32| {
-            let own = of_job.map_or(own, |index| this.costs.add(Cost::Program(index, own)));
+            let own = of_job.map_or(own, |index| this.cost_of_program(index, own));
             this.costs.sum(before, own)
         };
         if let [before] = **paths {
@@ -713,6 +717,16 @@ impl<'db> Explorer<'_, 'db> {
             }
         }
         self.next = next;
+    }
+
+    fn cost_of_program(&mut self, index: usize, own: u32) -> u32 {
+        let Some(known) = self.of_programs.get_mut(index) else { return own };
+        if let Some((_, cost)) = known.iter().find(|(it, _)| *it == own) {
+            return *cost;
+        }
+        let cost = self.costs.add(Cost::Program(index, own));
+        known.push((own, cost));
+        cost
     }
 
     /// Adds the paths of a program from a valuation.
@@ -752,11 +766,15 @@ impl<'db> Explorer<'_, 'db> {
 /// Where a component is next, its valuation then, and the edge that it executes, with its cost.
 type Next = (Where, u32, Option<(usize, u32)>);
 
-fn see(all: &mut FxHashMap<VariableId, Seen>, variable: VariableId, value: i32) {
-    let seen = all.entry(variable).or_default();
-    match value {
-        ANY => seen.any = true,
-        value => _ = seen.known.insert(value),
+fn see(all: &mut Vec<(VariableId, Seen)>, variable: VariableId, value: i32) {
+    let place = all.iter().position(|(it, _)| *it == variable).unwrap_or_else(|| {
+        all.push((variable, Seen::default()));
+        all.len() - 1
+    });
+    match (value, all.get_mut(place)) {
+        (ANY, Some((_, seen))) => seen.any = true,
+        (value, Some((_, seen))) => _ = seen.known.insert(value),
+        (_, None) => {}
     }
 }
 
