@@ -10,7 +10,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mauve_tests::axes::Axis;
-use mauve_tests::{Client, Times, copy, generated_project, is_answer, long_file, models, whole_text, write};
+use mauve_tests::{
+    Client, Counting, Times, copy, counting_project, generated_project, is_answer, long_file, models,
+    whole_text, write,
+};
 use serde_json::json;
 
 const ROUNDS: usize = 300;
@@ -46,6 +49,28 @@ fn main() {
         }
     }
 
+    let count = ["count = count + 1;", "count = count + 2;"];
+    let tries = ["count >= 3", "count >= 4"];
+    let period = ["period = 100 ", "period = 101 "];
+    let counting = [
+        ("counters in 1000 lines", Counting::Counters, 1, 165, count, 2.0),
+        ("counters in 10000 lines", Counting::Counters, 1, 1_650, count, 5.0),
+        ("counters in 200 files", Counting::Counters, 200, 8, count, 2.0),
+        ("modes in 1000 lines", Counting::Modes, 1, 90, tries, 3.0),
+        ("modes in 200 files", Counting::Modes, 200, 10, tries, 5.0),
+    ];
+    for (what, counting, files, states, literal, target) in counting {
+        let project = project(what, &counting_project(counting, files, states));
+        let part = format!("part{}.mal", files / 2);
+        let row = |kind: &str, file: &str, texts| {
+            keystrokes(&format!("{what}, {kind}"), &project, [file, "root.mal"], texts, target);
+        };
+        row("literal", &part, literal);
+        row("comment", &part, ["  var count", "  // so\n  var count"]);
+        row("period", "root.mal", period);
+    }
+
+    let period = ["period = 20 ", "period = 30 "];
     let activities = project("activities", &(Axis::named("activities").project)(1_000));
     keystrokes("1000 activities, period", &activities, ["model.mal", "model.mal"], period, 8.0);
     let long = project("long", &long_file(200_000));

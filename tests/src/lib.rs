@@ -8,6 +8,7 @@
 pub mod axes;
 mod client;
 mod command;
+mod counting_project;
 pub mod deployer;
 mod lttng;
 pub mod machines;
@@ -26,6 +27,7 @@ use std::path::{Path, PathBuf};
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher, whole_text};
 pub use command::{Run, copy, git, mauve, own_scratch, scratch, test_name, write};
+pub use counting_project::{Counting, counting_project};
 pub use lttng::{Event, Recorder, Span, spans};
 pub use random_model::{Options, plain, random_model, random_model_of};
 pub use times::Times;

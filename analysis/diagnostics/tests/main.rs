@@ -33,6 +33,7 @@
 //! | [`spec`] | the language reference in `tests/spec` |
 //! | [`tables`] | the highlighters and the reference list the fields of an activity and the keys of TOML files |
 //! | [`verdicts`] | which activities of a deployment are analysed |
+//! | [`work`] | what an edit costs, without clocks |
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -68,3 +69,4 @@ mod spans;
 mod spec;
 mod tables;
 mod verdicts;
+mod work;

@@ -191,6 +191,9 @@ pub struct OnDisk {
 pub trait ModelDb: salsa::Database {
     /// Returns the previous tree of each file.
     fn trees(&self) -> &Trees;
+
+    /// Notes that a query has lowered or executed so many nodes of programs, for tests of what an edit costs.
+    fn note_nodes(&self, nodes: usize);
 }
 
 /// The newest tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of any
@@ -265,6 +268,12 @@ impl ModelDb for Database {
     fn trees(&self) -> &Trees {
         &self.trees
     }
+
+    fn note_nodes(&self, nodes: usize) {
+        if let Some(Ok(mut log)) = self.log.as_ref().map(|log| log.lock()) {
+            log.nodes += nodes;
+        }
+    }
 }
 
 impl Workspace {
@@ -311,6 +320,8 @@ pub struct Log {
     pub executed: Vec<String>,
     /// The queries whose results salsa has verified to be unchanged, in order.
     pub verified: Vec<String>,
+    /// How many nodes of programs were lowered or executed.
+    pub nodes: usize,
 }
 
 /// A [`Log`] in the making.
@@ -318,6 +329,7 @@ pub struct Log {
 struct Keys {
     executed: Vec<DatabaseKeyIndex>,
     verified: Vec<DatabaseKeyIndex>,
+    nodes: usize,
 }
 
 impl Database {
@@ -347,7 +359,7 @@ impl Database {
                 |key: DatabaseKeyIndex| self.ingredient_debug_name(key.ingredient_index()).into_owned();
             keys.into_iter().map(name).collect()
         };
-        Log { executed: names(keys.executed), verified: names(keys.verified) }
+        Log { executed: names(keys.executed), verified: names(keys.verified), nodes: keys.nodes }
     }
 }
 

@@ -25,10 +25,12 @@
 //! | `infer.rs`, `infer/` | bindings, callees and types of each body |
 //! | `semantics.rs` | resolution at a position of a text, for editors |
 //! | `structure.rs` | a core without its programs: what an edit of a program does not change |
+//! | `program_graph.rs` | each program as nodes in the order of execution: what costs, values and passages are computed from |
+//! | `program_text.rs` | the graphs as text, to look at them |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `passage.rs`, `passage/` | how data passes through a core: its flow graph, and a search along all paths |
-//! | `product.rs`, `product/` | the states of a core together with the values of its small variables: an interpreter of its programs |
+//! | `product.rs`, `product/` | the states of a core together with the values of its small variables, and what its programs do to these |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
@@ -76,6 +78,7 @@ mod passage;
 mod product;
 mod program_graph;
 mod program_id;
+mod program_text;
 mod project;
 mod ranges;
 mod resolve;
@@ -136,6 +139,7 @@ pub use passage::{
 };
 pub use product::{Product, ProductEdge, ProductState, product_of};
 pub use program_id::{ProgramId, ProgramKey};
+pub use program_text::graphs_as_text;
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,
     files_in_group, include_candidates, include_rings, includes, is_model, platform_of, project_files,

@@ -146,7 +146,7 @@ pub(crate) fn interpreted_of<'db>(
 ) -> Option<Arc<Interpreted<'db>>> {
     let explored = explored_of(db, project, of).as_ref()?;
     let mut decided: FxHashMap<(u32, SourceId), Option<bool>> = FxHashMap::default();
-    let mut begin = 0;
+    let (mut begin, mut steps) = (0, 0);
     for (state, &end) in (0..).zip(&explored.ends) {
         db.unwind_if_revision_cancelled();
         for &(program, valuation) in explored.executed.get(begin..end as usize).unwrap_or_default() {
@@ -158,7 +158,7 @@ pub(crate) fn interpreted_of<'db>(
             if !program.has_conditions() {
                 continue;
             }
-            let outcomes = program.outcomes(&explored.widened, &projected(values, indices));
+            let outcomes = program.outcomes(&explored.widened, &projected(values, indices), &mut steps);
             for &(condition, holds) in &outcomes.decided {
                 let known = decided.entry((state, condition)).or_insert(holds);
                 *known = known.filter(|it| holds == Some(*it));
@@ -166,6 +166,7 @@ pub(crate) fn interpreted_of<'db>(
         }
         begin = end as usize;
     }
+    db.note_nodes(steps);
     let decided = decided.into_iter().filter_map(|(key, holds)| Some((key, holds?))).collect();
     Some(Arc::new(Interpreted { product: explored.product.clone(), decided }))
 }
@@ -222,7 +223,9 @@ fn explored_of<'db>(
             combined: 0,
             is_too_large: false,
         };
-        if let Some(found) = explorer.product() {
+        let found = explorer.product();
+        db.note_nodes(explorer.only.steps);
+        if let Some(found) = found {
             return Some(Arc::new(found));
         }
         combined += explorer.combined;
@@ -747,7 +750,8 @@ impl<'db> Explorer<'_, 'db> {
             return found.push(Path { holds, values, cost });
         }
         let number = *self.numbers.entry((program, values)).or_insert_with(|| {
-            let outcomes = used.outcomes(self.widened, &projected(before, indices));
+            let own = projected(before, indices);
+            let outcomes = used.outcomes(self.widened, &own, &mut self.only.steps);
             let costs = self.costs.include(&outcomes.costs, |step| used.cost_of(*step));
             outcomes.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
             self.is_too_large |= outcomes.is_too_large;

@@ -178,7 +178,9 @@ pub(crate) fn graphs_of_group<'db>(
         all.sort_unstable_by_key(|(program, _)| *program);
         all.into()
     };
-    bodies_of(db, of, scope, group).iter().map(of_body).collect()
+    let found: Graphs<'db> = bodies_of(db, of, scope, group).iter().map(of_body).collect();
+    db.note_nodes(found.iter().flatten().map(|(_, graph)| graph.nodes.len()).sum());
+    found
 }
 
 impl Action<'_> {
@@ -607,10 +609,10 @@ impl<'a, 'db> Lowering<'a, 'db> {
         let mut open = vec![term];
         while let Some(term) = open.pop() {
             match self.kind(term) {
-                Term::Register(register, _) => {
-                    if self.registers.get(register as usize).is_some_and(|it| it.variable.is_some()) {
-                        return true;
-                    }
+                Term::Register(register, _)
+                    if self.registers.get(register as usize).is_some_and(|it| it.variable.is_some()) =>
+                {
+                    return true;
                 }
                 Term::Incomplete(inner) | Term::Unary(_, inner) => open.push(inner),
                 Term::Binary(_, one, other) => open.extend([one, other]),

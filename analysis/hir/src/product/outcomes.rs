@@ -74,6 +74,8 @@ pub(super) struct OnlyPath {
     pub(super) calls: Vec<u32>,
     /// The values that variables get.
     pub(super) seen: Vec<(VariableId, i32)>,
+    /// The number of steps that were executed, of all programs so far.
+    pub(super) steps: usize,
 }
 
 impl PartialEq for Program<'_> {
@@ -97,6 +99,8 @@ pub(super) struct Outcomes {
     pub(super) decided: Vec<(SourceId, Option<bool>)>,
     /// There are more paths than are followed.
     pub(super) is_too_large: bool,
+    /// The number of steps of all paths.
+    steps: usize,
 }
 
 #[derive(Debug)]
@@ -228,6 +232,7 @@ impl<'db> Program<'db> {
         let mut next = 0;
         for _ in 0..MAX_NODES {
             let step = program.steps.get(next as usize)?;
+            path.steps += 1;
             next = match &step.kind {
                 StepKind::Nothing => step.next,
                 StepKind::Branch { condition, fails, .. } => match program.value(*condition, &path.registers)
@@ -260,8 +265,14 @@ impl<'db> Program<'db> {
         None
     }
 
-    /// Returns what it may do with these values of its variables. `widened` variables have any value.
-    pub(super) fn outcomes(&self, widened: &[VariableId], values: &[i32]) -> Arc<Outcomes> {
+    /// Returns what it may do with these values of its variables. `widened` variables have any value. Adds what it executes to `steps`:
+    /// nothing if the outcomes are known.
+    pub(super) fn outcomes(
+        &self,
+        widened: &[VariableId],
+        values: &[i32],
+        steps: &mut usize,
+    ) -> Arc<Outcomes> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let place = known.iter().position(|(it, _)| it == widened).unwrap_or_else(|| {
             known.push((widened.to_vec(), FxHashMap::default()));
@@ -272,6 +283,7 @@ impl<'db> Program<'db> {
             return found.clone();
         }
         let found = Arc::new(self.reduced.outcomes(widened, values));
+        *steps += found.steps;
         known.insert(values.into(), found.clone());
         found
     }
@@ -679,6 +691,7 @@ impl Run<'_, '_> {
             if index == to {
                 return paths;
             }
+            self.found.steps += paths.len();
             for path in paths {
                 self.step(index, path, &mut |next, order, path| {
                     at.get_mut((next - from) as usize)

@@ -51,17 +51,17 @@ pub(super) fn table(paths: &[PathBuf]) -> Result<String, String> {
                 file.set_text(&mut db, text);
                 show(&db, &workspaces)?;
                 let elapsed = start.elapsed();
-                let Log { executed, verified } = db.take_log();
-                measured.push((elapsed, [executed.len(), verified.len()]));
+                let Log { executed, verified, nodes } = db.take_log();
+                measured.push((elapsed, [executed.len(), verified.len(), nodes]));
             }
         }
         rows.push(row(kind, &measured));
     }
-    Ok(columns(&["edit", "edits", "median ms", "greatest", "queries", "most", "verified"], &rows))
+    Ok(columns(&["edit", "edits", "median ms", "greatest", "queries", "most", "verified", "nodes"], &rows))
 }
 
-/// Of each edit, the time, and how many queries were executed and verified.
-fn row(kind: &str, measured: &[(Duration, [usize; 2])]) -> Vec<String> {
+/// Of each edit, the time, how many queries were executed and verified, and how many nodes of programs lowered and executed.
+fn row(kind: &str, measured: &[(Duration, [usize; 3])]) -> Vec<String> {
     let (mut times, queries): (Vec<_>, Vec<_>) = measured.iter().copied().unzip();
     times.sort_unstable();
     let sorted = |of: usize| {
@@ -69,7 +69,7 @@ fn row(kind: &str, measured: &[(Duration, [usize; 2])]) -> Vec<String> {
         counts.sort_unstable();
         counts
     };
-    let [executed, verified] = [0, 1].map(sorted);
+    let [executed, verified, nodes] = [0, 1, 2].map(sorted);
     let milliseconds = |time: Option<&Duration>| {
         time.map_or_else(|| "—".to_owned(), |time| format!("{:.3}", time.as_secs_f64() * 1e3))
     };
@@ -82,6 +82,7 @@ fn row(kind: &str, measured: &[(Duration, [usize; 2])]) -> Vec<String> {
         count(executed.get(executed.len() / 2)),
         count(executed.last()),
         count(verified.get(verified.len() / 2)),
+        count(nodes.get(nodes.len() / 2)),
     ]
 }
 
