@@ -1,5 +1,5 @@
 //! What an edit costs, without clocks: the queries that are executed and verified, and the nodes of programs that are lowered and
-//! executed, compared with `work.txt`. A tenth more than there fails, and so does an edit of a project that is not there.
+//! executed, compared with `work.txt`. A tenth more than there fails, and so does an edit that is not there.
 //!
 //! `UPDATE_EXPECT=1` writes the file.
 
@@ -13,6 +13,7 @@ use mauve_hir::{Database, Log, Workspace, names_of, projects};
 use mauve_tests::axes::Axis;
 use mauve_tests::{Counting, counting_project, generated_project, models, texts_moved};
 use mauve_wcrt::{Query, response_times};
+use salsa::Durability;
 
 type Texts = Vec<(PathBuf, String)>;
 
@@ -78,8 +79,13 @@ fn show(db: &Database, workspace: Workspace) {
 fn cost(texts: &Texts, [path, from, to]: [&str; 3]) -> [usize; 3] {
     let mut db = Database::with_log();
     let workspace = Workspace::of_texts(&db, "/".into(), texts.iter().cloned());
-    show(&db, workspace);
     let file = workspace.file(&db, Path::new(path)).unwrap();
+    // As for a server: the other files are closed.
+    for other in workspace.files(&db).values().copied().filter(|it| *it != file).collect::<Vec<_>>() {
+        let text = other.text(&db).clone();
+        other.set_text_with(&mut db, text, Durability::HIGH);
+    }
+    show(&db, workspace);
     let old = file.text(&db).to_string();
     let middle = mauve_tests::char_boundary(&old, old.len() / 2);
     let at = old[middle..].find(from).map(|at| middle + at).or_else(|| old.find(from));

@@ -28,6 +28,8 @@ pub(super) type Valuation = Box<[i32]>;
 /// The most nodes of a program with the operations that it calls, and the most paths to one of them.
 const MAX_NODES: usize = 1 << 14;
 const MAX_PATHS: usize = 512;
+/// The most valuations whose outcomes a program remembers.
+const MOST_KNOWN: usize = 4096;
 /// The most operations that call each other.
 const MAX_CALLS: usize = 64;
 
@@ -241,18 +243,9 @@ impl<'db> Program<'db> {
                     0 => *fails,
                     _ => step.next,
                 },
-                StepKind::Assign { to, value, variable } => {
-                    let value = program.assigned(*value, *variable, widened, &path.registers);
-                    path.seen.extend(variable.map(|it| (it, value)));
-                    *path.registers.get_mut(*to as usize)? = value;
-                    step.next
-                }
-                StepKind::Call { cost, changes } => {
-                    for (register, variable) in changes {
-                        *path.registers.get_mut(*register as usize)? = ANY;
-                        path.seen.extend(variable.map(|it| (it, ANY)));
-                    }
-                    path.calls.extend((*cost != Cost::Nothing).then_some(next));
+                StepKind::Assign { .. } | StepKind::Call { .. } => {
+                    let calls = program.change(step, widened, &mut path.registers, &mut path.seen);
+                    path.calls.extend(calls.then_some(next));
                     step.next
                 }
                 StepKind::Operation { .. } => return None,
@@ -284,6 +277,10 @@ impl<'db> Program<'db> {
         }
         let found = Arc::new(self.reduced.outcomes(widened, values));
         *steps += found.steps;
+        // An editor's session may come to many valuations.
+        if known.len() >= MOST_KNOWN {
+            known.clear();
+        }
         known.insert(values.into(), found.clone());
         found
     }
@@ -631,18 +628,33 @@ impl<'db> Reduced<'db> {
         }
     }
 
-    /// Returns the value that a variable gets: any if it is far from 0.
-    fn assigned(
+    /// Executes an assignment, or a call; returns whether it is a call that costs something. Adds the values that variables get: any
+    /// if they are far from 0.
+    fn change(
         &self,
-        value: u32,
-        variable: Option<VariableId>,
+        step: &Step<'db>,
         widened: &[VariableId],
-        registers: &[i32],
-    ) -> i32 {
-        let value = self.value(value, registers);
-        let is_near = value.unsigned_abs() <= self.farthest.unsigned_abs();
-        let is_followed = |it: VariableId| is_near && !widened.contains(&it);
-        if variable.is_none_or(is_followed) { value } else { ANY }
+        registers: &mut [i32],
+        seen: &mut Vec<(VariableId, i32)>,
+    ) -> bool {
+        let mut set = |registers: &mut [i32], register: u32, variable: Option<VariableId>, value: i32| {
+            registers.get_mut(register as usize).into_iter().for_each(|it| *it = value);
+            seen.extend(variable.map(|it| (it, value)));
+        };
+        match &step.kind {
+            StepKind::Assign { to, value, variable } => {
+                let value = self.value(*value, registers);
+                let is_near = value.unsigned_abs() <= self.farthest.unsigned_abs();
+                let is_followed = |it: VariableId| is_near && !widened.contains(&it);
+                set(registers, *to, *variable, if variable.is_none_or(is_followed) { value } else { ANY });
+                false
+            }
+            StepKind::Call { cost, changes } => {
+                changes.iter().for_each(|(register, variable)| set(registers, *register, *variable, ANY));
+                *cost != Cost::Nothing
+            }
+            _ => false,
+        }
     }
 
     fn outcomes(&self, widened: &[VariableId], values: &[i32]) -> Outcomes {
@@ -724,9 +736,8 @@ impl Run<'_, '_> {
     /// Executes a step. Calls `add` with each step after it, the place in the order of paths, and the path.
     fn step(&mut self, index: u32, (mut registers, cost): Path, add: &mut dyn FnMut(u32, u32, Path)) {
         let program = self.program;
-        let Some(Step { kind, next, order: [first, second], .. }) = program.steps.get(index as usize) else {
-            return;
-        };
+        let Some(step) = program.steps.get(index as usize) else { return };
+        let Step { kind, next, order: [first, second], .. } = step;
         match kind {
             StepKind::Nothing => add(*next, *first, (registers, cost)),
             StepKind::Branch { condition, fails, at } => {
@@ -743,18 +754,9 @@ impl Run<'_, '_> {
                     }
                 }
             }
-            StepKind::Assign { to, value, variable } => {
-                let value = program.assigned(*value, *variable, self.widened, &registers);
-                self.found.seen.extend(variable.map(|it| (it, value)));
-                registers.get_mut(*to as usize).into_iter().for_each(|it| *it = value);
-                add(*next, *first, (registers, cost));
-            }
-            StepKind::Call { cost: own, changes } => {
-                for (register, variable) in changes {
-                    registers.get_mut(*register as usize).into_iter().for_each(|it| *it = ANY);
-                    self.found.seen.extend(variable.map(|it| (it, ANY)));
-                }
-                let own = if *own == Cost::Nothing { NOTHING } else { self.costs.add(CostOf::One(index)) };
+            StepKind::Assign { .. } | StepKind::Call { .. } => {
+                let calls = program.change(step, self.widened, &mut registers, &mut self.found.seen);
+                let own = if calls { self.costs.add(CostOf::One(index)) } else { NOTHING };
                 let cost = self.costs.sum(cost, own);
                 add(*next, *first, (registers, cost));
             }
