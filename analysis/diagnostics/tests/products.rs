@@ -103,6 +103,18 @@ fn a_mode_excludes_the_branches_of_others() {
 }
 
 #[test]
+fn a_program_of_too_many_variables_follows_none() {
+    let names: Vec<String> = (0..140).map(|it| format!("v{it}")).collect();
+    let declared: String = names.iter().map(|it| format!("var {it}: bool = false ")).collect();
+    let toggled =
+        |it: &String| format!("if {it} then {{ move(); {it} = false; }} else {{ plan(); {it} = true; }} ");
+    let program: String = names.iter().map(toggled).collect();
+    check(&format!("{{ {declared} update = {{ {program} }} }}"), expect![[r#"
+        update → update: 1400 ms
+    "#]]);
+}
+
+#[test]
 fn what_others_give_is_any_value() {
     // A codel, a port and a property.
     check(

@@ -322,6 +322,8 @@ impl<'db> Reducer<'_, 'db> {
         let mut all: Vec<VariableId> =
             all.into_iter().filter(|it| self.reduction.followed.contains(it)).collect();
         all.sort_unstable();
+        // Without a register, the value of a variable would be what it was before.
+        self.found.is_too_large |= all.len() > MAX_REGISTERS;
         all.truncate(MAX_REGISTERS);
         for &variable in &all {
             let register = self.register(Some(variable));
