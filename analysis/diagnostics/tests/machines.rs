@@ -70,6 +70,17 @@ fn the_greater_branch_and_both_sides_of_logic_count() {
 }
 
 #[test]
+fn each_of_many_returns_excludes_what_is_after_it() {
+    let returns = "if one() > 1 then { big(); return; } ".repeat(100);
+    check(
+        &format!("core K(S) {{ update = {{ {returns} }} }}"),
+        expect![[r#"
+        update stay update: 116 ms
+    "#]],
+    );
+}
+
+#[test]
 fn a_transition_pays_for_the_guards_before_it() {
     check(
         "core K(S) { statemachine {

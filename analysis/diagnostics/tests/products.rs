@@ -109,9 +109,12 @@ fn a_program_of_too_many_variables_follows_none() {
     let toggled =
         |it: &String| format!("if {it} then {{ move(); {it} = false; }} else {{ plan(); {it} = true; }} ");
     let program: String = names.iter().map(toggled).collect();
-    check(&format!("{{ {declared} update = {{ {program} }} }}"), expect![[r#"
+    check(
+        &format!("{{ {declared} update = {{ {program} }} }}"),
+        expect![[r#"
         update → update: 1400 ms
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]

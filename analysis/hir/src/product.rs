@@ -107,8 +107,7 @@ impl Product<'_> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Explored<'db> {
     pub(crate) product: Arc<Product<'db>>,
-    /// The programs of jobs, each with the index of each of its variables in a valuation.
-    programs: Vec<Used<'db>>,
+    of: Arc<Executed<'db>>,
     /// What jobs execute, by the state of the product in which they begin: a program, and the valuation before it.
     executed: Vec<(u32, u32)>,
     /// For each state of the product, the end of its part of `executed`.
@@ -151,8 +150,8 @@ pub(crate) fn interpreted_of<'db>(
         db.unwind_if_revision_cancelled();
         for &(program, valuation) in explored.executed.get(begin..end as usize).unwrap_or_default() {
             let valuation = explored.valuations.get(valuation as usize);
-            let Some(((program, indices), values)) = explored.programs.get(program as usize).zip(valuation)
-            else {
+            let program = explored.of.programs.get(program as usize);
+            let Some(((program, indices), values)) = program.zip(valuation) else {
                 continue;
             };
             if !program.has_conditions() {
@@ -199,7 +198,7 @@ fn explored_of<'db>(
     if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
         return None;
     }
-    let executed = Executed::new(db, project, of, behaviour, followed);
+    let executed = Arc::new(Executed::new(db, project, of, behaviour, followed));
     let shared = shared_variables(db, project, of);
     let (mut combined, mut widened) = (0, Vec::new());
     while combined < MAX_ALL_COMBINED {
@@ -387,7 +386,7 @@ struct Path {
 type Used<'db> = (Arc<Program<'db>>, Box<[usize]>);
 
 /// Where the component executes programs between jobs, by their index; none that it does not have.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Hooks {
     core_values: Option<u32>,
     configure: Option<u32>,
@@ -399,6 +398,7 @@ struct Hooks {
 }
 
 /// What a component executes.
+#[derive(Debug, PartialEq, Eq, salsa::SalsaValue)]
 struct Executed<'db> {
     /// The shared variables that are followed; a valuation has their values.
     variables: Vec<VariableId>,
@@ -485,7 +485,7 @@ struct Explorer<'a, 'db> {
     db: &'db dyn ModelDb,
     behaviour: &'db Behaviour<'db>,
     shared: &'db [VariableOf],
-    of: &'a Executed<'db>,
+    of: &'a Arc<Executed<'db>>,
     widened: &'a [VariableId],
     valuations: Valuations,
     /// The outcomes of programs that may have several, with the index of each of their costs in [`Product::costs`]; and their
@@ -553,7 +553,7 @@ impl<'db> Explorer<'_, 'db> {
         let product = Arc::new(self.finished(&all, edges));
         Some(Explored {
             product,
-            programs: self.of.programs.clone(),
+            of: self.of.clone(),
             executed: std::mem::take(&mut self.executed),
             ends,
             valuations: std::mem::take(&mut self.valuations.all),
