@@ -168,7 +168,6 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
     let of_core = [
         ("behaviour_of", 1),
-        ("costs_of_group", 1),
         ("declaration_facts", 1),
         ("errors_in", 1),
         ("flow_facts", 1),

@@ -3,6 +3,7 @@
 //! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
 //! behaviour, a changed program only that of its core.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -168,7 +169,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
 /// What is known of the programs of a core, by group of bodies.
 struct Groups<'db> {
     scope: Option<&'db CoreScope>,
-    costs: Vec<&'db ProgramCosts<'db>>,
+    costs: Vec<Cow<'db, ProgramCosts<'db>>>,
     /// The unresolved names.
     problems: Vec<&'db Problems<'db>>,
 }

@@ -1,6 +1,7 @@
 //! The cost of each program along its worst path, as executions of codels. Independent of times: a changed timing table
 //! invalidates no cost, a changed program only its own cost.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::hash::Hash;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{ByProgram, groups_of};
+use crate::body::{ByProgram, by_group};
 use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
@@ -212,12 +213,22 @@ pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<&'db ProgramCosts<'db>> {
-    groups_of(db, of).map(|group| costs_of_group(db, project, of, group)).collect()
+) -> Vec<Cow<'db, ProgramCosts<'db>>> {
+    by_group(db, of, || costs_in(db, project, of, 0), |group| costs_of_group(db, project, of, group))
 }
 
+/// Returns the costs of the programs of one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
 fn costs_of_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
+) -> ProgramCosts<'db> {
+    costs_in(db, project, of, group)
+}
+
+fn costs_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -282,6 +293,7 @@ fn longest<'db>(
             *cost = sum;
         }
     }
+    costs.parts.shrink_to_fit();
     let root = found.get(graph.start as usize).copied().flatten().unwrap_or(NOTHING);
     CostGraph { parts: costs.parts, root }
 }

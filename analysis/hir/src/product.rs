@@ -24,7 +24,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Edge, behaviour_of};
-use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, core_scope, groups_of, of_program};
+use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, by_group, core_scope, of_program};
 use crate::cost::{Cost, Costs, Execution, NOTHING};
 use crate::infer::{VariableOf, inference_of, shared_variables};
 use crate::item_tree::{HookKind, MethodKind, Parameter, SourceId, TypeRef};
@@ -107,11 +107,10 @@ impl Product<'_> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Explored<'db> {
     pub(crate) product: Arc<Product<'db>>,
-    of: Arc<Executed<'db>>,
     /// What jobs execute, by the state of the product in which they begin: a program, and the valuation before it.
-    executed: Vec<(u32, u32)>,
+    executed: Box<[(u32, u32)]>,
     /// For each state of the product, the end of its part of `executed`.
-    ends: Vec<u32>,
+    ends: Box<[u32]>,
     valuations: Vec<Valuation>,
     /// The variables that are not followed, since they have too many values.
     widened: Vec<VariableId>,
@@ -144,13 +143,15 @@ pub(crate) fn interpreted_of<'db>(
     of: Decl<'db>,
 ) -> Option<Arc<Interpreted<'db>>> {
     let explored = explored_of(db, project, of).as_ref()?;
+    let behaviour = behaviour_of(db, project, of);
+    let Executed { programs, .. } = Executed::new(db, project, of, behaviour, followed_of(db, project, of));
     let mut decided: FxHashMap<(u32, SourceId), Option<bool>> = FxHashMap::default();
     let (mut begin, mut steps) = (0, 0);
     for (state, &end) in (0..).zip(&explored.ends) {
         db.unwind_if_revision_cancelled();
         for &(program, valuation) in explored.executed.get(begin..end as usize).unwrap_or_default() {
             let valuation = explored.valuations.get(valuation as usize);
-            let program = explored.of.programs.get(program as usize);
+            let program = programs.get(program as usize);
             let Some(((program, indices), values)) = program.zip(valuation) else {
                 continue;
             };
@@ -198,7 +199,7 @@ fn explored_of<'db>(
     if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
         return None;
     }
-    let executed = Arc::new(Executed::new(db, project, of, behaviour, followed));
+    let executed = Executed::new(db, project, of, behaviour, followed);
     let shared = shared_variables(db, project, of);
     let (mut combined, mut widened) = (0, Vec::new());
     while combined < MAX_ALL_COMBINED {
@@ -261,6 +262,7 @@ fn without_values<'db>(behaviour: &Behaviour<'db>) -> Product<'db> {
     });
     let edges = edges.collect();
     let states = 0..behaviour.states.len();
+    costs.parts.shrink_to_fit();
     Product {
         states: states.map(|state| ProductState { state, valuation: 0 }).collect(),
         initial: behaviour.initial,
@@ -296,9 +298,18 @@ fn operations_of<'db>(
     (0..).zip(&scope.operations).map_while(operation).collect()
 }
 
-/// Returns the programs of a group of bodies with their outcomes so far. An edit keeps those of other groups.
+/// Returns the programs of one of several groups of bodies with their outcomes so far. An edit keeps those of other groups.
 #[salsa::tracked(returns(ref))]
 fn programs_of_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
+) -> ByProgram<Arc<Program<'db>>> {
+    programs_in(db, project, of, group)
+}
+
+fn programs_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -386,7 +397,7 @@ struct Path {
 type Used<'db> = (Arc<Program<'db>>, Box<[usize]>);
 
 /// Where the component executes programs between jobs, by their index; none that it does not have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 struct Hooks {
     core_values: Option<u32>,
     configure: Option<u32>,
@@ -398,7 +409,6 @@ struct Hooks {
 }
 
 /// What a component executes.
-#[derive(Debug, PartialEq, Eq, salsa::SalsaValue)]
 struct Executed<'db> {
     /// The shared variables that are followed; a valuation has their values.
     variables: Vec<VariableId>,
@@ -429,14 +439,14 @@ impl<'db> Executed<'db> {
         let mut programs: Vec<Used<'db>> = Vec::new();
         let mut numbers: FxHashMap<Place, u32> = FxHashMap::default();
         let scope = core_scope(db, of).as_ref();
-        let groups: Vec<_> =
-            groups_of(db, of).map(|group| programs_of_group(db, project, of, group)).collect();
+        let of_group = |group| programs_of_group(db, project, of, group);
+        let groups = by_group(db, of, || programs_in(db, project, of, 0), of_group);
         let mut find = |place: Place| {
             if let Some(&known) = numbers.get(&place) {
                 return Some(known);
             }
             let (group, index) = scope?.place(place.0)?;
-            let program = of_program(groups.get(group)?, index, place.1)?.clone();
+            let program = of_program(groups.get(group)?.as_ref(), index, place.1)?.clone();
             let index = |variable: &VariableId| variables.iter().position(|it| it == variable);
             let indices = program.variables().iter().filter_map(index).collect();
             programs.push((program, indices));
@@ -485,7 +495,7 @@ struct Explorer<'a, 'db> {
     db: &'db dyn ModelDb,
     behaviour: &'db Behaviour<'db>,
     shared: &'db [VariableOf],
-    of: &'a Arc<Executed<'db>>,
+    of: &'a Executed<'db>,
     widened: &'a [VariableId],
     valuations: Valuations,
     /// The outcomes of programs that may have several, with the index of each of their costs in [`Product::costs`]; and their
@@ -515,7 +525,7 @@ impl<'db> Explorer<'_, 'db> {
         let (mut numbers, mut all) = (FxHashMap::from_iter([(start, 0)]), vec![start]);
         let mut edges: Vec<((usize, usize, usize), u32)> = Vec::new();
         let (mut next, mut running) = (0, 0);
-        let (mut ends, mut found) = (Vec::new(), Vec::new());
+        let (mut ends, mut found): (Vec<u32>, _) = (Vec::new(), Vec::new());
         while let Some(&(place, values)) = all.get(next) {
             self.db.unwind_if_revision_cancelled();
             self.hooks(place, values, &mut found);
@@ -553,9 +563,8 @@ impl<'db> Explorer<'_, 'db> {
         let product = Arc::new(self.finished(&all, edges));
         Some(Explored {
             product,
-            of: self.of.clone(),
-            executed: std::mem::take(&mut self.executed),
-            ends,
+            executed: std::mem::take(&mut self.executed).into(),
+            ends: ends.into(),
             valuations: std::mem::take(&mut self.valuations.all),
             widened: self.widened.to_vec(),
         })
@@ -605,11 +614,13 @@ impl<'db> Explorer<'_, 'db> {
         let edge = |((source, edge, target), cost): ((usize, usize, usize), u32)| {
             Some(ProductEdge { source: *number.get(source)?, target: *number.get(target)?, edge, cost })
         };
+        let mut costs = std::mem::take(&mut self.costs.parts);
+        costs.shrink_to_fit();
         Product {
             states,
             initial: 0,
             edges: edges.into_iter().filter_map(edge).collect(),
-            costs: std::mem::take(&mut self.costs.parts),
+            costs,
             values,
             shown,
             valuations,

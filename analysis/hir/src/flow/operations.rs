@@ -5,11 +5,12 @@ use std::borrow::Cow;
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
-use crate::body::{BodyId, CoreScope, core_scope, statements};
+use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, statements};
 use crate::builtin::Builtin;
 use crate::graph::topological_order;
 use crate::infer::{Inference, inference_of};
-use crate::item_tree::{Expr, Name, NameRef, Operation, Statement};
+use crate::item_tree::{Expr, Name, NameRef, Statement};
+use crate::program_graph::{Action, ProgramGraph, graph_of};
 use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, core};
@@ -56,9 +57,11 @@ fn effects<'db>(
     let Some(core) = core(db, of) else { return Vec::new() };
     let (mut calls, mut effects) = (Vec::new(), Vec::new());
     for (index, operation) in core.operations.iter().enumerate() {
-        let Some(group) = scope.group(BodyId::Operation(index as u32)) else { continue };
+        let body = BodyId::Operation(index as u32);
+        let graph = graph_of(db, project, of, body, ProgramIn::Whole);
+        let Some((graph, group)) = graph.zip(scope.group(body)) else { continue };
+        let (called, assigns) = calls_and_assigns(graph);
         let inference = inference_of(db, project, of, group);
-        let (called, assigns) = calls_and_assigns(operation, inference);
         let writes = top_level_writes(&operation.program.statements, inference);
         calls.push(called);
         effects.push(Effects { assigns, writes });
@@ -74,27 +77,23 @@ fn effects<'db>(
     effects
 }
 
-fn calls_and_assigns(operation: &Operation, inference: &Inference<'_>) -> (Vec<usize>, Indices) {
+fn calls_and_assigns(graph: &ProgramGraph<'_>) -> (Vec<usize>, Indices) {
     let (mut called, mut assigned) = (Vec::new(), Indices::default());
-    let mut assign = |id| {
-        let variable = inference.binding(id).and_then(|binding| binding.shared_variable());
-        variable.into_iter().for_each(|number| assigned.insert(number));
+    let mut assign = |register: u32| {
+        let shared = graph.variable(register).filter(|it| it.group.is_none());
+        shared.into_iter().for_each(|it| assigned.insert(it.index as usize));
     };
-    for statement in statements(&operation.program.statements) {
-        if let Statement::Assign(target, _) = statement {
-            assign(target.id);
-        }
-        for expr in statement.expression().into_iter().flat_map(Expr::descendants) {
-            let Expr::Call { callee, arguments, .. } = expr else { continue };
-            // Each argument may be an output argument.
-            for argument in arguments {
-                if let Expr::Name(name) = argument {
-                    assign(name.id);
+    for node in &graph.nodes {
+        match &node.action {
+            Action::Assign { to, .. } => assign(*to),
+            Action::Call(call) => {
+                // Each argument may be an output argument.
+                call.arguments.iter().filter_map(|it| it.variable).for_each(&mut assign);
+                if let Some(Callee::Operation(index)) = call.callee {
+                    called.push(index);
                 }
             }
-            if let Some(Callee::Operation(index)) = inference.callee(callee.id) {
-                called.push(index);
-            }
+            _ => {}
         }
     }
     (called, assigned)
