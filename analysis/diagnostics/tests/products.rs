@@ -118,6 +118,30 @@ fn a_program_of_too_many_variables_follows_none() {
 }
 
 #[test]
+fn a_program_of_too_many_calls_costs_all_of_them() {
+    let count = 70;
+    let provided: String = (0..count).map(|it| format!("provide f{it}(): void ")).collect();
+    let calls = |it: usize| if it + 1 == count { "plan()".to_owned() } else { format!("f{}()", it + 1) };
+    let operations: String =
+        (0..count).map(|it| format!("provide f{it}() = {{ {}; }} ", calls(it))).collect();
+    let model = format!(
+        "codel plan(): void\nshell S {{ {provided} }}\ncomponent C(S, K)\n
+         core K(S) {{ var busy: bool = true {operations}
+           update = {{ if busy then {{ busy = true; }} else {{ return; }} f0(); }} }}
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+plan = 10
+"
+    );
+    expect![[r#"
+        update stay update: 10 ms
+    "#]]
+    .assert_eq(&crate::common::machine(&model, "C"));
+}
+
+#[test]
 fn what_others_give_is_any_value() {
     // A codel, a port and a property.
     check(

@@ -225,9 +225,12 @@ impl<'db> Program<'db> {
     }
 
     /// Executes it with these values of its variables: the first registers of `path`. Returns whether a guard holds; none if it has
-    /// several paths, or executes operations. `widened` variables have any value.
+    /// several paths, executes operations, or is too large. `widened` variables have any value.
     pub(super) fn only_path(&self, widened: &[VariableId], path: &mut OnlyPath) -> Option<bool> {
         let program = &self.reduced;
+        if program.is_too_large {
+            return None;
+        }
         path.registers.resize(program.width, ANY);
         path.calls.clear();
         path.seen.clear();
