@@ -290,6 +290,12 @@ impl<'db> Inference<'db> {
         get(&self.bindings, id)
     }
 
+    /// Returns the parameter or local variable of this group that is declared at a source.
+    pub(crate) fn local(&self, group: u32, declared: SourceId) -> VariableId {
+        let index = self.variables.partition_point(|it| it.name.id < declared);
+        VariableId { group: Some(group), index: index as u32 }
+    }
+
     pub(crate) fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
         self.bindings.iter().copied()
     }

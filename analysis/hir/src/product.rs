@@ -284,11 +284,8 @@ fn operations_of<'db>(
     let operation = |(index, head): (u32, &OperationHead)| {
         let body = BodyId::Operation(index);
         let group = scope.group(body)?;
-        let variables = &inference_of(db, project, of, group).variables;
-        let parameter = |it: &Parameter| {
-            let index = variables.partition_point(|variable| variable.name.id < it.name.id) as u32;
-            (VariableId { group: Some(group), index }, is_small(it.ty.as_ref()))
-        };
+        let inference = inference_of(db, project, of, group);
+        let parameter = |it: &Parameter| (inference.local(group, it.name.id), is_small(it.ty.as_ref()));
         Some(ReducedOperation {
             graph: graph_of(db, project, of, body, ProgramIn::Whole)?.clone(),
             parameters: head.parameters.iter().map(parameter).collect(),

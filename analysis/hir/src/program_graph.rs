@@ -218,6 +218,18 @@ impl ProgramGraph<'_> {
         self.terms.get(index as usize).copied().unwrap_or(Term::Missing)
     }
 
+    /// Returns the first operand of a term, and its operators with their right operands, in their order: a long sum is no deep
+    /// recursion.
+    pub(crate) fn spine(&self, term: u32) -> (u32, Vec<(BinaryOperator, u32)>) {
+        let (mut first, mut operators) = (term, Vec::new());
+        while let Term::Binary(operator, left, right) = self.term(first) {
+            operators.push((operator, right));
+            first = left;
+        }
+        operators.reverse();
+        (first, operators)
+    }
+
     pub(crate) fn variable(&self, register: u32) -> Option<VariableId> {
         self.registers.get(register as usize)?.variable
     }
@@ -380,7 +392,7 @@ impl<'a, 'db> Lowering<'a, 'db> {
         self.registers.len() as u32 - 1
     }
 
-    /// Lowers an expression that is no part of another one. Its results end with it.
+    /// Lowers a whole expression: a statement's, or a guard's. The registers of its results are free afterwards.
     fn outermost<T>(&mut self, lower: impl FnOnce(&mut Self) -> T) -> T {
         let depth = self.depth;
         self.number = 1;
@@ -416,8 +428,7 @@ impl<'a, 'db> Lowering<'a, 'db> {
             }
             Statement::Block(inner) => self.block(inner),
             Statement::Variable(variable) => {
-                let index = self.inference.variables.partition_point(|it| it.name.id < variable.name.id);
-                let to = self.register(VariableId { group: Some(self.group), index: index as u32 });
+                let to = self.register(self.inference.local(self.group, variable.name.id));
                 self.declared(variable, to);
             }
             Statement::Assign(target, value) => {

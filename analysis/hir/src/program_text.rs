@@ -1,6 +1,6 @@
 //! The program graphs of a core as text, to look at them: `mauve analysis-stats --graph`.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 use crate::ModelDb;
 use crate::behaviour::{TimedProgram, behaviour_of};
@@ -57,8 +57,13 @@ impl Shown<'_, '_> {
             Term::Register(register, _) => self.register(register),
             Term::Incomplete(inner) => format!("{} ?", self.term(inner)),
             Term::Unary(operator, inner) => format!("{}{}", operator.text(), self.term(inner)),
-            Term::Binary(operator, left, right) => {
-                format!("({} {} {})", self.term(left), operator.text(), self.term(right))
+            Term::Binary(..) => {
+                let (first, operands) = self.graph.spine(term);
+                let mut text = "(".repeat(operands.len()) + &self.term(first);
+                for (operator, right) in operands {
+                    let _ = write!(text, " {} {})", operator.text(), self.term(right));
+                }
+                text
             }
         }
     }

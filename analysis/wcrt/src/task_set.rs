@@ -84,9 +84,7 @@ impl<'db> DeployedTasks<'db> {
 
     /// Returns the initial state of each activity's machine.
     pub fn initial_states(&self) -> Vec<Option<u32>> {
-        // The first state of a product is initial.
-        let initial = |psm: &Psm<'_>| psm.start();
-        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(initial(psm.as_ref()?)).ok();
+        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(psm.as_ref()?.start()).ok();
         self.psms.iter().map(initial).collect()
     }
 

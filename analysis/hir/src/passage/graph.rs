@@ -14,7 +14,7 @@ use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
 use crate::builtin::Builtin;
 use crate::features::features_of;
 use crate::infer::{VariableOf, inference_of, shared_variables};
-use crate::item_tree::{BinaryOperator, Direction, Kind, Name, SourceId, TypeRef, UnaryOperator};
+use crate::item_tree::{BinaryOperator, Direction, Kind, Name, Parameter, SourceId, TypeRef, UnaryOperator};
 use crate::names::resolve_type;
 use crate::program_graph::{Action, Call, ProgramGraph, Term, graph_of};
 use crate::program_id::ProgramId;
@@ -164,7 +164,7 @@ struct Computed {
 /// Nodes, each with which of its successors is not known yet.
 type Exits = Vec<(u32, usize)>;
 
-/// A program of which nodes are added: its graph, and the places of its registers.
+/// The program whose nodes are added: its graph, and the places of its registers.
 struct Frame<'db> {
     graph: &'db ProgramGraph<'db>,
     registers: Vec<Storage>,
@@ -362,13 +362,10 @@ impl<'a, 'db> Builder<'a, 'db> {
             return std::mem::take(&mut self.open);
         };
         let group = self.scope.group(body).unwrap_or_default();
-        let variables = &inference_of(self.db, self.project, self.of, group).variables;
-        let local = |declared: SourceId| {
-            let index = variables.partition_point(|it| it.name.id < declared) as u32;
-            VariableId { group: Some(group), index }
-        };
+        let inference = inference_of(self.db, self.project, self.of, group);
         let bound = operation.parameters.iter().zip(parameters);
-        let bound = bound.map(|(parameter, storage)| (local(parameter.name.id), *storage)).collect();
+        let local = |it: &Parameter| inference.local(group, it.name.id);
+        let bound = bound.map(|(parameter, storage)| (local(parameter), *storage)).collect();
         let Ends { mut holds, others } = self.execute(graph, body, bound, result);
         holds.extend(others);
         holds
@@ -657,14 +654,9 @@ impl<'a, 'db> Builder<'a, 'db> {
                 self.truth(inner.operand, Operand::Known(FALSE), inner.from, at)
             }
             Term::Binary(..) => {
-                // A long sum is no deep recursion.
-                let (mut first, mut operands) = (term, Vec::new());
-                while let Term::Binary(operator, left, right) = frame.graph.term(first) {
-                    operands.push((operator, right));
-                    first = left;
-                }
+                let (first, operands) = frame.graph.spine(term);
                 let first = self.value(frame, first, at);
-                operands.into_iter().rev().fold(first, |left, (operator, right)| {
+                operands.into_iter().fold(first, |left, (operator, right)| {
                     let right = self.value(frame, right, at);
                     let from = left.from | right.from;
                     match operator {

@@ -196,13 +196,10 @@ impl<'db> Reader<'_, 'db> {
             Term::Incomplete(inner) => self.dependence(inner).unknown(),
             Term::Unary(_, inner) | Term::Decided(_, inner) => self.dependence(inner),
             Term::Binary(..) => {
-                // A long sum is no deep recursion.
-                let (mut left, mut all) = (term, Dependence::default());
-                while let Term::Binary(_, one, other) = self.graph.term(left) {
-                    all = all.and(self.dependence(other));
-                    left = one;
-                }
-                self.dependence(left).and(all)
+                let (first, operands) = self.graph.spine(term);
+                operands
+                    .into_iter()
+                    .fold(self.dependence(first), |all, (_, right)| all.and(self.dependence(right)))
             }
         }
     }

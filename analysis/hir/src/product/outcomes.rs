@@ -170,7 +170,7 @@ enum StepKind<'db> {
 enum Operand {
     Any,
     Known(i32),
-    /// A register, and the variable that it is, of which conditions tell more; none for a parameter or a result.
+    /// A register, and its variable, whose value conditions tell; none for a parameter or a result.
     Register(u32, Option<VariableId>),
     Unary(UnaryOperator, u32),
     Binary(BinaryOperator, u32, u32),
@@ -517,15 +517,10 @@ impl<'db> Reducer<'_, 'db> {
         self.value(operand)
     }
 
-    /// A long sum is no deep recursion.
     fn binary(&mut self, graph: &ProgramGraph<'db>, term: u32, bound: &Bound) -> u32 {
-        let (mut left, mut operands) = (term, Vec::new());
-        while let Term::Binary(operator, one, other) = graph.term(left) {
-            operands.push((operator, other));
-            left = one;
-        }
-        let mut value = self.term(graph, left, bound);
-        for (operator, right) in operands.into_iter().rev() {
+        let (first, operands) = graph.spine(term);
+        let mut value = self.term(graph, first, bound);
+        for (operator, right) in operands {
             let right = self.term(graph, right, bound);
             value = match (value, right) {
                 (UNKNOWN, _) | (_, UNKNOWN) => UNKNOWN,
