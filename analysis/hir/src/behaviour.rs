@@ -296,7 +296,6 @@ impl<'db> BehaviourContext<'db> {
     fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<CostGraph<'db>>, Option<bool>) {
         let Some(found) = self.groups.cost(body, program) else { return (Arc::default(), None) };
         let (cost, constant) = (found.cost.clone(), found.constant);
-        self.found.facts.extend_from_slice(&found.facts);
         if found.completeness.is_incomplete() {
             self.refuse_once(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),

@@ -164,7 +164,18 @@ pub(crate) struct CoreScope {
 pub(crate) struct SharedVariable {
     pub(crate) name: NameRef,
     pub(crate) ty: Option<TypeRef>,
-    pub(crate) has_value: bool,
+    pub(crate) value: InitialValue,
+}
+
+/// What a variable holds when it begins to exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InitialValue {
+    /// No known value.
+    None,
+    /// A value from a caller, or without a call.
+    Plain,
+    /// A value that a call may give.
+    Calls,
 }
 
 /// The signature of an operation.
@@ -183,7 +194,7 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
     let variable = |it: &Variable| SharedVariable {
         name: it.name.clone(),
         ty: it.ty.clone(),
-        has_value: it.value.is_some(),
+        value: it.initial_value(),
     };
     let operation = |it: &Arc<Operation>| OperationHead {
         name: it.name.clone(),
@@ -315,20 +326,6 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
 /// A value for each program of each body of a group; those of a body are sorted.
 pub(crate) type ByProgram<T> = Vec<Box<[(ProgramIn, T)]>>;
 
-/// Returns the value of each program of each body of a group.
-pub(crate) fn by_program<T>(
-    bodies: &[(BodyId, Body)],
-    mut value: impl FnMut(&Body, ProgramIn, Code<'_>) -> T,
-) -> ByProgram<T> {
-    let of_body = |(_, body): &(BodyId, Body)| {
-        let mut all: Box<[(ProgramIn, T)]> =
-            body.code().into_iter().map(|(program, code)| (program, value(body, program, code))).collect();
-        all.sort_unstable_by_key(|(program, _)| *program);
-        all
-    };
-    bodies.iter().map(of_body).collect()
-}
-
 /// Returns the value of a program of the body with that index.
 pub(crate) fn of_program<T>(all: &ByProgram<T>, body: usize, program: ProgramIn) -> Option<&T> {
     let of_body = all.get(body)?;
@@ -414,9 +411,12 @@ impl Expr {
 }
 
 impl Variable {
-    /// Returns whether its initial value may contain a call.
-    pub(crate) fn calls_in_value(&self) -> bool {
-        self.value.as_ref().is_some_and(Expr::may_call)
+    pub(crate) fn initial_value(&self) -> InitialValue {
+        match &self.value {
+            None => InitialValue::None,
+            Some(value) if value.may_call() => InitialValue::Calls,
+            Some(_) => InitialValue::Plain,
+        }
     }
 }
 

@@ -12,12 +12,11 @@ use crate::ModelDb;
 use crate::body::{ByProgram, by_group};
 use crate::builtin::Builtin;
 use crate::completeness::Completeness;
-use crate::fact::{Fact, FactKind, Unreachable};
 use crate::item_tree::{Name, SourceId};
 use crate::program_graph::{Action, Call, Node, ProgramGraph, graphs_of_group};
 use crate::project::Project;
 use crate::resolve::Callee;
-use crate::source::{Decl, Location};
+use crate::source::Decl;
 
 /// The cost of some executions: of one, or of others, by their index. Parts are shared: as a tree, it may be exponentially large.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -201,8 +200,6 @@ pub(crate) struct ProgramCost<'db> {
     pub(crate) cost: Arc<CostGraph<'db>>,
     /// The value of a constant guard.
     pub(crate) constant: Option<bool>,
-    /// The unreachable branches.
-    pub(crate) facts: Vec<Fact<'db>>,
 }
 
 /// The costs of the programs of a group of bodies.
@@ -238,13 +235,6 @@ fn costs_in<'db>(
         completeness: graph.completeness,
         cost: Arc::new(worst_cost(graph)),
         constant: graph.constant,
-        facts: graph
-            .unreachable
-            .iter()
-            .map(|&(value, id)| {
-                Fact::new(Location::Source(of, id), FactKind::UnreachableCode(Unreachable::Branch(value)))
-            })
-            .collect(),
     };
     let all = graphs_of_group(db, project, of, group).iter();
     all.map(|body| body.iter().map(|(program, graph)| (*program, cost(graph))).collect()).collect()

@@ -14,39 +14,36 @@ mod programs;
 mod writes;
 
 use std::cell::{LazyCell, OnceCell};
-use std::collections::BTreeSet;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
-use crate::body::{ProgramIn, core_scope};
+use crate::body::{BodyId, ProgramIn, core_scope};
 use crate::fact::{Fact, FactKind};
 use crate::features::core_of;
 use crate::flat::flat_of;
 use crate::graph::{predecessors_by, reachable};
 use crate::infer::{
-    CoreInference, VariableKind, VariableOf, inference_of_core, shared_names, shared_variables,
-    total_completeness,
+    CoreInference, VariableKind, VariableOf, inference_of_core, shared_variables, total_completeness,
 };
 use crate::item_tree::{HookKind, Kind, MethodKind, Name, NameRef, SourceId};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::resolve::SharedNames;
 use crate::source::{Decl, Location, architecture};
 use crate::structure::{StateStructure, Structure, TransitionStructure, structure_of, successors};
 
 use self::indices::Indices;
 use self::lost_writes::lost_writes;
 use self::operations::{Effects, effects_of};
-use self::programs::{ProgramFlow, Programs, groups_of, unused};
+use self::programs::{ProgramFlow, Programs, groups_of, unused_variable};
 
 /// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let (Some(core), Some(scope)) = (structure_of(db, of), core_scope(db, of)) else { return Vec::new() };
     let effects = effects_of(db, project, of, scope);
-    let groups = groups_of(db, project, of, scope, &effects);
+    let groups = groups_of(db, project, of, &effects);
     let mut flow = Flow {
         db,
         project,
@@ -55,7 +52,6 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         effects: &effects,
         programs: Programs::new(core, scope, &groups),
         variables: shared_variables(db, project, of),
-        names: shared_names(db, project, of),
         assigned_anywhere: OnceCell::new(),
         found: Vec::new(),
     };
@@ -102,7 +98,6 @@ struct Flow<'a, 'db> {
     programs: Programs<'a, 'db>,
     /// The shared variables. An index is the number of a variable.
     variables: &'db [VariableOf],
-    names: &'db SharedNames,
     /// The variables that any program may assign; a condition may know of it.
     assigned_anywhere: OnceCell<Indices>,
     found: Vec<Fact<'db>>,
@@ -124,12 +119,16 @@ impl<'a, 'db> Flow<'a, 'db> {
         self.programs.get(self.core.hook(kind)?, ProgramIn::Whole)
     }
 
-    /// Returns the number of the variable that names of a shared variable refer to: the last one with its name. Another fact
-    /// reports variables that repeat a name.
-    fn number(&self, variable: &VariableOf) -> Option<usize> {
+    /// Returns whether another variable of its scope has its name. Another fact reports them, and does not say which of them a name
+    /// should mean.
+    fn is_repeated(&self, index: usize, variable: &VariableOf) -> bool {
         let is_of_machine = variable.kind == VariableKind::Machine;
-        let names = if is_of_machine { &self.names.machine } else { &self.names.core };
-        names.get(&variable.name.name).map(|id| id.index as usize)
+        let others = self
+            .variables
+            .iter()
+            .enumerate()
+            .filter(|(other, it)| *other != index && (it.kind == VariableKind::Machine) == is_of_machine);
+        others.into_iter().any(|(_, it)| it.name.name == variable.name.name)
     }
 
     /// Reports shared variables that are read before their assignment. Operations, `stop` and `cleanup` are not checked:
@@ -142,9 +141,8 @@ impl<'a, 'db> Flow<'a, 'db> {
         let mut unassigned: Vec<(usize, SourceId)> = unassigned.into_iter().collect();
         unassigned.sort_by_key(|(_, id)| *id);
         for (number, id) in unassigned {
-            let Some(NameRef { name, id: declared }) = self.variables.get(number).map(|it| &it.name) else {
-                continue;
-            };
+            let variable = self.variables.get(number).filter(|it| !self.is_repeated(number, it));
+            let Some(NameRef { name, id: declared }) = variable.map(|it| &it.name) else { continue };
             let kind = FactKind::ReadBeforeAssignment { name: name.clone(), declared: self.at(*declared) };
             self.report(id, kind);
         }
@@ -175,12 +173,10 @@ impl<'a, 'db> Flow<'a, 'db> {
     /// Returns the variables that are assigned before the first period.
     fn assigned_at_start(&self, unassigned: &mut Unassigned) -> Indices {
         let mut assigned = Indices::default();
-        let handlers = self.variables.iter().filter(|variable| variable.kind == VariableKind::Handler);
-        handlers.filter_map(|it| self.number(it)).for_each(|number| assigned.insert(number));
-        // An initial value may depend on the variables before it.
-        for (number, value) in self.programs.groups().flat_map(|group| &group.initial_values) {
-            self.execute(Some(value), &mut assigned, unassigned);
-            assigned.insert(*number);
+        let handlers = self.variables.iter().enumerate().filter(|(_, it)| it.kind == VariableKind::Handler);
+        handlers.for_each(|(index, _)| assigned.insert(index));
+        for body in [BodyId::CoreValues, BodyId::MachineValues] {
+            self.execute(self.programs.get(body, ProgramIn::Whole), &mut assigned, unassigned);
         }
         for kind in [HookKind::Configure, HookKind::Start] {
             self.execute(self.hook(kind), &mut assigned, unassigned);
@@ -194,8 +190,8 @@ impl<'a, 'db> Flow<'a, 'db> {
     /// forward data flow analysis with intersection at states. `start`: the variables assigned before the first period.
     fn machine(&self, start: &Indices, unassigned: &mut Unassigned) {
         // The variables that may be unassigned at all: the sets below are small if there are few. Bit `n` is for the nth.
-        let numbers = self.variables.iter().filter_map(|variable| self.number(variable));
-        let open: BTreeSet<usize> = numbers.filter(|&number| !start.contains(number)).collect();
+        let numbers = 0..self.variables.len();
+        let open: Vec<usize> = numbers.filter(|&number| !start.contains(number)).collect();
         if open.is_empty() {
             return;
         }
@@ -292,15 +288,10 @@ impl<'a, 'db> Flow<'a, 'db> {
             let all = inference.bindings().filter_map(|(_, binding)| binding.shared_variable());
             all.collect::<FxHashSet<usize>>()
         });
-        let calls = LazyCell::new(|| {
-            let with_call = self.core.shared_variables().filter(|variable| variable.calls_in_value());
-            with_call.map(|variable| variable.name.id).collect::<FxHashSet<SourceId>>()
-        });
         let mut found = Vec::new();
         for (index, variable) in self.variables.iter().enumerate() {
-            if !self.number(variable).is_some_and(|number| used.contains(number)) {
-                let is_removable = !named.contains(&index) && !calls.contains(&variable.name.id);
-                found.extend(unused(self.of, variable, is_removable));
+            if !used.contains(index) && !self.is_repeated(index, variable) {
+                found.extend(unused_variable(self.of, variable, named.contains(&index)));
             }
         }
         self.found.extend(found);

@@ -13,7 +13,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, bodies_of, core_scope, groups_of,
+    Body, BodyId, Code, CoreScope, InitialValue, InitialValues, ProgramIn, SharedVariable, bodies_of,
+    core_scope, groups_of,
 };
 use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
@@ -67,8 +68,8 @@ pub struct VariableOf {
     pub ty: Type,
     /// Its type as written; for a handler, its operation.
     pub written: Option<TypeRef>,
-    /// Whether it has an initial value, or a value from a caller.
-    pub has_value: bool,
+    /// Its value before all assignments.
+    pub value: InitialValue,
 }
 
 /// The kinds of variable.
@@ -129,7 +130,7 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
         kind,
         ty: type_of_value(db, project, of, it.ty.as_ref()),
         written: it.ty.clone(),
-        has_value: it.has_value,
+        value: it.value,
     };
     shared.variables.extend(scope.variables.iter().map(|it| declare(it, VariableKind::Core)));
     let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok();
@@ -143,7 +144,7 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
             kind: VariableKind::Handler,
             ty,
             written: handler.operation.clone(),
-            has_value: true,
+            value: InitialValue::Plain,
         });
     }
     shared.variables.extend(scope.machine_variables.iter().map(|it| declare(it, VariableKind::Machine)));
@@ -346,15 +347,6 @@ pub(crate) fn shared_variables<'db>(
     of: Decl<'db>,
 ) -> &'db [VariableOf] {
     &shared_in(db, project, of).variables
-}
-
-/// Returns the names that all bodies of a core share.
-pub(crate) fn shared_names<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> &'db SharedNames {
-    &shared_in(db, project, of).names
 }
 
 fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Shared<'db> {

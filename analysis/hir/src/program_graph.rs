@@ -25,6 +25,7 @@ use crate::body::{
     Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, core_scope, of_program,
 };
 use crate::completeness::Completeness;
+use crate::fact::Unreachable;
 use crate::infer::{Inference, UNKNOWN_DIRECTION, directions_of, inference_of};
 use crate::item_tree::{
     BinaryOperator, CallStatus, Direction, Expr, Literal, Name, NameRef, PortStatus, SourceId, Statement,
@@ -48,8 +49,8 @@ pub(crate) struct ProgramGraph<'db> {
     pub(crate) registers: Box<[Register]>,
     /// The value of a constant guard.
     pub(crate) constant: Option<bool>,
-    /// The branches that no execution takes, since their conditions are constant: the condition's value, and the branch.
-    pub(crate) unreachable: Vec<(bool, SourceId)>,
+    /// The first statements that no execution comes to.
+    pub(crate) unreachable: Vec<(Unreachable, SourceId)>,
     /// The greatest product of the literals of an expression, without 0: `60 * 10` is 600.
     pub(crate) greatest_number: i32,
     pub(crate) completeness: Completeness,
@@ -59,7 +60,7 @@ pub(crate) struct ProgramGraph<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Node<'db> {
     pub(crate) action: Action<'db>,
-    /// The source: of a condition, an assigned name, a call or a `return`.
+    /// The source: of a condition, the name of a variable or a callee, or a `return`.
     pub(crate) at: SourceId,
     /// The node after it; of a branch, where the condition holds. A `return` has none.
     pub(crate) next: u32,
@@ -183,6 +184,13 @@ pub(crate) fn graphs_of_group<'db>(
     found
 }
 
+impl Call<'_> {
+    /// Returns the index of the operation of the core that it calls.
+    pub(crate) fn operation(&self) -> Option<usize> {
+        self.callee?.operation()
+    }
+}
+
 impl Action<'_> {
     pub(crate) fn is_return(&self) -> bool {
         matches!(self, Action::Return(_))
@@ -200,7 +208,7 @@ impl Node<'_> {
     }
 }
 
-impl ProgramGraph<'_> {
+impl<'db> ProgramGraph<'db> {
     /// Returns, for each node, whether some execution may come to it.
     pub(crate) fn reached(&self) -> Vec<bool> {
         let mut reached = vec![false; self.nodes.len()];
@@ -233,6 +241,35 @@ impl ProgramGraph<'_> {
     pub(crate) fn variable(&self, register: u32) -> Option<VariableId> {
         self.registers.get(register as usize)?.variable
     }
+
+    pub(crate) fn calls(&self) -> impl Iterator<Item = &Call<'db>> {
+        self.nodes
+            .iter()
+            .filter_map(|node| if let Action::Call(call) = &node.action { Some(&**call) } else { None })
+    }
+
+    /// Returns the variables that the program reads, or whose values a call needs as output arguments.
+    pub(crate) fn used(&self) -> impl Iterator<Item = VariableId> {
+        let registers = self
+            .terms
+            .iter()
+            .filter_map(|term| if let Term::Register(it, _) = term { Some(*it) } else { None });
+        registers.filter_map(|it| self.variable(it))
+    }
+}
+
+/// Returns the registers that a term reads itself, not through the results of branches, with their sources.
+pub(crate) fn registers(terms: &[Term], term: u32) -> Vec<(u32, SourceId)> {
+    let (mut found, mut open) = (Vec::new(), vec![term]);
+    while let Some(term) = open.pop() {
+        match terms.get(term as usize) {
+            Some(Term::Register(register, id)) => found.push((*register, *id)),
+            Some(Term::Incomplete(inner) | Term::Unary(_, inner)) => open.push(*inner),
+            Some(Term::Binary(_, one, other)) => open.extend([one, other]),
+            _ => {}
+        }
+    }
+    found
 }
 
 /// Nodes that end without a successor yet, each with whether it is that of a condition that does not hold.
@@ -261,7 +298,7 @@ struct Lowering<'a, 'db> {
     numbers: FxHashMap<VariableId, u32>,
     depth: u32,
     open: Exits,
-    unreachable: Vec<(bool, SourceId)>,
+    unreachable: Vec<(Unreachable, SourceId)>,
     /// The product of the literals of the current expression.
     number: i32,
     greatest_number: i32,
@@ -404,7 +441,15 @@ impl<'a, 'db> Lowering<'a, 'db> {
 
     fn block(&mut self, statements: &[Statement]) {
         let depth = self.depth;
-        statements.iter().for_each(|it| self.statement(it));
+        let mut is_open = !self.open.is_empty();
+        for statement in statements {
+            if is_open && self.open.is_empty() {
+                is_open = false;
+                let id = statement.id();
+                self.unreachable.extend(id.map(|id| (Unreachable::BehindReturn, id)));
+            }
+            self.statement(statement);
+        }
         self.depth = depth;
     }
 
@@ -416,7 +461,7 @@ impl<'a, 'db> Lowering<'a, 'db> {
                 if let Some(value) = decision.constant {
                     let never = if value { otherwise } else { then.as_slice() };
                     let id = never.first().and_then(Statement::id);
-                    self.unreachable.extend(id.map(|id| (value, id)));
+                    self.unreachable.extend(id.map(|id| (Unreachable::Branch(value), id)));
                 }
                 let mut after = Vec::new();
                 for (block, exits) in [(then.as_slice(), decision.holds), (otherwise, decision.fails)] {
@@ -443,7 +488,10 @@ impl<'a, 'db> Lowering<'a, 'db> {
                 let value = value.as_ref().map(|value| self.outermost(|this| this.value(value)));
                 self.push(Action::Return(value), *id);
             }
-            Statement::Expr(value) => _ = self.outermost(|this| this.value(value)),
+            Statement::Expr(value) => self.outermost(|this| {
+                let unused = this.value(value);
+                this.captured(unused, value.id().unwrap_or_default());
+            }),
         }
     }
 
@@ -608,29 +656,14 @@ impl<'a, 'db> Lowering<'a, 'db> {
 
     /// Keeps a value that a later call may change.
     fn captured(&mut self, term: u32, at: SourceId) -> u32 {
-        if !self.reads_variable(term) {
+        let is_variable =
+            |register: u32| self.registers.get(register as usize).is_some_and(|it| it.variable.is_some());
+        if !registers(&self.terms, term).into_iter().any(|(it, _)| is_variable(it)) {
             return term;
         }
         let to = self.result();
         self.push(Action::Assign { to, value: Some(term) }, at);
         self.term(Term::Register(to, at))
-    }
-
-    fn reads_variable(&self, term: u32) -> bool {
-        let mut open = vec![term];
-        while let Some(term) = open.pop() {
-            match self.kind(term) {
-                Term::Register(register, _)
-                    if self.registers.get(register as usize).is_some_and(|it| it.variable.is_some()) =>
-                {
-                    return true;
-                }
-                Term::Incomplete(inner) | Term::Unary(_, inner) => open.push(inner),
-                Term::Binary(_, one, other) => open.extend([one, other]),
-                _ => {}
-            }
-        }
-        false
     }
 
     fn call(&mut self, callee: &NameRef, arguments: &[Expr], at: SourceId) -> u32 {
@@ -657,7 +690,7 @@ impl<'a, 'db> Lowering<'a, 'db> {
         let result = self.result();
         let call =
             Call { callee: found, operand: operand.unwrap_or_default(), arguments: lowered.into(), result };
-        self.push(Action::Call(Box::new(call)), at);
+        self.push(Action::Call(Box::new(call)), callee.id);
         self.term(Term::Register(result, at))
     }
 }

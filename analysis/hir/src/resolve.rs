@@ -44,11 +44,26 @@ pub enum Callee<'db> {
     Builtin(Builtin),
 }
 
+impl VariableId {
+    /// Returns its number, where those of a group follow the shared ones.
+    pub(crate) fn number(self, shared: usize) -> usize {
+        self.index as usize + if self.group.is_some() { shared } else { 0 }
+    }
+}
+
 impl<'db> Binding<'db> {
     /// Returns the index of a variable that all bodies share.
     pub(crate) fn shared_variable(&self) -> Option<usize> {
         match self {
             Binding::Variable(VariableId { group: None, index }) => Some(*index as usize),
+            _ => None,
+        }
+    }
+
+    /// Returns the index of a variable that its group of bodies declares.
+    pub(crate) fn local_variable(&self) -> Option<usize> {
+        match self {
+            Binding::Variable(VariableId { group: Some(_), index }) => Some(*index as usize),
             _ => None,
         }
     }
@@ -66,6 +81,13 @@ impl<'db> Callee<'db> {
         match self {
             Callee::Codel(codel) => Some(*codel),
             Callee::Operation(_) | Callee::Builtin(_) => None,
+        }
+    }
+
+    pub(crate) fn operation(self) -> Option<usize> {
+        match self {
+            Callee::Operation(index) => Some(index),
+            Callee::Codel(_) | Callee::Builtin(_) => None,
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The writes of a program to ports, and those of them that a later write of the program overwrites.
 
-use rustc_hash::FxHashSet;
-
-use crate::infer::Inference;
-use crate::item_tree::{Expr, Name, SourceId, Statement};
+use crate::builtin::Builtin;
+use crate::item_tree::{Name, SourceId};
+use crate::program_graph::{Action, Call, Node, ProgramGraph};
 use crate::resolve::Callee;
 
-use super::operations::{Effects, written_port};
+use super::indices::Indices;
+use super::operations::Effects;
 
 /// A write: its source and its port.
 pub(super) type Write = (SourceId, Name);
@@ -15,7 +15,7 @@ pub(super) type Write = (SourceId, Name);
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub(super) struct Writes {
     /// The ports that every path writes, sorted.
-    ports: Box<[Name]>,
+    pub(super) ports: Box<[Name]>,
     /// The writes that every path overwrites before the program ends.
     pub(super) lost: Box<[Write]>,
     /// The other writes: they are lost if every execution after the program writes their ports.
@@ -23,62 +23,53 @@ pub(super) struct Writes {
 }
 
 impl Writes {
-    /// Returns the writes of a program.
-    pub(super) fn of(statements: &[Statement], inference: &Inference<'_>, effects: &[Effects]) -> Writes {
-        let mut writer = WriteFinder { inference, effects, lost: Vec::new(), last: Vec::new() };
-        let mut ports: Box<[Name]> =
-            writer.block(statements, Ports::default()).into_iter().cloned().collect();
+    /// Returns the writes of a program whose operations have these effects.
+    pub(super) fn of<'a>(graph: &'a ProgramGraph<'_>, effects: &'a [Effects]) -> Writes {
+        let is_write = |call: &Call<'_>| {
+            call.callee == Some(Callee::Builtin(Builtin::Write)) && !call.operand.is_empty()
+        };
+        let written = |node: &'a Node<'_>| match &node.action {
+            Action::Call(call) if is_write(call) => std::slice::from_ref(&call.operand),
+            Action::Call(call) => {
+                let effects = call.operation().and_then(|index| effects.get(index));
+                effects.map_or(&[][..], |effects| &effects.writes)
+            }
+            _ => &[],
+        };
+        let mut ports: Vec<&Name> = graph.nodes.iter().flat_map(written).collect();
+        if ports.is_empty() {
+            return Writes::default();
+        }
         ports.sort_unstable();
-        Writes { ports, lost: writer.lost.into(), last: writer.last.into() }
+        ports.dedup();
+        let reached = graph.reached();
+        let (mut lost, mut last) = (Vec::new(), Vec::new());
+        // The ports that every path writes from each node on.
+        let mut from = vec![Indices::default(); graph.nodes.len()];
+        for (index, node) in graph.nodes.iter().enumerate().rev() {
+            let mut next = node.successors().into_iter().flatten().filter_map(|it| from.get(it as usize));
+            let mut after = next.next().cloned().unwrap_or_default();
+            next.for_each(|other| after.intersect(other));
+            for port in written(node) {
+                let Ok(number) = ports.binary_search(&port) else { continue };
+                let is_own = matches!(&node.action, Action::Call(call) if is_write(call));
+                if is_own && reached.get(index) == Some(&true) {
+                    let writes = if after.contains(number) { &mut lost } else { &mut last };
+                    writes.push((node.at, port.clone()));
+                }
+                after.insert(number);
+            }
+            if let Some(from) = from.get_mut(index) {
+                *from = after;
+            }
+        }
+        let always = from.get(graph.start as usize);
+        let always = (0..).zip(ports).filter(|(number, _)| always.is_some_and(|it| it.contains(*number)));
+        let ports = always.map(|(_, port)| port.clone()).collect();
+        Writes { ports, lost: lost.into(), last: last.into() }
     }
 
     pub(super) fn include(&self, port: &Name) -> bool {
         self.ports.binary_search(port).is_ok()
-    }
-}
-
-type Ports<'a> = FxHashSet<&'a Name>;
-
-struct WriteFinder<'a, 'db> {
-    inference: &'a Inference<'db>,
-    effects: &'a [Effects],
-    lost: Vec<Write>,
-    last: Vec<Write>,
-}
-
-impl<'a> WriteFinder<'a, '_> {
-    /// Returns the ports that every path from the start of `statements` writes; `after`: those that every path writes after
-    /// them. A `return` ends the program.
-    fn block(&mut self, statements: &'a [Statement], mut after: Ports<'a>) -> Ports<'a> {
-        for statement in statements.iter().rev() {
-            match statement {
-                Statement::Block(inner) => after = self.block(inner, after),
-                Statement::If { then, otherwise, .. } => {
-                    let otherwise = otherwise.as_deref().unwrap_or_default();
-                    let other = self.block(otherwise, after.clone());
-                    after = self.block(then, after);
-                    after.retain(|port| other.contains(port));
-                }
-                Statement::Return(..) => after.clear(),
-                Statement::Variable(_) | Statement::Assign(..) | Statement::Expr(_) => {
-                    self.call_writes(statement.expression(), &mut after);
-                }
-            }
-        }
-        after
-    }
-
-    /// Adds the ports that `value` writes if it is a call; nested calls are ignored, because they may not be executed.
-    fn call_writes(&mut self, value: Option<&'a Expr>, after: &mut Ports<'a>) {
-        let Some(Expr::Call { callee, arguments, .. }) = value else { return };
-        if let Some(port) = written_port(self.inference, callee, arguments) {
-            let is_last = after.insert(port);
-            let writes = if is_last { &mut self.last } else { &mut self.lost };
-            writes.push((callee.id, port.clone()));
-        }
-        // The callees of the operation are ignored: an operation may be recursive, which is an error.
-        if let Some(Callee::Operation(index)) = self.inference.callee(callee.id) {
-            after.extend(self.effects.get(index).into_iter().flat_map(|effects| &effects.writes));
-        }
     }
 }

@@ -100,7 +100,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 kind: VariableKind::Parameter(direction),
                 ty,
                 written: parameter.ty.clone(),
-                has_value: direction != Direction::Out,
+                value: if direction == Direction::Out { InitialValue::None } else { InitialValue::Plain },
             });
         }
         let needs_return = result != Type::Void && result != Type::Unknown;
@@ -202,7 +202,7 @@ impl<'db> InferenceContext<'_, 'db> {
                     kind: VariableKind::Local,
                     ty: self.type_of_value(variable.ty.as_ref()),
                     written: variable.ty.clone(),
-                    has_value: variable.value.is_some(),
+                    value: variable.initial_value(),
                 });
             }
             Statement::If { id, condition, then, end, otherwise } => {

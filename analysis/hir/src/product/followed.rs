@@ -8,7 +8,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, by_group, core_scope};
+use crate::body::{BodyId, InitialValue, by_group, core_scope};
 use crate::graph::closure;
 use crate::infer::{Inference, VariableOf, inference_of, shared_variables};
 use crate::item_tree::Direction;
@@ -16,7 +16,6 @@ use crate::program_graph::{Action, Call, ProgramGraph, Term, graphs_of_group};
 use crate::project::Project;
 use crate::resolve::{Callee, VariableId};
 use crate::source::Decl;
-use crate::structure::structure_of;
 use crate::types::Type;
 
 /// The variables that are followed.
@@ -62,14 +61,8 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         assigned().filter(|(_, is_known)| *is_known).map(|(variable, _)| *variable).collect();
     // A variable that no program assigns keeps its initial value.
     let is_assigned: FxHashSet<VariableId> = assigned().map(|(variable, _)| *variable).collect();
-    let declared = || structure_of(db, of).into_iter().flat_map(|it| it.shared_variables());
-    let initial: FxHashSet<_> =
-        declared().filter(|it| it.value.is_some() && !it.calls_in_value()).map(|it| it.name.id).collect();
-    for (variable, it) in shared(shared_variables(db, project, of)) {
-        if initial.contains(&it.name.id) && !is_assigned.contains(&variable) {
-            variables.insert(variable);
-        }
-    }
+    let initial = shared(shared_variables(db, project, of)).filter(|(_, it)| it.value == InitialValue::Plain);
+    variables.extend(initial.map(|(variable, _)| variable).filter(|it| !is_assigned.contains(it)));
     // A condition with a variable that is never known decides nothing: a counter up to it would only have many values.
     let deciding = all.iter().flat_map(|uses| &uses.deciding);
     let deciding = deciding.filter(|it| it.iter().all(|it| variables.contains(it))).flatten().copied();
