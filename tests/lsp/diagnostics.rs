@@ -181,6 +181,22 @@ fn a_question_that_is_cancelled_does_not_keep_the_next_refresh_away() {
 }
 
 #[test]
+fn a_file_that_is_opened_does_not_wait_for_a_long_analysis() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_first");
+    let mut files = long_analysis(400);
+    files[0].1 += "include \"parts.mal\"\n";
+    // Whether the comment is needed is known after all files were checked.
+    let parts = "codel spare(): int   // mauve: allow(unused-codel) for the next robot\ncore Z(S) { update = { g(1); } }\n";
+    files.push(("/parts.mal".to_owned(), parts.to_owned()));
+    write(&folder, &files);
+    let (mut client, _) = start(&folder, &json!({}));
+    let text = client.open_file(&folder.join("parts.mal"));
+    assert_eq!(client.codes(&text), ["argument-count"]);
+    let of_deployment = address(&folder.join("a.mal"));
+    assert_eq!(client.count(|it| is_publication(it, &of_deployment)), 0, "the analysis takes longer");
+}
+
+#[test]
 fn an_analysis_that_the_user_stops_leaves_nothing_that_may_not_hold() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_stop");
     write(&folder, &long_analysis(400));

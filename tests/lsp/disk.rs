@@ -210,6 +210,7 @@ fn what_stands_outside_of_the_folder() {
     // A root and an include that are not there yet.
     let root = "[project]\nroot = \"../roots/root.mal\"\n".to_owned() + &config("times/*.toml");
     let mut it = Session::new("outside", &[("robot/mauve.toml", &root)], |_| {});
+    it.client.idle();
     let unknown = it.client.published();
     assert!(format!("{unknown:?}").contains("../roots/root.mal"), "{unknown:?}");
     it.put("roots/root.mal", "include \"../robot/robot.mal\"\ninclude \"more.mal\"\n");
@@ -318,8 +319,8 @@ fn an_open_file_of_a_folder_without_a_configuration_is_checked_once() {
         client.idle();
         client.call("mauve/analysis", document.clone()).unwrap().as_array().map(Vec::len)
     };
-    let found = client.diagnostics(&text).len();
     assert_eq!(projects(&mut client), Some(1));
+    let found = client.diagnostics(&text).len();
     for _ in 0..3 {
         fs::write(top.join("sub/other"), "").unwrap();
         fs::remove_file(top.join("sub/other")).unwrap();

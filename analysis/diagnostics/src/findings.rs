@@ -110,6 +110,8 @@ pub enum Extent {
     All,
     /// Those that are known from the diagnostics of the file and its declarations.
     Own,
+    /// The same, where the others are not known yet.
+    First,
 }
 
 /// Returns the extent that has all findings in a file. Queries should not depend on it, because any edit may change it.
@@ -154,6 +156,7 @@ pub fn findings_of<'db>(
         }
     }
     if let Some(severity) = severity(&UNUSED_ALLOW)
+        && extent != Extent::First
         && !models_not_included(db, workspace).contains(&file)
     {
         let allows = allow::allows(db, file).all.iter().enumerate();

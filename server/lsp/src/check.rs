@@ -40,9 +40,28 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> DiagnosticsByFile {
     shown(snapshot).0
 }
 
+/// Returns the diagnostics that an open document has by itself: a user who opens it sees them before the whole project is analysed.
+/// Empty where they are not known so early.
+pub(crate) fn look(snapshot: &Snapshot, url: &Url) -> DiagnosticsByFile {
+    let db = &snapshot.db;
+    let document = snapshot.documents.get(url).filter(|it| it.is_analysed && !snapshot.is_stopped);
+    let Some(Document { file, version, .. }) = document.filter(|_| !snapshot.is_outdated()) else {
+        return DiagnosticsByFile::new();
+    };
+    let containing = snapshot.workspaces.iter().filter(|it| checked_files(db, **it).contains(file));
+    let style = snapshot.diagnostic_style();
+    let items = containing.map(|&it| translated(db, it, *file, Extent::First, style).clone());
+    let items = with_open_uris(snapshot, merged(items.collect()));
+    without_waiting(snapshot, DiagnosticsByFile::from([(url.clone(), (Some(*version), items))])).0
+}
+
 /// Returns the diagnostics, and whether some wait until the user pauses.
 fn shown(snapshot: &Snapshot) -> (DiagnosticsByFile, bool) {
-    let mut found = found(snapshot);
+    without_waiting(snapshot, found(snapshot))
+}
+
+/// Returns the diagnostics without those that wait until the user pauses, and whether there are some.
+fn without_waiting(snapshot: &Snapshot, mut found: DiagnosticsByFile) -> (DiagnosticsByFile, bool) {
     let mut do_some_wait = false;
     for (url, typed) in &snapshot.typed {
         let Some((_, items)) = found.get_mut(url) else { continue };

@@ -15,6 +15,7 @@ use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParam
 use super::answering::Answering;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared};
+use super::items::DiagnosticsByFile;
 use super::pulls::Given;
 use super::settings::Settings;
 use super::snapshot::{Failure, Snapshot};
@@ -83,6 +84,8 @@ pub(crate) enum Event {
     LimitsSearched(Result<(), Failure>),
     /// Changes cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
+    /// A check of this generation begins with these diagnostics of documents that have none yet.
+    Looked(u64, DiagnosticsByFile),
     /// A check of this generation found diagnostics.
     Checked(u64, Result<Checked, Failure>),
     /// It also computed what the hints and tokens are.

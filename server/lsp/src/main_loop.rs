@@ -26,7 +26,7 @@ use tower_lsp::lsp_types::{
 };
 
 use super::capabilities::Capabilities;
-use super::check::{Checked, Compared, check, compare};
+use super::check::{Checked, Compared, check, compare, look};
 use super::diagnostics::url_of;
 use super::documents::{Documents, Open};
 use super::event::{Event, Job};
@@ -262,6 +262,12 @@ impl MainLoop {
             // After a change, the client gets the limits of other texts.
             Event::LimitsSearched(_) => self.publisher.refresh(Refresh::Hints),
             Event::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
+            Event::Looked(generation, found) => {
+                self.apply_changes();
+                if generation == self.staleness.generation() {
+                    self.publisher.publish_first(found);
+                }
+            }
             Event::Checked(generation, checked) => {
                 self.apply_changes();
                 self.checked(generation, checked);
@@ -718,8 +724,14 @@ impl MainLoop {
         let (generation, snapshot, sender) =
             (self.staleness.generation(), self.snapshot(), self.sender.clone());
         self.check_began = Instant::now();
+        let new = self.publisher.without_diagnostics(self.shared_documents.keys());
         self.trace.log(|| "a check begins".to_owned(), |_| format!("generation {generation}"));
         self.spawn(move || {
+            for url in &new {
+                if let Ok(found) = attempt(|| look(&snapshot, url)) {
+                    let _ = sender.send(Event::Looked(generation, found));
+                }
+            }
             let checked = attempt(|| check(&snapshot));
             let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
             let _ = sender.send(Event::Checked(generation, checked));

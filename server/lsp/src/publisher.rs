@@ -91,6 +91,17 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
     }
 
+    /// Returns the documents of which no diagnostics were published; none if the client pulls them.
+    pub(crate) fn without_diagnostics<'a>(&self, open: impl Iterator<Item = &'a Url>) -> Vec<Url> {
+        open.filter(|url| self.pulls.is_none() && !self.published.contains_key(*url)).cloned().collect()
+    }
+
+    /// Publishes diagnostics of [`Publisher::without_diagnostics`], before those of all files are known.
+    pub(crate) fn publish_first(&mut self, found: DiagnosticsByFile) {
+        self.published.extend(found.iter().map(|(url, found)| (url.clone(), found.clone())));
+        self.outbox.put(|waiting| waiting.diagnostics.extend(found));
+    }
+
     /// Records that the client has closed a file: its displayed diagnostics are unknown from now on.
     pub(crate) fn forget(&mut self, url: &Url) {
         if let Some((version, _)) = self.published.get_mut(url) {
