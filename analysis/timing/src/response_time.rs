@@ -148,17 +148,22 @@ impl<'a> Lanes<'a> {
         tasks.filter(|&task| plan.wants(self.tasks, &self.linked, task)).collect()
     }
 
+    /// Returns whether a task in a lane is analysed there.
+    pub(crate) fn wants(&self, plan: usize, task: usize) -> bool {
+        self.plans[plan].wants(self.tasks, &self.linked, task)
+    }
+
     /// Returns the lane in which this rule counts the tasks for task `of`, and the place of the task.
     pub(crate) fn find(&self, of: usize, rule: CpuRule) -> Option<(usize, usize)> {
-        let member = self.members.iter().position(|member| member.index == of)?;
+        let member = self.members.binary_search_by_key(&of, |member| member.index).ok()?;
         let priority = self.tasks[of].priority;
         let is_it = |plan: &Plan| match rule {
             // One of the CPUs.
-            CpuRule::Global(_) => plan.members.contains(&member),
+            CpuRule::Global(_) => plan.members.binary_search(&member).is_ok(),
             _ => plan.rule == rule && plan.priority.is_none_or(|of_plan| of_plan == priority),
         };
         let plan = self.plans.iter().position(is_it)?;
-        Some((plan, self.plans[plan].members.iter().position(|&other| other == member)?))
+        Some((plan, self.plans[plan].members.binary_search(&member).ok()?))
     }
 
     pub(crate) fn lane(&mut self, plan: usize) -> Lane<'_, 'a> {
@@ -246,7 +251,7 @@ fn threads(members: &[Member<'_>]) -> Vec<Rc<[usize]>> {
 /// The tasks of one lane.
 struct Plan {
     rule: CpuRule,
-    /// Indices into the members.
+    /// Indices into the members, ascending.
     members: Vec<usize>,
     /// Tasks of this priority or a lower one are not analysed, as one of unknown demand may delay them.
     unknown: Option<Priority>,

@@ -50,8 +50,7 @@ impl Tasks {
 fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
     let cpu = lanes.tasks.get(write.task)?.cpus.filter(|cpus| cpus.is_one())?;
     let (plan, place) = lanes.find(write.task, CpuRule::Cpu(cpu.first()?))?;
-    lanes.wanted(plan).binary_search(&write.task).ok()?;
-    let mut lane = lanes.lane(plan);
+    let mut lane = lanes.wants(plan, write.task).then(|| lanes.lane(plan))?;
     let member = lane.members.at(place);
     let (next_release, jitter, own) = (member.release(2).ok()?, member.jitter, member.demand(1).ok()?);
     let by_jobs = lane.options.method.min(Method::Psm);

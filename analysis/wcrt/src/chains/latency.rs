@@ -157,6 +157,8 @@ fn hops_of<'db>(
 /// What is known of a component under an assumption.
 #[derive(Clone, Copy)]
 struct Known<'db> {
+    component: Decl<'db>,
+    core: Decl<'db>,
     passages: &'db Passages<'db>,
     /// What a job executes up to the end of the write of each passage, at most.
     costs: &'db [Option<Time>],
@@ -215,29 +217,24 @@ impl<'db> Sums<'db> {
         }
     }
 
-    fn component(&self, step: &WayStep<'db>) -> Option<Decl<'db>> {
-        self.flat
-            .instances
-            .get(step.instance)?
-            .component
-            .filter(|it| *is_readable(self.db, self.project, *it))
-    }
-
     fn known(&mut self, step: &WayStep<'db>) -> Option<Known<'db>> {
         let key = (step.instance, step.assumption);
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let known = self.component(step).and_then(|component| {
-            let core = core_of(self.db, self.project, component)?;
-            let passages = passages_of(self.db, self.project, core, step.assumption);
-            let name = &self.flat.instances.get(step.instance)?.name;
-            let tables = self.system.activities.get(*self.activities.get(name)?)?.tables;
-            let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
-            Some(Known { passages, costs })
-        });
+        let known = self.read(step);
         self.known.insert(key, known);
         known
+    }
+
+    fn read(&self, step: &WayStep<'db>) -> Option<Known<'db>> {
+        let instance = self.flat.instances.get(step.instance)?;
+        let component = instance.component.filter(|it| *is_readable(self.db, self.project, *it))?;
+        let core = core_of(self.db, self.project, component)?;
+        let passages = passages_of(self.db, self.project, core, step.assumption);
+        let tables = self.system.activities.get(*self.activities.get(&instance.name)?)?.tables;
+        let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
+        Some(Known { component, core, passages, costs })
     }
 
     fn activity(&self, step: &WayStep<'db>) -> Option<(usize, &'db ActivityReport<'db>)> {
@@ -300,7 +297,7 @@ impl<'db> Sums<'db> {
     fn way(&mut self, way: &Way<'db>) -> ChainReport<'db> {
         let mut reasons = Vec::new();
         self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
-        let stages = self.stages(&way.steps, true);
+        let stages = self.stages(&way.steps.iter().collect::<Vec<_>>(), true);
         let steps = self.steps(&stages, None, &mut reasons);
         let found = self.sum(&steps, &stages, &mut reasons);
         let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
@@ -340,21 +337,23 @@ impl<'db> Sums<'db> {
 
     /// Returns what data passes on a way: the instances, and the gateways between hosts. With its `ends`, also those of the topics
     /// that it begins and ends with.
-    fn stages<'a>(&self, way: &'a [WayStep<'db>], ends: bool) -> Vec<Stage<'a, 'db>> {
+    fn stages<'a>(&self, way: &[&'a WayStep<'db>], ends: bool) -> Vec<Stage<'a, 'db>> {
         let mut found = Vec::with_capacity(way.len());
         let end = |step: Option<&WayStep<'db>>, side: usize| {
             let topic = self.topic(step.filter(|_| ends)?, side)?;
             Some(Stage::Gateway { topic, to: None })
         };
-        found.extend(end(way.first().filter(|it| it.connection.is_none()), 0));
-        for step in way {
-            if let Some([from, to]) = step.connection.and_then(|link| self.across(link)) {
+        found.extend(end(way.first().copied(), 0));
+        for (index, step) in way.iter().enumerate() {
+            // What is before the first one does not count.
+            if let Some([from, to]) = step.connection.filter(|_| index > 0).and_then(|link| self.across(link))
+            {
                 found.push(Stage::Gateway { topic: from, to: Some(to) });
                 found.push(Stage::Gateway { topic: to, to: None });
             }
             found.push(Stage::Step(step));
         }
-        found.extend(end(way.last(), 1));
+        found.extend(end(way.last().copied(), 1));
         found
     }
 
@@ -568,8 +567,8 @@ impl<'db> Sums<'db> {
     }
 
     /// Returns the most writes of the source of a connection in a job of its writer, if that is known.
-    fn writes(&self, writer: &WayStep<'db>, link: &Link<'db>) -> Option<u32> {
-        writes_of(self.db, self.project, self.component(writer)?, &link.source.1)
+    fn writes(&mut self, writer: &WayStep<'db>, link: &Link<'db>) -> Option<u32> {
+        writes_of(self.db, self.project, self.known(writer)?.component, &link.source.1)
     }
 
     fn passages(&mut self, step: &WayStep<'db>) -> Vec<&'db Passage<'db>> {
@@ -593,10 +592,11 @@ impl<'db> Sums<'db> {
             let all = if is_read { &known.passages.reads } else { &known.passages.writes };
             all.iter().find(|(name, _)| name == port)
         });
-        let core = self.component(step).and_then(|it| core_of(self.db, self.project, it));
-        match (of_port, core) {
+        match (of_port, known) {
             (Some((_, releases)), _) => releases.clone(),
-            (None, Some(core)) => Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite }),
+            (None, Some(Known { core, .. })) => {
+                Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite })
+            }
             (None, None) => Ok(1),
         }
     }
@@ -678,8 +678,10 @@ impl<'db> Sums<'db> {
             found.overwritten = overwritten.next().flatten().filter(|_| overwritten.all(|it| it.is_some()));
         }
         let mut reasons = Vec::new();
-        let ways = hop.after.iter().chain([&hop.before]);
-        self.assumed = ways.map(|step| (step.instance, step.assumption)).collect();
+        self.assumed.clear();
+        // Without a chain, nothing is assumed.
+        let ways = hop.after.iter().chain([&hop.before]).filter(|_| hop.chain.is_some());
+        self.assumed.extend(ways.map(|step| (step.instance, step.assumption)));
         let mut before = self.written(0, &hop.before, &mut reasons);
         // Its wait for a release does not count here, and what it drops from a buffer does.
         let released = before.as_mut().and_then(|it| it.released.as_mut()).filter(|_| link.buffer.is_none());
@@ -688,9 +690,7 @@ impl<'db> Sums<'db> {
         }
         for step in &hop.after {
             let mut why = reasons.clone();
-            // What is before the writer does not count.
-            let way = [WayStep { connection: None, ..hop.before.clone() }, step.clone()];
-            let stages = self.stages(&way, false);
+            let stages = self.stages(&[&hop.before, step], false);
             let steps = self.steps(&stages, Some(before.clone()), &mut why);
             let latency = self.sum(&steps, &stages, &mut why).and_then(|it| {
                 let [writer, gateways @ .., reader] = it.parts.as_slice() else { return None };
