@@ -16,6 +16,9 @@
 //! operator and the arguments of a call are evaluated from left to right. Equal programs have equal graphs, so that an edit of a
 //! comment, or of a number that no counter depends on, ends here.
 
+#[cfg(test)]
+mod executed;
+
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
