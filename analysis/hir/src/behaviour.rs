@@ -54,6 +54,34 @@ impl<'db> Behaviour<'db> {
     pub fn executed(&self) -> impl Iterator<Item = &TimedProgram<'db>> {
         self.edges.executed().filter_map(|index| self.programs.get(index)).chain(&self.operations)
     }
+
+    /// Returns which edges the jobs of each state execute. The edges are in the order of the states, and of their guards.
+    pub(crate) fn fired(&self) -> Vec<Fired> {
+        let mut edges = self.edges.all.iter().enumerate().peekable();
+        let of_state = |(state, first): (usize, &Vec<usize>)| {
+            let of_guard = |program: &usize| {
+                let ProgramId::Guard { transition, .. } = &self.programs.get(*program)?.id else {
+                    return None;
+                };
+                let fires =
+                    |edge: &Edge| edge.source == state && edge.transition.as_ref() == Some(transition);
+                edges.next_if(|(_, edge)| fires(edge)).map(|(index, _)| index)
+            };
+            let by_guards = first.iter().map(of_guard).collect();
+            let otherwise = edges.next_if(|(_, edge)| edge.source == state).map(|(index, _)| index);
+            Fired { by_guards, otherwise }
+        };
+        self.edges.first.iter().enumerate().map(of_state).collect()
+    }
+}
+
+/// The edges that the jobs of a state execute.
+#[derive(Debug)]
+pub(crate) struct Fired {
+    /// For each of the programs that its edges execute first, the edge that it fires if it is a guard and holds.
+    pub(crate) by_guards: Vec<Option<usize>>,
+    /// The edge of the jobs in which no guard holds.
+    pub(crate) otherwise: Option<usize>,
 }
 
 /// The possible executions of one period.

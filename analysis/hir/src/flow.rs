@@ -10,8 +10,8 @@
 mod indices;
 mod lost_writes;
 mod operations;
+mod program;
 mod programs;
-mod writes;
 
 use std::cell::{LazyCell, OnceCell};
 
@@ -35,8 +35,9 @@ use crate::structure::{StateStructure, Structure, TransitionStructure, structure
 
 use self::indices::Indices;
 use self::lost_writes::lost_writes;
-use self::operations::{Effects, effects_of};
-use self::programs::{ProgramFlow, Programs, groups_of, unused_variable};
+use self::operations::effects_of;
+use self::program::{Effects, ProgramFlow};
+use self::programs::{Programs, groups_of, unused_variable};
 
 /// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]

@@ -23,13 +23,12 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{Behaviour, Edge, behaviour_of};
+use crate::behaviour::{Behaviour, Fired, behaviour_of};
 use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, by_group, core_scope, of_program};
 use crate::cost::{Cost, Costs, Execution, NOTHING};
 use crate::infer::{VariableOf, inference_of, shared_variables};
 use crate::item_tree::{HookKind, MethodKind, Parameter, SourceId, TypeRef};
 use crate::program_graph::{ProgramGraph, graph_of, graphs_of_group};
-use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::resolve::VariableId;
 use crate::source::Decl;
@@ -415,9 +414,8 @@ struct Executed<'db> {
     hooks: Hooks,
     /// For each program of the behaviour, its index in `programs`.
     of_jobs: Vec<Option<u32>>,
-    /// For each program that the edges of a state execute first, the edge that it fires, if it is a guard; and the last edge.
-    fired: Vec<Vec<Option<usize>>>,
-    stays: Vec<Option<usize>>,
+    /// See [`Behaviour::fired`].
+    fired: Vec<Fired>,
 }
 
 impl<'db> Executed<'db> {
@@ -451,22 +449,6 @@ impl<'db> Executed<'db> {
             Some(programs.len() as u32 - 1)
         };
         let of_jobs = behaviour.programs.iter().map(|it| find(it.place)).collect();
-        // The edges are in the order of the states, and of their guards.
-        let (mut fired, mut stays) = (Vec::new(), Vec::new());
-        let mut edges = behaviour.edges.all.iter().enumerate().peekable();
-        for (state, first) in behaviour.edges.first.iter().enumerate() {
-            let mut fires = |program: &usize| {
-                let ProgramId::Guard { transition, .. } = &behaviour.programs.get(*program)?.id else {
-                    return None;
-                };
-                let is_own = |(_, edge): &(usize, &Edge)| {
-                    edge.source == state && edge.transition.as_ref() == Some(transition)
-                };
-                edges.next_if(is_own).map(|(index, _)| index)
-            };
-            fired.push(first.iter().map(&mut fires).collect());
-            stays.push(edges.next_if(|(_, it)| it.source == state).map(|(index, _)| index));
-        }
         let structure = structure_of(db, of);
         let mut hook = |kind| find((structure?.hook(kind)?, ProgramIn::Whole));
         let (configure, start) = (hook(HookKind::Configure), hook(HookKind::Start));
@@ -484,7 +466,7 @@ impl<'db> Executed<'db> {
             stop,
             cleanup,
         };
-        Executed { variables, by_operations, programs, hooks, of_jobs, fired, stays }
+        Executed { variables, by_operations, programs, hooks, of_jobs, fired: behaviour.fired() }
     }
 }
 
@@ -667,18 +649,21 @@ impl<'db> Explorer<'_, 'db> {
             found.extend(paths.iter().map(next));
             paths
         };
-        for (number, &program) in behaviour.edges.first.get(state).into_iter().flatten().enumerate() {
+        let first = behaviour.edges.first.get(state);
+        let Some((first, Fired { by_guards, otherwise })) = first.zip(self.of.fired.get(state)) else {
+            return;
+        };
+        for (&program, edge) in first.iter().zip(by_guards) {
             self.execute_in_job(&mut open, program);
             if open.iter().any(|it| it.holds) {
                 let (fires, stays) = open.into_iter().partition(|it| it.holds);
-                if let Some(edge) = self.of.fired.get(state).and_then(|it| it.get(number)).copied().flatten()
-                {
+                if let Some(edge) = *edge {
                     finish(self, edge, fires);
                 }
                 open = stays;
             }
         }
-        if let Some(edge) = self.of.stays.get(state).copied().flatten() {
+        if let Some(edge) = *otherwise {
             open = finish(self, edge, open);
         }
         self.open = open;

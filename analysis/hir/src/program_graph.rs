@@ -17,7 +17,7 @@
 //! comment, or of a number that no counter depends on, ends here.
 
 #[cfg(test)]
-mod executed;
+mod tests;
 
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@ use crate::body::{BodyId, ProgramIn};
 use crate::item_tree::{HookKind, MethodKind, Name};
 use crate::structure::{StateStructure, Structure};
 
-use super::programs::{ProgramFlow, Programs};
-use super::writes::Write;
+use super::program::{ProgramFlow, Write};
+use super::programs::Programs;
 
 /// Returns the writes of a core that every path overwrites in the same period.
 pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {

@@ -7,22 +7,11 @@ use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
 use crate::graph::components;
 use crate::infer::shared_variables;
-use crate::item_tree::Name;
 use crate::program_graph::{Call, ProgramGraph, graph_of};
 use crate::project::Project;
 use crate::source::Decl;
 
-use super::indices::Indices;
-use super::programs::ProgramFlow;
-
-/// The effects of a call of an operation.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct Effects {
-    /// The shared variables that it may assign, directly or through its callees.
-    pub(super) assigns: Indices,
-    /// The ports that it writes on every path, sorted.
-    pub(super) writes: Box<[Name]>,
-}
+use super::program::{Effects, ProgramFlow};
 
 /// Returns the effects of each operation of a core.
 pub(super) fn effects_of<'db>(

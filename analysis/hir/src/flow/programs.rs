@@ -1,8 +1,6 @@
 //! The data flow through each program, for each group of bodies: an edit of one group does not invalidate the others.
 //!
-//! A program is a function of the variables that are assigned before it and of the ports that are written after it. What it
-//! reads, assigns and writes describes this function: no other module reads its graph. Local variables and the
-//! statements after a `return` concern no other program: their facts are here.
+//! Local variables and statements that no path comes to concern no other program: their facts are here.
 
 use std::borrow::Cow;
 use std::cell::{LazyCell, OnceCell};
@@ -13,16 +11,16 @@ use crate::ModelDb;
 use crate::body::{BodyId, ByProgram, CoreScope, InitialValue, ProgramIn, by_group, core_scope, of_program};
 use crate::fact::{Fact, FactKind};
 use crate::infer::{Inference, VariableKind, VariableOf, inference_of, shared_variables};
-use crate::item_tree::{Direction, MethodKind, Name, NameRef, SourceId};
-use crate::program_graph::{Action, Argument, ProgramGraph, graphs_of_group, registers};
+use crate::item_tree::{MethodKind, Name, NameRef, SourceId};
+use crate::program_graph::graphs_of_group;
 use crate::project::Project;
 use crate::source::{Decl, Location};
 use crate::structure::{StateStructure, Structure, TransitionStructure, indices_of};
 use crate::types::Type;
 
 use super::indices::Indices;
-use super::operations::{Effects, effects_of};
-use super::writes::Writes;
+use super::operations::effects_of;
+use super::program::{Effects, ProgramFlow, Read};
 
 /// The data flow through the programs of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -34,92 +32,6 @@ pub(super) struct GroupFlow<'db> {
     /// The shared variables that a program reads, or whose values a call needs as output arguments.
     pub(super) used: Indices,
     programs: ByProgram<ProgramFlow>,
-}
-
-/// The data flow through a program, a guard or initial values. A variable is a number: first the shared variables, then those of
-/// the group, which only its own program sees.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct ProgramFlow {
-    /// The first reads of variables that no path may have assigned before, in the order of the variables.
-    pub(super) reads: Box<[Read]>,
-    /// The variables that it may assign.
-    pub(super) assigns: Indices,
-    pub(super) writes: Writes,
-}
-
-/// The first read of a variable. The order is that of the variables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Read {
-    pub(super) variable: usize,
-    /// Whether some path does not come to it: a condition may know of an assignment in an earlier period.
-    pub(super) is_conditional: bool,
-    pub(super) id: SourceId,
-}
-
-impl ProgramFlow {
-    /// Returns the data flow through a program. `shared`: the number of shared variables; `is_conditional`: whether the program
-    /// itself depends on a condition.
-    pub(super) fn of(
-        graph: &ProgramGraph<'_>,
-        shared: usize,
-        effects: &[Effects],
-        is_conditional: bool,
-    ) -> ProgramFlow {
-        let number = |register| graph.variable(register).map(|it| it.number(shared));
-        let (mut reads, mut assigns) = (Vec::new(), Indices::default());
-        // What may be assigned before each node.
-        let mut before: Vec<Option<Indices>> = vec![None; graph.nodes.len()];
-        before.get_mut(graph.start as usize).into_iter().for_each(|it| *it = Some(Indices::default()));
-        // The last node that some path so far continues with: all paths come to it, but not to those before it.
-        let mut farthest = graph.start;
-        for (index, node) in (0..).zip(&graph.nodes) {
-            // No path comes to some nodes: they may be executed again after an edit.
-            let mut assigned =
-                before.get_mut(index as usize).and_then(Option::take).unwrap_or_else(|| assigns.clone());
-            let is_conditional = is_conditional || farthest > index;
-            let mut read = |term, assigned: &Indices| {
-                for (register, id) in registers(&graph.terms, term) {
-                    let variable = number(register).filter(|it| !assigned.contains(*it));
-                    reads.extend(variable.map(|variable| Read { variable, is_conditional, id }));
-                }
-            };
-            match &node.action {
-                Action::Nothing | Action::Return(None) | Action::Assign { value: None, .. } => {}
-                Action::Branch { condition: value, .. } | Action::Return(Some(value)) => {
-                    read(*value, &assigned)
-                }
-                Action::Assign { to, value: Some(value) } => {
-                    read(*value, &assigned);
-                    number(*to).into_iter().for_each(|it| assigned.insert(it));
-                }
-                Action::Call(call) => {
-                    let is_output = |it: &&Argument| it.direction != Direction::In && it.variable.is_some();
-                    let inputs = call.arguments.iter().filter(|it| !is_output(it));
-                    inputs.for_each(|it| read(it.value, &assigned));
-                    let outputs = call.arguments.iter().filter(is_output);
-                    outputs.filter_map(|it| number(it.variable?)).for_each(|it| assigned.insert(it));
-                    if let Some(effects) = call.operation().and_then(|index| effects.get(index)) {
-                        assigned.add(&effects.assigns);
-                    }
-                }
-            }
-            assigns.add(&assigned);
-            if node.action.is_return() {
-                farthest = u32::MAX;
-            }
-            for next in node.successors().into_iter().flatten() {
-                farthest = farthest.max(next);
-                match before.get_mut(next as usize) {
-                    Some(Some(other)) => other.add(&assigned),
-                    Some(other) => *other = Some(assigned.clone()),
-                    None => {}
-                }
-            }
-        }
-        reads.sort_unstable();
-        reads.dedup_by_key(|read: &mut Read| (read.variable, read.is_conditional));
-        ProgramFlow { reads: reads.into(), assigns, writes: Writes::of(graph, effects) }
-    }
 }
 
 /// The data flow through all programs of a core.

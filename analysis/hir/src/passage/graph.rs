@@ -9,7 +9,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::behaviour::{Behaviour, Edge};
+use crate::behaviour::Behaviour;
 use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
 use crate::builtin::Builtin;
 use crate::features::features_of;
@@ -17,7 +17,6 @@ use crate::infer::{VariableOf, inference_of, shared_variables};
 use crate::item_tree::{BinaryOperator, Direction, Kind, Name, Parameter, SourceId, TypeRef, UnaryOperator};
 use crate::names::resolve_type;
 use crate::program_graph::{Action, Call, ProgramGraph, Term, graph_of};
-use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::resolve::{Callee, VariableId};
 use crate::source::{Decl, codel};
@@ -251,7 +250,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         let edges = self.behaviour.edges.clone();
         let operations = self.scope.operations.len();
         self.graph.too_large = operations.saturating_mul(edges.first.len()) > MAX_OPERATIONS;
-        for (state, first) in edges.first.iter().enumerate() {
+        for (state, (first, fired)) in edges.first.iter().zip(self.behaviour.fired()).enumerate() {
             let start = self.graph.nodes.len() as u32;
             self.graph.starts.push(start);
             self.place(Place { state, edge: None, target: None, before: 0, program: usize::MAX });
@@ -263,27 +262,16 @@ impl<'a, 'db> Builder<'a, 'db> {
             {
                 self.called(operation, state, start);
             }
-            // The edges are in the order of the states.
-            let begin = edges.all.partition_point(|edge| edge.source < state);
-            let own = edges.all.iter().enumerate().skip(begin);
-            let mut own = own.take_while(|(_, edge)| edge.source == state).peekable();
-            for (before, &program) in first.iter().enumerate() {
+            for (before, (&program, edge)) in first.iter().zip(fired.by_guards).enumerate() {
                 self.place(Place { state, edge: None, target: None, before, program });
-                let guarded = match self.behaviour.programs.get(program).map(|it| &it.id) {
-                    Some(ProgramId::Guard { transition, .. }) => Some(transition),
-                    _ => None,
-                };
                 let Ends { holds, others } = self.program(program);
-                let fires = own.next_if(|(_, edge)| guarded.is_some() && edge.transition.as_ref() == guarded);
-                if let Some((index, edge)) = fires {
+                if let Some(edge) = edge {
                     self.open = holds;
-                    self.finish(index, edge);
+                    self.finish(edge);
                 }
                 self.open = others;
             }
-            if let Some((index, edge)) = own.next() {
-                self.finish(index, edge);
-            }
+            fired.otherwise.into_iter().for_each(|edge| self.finish(edge));
             self.open.clear();
         }
         self.graph.too_large |= self.graph.nodes.len() * self.graph.sinks.len() > MAX_FLOWS;
@@ -322,7 +310,8 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Executes the last programs of an edge.
-    fn finish(&mut self, index: usize, edge: &Edge) {
+    fn finish(&mut self, index: usize) {
+        let Some(edge) = self.behaviour.edges.all.get(index) else { return };
         for (number, &program) in edge.then.iter().enumerate() {
             let before = edge.first + number;
             let (state, target) = (edge.source, Some(edge.target));
