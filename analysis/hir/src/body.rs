@@ -423,7 +423,7 @@ impl Variable {
 impl Program {
     /// Returns its blocks: all its statements, and the nested blocks.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
-        let all = self.statements.as_slice();
+        let all = &*self.statements;
         std::iter::once(all).chain(statements(all).flat_map(Statement::blocks))
     }
 }

@@ -509,9 +509,9 @@ pub struct State {
     /// The text before the keyword `state`: `initial`, or an empty range.
     pub start: SourceId,
     /// `entry`, `run`, `handle`, `exit`.
-    pub methods: Vec<Method>,
+    pub methods: Box<[Method]>,
     /// Its transitions, in the order of the text, in which their guards are evaluated.
-    pub transitions: Vec<Transition>,
+    pub transitions: Box<[Transition]>,
     /// Whether no error hides an item of it.
     pub completeness: Completeness,
 }
@@ -555,7 +555,7 @@ pub struct Guard {
 /// `{ … }`
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Program {
-    pub statements: Vec<Statement>,
+    pub statements: Box<[Statement]>,
     /// Whether it declares variables.
     pub declares: bool,
     /// Whether it has no syntax error.
@@ -570,12 +570,12 @@ pub enum Statement {
         /// The keyword.
         id: SourceId,
         condition: Expr,
-        then: Vec<Statement>,
+        then: Box<[Statement]>,
         /// The end of the first block: an empty range.
         end: SourceId,
-        otherwise: Option<Vec<Statement>>,
+        otherwise: Option<Box<[Statement]>>,
     },
-    Block(Vec<Statement>),
+    Block(Box<[Statement]>),
     /// The source is the keyword.
     Return(SourceId, Option<Expr>),
     Assign(NameRef, Expr),
@@ -606,7 +606,7 @@ pub enum Expr {
     Name(NameRef),
     Call {
         callee: NameRef,
-        arguments: Vec<Expr>,
+        arguments: Box<[Expr]>,
         id: SourceId,
     },
     Unary(UnaryOperator, Box<Expr>, SourceId),

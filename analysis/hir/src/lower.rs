@@ -613,8 +613,14 @@ impl Lowering<'_> {
                 ast::StateItem::Transition(it) => transitions.push(self.transition(&it)),
             }
         }
-        let initial = state.initial_token().is_some();
-        State { name, initial, start, methods, transitions, completeness: list_completeness(state.syntax()) }
+        State {
+            name,
+            initial: state.initial_token().is_some(),
+            start,
+            methods: methods.into(),
+            transitions: transitions.into(),
+            completeness: list_completeness(state.syntax()),
+        }
     }
 
     fn transition(&mut self, transition: &ast::Transition) -> Transition {
@@ -636,12 +642,12 @@ impl Lowering<'_> {
     fn program(&mut self, block: Option<ast::Block>, owner: &SyntaxNode) -> Program {
         let own = block.as_ref().map_or(Completeness::Incomplete, |block| completeness_of(block.syntax()));
         let completeness = own_completeness(owner) & own;
-        let statements = block.map_or_else(Vec::new, |block| self.block(&block));
+        let statements = block.map_or_else(Box::default, |block| self.block(&block));
         let declares = Statement::declare(&statements);
         Program { statements, declares, completeness }
     }
 
-    fn block(&mut self, block: &ast::Block) -> Vec<Statement> {
+    fn block(&mut self, block: &ast::Block) -> Box<[Statement]> {
         block.statements().map(|statement| self.statement(statement)).collect()
     }
 
@@ -650,7 +656,7 @@ impl Lowering<'_> {
             ast::Statement::Var(it) => Statement::Variable(self.variable(&it)),
             ast::Statement::IfStatement(it) => self.if_statement(&it),
             ast::Statement::BlockStatement(it) => {
-                Statement::Block(it.block().map_or_else(Vec::new, |block| self.block(&block)))
+                Statement::Block(it.block().map_or_else(Box::default, |block| self.block(&block)))
             }
             ast::Statement::ReturnStatement(it) => {
                 let id = self.first_token(it.syntax());
@@ -667,13 +673,13 @@ impl Lowering<'_> {
     fn if_statement(&mut self, it: &ast::IfStatement) -> Statement {
         let id = self.first_token(it.syntax());
         let condition = self.expr(it.condition());
-        let then = it.then_block().map_or_else(Vec::new, |block| self.block(&block));
+        let then = it.then_block().map_or_else(Box::default, |block| self.block(&block));
         let end = it.then_block().map_or(it.syntax().text_range(), |block| block.syntax().text_range());
         let end = self.id(TextRange::empty(end.end()));
         let otherwise = it.else_branch().map(|branch| match (branch.block(), branch.if_statement()) {
             (Some(block), _) => self.block(&block),
-            (None, Some(nested)) => vec![self.if_statement(&nested)],
-            (None, None) => Vec::new(),
+            (None, Some(nested)) => Box::new([self.if_statement(&nested)]),
+            (None, None) => Box::default(),
         });
         Statement::If { id, condition, then, end, otherwise }
     }

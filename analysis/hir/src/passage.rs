@@ -22,7 +22,7 @@ use crate::behaviour::{Behaviour, TimedProgram, behaviour_of};
 use crate::cost::{CostGraph, cost_until};
 use crate::graph::{successors_by, topological_order};
 use crate::item_tree::SourceId;
-use crate::product::{Interpreted, interpreted_of};
+use crate::product::{Interpreted, ProductEdge, interpreted_of};
 use crate::program_graph::graph_of;
 use crate::project::Project;
 use crate::source::Decl;
@@ -309,8 +309,8 @@ impl<'db> Context<'_, 'db> {
             |edge: usize| all.get(edge).is_some_and(|it| is_assumed(it.source) && is_assumed(it.target));
         let edges: Vec<(usize, usize)> = match self.interpreted() {
             Some(it) => {
-                let own = it.product.edges.iter().filter(|it| assumed(it.edge));
-                own.map(|it| (it.source, it.target)).collect()
+                let own = it.product.edges.iter().filter(|it| assumed(it.edge as usize));
+                own.map(ProductEdge::ends).collect()
             }
             None => {
                 let own = (0..).zip(all).filter(|(index, _)| assumed(*index));

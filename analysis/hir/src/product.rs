@@ -18,9 +18,11 @@ mod outcomes;
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
+use std::hash::BuildHasher as _;
 use std::sync::Arc;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use hashbrown::HashTable;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Fired, behaviour_of};
@@ -61,14 +63,14 @@ pub struct Product<'db> {
     pub values: Vec<(SourceId, String)>,
     /// The variables whose value differs between states: the name, the type, and the index in a valuation.
     shown: Vec<(String, Type, usize)>,
-    valuations: Vec<Valuation>,
+    valuations: ValuationTable,
 }
 
 /// A state and the values at the start of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProductState {
     /// An index in [`Behaviour::states`].
-    pub state: usize,
+    pub state: u32,
     valuation: u32,
 }
 
@@ -76,19 +78,26 @@ pub struct ProductState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProductEdge {
     /// Index of the product state at the start of the period.
-    pub source: usize,
+    pub source: u32,
     /// Index of the one at the start of the next period.
-    pub target: usize,
+    pub target: u32,
     /// Its edge without values: an index in [`crate::Edges::all`].
-    pub edge: usize,
+    pub edge: u32,
     /// An index in [`Product::costs`].
     pub cost: u32,
+}
+
+impl ProductEdge {
+    /// Returns the indices of the product states at its ends.
+    pub fn ends(&self) -> (usize, usize) {
+        (self.source as usize, self.target as usize)
+    }
 }
 
 impl Product<'_> {
     /// Returns the values of the variables that differ between states: `count = 3, busy = true`.
     pub fn values_in(&self, state: usize) -> String {
-        let valuation = self.states.get(state).and_then(|it| self.valuations.get(it.valuation as usize));
+        let valuation = self.states.get(state).map(|it| self.valuations.get(it.valuation));
         let known = self.shown.iter().filter_map(|(name, ty, index)| {
             let value = *valuation?.get(*index)?;
             (value != ANY).then(|| format!("{name} = {}", written(value, ty)))
@@ -98,7 +107,7 @@ impl Product<'_> {
 
     /// Returns whether it follows the values of variables.
     pub fn has_values(&self) -> bool {
-        !self.valuations.is_empty()
+        self.valuations.len > 0
     }
 }
 
@@ -106,11 +115,11 @@ impl Product<'_> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Explored<'db> {
     pub(crate) product: Arc<Product<'db>>,
-    /// What jobs execute, by the state of the product in which they begin: a program, and the valuation before it.
+    /// What jobs execute that has conditions, by the state of the product in which they begin: a program, and the valuation before it.
     executed: Box<[(u32, u32)]>,
     /// For each state of the product, the end of its part of `executed`.
     ends: Box<[u32]>,
-    valuations: Vec<Valuation>,
+    valuations: ValuationTable,
     /// The variables that are not followed, since they have too many values.
     widened: Vec<VariableId>,
 }
@@ -127,9 +136,9 @@ impl Interpreted<'_> {
     /// Returns the states of the product after a job that begins in one and executes an edge.
     pub(crate) fn after(&self, source: u32, edge: usize) -> impl Iterator<Item = u32> {
         let all = &self.product.edges;
-        let from = all.partition_point(|it| it.source < source as usize);
-        let own = all.iter().skip(from).take_while(move |it| it.source == source as usize);
-        own.filter(move |it| it.edge == edge).map(|it| it.target as u32)
+        let from = all.partition_point(|it| it.source < source);
+        let own = all.iter().skip(from).take_while(move |it| it.source == source);
+        own.filter(move |it| it.edge as usize == edge).map(|it| it.target)
     }
 }
 
@@ -149,14 +158,8 @@ pub(crate) fn interpreted_of<'db>(
     for (state, &end) in (0..).zip(&explored.ends) {
         db.unwind_if_revision_cancelled();
         for &(program, valuation) in explored.executed.get(begin..end as usize).unwrap_or_default() {
-            let valuation = explored.valuations.get(valuation as usize);
-            let program = programs.get(program as usize);
-            let Some(((program, indices), values)) = program.zip(valuation) else {
-                continue;
-            };
-            if !program.has_conditions() {
-                continue;
-            }
+            let values = explored.valuations.get(valuation);
+            let Some((program, indices)) = programs.get(program as usize) else { continue };
             let outcomes = program.outcomes(&explored.widened, &projected(values, indices), &mut steps);
             for &(condition, holds) in &outcomes.decided {
                 let known = decided.entry((state, condition)).or_insert(holds);
@@ -208,7 +211,7 @@ fn explored_of<'db>(
             shared,
             of: &executed,
             widened: &widened,
-            valuations: Valuations::default(),
+            valuations: Valuations::new(executed.variables.len()),
             outcomes: Vec::new(),
             numbers: FxHashMap::default(),
             calls: FxHashMap::default(),
@@ -252,15 +255,15 @@ fn without_values<'db>(behaviour: &Behaviour<'db>) -> Product<'db> {
     let mut sums = behaviour.edges.sums(NOTHING, |sum, index| {
         programs.get(index).copied().flatten().map_or(sum, |cost| costs.sum(sum, cost))
     });
-    let edges = behaviour.edges.all.iter().zip(sums.drain(..)).enumerate();
-    let edges = edges.map(|(index, (edge, cost))| ProductEdge {
-        source: edge.source,
-        target: edge.target,
-        edge: index,
+    let edges = (0..).zip(behaviour.edges.all.iter().zip(sums.drain(..)));
+    let edges = edges.map(|(edge, (ends, cost))| ProductEdge {
+        source: ends.source as u32,
+        target: ends.target as u32,
+        edge,
         cost,
     });
     let edges = edges.collect();
-    let states = 0..behaviour.states.len();
+    let states = 0..behaviour.states.len() as u32;
     costs.parts.shrink_to_fit();
     Product {
         states: states.map(|state| ProductState { state, valuation: 0 }).collect(),
@@ -339,22 +342,49 @@ struct Seen {
     any: bool,
 }
 
+/// Valuations of the same variables, one after the other: most are small, and a product has thousands.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct ValuationTable {
+    /// The number of variables.
+    width: usize,
+    len: usize,
+    values: Vec<i32>,
+}
+
+impl ValuationTable {
+    fn push(&mut self, values: &[i32]) -> u32 {
+        self.values.extend_from_slice(values);
+        self.len += 1;
+        self.len as u32 - 1
+    }
+
+    fn get(&self, number: u32) -> &[i32] {
+        let begin = number as usize * self.width;
+        self.values.get(begin..begin + self.width).unwrap_or_default()
+    }
+}
+
 /// The valuations of the followed variables so far, each once.
 #[derive(Default)]
 struct Valuations {
-    all: Vec<Valuation>,
-    numbers: FxHashMap<Valuation, u32>,
+    table: ValuationTable,
+    numbers: HashTable<u32>,
     scratch: Vec<i32>,
 }
 
 impl Valuations {
+    fn new(width: usize) -> Valuations {
+        Valuations { table: ValuationTable { width, ..ValuationTable::default() }, ..Valuations::default() }
+    }
+
     fn number(&mut self, values: &[i32]) -> u32 {
-        if let Some(&known) = self.numbers.get(values) {
+        let table = &mut self.table;
+        let hash = FxBuildHasher.hash_one(values);
+        if let Some(&known) = self.numbers.find(hash, |it| table.get(*it) == values) {
             return known;
         }
-        let number = self.all.len() as u32;
-        self.all.push(values.into());
-        self.numbers.insert(values.into(), number);
+        let number = table.push(values);
+        self.numbers.insert_unique(hash, number, |it| FxBuildHasher.hash_one(table.get(*it)));
         number
     }
 
@@ -377,7 +407,7 @@ impl Valuations {
     }
 
     fn values(&self, number: u32) -> &[i32] {
-        self.all.get(number as usize).map_or(&[], |it| it)
+        self.table.get(number)
     }
 }
 
@@ -502,7 +532,8 @@ impl<'db> Explorer<'_, 'db> {
     fn product(&mut self) -> Option<Explored<'db>> {
         let start = (Where::Unconfigured, self.valuations.number(&vec![ANY; self.of.variables.len()]));
         let (mut numbers, mut all) = (FxHashMap::from_iter([(start, 0)]), vec![start]);
-        let mut edges: Vec<((usize, usize, usize), u32)> = Vec::new();
+        // Their ends are indices of places, at first.
+        let mut edges: Vec<ProductEdge> = Vec::new();
         let (mut next, mut running) = (0, 0);
         let (mut ends, mut found): (Vec<u32>, _) = (Vec::new(), Vec::new());
         while let Some(&(place, values)) = all.get(next) {
@@ -515,21 +546,22 @@ impl<'db> Explorer<'_, 'db> {
             let first = edges.len();
             for (place, values, job) in found.drain(..) {
                 let entry = (place, self.between_periods(values));
-                let number = *numbers.entry(entry).or_insert(all.len());
-                if number == all.len() {
+                let target = *numbers.entry(entry).or_insert(all.len() as u32);
+                if target as usize == all.len() {
                     all.push(entry);
                     running += usize::from(matches!(place, Where::Running(_)));
                 }
-                edges.extend(job.map(|(edge, cost)| ((next, edge, number), cost)));
+                let source = next as u32;
+                edges.extend(job.map(|(edge, cost)| ProductEdge { source, target, edge: edge as u32, cost }));
             }
             // Of parallel edges, the greatest cost counts.
             if edges.len() > first + 1 {
                 let mut own = edges.split_off(first);
-                own.sort_by_key(|(ends, _)| *ends);
-                for (ends, cost) in own {
-                    match edges.last_mut().filter(|(known, _)| *known == ends) {
-                        Some((_, known)) => *known = self.costs.greatest(*known, cost),
-                        None => edges.push((ends, cost)),
+                own.sort_by_key(|it| (it.edge, it.target));
+                for edge in own {
+                    match edges.last_mut().filter(|it| ProductEdge { cost: edge.cost, ..**it } == edge) {
+                        Some(known) => known.cost = self.costs.greatest(known.cost, edge.cost),
+                        None => edges.push(edge),
                     }
                 }
             }
@@ -540,11 +572,12 @@ impl<'db> Explorer<'_, 'db> {
             }
         }
         let product = Arc::new(self.finished(&all, edges));
+        self.valuations.table.values.shrink_to_fit();
         Some(Explored {
             product,
             executed: std::mem::take(&mut self.executed).into(),
             ends: ends.into(),
-            valuations: std::mem::take(&mut self.valuations.all),
+            valuations: std::mem::take(&mut self.valuations.table),
             widened: self.widened.to_vec(),
         })
     }
@@ -557,26 +590,26 @@ impl<'db> Explorer<'_, 'db> {
         self.valuations.changed(values, self.of.by_operations.iter().map(|index| (index, &ANY)))
     }
 
-    fn finished(&mut self, all: &[(Where, u32)], edges: Vec<((usize, usize, usize), u32)>) -> Product<'db> {
+    fn finished(&mut self, all: &[(Where, u32)], mut edges: Vec<ProductEdge>) -> Product<'db> {
         let state_of = |place: &Where| if let Where::Running(state) = place { Some(*state) } else { None };
         let running: Vec<(usize, u32)> =
             all.iter().filter_map(|(place, values)| Some((state_of(place)?, *values))).collect();
         // The valuations of these states only, in their order.
         let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
-        let mut valuations: Vec<Valuation> = Vec::new();
+        let mut valuations = ValuationTable { width: self.of.variables.len(), ..ValuationTable::default() };
         let mut states = Vec::with_capacity(running.len());
         for (state, values) in running {
-            let valuation = *numbers.entry(values).or_insert_with(|| {
-                valuations.push(self.valuations.values(values).into());
-                valuations.len() as u32 - 1
-            });
-            states.push(ProductState { state, valuation });
+            let add = || valuations.push(self.valuations.values(values));
+            let valuation = *numbers.entry(values).or_insert_with(add);
+            states.push(ProductState { state: state as u32, valuation });
         }
         let declared: FxHashMap<VariableId, &VariableOf> = shared(self.shared).collect();
         let (mut shown, mut values) = (Vec::new(), Vec::new());
         for (index, id) in self.of.variables.iter().enumerate().filter(|(_, id)| !self.widened.contains(id)) {
             let Some(variable) = declared.get(id) else { continue };
-            let own: BTreeSet<i32> = valuations.iter().filter_map(|it| it.get(index).copied()).collect();
+            let values_of =
+                (0..valuations.len as u32).filter_map(|it| valuations.get(it).get(index).copied());
+            let own: BTreeSet<i32> = values_of.collect();
             if own.len() > 1 {
                 shown.push((variable.name.name.to_string(), variable.ty.clone(), index));
             }
@@ -584,26 +617,18 @@ impl<'db> Explorer<'_, 'db> {
             let seen = self.seen.iter().find(|(it, _)| it == id);
             values.extend(seen.map(|(_, seen)| (variable.name.id, described(seen, &variable.ty))));
         }
-        let number: Vec<usize> = all
-            .iter()
-            .scan(0, |next, (place, _)| {
-                Some(std::mem::replace(next, *next + usize::from(state_of(place).is_some())))
-            })
-            .collect();
-        let edge = |((source, edge, target), cost): ((usize, usize, usize), u32)| {
-            Some(ProductEdge { source: *number.get(source)?, target: *number.get(target)?, edge, cost })
+        let number = |next: &mut u32, (place, _): &(Where, u32)| {
+            Some(std::mem::replace(next, *next + u32::from(state_of(place).is_some())))
         };
+        let numbers: Vec<u32> = all.iter().scan(0, number).collect();
+        for end in edges.iter_mut().flat_map(|it| [&mut it.source, &mut it.target]) {
+            *end = numbers.get(*end as usize).copied().unwrap_or_default();
+        }
+        edges.shrink_to_fit();
+        valuations.values.shrink_to_fit();
         let mut costs = std::mem::take(&mut self.costs.parts);
         costs.shrink_to_fit();
-        Product {
-            states,
-            initial: 0,
-            edges: edges.into_iter().filter_map(edge).collect(),
-            costs,
-            values,
-            shown,
-            valuations,
-        }
+        Product { states, initial: 0, edges, costs, values, shown, valuations }
     }
 
     /// Adds where a component may be after a hook, and the values then. Hooks may return false.
@@ -672,7 +697,10 @@ impl<'db> Explorer<'_, 'db> {
     /// Continues each path with a program of a job.
     fn execute_in_job(&mut self, paths: &mut Vec<Path>, program: usize) {
         let used = self.of.of_jobs.get(program).copied().flatten();
-        self.executed.extend(used.into_iter().flat_map(|used| paths.iter().map(move |it| (used, it.values))));
+        let has_conditions =
+            |it: &u32| self.of.programs.get(*it as usize).is_some_and(|it| it.0.has_conditions());
+        let deciding = used.filter(has_conditions).into_iter();
+        self.executed.extend(deciding.flat_map(|used| paths.iter().map(move |it| (used, it.values))));
         self.execute(paths, used, Some(program));
     }
 

@@ -462,12 +462,12 @@ impl<'a, 'db> Lowering<'a, 'db> {
                 let decision = self.outermost(|this| this.condition(condition, false));
                 let otherwise = otherwise.as_deref().unwrap_or_default();
                 if let Some(value) = decision.constant {
-                    let never = if value { otherwise } else { then.as_slice() };
+                    let never = if value { otherwise } else { then };
                     let id = never.first().and_then(Statement::id);
                     self.unreachable.extend(id.map(|id| (Unreachable::Branch(value), id)));
                 }
                 let mut after = Vec::new();
-                for (block, exits) in [(then.as_slice(), decision.holds), (otherwise, decision.fails)] {
+                for (block, exits) in [(&**then, decision.holds), (otherwise, decision.fails)] {
                     self.open = exits;
                     self.block(block);
                     after.append(&mut self.open);

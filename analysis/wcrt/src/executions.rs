@@ -226,8 +226,8 @@ fn counts_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'
     let behaviour = behaviour_of(db, project, core);
     let product = product_of(db, project, core);
     let edges = product.edges.iter().zip(edges).map(|(edge, count)| Edge {
-        source: edge.source as u32,
-        target: edge.target as u32,
+        source: edge.source,
+        target: edge.target,
         cost: Time::from_nanos(count.saturating_add(levelled.of_job)),
     });
     // The greatest number of executions of a machine is the greatest time of one that takes a nanosecond for each.

@@ -157,7 +157,7 @@ impl<'db> Psm<'db> {
     /// Returns the edge of `edges` that an edge of the machine belongs to.
     pub fn text_edge(&self, edge: usize) -> Option<usize> {
         match &self.product {
-            Some(product) => product.edges.get(edge).map(|it| it.edge),
+            Some(product) => product.edges.get(edge).map(|it| it.edge as usize),
             None => (edge < self.edges.all.len()).then_some(edge),
         }
     }
@@ -165,7 +165,7 @@ impl<'db> Psm<'db> {
     /// Returns the state of the text of a state of the machine.
     pub fn text_state(&self, number: usize) -> usize {
         let product = self.product.as_ref().map(|it| it.states.get(number));
-        product.map_or(number, |it| it.map_or(0, |it| it.state))
+        product.map_or(number, |it| it.map_or(0, |it| it.state as usize))
     }
 
     /// Returns the values of variables in a state of the machine: `count = 3`.
@@ -533,7 +533,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             vec![Refusal::new(reason, Location::name_of(self.component))]
         };
         let taken = taken.collect::<Option<Vec<Taken>>>().ok_or_else(too_long)?;
-        let ends: Vec<(usize, usize)> = product.edges.iter().map(|edge| (edge.source, edge.target)).collect();
+        let ends: Vec<(usize, usize)> = product.edges.iter().map(|edge| edge.ends()).collect();
         let machines = self.machines(product.states.len(), &ends, &taken)?;
         let mut programs = vec![Time::ZERO; self.behaviour.programs.len()];
         for (index, node) in (0..).zip(&product.costs) {

@@ -278,6 +278,8 @@ impl<'a, 'db> Builder<'a, 'db> {
         if !self.graph.too_large {
             self.graph.find_live();
         }
+        self.graph.nodes.shrink_to_fit();
+        self.graph.places.shrink_to_fit();
         self.graph
     }
 

@@ -132,7 +132,7 @@ impl<'a, 'db> Search<'a, 'db> {
     /// Returns the states of the product that are in a state; 0 where none is followed.
     fn products(&self, state: usize) -> impl Iterator<Item = u32> {
         let all = self.interpreted.map_or(&[][..], |it| &it.product.states);
-        let own = (0..).zip(all).filter(move |(_, it)| it.state == state).map(|(index, _)| index);
+        let own = (0..).zip(all).filter(move |(_, it)| it.state as usize == state).map(|(index, _)| index);
         own.chain(self.interpreted.is_none().then_some(0))
     }
 

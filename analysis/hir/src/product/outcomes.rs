@@ -124,6 +124,7 @@ struct Reduced<'db> {
     /// The number of registers.
     width: usize,
     farthest: i32,
+    has_conditions: bool,
     /// There are more steps than are followed.
     is_too_large: bool,
 }
@@ -192,6 +193,7 @@ impl<'db> Program<'db> {
                 variables: Vec::new(),
                 width: 0,
                 farthest: reduction.farthest,
+                has_conditions: false,
                 is_too_large: false,
             },
             shared: FxHashMap::default(),
@@ -213,7 +215,7 @@ impl<'db> Program<'db> {
 
     /// Returns whether conditions decide what it does.
     pub(super) fn has_conditions(&self) -> bool {
-        self.reduced.steps.iter().any(|it| matches!(it.kind, StepKind::Branch { .. }))
+        self.reduced.has_conditions
     }
 
     /// Returns the cost of a call.
@@ -396,6 +398,7 @@ impl<'db> Reducer<'_, 'db> {
                 Action::Nothing => self.push(StepKind::Nothing),
                 Action::Branch { condition, fails, .. } => {
                     let condition = self.term(graph, *condition, &bound);
+                    self.found.has_conditions = true;
                     let step = self.push(StepKind::Branch { condition, fails: 0, at: node.at });
                     open.push((step, true, *fails));
                     step

@@ -135,7 +135,7 @@ impl<'a, 'db> Class<'a, 'db> {
         match expr {
             Expr::Call { callee, arguments, .. } => {
                 let is_called = self.inference.callee(callee.id) == Some(Callee::Builtin(function));
-                is_called.then_some(arguments.as_slice())
+                is_called.then_some(&**arguments)
             }
             _ => None,
         }
