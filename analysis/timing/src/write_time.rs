@@ -55,7 +55,8 @@ fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
     let (next_release, jitter, own) = (member.release(2).ok()?, member.jitter, member.demand(1).ok()?);
     let by_jobs = lane.options.method.min(Method::Psm);
     let of_thread = lane.demand(place, 1, true).ok()?;
-    let whole = lane.first_window(place, of_thread, by_jobs)?.checked_add(jitter)?;
+    let others = lane.interfering(place);
+    let whole = lane.first_window(place, &others, of_thread, by_jobs)?.checked_add(jitter)?;
     if whole > next_release {
         return None;
     }
@@ -63,17 +64,15 @@ fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
     let best =
         if lane.members_of_all <= MOST_TIGHTENED { lane.options.method.min(Method::Ibf) } else { by_jobs };
     let of_write = write.cost.as_nanos().min(own).max(1).checked_add(before)?;
-    let time = lane.first_window(place, of_write, best)?.checked_add(jitter)?;
+    let time = lane.first_window(place, &others, of_write, best)?.checked_add(jitter)?;
     Some(Time::from_nanos(time).min(write.response))
 }
 
 impl Lane<'_, '_> {
     /// Returns the end of a demand of a first job in a window that begins with the release of all tasks.
-    fn first_window(&mut self, place: usize, own: u64, method: Method) -> Option<u64> {
+    fn first_window(&mut self, place: usize, others: &[usize], own: u64, method: Method) -> Option<u64> {
         let mut counts = Counts::new(self.members.len());
-        for other in self.interfering(place) {
-            counts.include(other, &mut self.members, method);
-        }
+        others.iter().for_each(|&other| counts.include(other, &mut self.members, method));
         let mut budget = BUDGET;
         self.window(place, 1, own, &mut counts, method, &mut budget).ok()
     }

@@ -184,8 +184,9 @@ struct Sums<'db> {
     ros2: &'db Ros2,
     /// What is assumed of instances while a chain is summed.
     assumed: FxHashMap<usize, Assumption<'db>>,
-    /// The activity of each instance.
+    /// The activity of each instance, by its name, and by its index.
     activities: FxHashMap<&'db Name, usize>,
+    of_instances: Vec<Option<usize>>,
     known: FxHashMap<(usize, Assumption<'db>), Option<Known<'db>>>,
     /// The response times to writes, by activity and by what a job executes up to the write.
     writes: FxHashMap<(usize, Time), Time>,
@@ -202,6 +203,7 @@ impl<'db> Sums<'db> {
         system: &'db System<'db>,
     ) -> Sums<'db> {
         let activities = report.activities.iter().enumerate().rev().map(|(index, it)| (&it.instance, index));
+        let activities: FxHashMap<&'db Name, usize> = activities.collect();
         Sums {
             db,
             project,
@@ -211,7 +213,8 @@ impl<'db> Sums<'db> {
             system,
             ros2: ros2_of(db, project, deployment),
             assumed: FxHashMap::default(),
-            activities: activities.collect(),
+            of_instances: flat.instances.iter().map(|it| activities.get(&it.name).copied()).collect(),
+            activities,
             known: FxHashMap::default(),
             writes: FxHashMap::default(),
         }
@@ -232,13 +235,13 @@ impl<'db> Sums<'db> {
         let component = instance.component.filter(|it| *is_readable(self.db, self.project, *it))?;
         let core = core_of(self.db, self.project, component)?;
         let passages = passages_of(self.db, self.project, core, step.assumption);
-        let tables = self.system.activities.get(*self.activities.get(&instance.name)?)?.tables;
+        let tables = self.system.activities.get((*self.of_instances.get(step.instance)?)?)?.tables;
         let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
         Some(Known { component, core, passages, costs })
     }
 
     fn activity(&self, step: &WayStep<'db>) -> Option<(usize, &'db ActivityReport<'db>)> {
-        let index = *self.activities.get(&self.flat.instances.get(step.instance)?.name)?;
+        let index = (*self.of_instances.get(step.instance)?)?;
         Some((index, self.report.activities.get(index)?))
     }
 
