@@ -681,11 +681,13 @@ impl<'db> Explorer<'_, 'db> {
         for (&program, edge) in first.iter().zip(by_guards) {
             self.execute_in_job(&mut open, program);
             if open.iter().any(|it| it.holds) {
-                let (fires, stays) = open.into_iter().partition(|it| it.holds);
+                let stays: Vec<Path> = open.iter().filter(|it| !it.holds).copied().collect();
+                open.retain(|it| it.holds);
                 if let Some(edge) = *edge {
-                    finish(self, edge, fires);
+                    open = finish(self, edge, open);
                 }
-                open = stays;
+                open.clear();
+                open.extend(stays);
             }
         }
         if let Some(edge) = *otherwise {
@@ -757,28 +759,37 @@ impl<'db> Explorer<'_, 'db> {
     fn step(&mut self, program: u32, values: u32, found: &mut Vec<Path>) {
         let Some((used, indices)) = self.of.programs.get(program as usize) else { return };
         let before = self.valuations.values(values);
-        self.only.registers.clear();
-        self.only.registers.extend(indices.iter().map(|it| before.get(*it).copied().unwrap_or(ANY)));
-        if let Some(holds) = used.only_path(self.widened, &mut self.only) {
-            let mut cost = NOTHING;
-            for &call in &self.only.calls {
-                let own = self.calls.entry((program, call));
-                let own = own.or_insert_with(|| self.costs.add(used.cost_of(call)));
-                cost = self.costs.sum(cost, *own);
+        // Most programs use no followed variable.
+        let key = (program, if indices.is_empty() { u32::MAX } else { values });
+        let number = match self.numbers.get(&key) {
+            Some(known) => *known,
+            None => {
+                self.only.registers.clear();
+                self.only.registers.extend(indices.iter().map(|it| before.get(*it).copied().unwrap_or(ANY)));
+                if !indices.is_empty()
+                    && let Some(holds) = used.only_path(self.widened, &mut self.only)
+                {
+                    let mut cost = NOTHING;
+                    for &call in &self.only.calls {
+                        let own = self.calls.entry((program, call));
+                        let own = own.or_insert_with(|| self.costs.add(used.cost_of(call)));
+                        cost = self.costs.sum(cost, *own);
+                    }
+                    self.only.seen.iter().for_each(|&(it, value)| see(&mut self.seen, it, value));
+                    let values = self.valuations.changed(values, indices.iter().zip(&self.only.registers));
+                    return found.push(Path { holds, values, cost });
+                }
+                let own = projected(before, indices);
+                let outcomes = used.outcomes(self.widened, &own, &mut self.only.steps);
+                let costs = self.costs.include(&outcomes.costs, |step| used.cost_of(*step));
+                outcomes.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
+                self.is_too_large |= outcomes.is_too_large;
+                self.outcomes.push((outcomes, costs));
+                let number = self.outcomes.len() as u32 - 1;
+                self.numbers.insert(key, number);
+                number
             }
-            self.only.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
-            let values = self.valuations.changed(values, indices.iter().zip(&self.only.registers));
-            return found.push(Path { holds, values, cost });
-        }
-        let number = *self.numbers.entry((program, values)).or_insert_with(|| {
-            let own = projected(before, indices);
-            let outcomes = used.outcomes(self.widened, &own, &mut self.only.steps);
-            let costs = self.costs.include(&outcomes.costs, |step| used.cost_of(*step));
-            outcomes.seen.iter().for_each(|&(variable, value)| see(&mut self.seen, variable, value));
-            self.is_too_large |= outcomes.is_too_large;
-            self.outcomes.push((outcomes, costs));
-            self.outcomes.len() as u32 - 1
-        });
+        };
         let Some((outcomes, costs)) = self.outcomes.get(number as usize) else { return };
         for Outcome { holds, values: after, cost } in &outcomes.all {
             let cost = costs.get(*cost as usize).copied().unwrap_or(NOTHING);
