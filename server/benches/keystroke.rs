@@ -66,7 +66,7 @@ fn main() {
             keystrokes(&format!("{what}, {kind}"), &project, [file, "root.mal"], texts, target);
         };
         row("literal", &part, literal);
-        row("comment", &part, ["  var count", "  // so\n  var count"]);
+        row("comment", &part, ["  var count", "  /* so */ var count"]);
         row("period", "root.mal", period);
     }
 
