@@ -119,6 +119,8 @@ fn measure(binary: &str, folder: &Path, files: [&str; 2], texts: [&str; 2]) -> (
     client.diagnostics(&deployed);
     let mut text = if file == deployment { deployed.clone() } else { client.open_file(&folder.join(file)) };
     client.hints(&deployed.uri);
+    // The first diagnostics come before the project is analysed.
+    client.idle();
     let middle = text.text.len() / 2;
     let at =
         text.text[middle..].find(texts[0]).map_or_else(|| text.text.find(texts[0]), |at| Some(middle + at));
