@@ -461,6 +461,9 @@ impl Lane<'_, '_> {
     /// with what [`Lane::blocking`] adds for each job. (Or nearly 1.)
     pub(crate) fn overload_by_blocking(&self, place: usize, has_own: bool) -> Option<NoBoundReason> {
         let member = self.members.get(place);
+        if member.blocking == 0 && member.background_blocking == 0 {
+            return None;
+        }
         let counts =
             |&other: &usize| (has_own || other != place) && self.priority(other) >= member.task.priority;
         let others = || (0..self.members.len()).filter(counts).map(|other| self.members.get(other));

@@ -271,6 +271,9 @@ impl<'db> Sums<'db> {
         'db: 'a,
     {
         let mut keys: Vec<(usize, Time)> = steps.filter_map(|step| self.cost(step)).collect();
+        if keys.is_empty() {
+            return;
+        }
         keys.sort_unstable();
         keys.dedup();
         let response = |task: usize| self.report.activities.get(task).and_then(|it| it.response);
