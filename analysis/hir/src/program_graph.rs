@@ -63,7 +63,7 @@ pub(crate) struct ProgramGraph<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Node<'db> {
     pub(crate) action: Action<'db>,
-    /// The source: of a condition, the name of a variable or a callee, or a `return`.
+    /// The source: of a condition, an assigned name, a call or a `return`.
     pub(crate) at: SourceId,
     /// The node after it; of a branch, where the condition holds. A `return` has none.
     pub(crate) next: u32,
@@ -93,6 +93,8 @@ pub(crate) enum Action<'db> {
 /// A call of a codel, an operation of the core or a built-in function.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Call<'db> {
+    /// The source of the name.
+    pub(crate) name: SourceId,
     /// `None` where the name is unresolved.
     pub(crate) callee: Option<Callee<'db>>,
     /// The first argument of a built-in function: a port, an operation or a handler.
@@ -691,9 +693,9 @@ impl<'a, 'db> Lowering<'a, 'db> {
             _ => None,
         };
         let result = self.result();
-        let call =
-            Call { callee: found, operand: operand.unwrap_or_default(), arguments: lowered.into(), result };
-        self.push(Action::Call(Box::new(call)), callee.id);
+        let (operand, arguments) = (operand.unwrap_or_default(), lowered.into());
+        let call = Call { name: callee.id, callee: found, operand, arguments, result };
+        self.push(Action::Call(Box::new(call)), at);
         self.term(Term::Register(result, at))
     }
 }

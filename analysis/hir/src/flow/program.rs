@@ -150,10 +150,12 @@ impl Writes {
             next.for_each(|other| after.intersect(other));
             for port in written(node) {
                 let Ok(number) = ports.binary_search(&port) else { continue };
-                let is_own = matches!(&node.action, Action::Call(call) if is_write(call));
-                if is_own && reached.get(index) == Some(&true) {
+                if let Action::Call(call) = &node.action
+                    && is_write(call)
+                    && reached.get(index) == Some(&true)
+                {
                     let writes = if after.contains(number) { &mut lost } else { &mut last };
-                    writes.push((node.at, port.clone()));
+                    writes.push((call.name, port.clone()));
                 }
                 after.insert(number);
             }
