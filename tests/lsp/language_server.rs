@@ -479,7 +479,7 @@ fn a_recorded_session_can_be_said_again() {
         Client::start(MAUVE, &["--mirror", mirror.to_str().unwrap(), "--log", log.to_str().unwrap()]);
     client.initialize(Some(&folder), &json!({}));
     let mut text = client.open_file(&folder.join("deployment.mal"));
-    client.diagnostics(&text);
+    client.wait_for_diagnostics(&text);
     client.edit(&mut text, "deadline = 1000", "deadline = 700");
     client.diagnostics(&text);
     assert_eq!(client.hint(&text, "activity navigation"), "✗ 997 / 700 ms");

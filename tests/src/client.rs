@@ -301,12 +301,18 @@ impl Client {
         );
     }
 
-    /// Waits for the diagnostics of this version of a text.
+    /// Waits for the diagnostics of this version of a text. The first ones of a text that was opened may be those that it has by
+    /// itself; then also for the others.
     pub fn diagnostics(&mut self, text: &Text) -> Vec<Value> {
-        let (_, found) = self
-            .wait(&format!("diagnostics of version {} of {}", text.version, text.uri), |message| {
-                is_publication(message, &text.uri) && message["params"]["version"] == text.version
-            });
+        let what = format!("diagnostics of version {} of {}", text.version, text.uri);
+        let is_it = |it: &Value| is_publication(it, &text.uri) && it["params"]["version"] == text.version;
+        let (_, mut found) = self.wait(&what, is_it);
+        if text.version == 1 {
+            self.idle();
+            while self.count(is_it) > 0 {
+                found = self.wait(&what, is_it).1;
+            }
+        }
         without_hints(&found["params"]["diagnostics"])
     }
 
