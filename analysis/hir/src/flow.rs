@@ -124,12 +124,9 @@ impl<'a, 'db> Flow<'a, 'db> {
     /// should mean.
     fn is_repeated(&self, index: usize, variable: &VariableOf) -> bool {
         let is_of_machine = variable.kind == VariableKind::Machine;
-        let others = self
-            .variables
-            .iter()
-            .enumerate()
-            .filter(|(other, it)| *other != index && (it.kind == VariableKind::Machine) == is_of_machine);
-        others.into_iter().any(|(_, it)| it.name.name == variable.name.name)
+        let is_in_scope = |it: &VariableOf| (it.kind == VariableKind::Machine) == is_of_machine;
+        let repeats = |it: &VariableOf| is_in_scope(it) && it.name.name == variable.name.name;
+        self.variables.iter().enumerate().any(|(other, it)| other != index && repeats(it))
     }
 
     /// Reports shared variables that are read before their assignment. Operations, `stop` and `cleanup` are not checked:

@@ -202,6 +202,7 @@ fn explored_of<'db>(
         return None;
     }
     let executed = Executed::new(db, project, of, behaviour, followed);
+    let fired = behaviour.fired();
     let shared = shared_variables(db, project, of);
     let (mut combined, mut widened) = (0, Vec::new());
     while combined < MAX_ALL_COMBINED {
@@ -210,6 +211,7 @@ fn explored_of<'db>(
             behaviour,
             shared,
             of: &executed,
+            fired: &fired,
             widened: &widened,
             valuations: Valuations::new(executed.variables.len()),
             outcomes: Vec::new(),
@@ -352,6 +354,10 @@ struct ValuationTable {
 }
 
 impl ValuationTable {
+    fn new(width: usize) -> ValuationTable {
+        ValuationTable { width, ..ValuationTable::default() }
+    }
+
     fn push(&mut self, values: &[i32]) -> u32 {
         self.values.extend_from_slice(values);
         self.len += 1;
@@ -374,7 +380,7 @@ struct Valuations {
 
 impl Valuations {
     fn new(width: usize) -> Valuations {
-        Valuations { table: ValuationTable { width, ..ValuationTable::default() }, ..Valuations::default() }
+        Valuations { table: ValuationTable::new(width), ..Valuations::default() }
     }
 
     fn number(&mut self, values: &[i32]) -> u32 {
@@ -444,8 +450,6 @@ struct Executed<'db> {
     hooks: Hooks,
     /// For each program of the behaviour, its index in `programs`.
     of_jobs: Vec<Option<u32>>,
-    /// See [`Behaviour::fired`].
-    fired: Vec<Fired>,
 }
 
 impl<'db> Executed<'db> {
@@ -496,7 +500,7 @@ impl<'db> Executed<'db> {
             stop,
             cleanup,
         };
-        Executed { variables, by_operations, programs, hooks, of_jobs, fired: behaviour.fired() }
+        Executed { variables, by_operations, programs, hooks, of_jobs }
     }
 }
 
@@ -505,6 +509,8 @@ struct Explorer<'a, 'db> {
     behaviour: &'db Behaviour<'db>,
     shared: &'db [VariableOf],
     of: &'a Executed<'db>,
+    /// See [`Behaviour::fired`].
+    fired: &'a [Fired],
     widened: &'a [VariableId],
     valuations: Valuations,
     /// The outcomes of programs that may have several, with the index of each of their costs in [`Product::costs`]; and their
@@ -596,7 +602,7 @@ impl<'db> Explorer<'_, 'db> {
             all.iter().filter_map(|(place, values)| Some((state_of(place)?, *values))).collect();
         // The valuations of these states only, in their order.
         let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
-        let mut valuations = ValuationTable { width: self.of.variables.len(), ..ValuationTable::default() };
+        let mut valuations = ValuationTable::new(self.of.variables.len());
         let mut states = Vec::with_capacity(running.len());
         for (state, values) in running {
             let add = || valuations.push(self.valuations.values(values));
@@ -675,7 +681,7 @@ impl<'db> Explorer<'_, 'db> {
             paths
         };
         let first = behaviour.edges.first.get(state);
-        let Some((first, Fired { by_guards, otherwise })) = first.zip(self.of.fired.get(state)) else {
+        let Some((first, Fired { by_guards, otherwise })) = first.zip(self.fired.get(state)) else {
             return;
         };
         for (&program, edge) in first.iter().zip(by_guards) {

@@ -143,9 +143,8 @@ impl<'a> Lanes<'a> {
 
     /// Returns the tasks that are analysed in a lane, ascending.
     pub(crate) fn wanted(&self, plan: usize) -> Vec<usize> {
-        let plan = &self.plans[plan];
-        let tasks = plan.members.iter().map(|&member| self.members[member].index);
-        tasks.filter(|&task| plan.wants(self.tasks, &self.linked, task)).collect()
+        let tasks = self.plans[plan].members.iter().map(|&member| self.members[member].index);
+        tasks.filter(|&task| self.wants(plan, task)).collect()
     }
 
     /// Returns whether a task in a lane is analysed there.

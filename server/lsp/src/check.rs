@@ -40,19 +40,22 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> DiagnosticsByFile {
     shown(snapshot).0
 }
 
-/// Returns the diagnostics that an open document has by itself: a user who opens it sees them before the whole project is analysed.
-/// Empty where they are not known so early.
-pub(crate) fn look(snapshot: &Snapshot, url: &Url) -> DiagnosticsByFile {
+/// Gives `found` the diagnostics that each of these open documents has by itself: a user who opens it sees them before the whole
+/// project is analysed. Nothing while included files are not read.
+pub(crate) fn look(snapshot: &Snapshot, documents: &[Url], mut found: impl FnMut(DiagnosticsByFile)) {
     let db = &snapshot.db;
-    let document = snapshot.documents.get(url).filter(|it| it.is_analysed && !snapshot.is_stopped);
-    let Some(Document { file, version, .. }) = document.filter(|_| !snapshot.is_outdated()) else {
-        return DiagnosticsByFile::new();
-    };
-    let containing = snapshot.workspaces.iter().filter(|it| checked_files(db, **it).contains(file));
-    let style = snapshot.diagnostic_style();
-    let items = containing.map(|&it| translated(db, it, *file, Extent::First, style).clone());
-    let items = with_open_uris(snapshot, merged(items.collect()));
-    without_waiting(snapshot, DiagnosticsByFile::from([(url.clone(), (Some(*version), items))])).0
+    if documents.is_empty() || snapshot.is_stopped || snapshot.is_outdated() {
+        return;
+    }
+    let analysed = documents.iter().filter_map(|url| Some((url, snapshot.documents.get(url)?)));
+    for (url, Document { file, version, .. }) in analysed.filter(|(_, document)| document.is_analysed) {
+        let containing = snapshot.workspaces.iter().filter(|it| checked_files(db, **it).contains(file));
+        let style = snapshot.diagnostic_style();
+        let items = containing.map(|&it| translated(db, it, *file, Extent::First, style).clone());
+        let items = with_open_uris(snapshot, merged(items.collect()));
+        let own = DiagnosticsByFile::from([(url.clone(), (Some(*version), items))]);
+        found(without_waiting(snapshot, own).0);
+    }
 }
 
 /// Returns the diagnostics, and whether some wait until the user pauses.

@@ -727,11 +727,10 @@ impl MainLoop {
         let new = self.publisher.without_diagnostics(self.shared_documents.keys());
         self.trace.log(|| "a check begins".to_owned(), |_| format!("generation {generation}"));
         self.spawn(move || {
-            for url in &new {
-                if let Ok(found) = attempt(|| look(&snapshot, url)) {
-                    let _ = sender.send(Event::Looked(generation, found));
-                }
-            }
+            // A look that a change cancels is followed by a check that is cancelled too.
+            let _ = attempt(|| {
+                look(&snapshot, &new, |found| _ = sender.send(Event::Looked(generation, found)));
+            });
             let checked = attempt(|| check(&snapshot));
             let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
             let _ = sender.send(Event::Checked(generation, checked));

@@ -91,7 +91,7 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
     }
 
-    /// Returns the documents of which no diagnostics were published; none if the client pulls them.
+    /// Returns the open documents that have no published diagnostics. A client that pulls diagnostics gets none published.
     pub(crate) fn without_diagnostics<'a>(&self, open: impl Iterator<Item = &'a Url>) -> Vec<Url> {
         open.filter(|url| self.pulls.is_none() && !self.published.contains_key(*url)).cloned().collect()
     }

@@ -48,7 +48,7 @@ impl ProgramFlow {
         // The last node that some path so far continues with: all paths come to it, but not to those before it.
         let mut farthest = graph.start;
         for (index, node) in (0..).zip(&graph.nodes) {
-            // No path comes to some nodes: they may be executed again after an edit.
+            // Where no path comes to a node, all that the text assigns before it counts.
             let mut assigned =
                 before.get_mut(index as usize).and_then(Option::take).unwrap_or_else(|| assigns.clone());
             let is_conditional = is_conditional || farthest > index;

@@ -14,7 +14,7 @@ use crate::infer::{Inference, VariableOf, inference_of, shared_variables};
 use crate::item_tree::Direction;
 use crate::program_graph::{Action, Call, ProgramGraph, Term, graphs_of_group};
 use crate::project::Project;
-use crate::resolve::{Callee, VariableId};
+use crate::resolve::VariableId;
 use crate::source::Decl;
 use crate::types::Type;
 
@@ -216,7 +216,7 @@ impl<'db> Reader<'_, 'db> {
 
     /// Notes what a call assigns.
     fn call(&mut self, call: &Call<'db>) {
-        let is_own = matches!(call.callee, Some(Callee::Operation(_)));
+        let is_own = call.operation().is_some();
         let mut result = Dependence { is_unknown: !is_own, ..Dependence::default() };
         for argument in &call.arguments {
             result = result.and(self.dependence(argument.value));

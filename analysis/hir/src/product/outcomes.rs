@@ -16,7 +16,7 @@ use crate::body::ProgramIn;
 use crate::cost::{Cost, CostOf, Costs, NOTHING};
 use crate::item_tree::{BinaryOperator, Direction, SourceId, UnaryOperator};
 use crate::program_graph::{Action, Call, ProgramGraph, Term};
-use crate::resolve::{Callee, VariableId};
+use crate::resolve::VariableId;
 use crate::values::Value;
 
 /// A value that may be any. No variable is followed as far.
@@ -315,13 +315,8 @@ impl<'db> Reducer<'_, 'db> {
         let (mut open, mut seen, mut all) = (vec![graph], FxHashSet::default(), FxHashSet::default());
         while let Some(graph) = open.pop() {
             all.extend(graph.registers.iter().filter_map(|it| it.variable).filter(|it| it.group.is_none()));
-            for node in &graph.nodes {
-                if let Action::Call(call) = &node.action
-                    && let Some(Callee::Operation(index)) = call.callee
-                    && seen.insert(index)
-                {
-                    open.extend(self.reduction.operations.get(index).map(|it| &*it.graph));
-                }
+            for index in graph.calls().filter_map(Call::operation).filter(|index| seen.insert(*index)) {
+                open.extend(self.reduction.operations.get(index).map(|it| &*it.graph));
             }
         }
         let mut all: Vec<VariableId> =
@@ -367,12 +362,8 @@ impl<'db> Reducer<'_, 'db> {
             return;
         }
         // What codels and built-in functions return is any value.
-        let is_known = |call: &Call<'db>| matches!(call.callee, Some(Callee::Operation(_)));
-        let unknown = graph.nodes.iter().filter_map(|node| match &node.action {
-            Action::Call(call) if !is_known(call) => Some((call.result, None)),
-            _ => None,
-        });
-        bound.extend(unknown);
+        let unknown = graph.calls().filter(|call| call.operation().is_none());
+        bound.extend(unknown.map(|call| (call.result, None)));
         for (number, register) in (0..).zip(&graph.registers) {
             if bound.contains_key(&number) {
                 continue;
@@ -452,10 +443,8 @@ impl<'db> Reducer<'_, 'db> {
     /// Adds the steps of a call; returns the last one.
     fn call(&mut self, graph: &ProgramGraph<'db>, call: &Call<'db>, bound: &Bound) -> u32 {
         let register = |number: u32| bound.get(&number).copied().flatten();
-        let called = match call.callee {
-            Some(Callee::Operation(index)) => self.reduction.operations.get(index).map(|it| (index, it)),
-            _ => None,
-        };
+        let operations = self.reduction.operations;
+        let called = call.operation().and_then(|index| Some((index, operations.get(index)?)));
         let Some((index, operation)) = called else {
             let changed = call.arguments.iter().filter(|it| it.direction != Direction::In);
             let changed = changed.filter_map(|it| it.variable).filter_map(register);
