@@ -6,7 +6,7 @@
 //! | crate | is |
 //! |---|---|
 //! | `cli` | the commands: each a function from its arguments to an [`Output`], printed here alone |
-//! | `lsp` | the language server, and the command that replays its sessions |
+//! | `lsp` | the language server |
 //! | `projects` | what both read from the disk and write to it |
 
 mod man;
@@ -30,8 +30,6 @@ enum Command {
     /// Run the language server for an editor, on standard input and output.
     #[command(version, display_name = "mauve")]
     Lsp(mauve_lsp::Lsp),
-    /// Replay a recorded editor session, and compare the answers.
-    Replay(mauve_lsp::Replay),
     #[command(flatten)]
     Other(mauve_cli::Command),
     /// Write a manual page for each command into a folder.
@@ -49,7 +47,6 @@ impl Arguments {
     fn run(self) -> Result<Output, String> {
         match self.command {
             Command::Lsp(it) => it.run(),
-            Command::Replay(it) => it.run(),
             Command::Other(it) => it.run(),
             Command::Man(it) => it.run(Arguments::command()),
             Command::Completions { shell } => {

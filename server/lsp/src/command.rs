@@ -19,7 +19,7 @@ pub struct Lsp {
     /// Write a log to this file, and count the executed queries for `mauve/status`.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// Record all messages, including the texts of files, in this file, for `mauve replay`.
+    /// Record all messages, including the texts of files, in this file.
     #[arg(long, value_name = "FILE")]
     mirror: Option<PathBuf>,
     #[command(flatten)]

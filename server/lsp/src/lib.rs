@@ -32,12 +32,12 @@
 //! | `trace.rs` | what requests and checks took, for a client that asks |
 //! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs`, `looks.rs` | files that change outside the client: events of the system, and what no event tells |
-//! | `mirror.rs`, `replay.rs` | recording a session, and replaying it |
+//! | `mirror.rs` | recording a session |
 //! | `command.rs` | `mauve lsp` |
 //!
 //! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
 //!
-//! This crate must never know the commands of the command line but its own two, `mauve lsp` and `mauve replay`.
+//! This crate must never know the commands of the command line but its own, `mauve lsp`.
 
 mod answering;
 mod backend;
@@ -64,7 +64,6 @@ mod progress;
 mod project;
 mod publisher;
 mod pulls;
-mod replay;
 mod rope;
 mod server_capabilities;
 mod settings;
@@ -85,7 +84,6 @@ use tokio::sync::{mpsc as channel, oneshot, watch};
 use tower_lsp::LspService;
 
 pub use command::Lsp;
-pub use replay::Replay;
 
 use backend::Backend;
 use frame::Frame;

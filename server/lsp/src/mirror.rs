@@ -1,5 +1,5 @@
-//! Records a session: one JSON object per line, with the message, its sender and its time. A recorded session is a bug
-//! report: `mauve replay` sends it again.
+//! Records a session: one JSON object per line, with the message, its sender and its time. A recorded session shows
+//! in a bug report what the client and the server said.
 //!
 //! ```json
 //! {"seconds":0.0123,"from":"client","message":{"jsonrpc":"2.0","id":1,"method":"initialize","params":{}}}
@@ -12,24 +12,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use mauve_projects::replace::append_private;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// The sender of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy)]
 pub(crate) enum Side {
     Client,
     Server,
-}
-
-/// A line of the record.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Line<M = Value> {
-    /// The time since the session began.
-    pub(crate) seconds: f64,
-    pub(crate) from: Side,
-    pub(crate) message: M,
 }
 
 /// Writes the messages of both sides to a file.
@@ -48,10 +37,13 @@ impl Mirror {
 
     /// Writes a line immediately: a session may end at any time. An error does not end the session.
     pub(crate) fn record(&self, from: Side, message: &Value) {
-        let line = Line { seconds: self.begin.elapsed().as_secs_f64(), from, message };
-        let Ok(text) = serde_json::to_string(&line) else { return };
+        let from = match from {
+            Side::Client => "client",
+            Side::Server => "server",
+        };
+        let line = json!({"seconds": self.begin.elapsed().as_secs_f64(), "from": from, "message": message});
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Err(error) = file.write_all((text + "\n").as_bytes()) {
+        if let Err(error) = writeln!(file, "{line}") {
             tracing::warn!("the session is not recorded: {error}");
         }
     }
