@@ -77,7 +77,7 @@ fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
     assert_eq!(resolved["edit"]["changeAnnotations"]["Change to `astar`"]["label"], "Change to `astar`");
     assert_eq!(text.applied(&change["edits"]), text.text.replace("astra(", "astar("));
     // Only what is asked for.
-    let refactorings = actions(&mut client, &text, "astra(", 0, json!({"only": ["refactor.inline"]}));
+    let refactorings = actions(&mut client, &text, "astra(", 0, json!({"only": ["refactor"]}));
     assert_eq!(refactorings, [] as [Value; 0]);
     // In another text something else may stand there.
     client.edit(&mut text, "library", "// A line more.\nlibrary");
@@ -91,26 +91,27 @@ fn a_refactoring_is_offered_or_says_why_not() {
     let (mut client, _) = start(&folder, &good_editor());
     let mut text = client.open(
         &folder.join("own.mal"),
-        "codel plan(): int\ncodel drive(in n: int, in m: int): void\nshell S { }\ncore C(S) {\n  update = {\n    /* 🦀 é */ drive(plan(), 1);\n  }\n}\n",
+        "codel plan(): void\nshell S { }\ncore C(S) {\n  /* 🦀 é */ update = { plan(); }\n}\n",
     );
     client.diagnostics(&text);
-    let found = actions(&mut client, &text, "plan(), 1", 6, json!({"only": ["refactor"], "triggerKind": 1}));
-    let extract = named(&found, "Extract a variable");
-    assert_eq!(extract["kind"], "refactor.extract");
-    let resolved = client.call("codeAction/resolve", extract.clone()).unwrap();
+    let invoked = |only: &str| json!({"only": [only], "triggerKind": 1});
+    let found = actions(&mut client, &text, "update", 0, invoked("refactor"));
+    let convert = named(&found, "Convert to a state machine");
+    assert_eq!(convert["kind"], "refactor.rewrite");
+    let resolved = client.call("codeAction/resolve", convert.clone()).unwrap();
     let edits = &resolved["edit"]["documentChanges"][0]["edits"];
-    let after = text.text.replace("drive(plan(), 1)", "var plan_result: int = plan(); drive(plan_result, 1)");
-    assert_eq!(text.applied(edits), after);
-    client.edit(&mut text, "drive(plan(), 1)", "drive(plan(), plan())");
+    let after = text.applied(edits);
+    assert!(after.contains("/* 🦀 é */ statemachine {"), "{after}");
+    let two = "statemachine { initial state A { transition t if true to B } state B { } }";
+    client.edit(&mut text, "update = { plan(); }", two);
     client.diagnostics(&text);
-    let invoked = json!({"triggerKind": 1});
-    let found = actions(&mut client, &text, "plan(), plan", 6, invoked);
-    let reason = named(&found, "Extract a variable")["disabled"]["reason"].as_str().unwrap().to_owned();
-    assert!(reason.contains("executes other code before this expression"), "{reason}");
+    let found = actions(&mut client, &text, "statemachine", 0, json!({"triggerKind": 1}));
+    let reason = &named(&found, "Convert to `update`")["disabled"]["reason"];
+    assert_eq!(reason, "the state machine has several states");
     // Nobody asked for it.
-    let found = actions(&mut client, &text, "plan(), plan", 6, json!({"triggerKind": 2}));
+    let found = actions(&mut client, &text, "statemachine", 0, json!({"triggerKind": 2}));
     assert!(found.iter().all(|action| action.get("disabled").is_none()), "{found:#?}");
-    client.edit(&mut text, "drive(plan(), plan());", "if true then { }");
+    client.edit(&mut text, two, "update = { if true then { } }");
     client.diagnostics(&text);
     let found = actions(&mut client, &text, "if true", 0, json!({"only": ["quickfix"]}));
     assert_eq!(named(&found, "Write `else { }`")["isPreferred"], true);
@@ -182,7 +183,7 @@ fn what_is_done_when_a_file_is_saved() {
         let found = actions(&mut client, &text, "library", 0, json!({"only": [other]}));
         assert_eq!(found, [] as [Value; 0], "{other}");
     }
-    let several = json!({"only": ["refactor.inline", "source"]});
+    let several = json!({"only": ["refactor.extract", "source"]});
     let found = actions(&mut client, &text, "library", 0, several);
     let kinds: Vec<&str> = found.iter().map(|it| it["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["source.fixAll.mauve", "source.organizeImports", "source.generate.mauve"]);

@@ -308,7 +308,7 @@ pub fn able_client(asks: bool, encodings: &[&str]) -> Value {
                 "dataSupport": true, "isPreferredSupport": true, "disabledSupport": true,
                 "honorsChangeAnnotations": true, "resolveSupport": {"properties": ["edit", "command"]},
                 "codeActionLiteralSupport": {"codeActionKind": {"valueSet": [
-                    "", "quickfix", "refactor", "refactor.extract", "refactor.inline", "refactor.rewrite", "source",
+                    "", "quickfix", "refactor", "refactor.rewrite", "source",
                     "source.organizeImports", "source.fixAll",
                 ]}},
             },

@@ -10,9 +10,7 @@ mod create_state;
 mod create_variable;
 mod deadline;
 mod declare_operation;
-mod extract_variable;
 mod fixes;
-mod inline_variable;
 mod offers;
 mod program;
 mod qualified_name;
@@ -80,10 +78,6 @@ impl CodeAction<'_> {
 pub enum ActionKind {
     /// Fixes a diagnostic.
     QuickFix,
-    /// Extracts a part into a declaration of its own.
-    Extract,
-    /// Replaces a name by its value.
-    Inline,
     /// Rewrites code without changing its behaviour, or adds a missing declaration.
     Rewrite,
     /// Sorts the `use`s of a file.
@@ -247,10 +241,10 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
-    /// Returns the programs of a core of the file: see [`Programs::with_unknown`].
+    /// Returns the programs of a core of the file: see [`Programs::of`].
     fn programs(&self, project: Project<'db>, core: &ast::Core) -> Option<Rc<Programs<'db>>> {
         let key = (project, core.syntax().text_range());
-        let of = || Programs::with_unknown(self.db, project, self.question.file, core).map(Rc::new);
+        let of = || Programs::of(self.db, project, self.question.file, core).map(Rc::new);
         self.programs.borrow_mut().entry(key).or_insert_with(of).clone()
     }
 
@@ -337,14 +331,8 @@ mod tests {
     use expect_test::Expect;
 
     /// All kinds.
-    const KINDS: &[ActionKind] = &[
-        ActionKind::QuickFix,
-        ActionKind::Extract,
-        ActionKind::Inline,
-        ActionKind::Rewrite,
-        ActionKind::OrganizeUses,
-        ActionKind::FixAll,
-    ];
+    const KINDS: &[ActionKind] =
+        &[ActionKind::QuickFix, ActionKind::Rewrite, ActionKind::OrganizeUses, ActionKind::FixAll];
 
     /// The first action whose title begins so, at `$0` or from `$0` to `$0`: the lines that it makes, of each file.
     pub(super) fn check(fixture: &str, title: &str, expected: Expect) {

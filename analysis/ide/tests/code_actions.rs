@@ -20,14 +20,8 @@ use crate::project_with;
 
 type Texts = BTreeMap<PathBuf, String>;
 
-const ALL: &[ActionKind] = &[
-    ActionKind::QuickFix,
-    ActionKind::Extract,
-    ActionKind::Inline,
-    ActionKind::Rewrite,
-    ActionKind::OrganizeUses,
-    ActionKind::FixAll,
-];
+const ALL: &[ActionKind] =
+    &[ActionKind::QuickFix, ActionKind::Rewrite, ActionKind::OrganizeUses, ActionKind::FixAll];
 
 #[test]
 fn every_action_leaves_a_valid_model() {
@@ -48,8 +42,7 @@ fn every_action_leaves_a_valid_model() {
     }
     let count =
         |kind: ActionKind| offered.iter().filter(|((of, _), _)| *of == kind).map(|(_, it)| it).sum::<usize>();
-    let refactorings =
-        [ActionKind::Extract, ActionKind::Inline, ActionKind::Rewrite, ActionKind::OrganizeUses];
+    let refactorings = [ActionKind::Rewrite, ActionKind::OrganizeUses];
     let timing = offered.iter().filter(|((_, title), _)| title == "timing").map(|(_, it)| it).sum::<usize>();
     let least = search::share(10) as usize;
     assert!(timing >= least / 2, "{offered:#?}");
@@ -136,9 +129,6 @@ fn try_actions(
                 }
             }
             let after = state(&new, workspace);
-            if action.kind == ActionKind::Extract && inlined_again(&new, workspace, texts, change, &db) {
-                *offered.entry((ActionKind::Inline, "what was extracted".to_owned())).or_default() += 1;
-            }
             if action.title == "Convert to a state machine" {
                 let file = workspace.file(&new, path).unwrap();
                 let question =
@@ -206,33 +196,6 @@ fn is_seen(title: &str, before: &State, after: &State) -> bool {
     is_in(old, before) && is_in(new, after)
 }
 
-/// Gives what was extracted the text that it was extracted from when it is inlined again? Says whether it is.
-fn inlined_again(
-    new: &Database,
-    workspace: Workspace,
-    texts: &Texts,
-    change: &Change,
-    db: &Database,
-) -> bool {
-    let of = &change.files[0];
-    let path = of.file.path(db);
-    let file = workspace.file(new, path).unwrap();
-    let range = TextRange::empty(of.edits[0].range.start() + TextSize::of("var "));
-    let kinds = &[ActionKind::Inline];
-    let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
-    let actions = code_actions(new, &[workspace], project_with(new, workspace, question.file), question);
-    let Some(change) = actions.iter().find_map(|action| action.change.as_ref()) else { return false };
-    let bare = |text: &str| text.replace(|letter: char| letter.is_whitespace() || "()".contains(letter), "");
-    assert_eq!(bare(&change.applied(new, file)), bare(&texts[path]));
-    let mut again = texts.clone();
-    again.insert(path.clone(), change.applied(new, file));
-    let db = Database::default();
-    let (again, before) = (Workspace::of_texts(&db, "/".into(), again), Database::default());
-    let of = Workspace::of_texts(&before, "/".into(), texts.clone());
-    assert_eq!(state(&db, again).errors, state(&before, of).errors);
-    true
-}
-
 /// The texts that a change makes, each edit of it within its file.
 fn made(db: &Database, texts: &Texts, change: &Change) -> Vec<(PathBuf, String)> {
     let mut made = Vec::new();
@@ -253,35 +216,20 @@ fn made(db: &Database, texts: &Texts, change: &Change) -> Vec<(PathBuf, String)>
     made
 }
 
-/// A place of a text, or an expression of it.
+/// A place of a text, or one with refactorings.
 fn random_range(text: &str, is_model: bool, random: &mut Random) -> TextRange {
     if is_model && random.below(2) == 0 {
-        let is_expression = |kind: SyntaxKind| {
-            matches!(kind, SyntaxKind::CALL_EXPR | SyntaxKind::BINARY_EXPR | SyntaxKind::PAREN_EXPR)
+        let wanted = |kind: SyntaxKind| {
+            matches!(kind, SyntaxKind::HOOK | SyntaxKind::TYPE | SyntaxKind::STATE_MACHINE)
         };
-        let is_name = |kind: SyntaxKind| {
-            matches!(kind, SyntaxKind::VAR | SyntaxKind::HOOK | SyntaxKind::TYPE | SyntaxKind::STATE_MACHINE)
-        };
-        let wanted: &dyn Fn(SyntaxKind) -> bool =
-            if random.below(2) == 0 { &is_expression } else { &is_name };
-        let ranges: Vec<TextRange> = mauve_syntax::parse(text)
-            .syntax()
-            .preorder()
-            .filter_map(|event| match event {
-                WalkEvent::Enter(node) if wanted(node.kind()) => Some(node.text_range()),
-                _ => None,
-            })
-            .collect();
-        if !ranges.is_empty() {
-            let range = *random.of(&ranges);
-            let text = &text[std::ops::Range::<usize>::from(range)];
-            return match text.strip_prefix("var ") {
-                Some(_) => TextRange::empty(range.start() + TextSize::of("var ")),
-                None if text.starts_with("update") || text.starts_with("statemachine") => {
-                    TextRange::empty(range.start())
-                }
-                None => range,
-            };
+        let events = mauve_syntax::parse(text).syntax().preorder();
+        let places = events.filter_map(|event| match event {
+            WalkEvent::Enter(node) if wanted(node.kind()) => Some(node.text_range().start()),
+            _ => None,
+        });
+        let places: Vec<TextSize> = places.collect();
+        if !places.is_empty() {
+            return TextRange::empty(*random.of(&places));
         }
     }
     TextRange::empty(TextSize::new(char_boundary(text, random.below(text.len() + 1)) as u32))

@@ -182,7 +182,6 @@ significane = 1e-4
                 Fix all auto-fixable problems (2 in this file) [missing-else missing-else]
             "#]],
         );
-        offered(MODEL, &[], &[ActionKind::Inline], expect![""]);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use mauve_hir::{ModelDb, Project, Workspace};
 use rustc_hash::FxHashMap;
 
 use super::{
-    ActionQuestion, Actions, CodeAction, deadline, extract_variable, fixes, inline_variable, qualified_name,
-    skeleton, sorted_fields, timing, tune, update, uses,
+    ActionQuestion, Actions, CodeAction, deadline, fixes, qualified_name, skeleton, sorted_fields, timing,
+    tune, update, uses,
 };
 use crate::project::projects_with;
 
@@ -16,8 +16,6 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     fixes::offer,
     timing::offer,
     tune::offer,
-    extract_variable::offer,
-    inline_variable::offer,
     skeleton::offer,
     update::offer,
     sorted_fields::offer,

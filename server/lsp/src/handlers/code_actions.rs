@@ -18,10 +18,8 @@ use crate::to_proto;
 const FIX_ALL: CodeActionKind = CodeActionKind::new("source.fixAll.mauve");
 
 /// The kinds of code actions, and their names in the protocol.
-const KINDS: [(ActionKind, CodeActionKind); 6] = [
+const KINDS: [(ActionKind, CodeActionKind); 4] = [
     (ActionKind::QuickFix, CodeActionKind::QUICKFIX),
-    (ActionKind::Extract, CodeActionKind::REFACTOR_EXTRACT),
-    (ActionKind::Inline, CodeActionKind::REFACTOR_INLINE),
     (ActionKind::Rewrite, CodeActionKind::REFACTOR_REWRITE),
     (ActionKind::OrganizeUses, CodeActionKind::SOURCE_ORGANIZE_IMPORTS),
     (ActionKind::FixAll, FIX_ALL),
@@ -163,7 +161,7 @@ fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Op
     })
 }
 
-/// Returns whether a kind is one of these, or a sub-kind of one: `refactor` includes `refactor.inline`.
+/// Returns whether a kind is one of these, or a sub-kind of one: `refactor` includes `refactor.rewrite`.
 fn is_among(only: &[CodeActionKind], kind: &CodeActionKind) -> bool {
     only.iter().any(|asked| {
         let rest = kind.as_str().strip_prefix(asked.as_str());
