@@ -5,7 +5,6 @@ use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
 use crate::counted::{counted_bound, counted_bounds, counted_from};
 use crate::distributions::chi_square;
-use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{Times, resolution};
@@ -44,8 +43,6 @@ pub struct Estimate {
     pub tail: Tail,
     /// The probability of so bad a fit, by the bootstrap; `None` if no samples were drawn.
     pub bootstrapped_p: Option<f64>,
-    /// The other way to estimate the tail, for comparison; `None` if there are too few blocks.
-    pub block_maxima: Option<BlockMaxima>,
     /// The tests of the assumptions.
     pub checks: Vec<Check>,
     /// What the first half promises, counted in the second.
@@ -94,8 +91,6 @@ pub struct LevelEstimate {
     pub is_extrapolated: bool,
     /// The level times the number of executions: how many of them should exceed the time.
     pub depth: f64,
-    /// The same estimate from block maxima, and its upper bound.
-    pub block_maxima: Option<(f64, f64)>,
 }
 
 /// A point of the fitted tail: times that an execution exceeds with a probability, in nanoseconds.
@@ -236,9 +231,8 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     if tail.model.shape >= 1.0 {
         return refused(Refusal::InfiniteMean { shape: tail.model.shape });
     }
-    let block_maxima = block_maxima(&times);
     let seen = Seen { count, greatest, resolution };
-    let levels = level_estimates(&options.levels, &times, &tail, block_maxima.as_ref(), seen);
+    let levels = level_estimates(&options.levels, &times, &tail, seen);
     let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
     let curve = curve(&times, &tail, strictest);
     let hold_out = hold_out(&times, options.model);
@@ -257,7 +251,6 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         distinct,
         tail,
         bootstrapped_p,
-        block_maxima,
         checks,
         hold_out,
         convergence,
@@ -282,7 +275,6 @@ fn level_estimates(
     all: &[f64],
     times: &Times,
     tail: &Tail,
-    block_maxima: Option<&BlockMaxima>,
     Seen { count, greatest, resolution }: Seen,
 ) -> Vec<LevelEstimate> {
     let greatest = greatest as f64;
@@ -312,7 +304,6 @@ fn level_estimates(
             },
             is_extrapolated: counted.is_none(),
             depth,
-            block_maxima: block_maxima.map(|it| it.exceeded_with(level)),
         });
     }
     levels.into_iter().flatten().collect()

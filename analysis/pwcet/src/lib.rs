@@ -37,7 +37,6 @@
 //! | `gpd.rs` | [`Gpd`]: the generalised Pareto distribution, by maximum likelihood |
 //! | `likelihood_region.rs` | confidence bounds by profile likelihood |
 //! | `anderson_darling.rs`, `bootstrap.rs` | the goodness of a fit |
-//! | `gev.rs`, `simplex.rs` | [`BlockMaxima`]: the other way to estimate a tail, for comparison |
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
@@ -72,7 +71,6 @@ mod dependence;
 mod distributions;
 mod estimate;
 mod exceedances;
-mod gev;
 mod gpd;
 mod hold_out;
 mod likelihood_region;
@@ -82,7 +80,6 @@ pub mod program;
 mod random;
 mod refusal;
 pub mod samples;
-mod simplex;
 mod tail;
 #[cfg(test)]
 mod tests;
@@ -96,7 +93,6 @@ pub use estimate::{
     rounded_up,
 };
 pub use exceedances::exceedance_probability;
-pub use gev::{BlockMaxima, Gev};
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
 pub use measurement::{InstanceMeasurement, Measurement, measure};

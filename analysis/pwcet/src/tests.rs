@@ -5,7 +5,6 @@ use serde_json::Value;
 use crate::anderson_darling;
 use crate::checks;
 use crate::distributions;
-use crate::gev::Gev;
 use crate::gpd::Gpd;
 use crate::likelihood_region::LikelihoodRegion;
 use crate::order::Times;
@@ -46,11 +45,6 @@ impl Set {
         let threshold = number(&self.scipy["threshold"]["u"]);
         let excesses = self.times.ascending.iter().filter(|&&time| time > threshold);
         excesses.map(|time| (time - threshold) / 1e6).collect()
-    }
-
-    /// The maxima of blocks of 20, in milliseconds.
-    fn maxima(&self) -> Vec<f64> {
-        self.times.recorded.chunks_exact(20).map(|it| it.iter().copied().fold(0.0, f64::max) / 1e6).collect()
     }
 }
 
@@ -163,33 +157,6 @@ fn confidence_bounds_of_quantiles() {
 }
 
 #[test]
-fn fits_of_block_maxima() {
-    let mut compared = 0;
-    for set in Set::all() {
-        let (maxima, fits) = (set.maxima(), &set.scipy["block_maxima"]);
-        if let Some(shape) = fits["refined"]["shape"].as_f64() {
-            let fitted = Gev::fit(&maxima).unwrap();
-            assert!((fitted.shape - shape).abs() < 1e-4, "{}: {} instead of {shape}", set.name, fitted.shape);
-            close(&set.name, fitted.location * 1e6, &fits["refined"]["location"], 1e-5);
-            close(&set.name, fitted.scale * 1e6, &fits["refined"]["scale"], 1e-4);
-            assert!(
-                (fitted.shape - number(&set.r["block_maxima"]["evd"]["shape"])).abs() < 1e-4,
-                "{}: evd",
-                set.name
-            );
-            compared += 1;
-            if shape < 0.0 {
-                let gumbel = Gev::fit_without_end(&maxima).unwrap();
-                assert!(gumbel.shape < 1e-3, "{}: {}", set.name, gumbel.shape);
-                close(&set.name, gumbel.location * 1e6, &fits["gumbel"]["location"], 1e-4);
-                close(&set.name, gumbel.scale * 1e6, &fits["gumbel"]["scale"], 1e-3);
-            }
-        }
-    }
-    assert_eq!(compared, 10);
-}
-
-#[test]
 fn functions() {
     let fixture = fixture("scipy.json");
     let functions = &fixture["functions"];
@@ -223,12 +190,6 @@ fn functions() {
         }
         for at in law["exceeded_with"].as_array().unwrap() {
             close("GPD", law_of.exceeded_with(number(&at["p"])), &at["quantile"], 1e-7);
-        }
-    }
-    for law in functions["gev"].as_array().unwrap() {
-        let law_of = Gev { location: 0.0, scale: 1.0, shape: number(&law["shape"]) };
-        for at in law["exceeded_with"].as_array().unwrap() {
-            close("GEV", law_of.exceeded_with(number(&at["p"])), &at["quantile"], 1e-7);
         }
     }
 }

@@ -175,10 +175,6 @@ pub(super) fn diamond((x, y): (f64, f64)) -> String {
     format!("M{:.1} {y:.1}l4.5 -4.5l4.5 4.5l-4.5 4.5z", x - 4.5)
 }
 
-pub(super) fn square((x, y): (f64, f64)) -> String {
-    format!("M{:.1} {:.1}h6v6h-6z", x - 3.0, y - 3.0)
-}
-
 pub(super) fn triangle((x, y): (f64, f64)) -> String {
     format!("M{x:.1} {:.1}l5 8.5h-10z", y - 5.0)
 }
@@ -195,6 +191,5 @@ pub(super) const BAND: &str = "<path class=\"band\" d=\"M2 2h24v10h-24z\"/>";
 pub(super) const HIGH_WATER: &str = "<path class=\"hwm\" d=\"M2 7h24\"/>";
 pub(super) const THRESHOLD: &str = "<path class=\"threshold\" d=\"M2 7h24\"/>";
 pub(super) const BOUND: &str = "<path class=\"bound\" d=\"M9.5 7l4.5 -4.5l4.5 4.5l-4.5 4.5z\"/>";
-pub(super) const BLOCKS: &str = "<path class=\"blocks\" d=\"M11 4h6v6h-6z\"/>";
 pub(super) const BUDGET: &str = "<path class=\"budget\" d=\"M14 2l5 8.5h-10z\"/>";
 pub(super) const IDENTITY: &str = "<path class=\"identity\" d=\"M2 7h24\"/>";

@@ -8,8 +8,8 @@ use mauve_pwcet::{CurvePoint, Estimate, Options};
 use super::axis::Axis;
 use super::figures::{self, TimeUnit};
 use super::frame::{
-    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, Plot, RANGE,
-    RECORD, RUNS, THRESHOLD, Ticks, count_ticks, diamond, dots, line, square, time_ticks, triangle,
+    BAND, BARS, BOUND, BUDGET, DOTS, FIT, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, Plot, RANGE, RECORD,
+    RUNS, THRESHOLD, Ticks, count_ticks, diamond, dots, line, time_ticks, triangle,
 };
 use super::samples::{Part, histogram, parts, ranks};
 
@@ -210,19 +210,11 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budget: Option<(usize,
         Some(at(*time as f64, rank as f64 / count))
     });
     plot.paths(&[("dots", dots(observed))]);
-    let blocks = estimate.levels.iter().filter_map(|it| Some((it.block_maxima?.0, it.level)));
-    let blocks: String =
-        blocks.filter(|(time, _)| x.has(*time)).map(|(time, level)| square(at(time, level))).collect();
     let budget = budget.filter(|(_, time)| x.has(*time));
     let budget = budget.and_then(|(level, time)| Some(triangle(at(time, estimate.levels.get(level)?.level))));
-    for (class, marks, mark, text) in [
-        ("blocks", blocks, BLOCKS, "estimate from block maxima"),
-        ("budget", budget.unwrap_or_default(), BUDGET, "budget"),
-    ] {
-        if !marks.is_empty() {
-            plot.paths(&[(class, marks)]);
-            plot.explain(mark, text);
-        }
+    if let Some(mark) = budget {
+        plot.paths(&[("budget", mark)]);
+        plot.explain(BUDGET, "budget");
     }
     level_marks(&mut plot, &frame, of, estimate, at);
     plot.explain(BOUND, "95\u{a0}% upper bound of a level");

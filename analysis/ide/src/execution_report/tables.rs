@@ -129,14 +129,6 @@ fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: 
             }
         }));
     }
-    if estimate.levels.iter().any(|it| it.block_maxima.is_some()) {
-        columns.push(column("block maxima:<br/>estimate", NUMBER, |(_, it): &Level| {
-            or_none(it.block_maxima.map(|(point, _)| unit.number(point)))
-        }));
-        columns.push(column("block maxima:<br/>bound", NUMBER, |(_, it): &Level| {
-            or_none(it.block_maxima.map(|(_, upper)| unit.bound_number(upper)))
-        }));
-    }
     columns.push(column("expected<br/>p·n", NUMBER, |(_, it): &Level| significant(it.depth)));
     columns.push(column("the bound is", "words", |(_, it): &Level| match it.bound {
         Ok(_) => depth(it.is_extrapolated, it.depth),
@@ -240,30 +232,7 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
         ),
         ("the same by bootstrap", bootstrapped),
     ];
-    out.push_str("<div class=\"tables\">\n<div>\n");
     let caption =
         "Excesses over the threshold, with a generalised Pareto distribution. The bounds come from this fit.";
     values(out, "Fit of the tail", caption, "peaks over threshold", &rows);
-    out.push_str("</div>\n<div>\n");
-    let rows = match &estimate.block_maxima {
-        Some(it) => {
-            let law = |fit: &mauve_pwcet::Gev| {
-                format!(
-                    "ξ = {}, μ = {}, σ = {}",
-                    significant(fit.shape),
-                    unit.time(fit.location),
-                    unit.time(fit.scale)
-                )
-            };
-            vec![
-                ("blocks", format!("{} of {}", count(it.blocks), counted(it.block, "execution"))),
-                ("free fit", law(&it.free)),
-                ("fit with ξ ≥ 0", law(&it.model)),
-            ]
-        }
-        None => vec![("blocks", "too few for a fit".to_owned())],
-    };
-    let caption = "Maxima of blocks, with a generalised extreme value distribution. For comparison only.";
-    values(out, "Fit of block maxima", caption, "block maxima", &rows);
-    out.push_str("</div>\n</div>\n");
 }

@@ -68,7 +68,6 @@ fn estimate(levels: &[Level], it: &Estimate) -> impl Serialize + use<> {
             is_extrapolated: at.is_extrapolated,
             depth: at.depth,
             ratio: at.bound.ok().map(|bound| bound / it.greatest as f64),
-            block_maxima: at.block_maxima.map(|(point, upper)| object! { estimate: ms(point), bound: ms(upper) }),
         }
     });
     let checks = it.checks.iter().map(|check| {
