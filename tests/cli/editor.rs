@@ -6,7 +6,7 @@ use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use mauve_tests::{Run, files_in, scratch, test_name, write};
+use mauve_tests::{Run, scratch, test_name, write};
 
 use crate::MAUVE;
 
@@ -72,14 +72,14 @@ const EDITORS: [&str; 4] = ["nvim", "helix", "emacs", "zed"];
 const PLUGIN: &str = ".local/share/nvim/site/pack/mauve/start/mauve";
 
 #[test]
-fn nothing_is_left_of_an_installation() {
+fn a_second_run_changes_nothing() {
     for files in [
         &[] as &[(&str, &str)],
         &[(".config/helix/config.toml", "theme = \"x\""), (".local/share/nvim/x", "")],
     ] {
         let home = Home::new(files);
-        let before = home.all();
         for editor in EDITORS {
+            let before = home.all();
             let planned = home.run(&["install", editor, "--dry-run"]);
             assert_eq!((planned.code, planned.err.as_str()), (0, ""));
             assert!(planned.out.starts_with("would "), "{}", planned.out);
@@ -87,36 +87,20 @@ fn nothing_is_left_of_an_installation() {
 
             let done = home.run(&["install", editor]);
             assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
-            let did = |said: &str| said.replace("would write", "wrote").replace("would change", "changed");
-            assert_eq!(did(&planned.out), done.out, "a dry run lists each step");
+            let did = planned.out.replace("would write", "wrote").replace("would change", "changed");
+            assert_eq!(did, done.out, "a dry run lists each step");
             let written = done.out.lines().filter_map(|line| line.strip_prefix("wrote "));
             assert!(written.clone().count() > 0 && written.clone().all(|path| Path::new(path).is_file()));
-
+            // The files of the user, and those of other editors, stay.
             let installed = home.all();
+            let is_changed =
+                |path: &PathBuf| done.out.contains(&format!("changed {}", home.0.join(path).display()));
+            let mut others = before.iter().filter(|(path, _)| !is_changed(path));
+            assert!(others.all(|(path, text)| installed[path] == *text), "{editor}");
+
             let again = home.run(&["install", editor]);
             assert!(again.code == 0 && again.out.ends_with("up to date: nothing was changed\n"), "{again:?}");
             assert_eq!(home.all(), installed);
-            let planned = home.run(&["uninstall", editor, "--dry-run"]);
-            assert!(planned.code == 0 && planned.out.starts_with("would remove "), "{planned:?}");
-            assert_eq!(home.all(), installed);
-
-            let removed = home.run(&["uninstall", editor]);
-            assert_eq!((removed.code, removed.err.as_str()), (0, ""), "{}", removed.out);
-            let did = planned.out.replace("would remove", "removed").replace("would change", "changed");
-            assert_eq!(did, removed.out, "a dry run lists each step");
-            assert_eq!(home.all(), before, "{editor}");
-            let again = home.run(&["uninstall", editor]);
-            assert_eq!((again.code, again.out.as_str()), (0, "not installed: nothing was changed\n"));
-        }
-        // Several at once, in both orders.
-        for backwards in [false, true] {
-            EDITORS.iter().for_each(|editor| assert_eq!(home.run(&["install", editor]).code, 0));
-            let mut editors = EDITORS;
-            if backwards {
-                editors.reverse();
-            }
-            editors.iter().for_each(|editor| assert_eq!(home.run(&["uninstall", editor]).code, 0));
-            assert_eq!(home.all(), before);
         }
     }
 }
@@ -158,8 +142,7 @@ fn an_editor_starts_this_program() {
         let _ = symlink(MAUVE, home.path("bin/mauve"));
         let done = ended(home.command(&["install", editor]).env("PATH", home.path("bin")));
         assert!(done.code == 0 && !done.out.contains("note: `mauve` on PATH"), "{}", done.out);
-        assert!(!home.path(file).exists() || !home.text(file).contains(MAUVE));
-        assert_eq!(home.run(&["uninstall", editor]).code, 0);
+        assert!(!home.text(file).contains(MAUVE), "{}", home.text(file));
         fs::remove_dir_all(home.path("bin")).unwrap();
     }
 }
@@ -184,21 +167,6 @@ fn files_of_the_user_are_refused() {
     .unwrap();
     assert_eq!(home.run(&["install", "nvim"]).code, 0);
 
-    let edited = home.text(&file) + "-- Mine.\n";
-    fs::write(home.path(&file), &edited).unwrap();
-    let refused = home.run(&["install", "nvim"]);
-    assert!(refused.code == 1 && refused.out.contains("was edited since its installation"), "{refused:?}");
-    let kept = home.run(&["uninstall", "nvim"]);
-    assert!(
-        kept.code == 1 && kept.out.contains(&format!("kept: `{}`", home.path(&file).display())),
-        "{kept:?}"
-    );
-    assert_eq!(home.text(&file), edited);
-    assert_eq!(files_in(&home.path(".local/share/nvim")), [home.path(&file)]);
-    let removed = home.run(&["uninstall", "nvim", "--force"]);
-    assert!(removed.code == 0 && !home.path(&file).exists(), "{removed:?}");
-
-    fs::create_dir_all(home.path(&file).parent().unwrap()).unwrap();
     fs::write(home.path(&file), "mine").unwrap();
     let forced = home.run(&["install", "nvim", "--force"]);
     assert!(forced.code == 0 && forced.out.contains("changed "), "{forced:?}");
@@ -208,21 +176,16 @@ fn files_of_the_user_are_refused() {
 fn files_of_an_earlier_version_are_updated() {
     let home = Home::new(&[]);
     assert_eq!(home.run(&["install", "nvim"]).code, 0);
-    let (file, left) = (format!("{PLUGIN}/plugin/mauve.lua"), format!("{PLUGIN}/plugin/left.lua"));
+    let file = format!("{PLUGIN}/plugin/mauve.lua");
     let new = home.text(&file);
     // Another text, with its mark.
-    for path in [&file, &left] {
-        fs::copy(home.path(PLUGIN).join("lua/mauve/figures.lua"), home.path(path)).unwrap();
-    }
+    fs::copy(home.path(PLUGIN).join("lua/mauve/figures.lua"), home.path(&file)).unwrap();
     let mine = home.path(PLUGIN).join("plugin/mine.lua");
     fs::write(&mine, "-- Mine.\n").unwrap();
     let done = home.run(&["install", "nvim"]);
-    assert_eq!(done.code, 0, "{done:?}");
-    assert!(done.out.contains(&format!("changed {}\n", home.path(&file).display())), "{}", done.out);
-    assert!(done.out.contains(&format!("removed {}\n", home.path(&left).display())), "{}", done.out);
-    assert_eq!((home.text(&file), home.path(&left).exists()), (new, false));
-    assert_eq!(home.run(&["uninstall", "nvim"]).code, 0);
-    assert_eq!(files_in(&home.0), [mine]);
+    let changed: Vec<&str> = done.out.lines().filter(|line| !line.starts_with("note: ")).collect();
+    assert_eq!((done.code, changed), (0, vec![&*format!("changed {}", home.path(&file).display())]));
+    assert_eq!((home.text(&file), fs::read_to_string(mine).unwrap().as_str()), (new, "-- Mine.\n"));
 }
 
 /// `:helptags ALL` writes the index of the help file again.
@@ -233,8 +196,6 @@ fn an_index_that_the_editor_wrote_is_ours() {
     fs::write(home.path(PLUGIN).join("doc/tags"), "mauve\tmauve.txt\t/*mauve*\n").unwrap();
     let again = home.run(&["install", "nvim"]);
     assert!(again.code == 0 && again.out.contains("changed "), "{again:?}");
-    assert_eq!(home.run(&["uninstall", "nvim"]).code, 0);
-    assert_eq!(files_in(&home.0), [] as [PathBuf; 0]);
 }
 
 #[test]
@@ -260,12 +221,10 @@ fn links_are_not_written_through() {
     // Settings that are kept elsewhere: the file there is changed, and the link stays.
     let home = Home::new(&[("kept/languages.toml", "# mine\n"), (".config/helix/themes/x", "")]);
     symlink("../../kept/languages.toml", home.path(".config/helix/languages.toml")).unwrap();
-    let before = home.all();
     assert_eq!(home.run(&["install", "helix"]).code, 0);
     assert!(home.text("kept/languages.toml").starts_with("# mine\n\n# mauve: begin\n"));
     assert!(home.path(".config/helix/languages.toml").is_symlink());
-    assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
-    assert_eq!(home.all(), before);
+    fs::remove_file(home.path(".config/helix/config.toml")).unwrap();
     symlink("nowhere", home.path(".config/helix/config.toml")).unwrap();
     let dangling = home.run(&["install", "helix"]);
     assert!(dangling.code == 2 && dangling.err.contains("leads nowhere"), "{dangling:?}");
@@ -292,10 +251,10 @@ fn what_may_not_be_written_stays_as_it_is() {
         "{found:?}"
     );
     assert_eq!(home.text(".config/helix/languages.toml"), "# mine\n");
-    // The rest can be repeated, or removed.
+    // The rest can be repeated.
     fs::set_permissions(&closed, fs::Permissions::from_mode(0o644)).unwrap();
-    assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
-    assert_eq!(home.all().len(), 3, "{:?}", home.all());
+    assert_eq!(home.run(&["install", "helix"]).code, 0);
+    assert!(home.text(".config/helix/languages.toml").contains("# mauve: begin\n"));
 }
 
 #[test]
@@ -305,15 +264,14 @@ fn settings_of_helix_are_kept() {
         ("theme = \"x\"\n[editor]\nmouse = false", "mouse = false\n\n# mauve: begin\n[editor.lsp]\n"),
         (
             "[editor.lsp]\nenable = true\n\n[keys]\n",
-            "[editor.lsp]\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end ",
+            "[editor.lsp]\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end",
         ),
         ("[editor.lsp] # mine\r\nenable = true\r\n", "[editor.lsp] # mine\r\n# mauve: begin\ndisplay"),
-        ("[editor.lsp]", "[editor.lsp]\n\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end "),
+        ("[editor.lsp]", "[editor.lsp]\n\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end"),
         ("[editor.lsp]\ndisplay-inlay-hints = true\n", "[editor.lsp]\ndisplay-inlay-hints = true\n"),
     ] {
         let home =
             Home::new(&[(".config/helix/config.toml", config), (".config/helix/languages.toml", languages)]);
-        let before = home.all();
         let done = home.run(&["install", "helix"]);
         assert_eq!(done.code, 0, "{done:?}");
         assert!(
@@ -323,9 +281,9 @@ fn settings_of_helix_are_kept() {
         );
         let text = home.text(".config/helix/languages.toml");
         assert!(text.starts_with(languages) && text.contains("[language-server.mauve]\n"), "{text}");
+        let installed = home.all();
         assert_eq!(home.run(&["install", "helix"]).code, 0);
-        assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
-        assert_eq!(home.all(), before);
+        assert_eq!(home.all(), installed);
     }
     let off = Home::new(&[(".config/helix/config.toml", "editor.lsp.display-inlay-hints = false\n")]);
     let done = off.run(&["install", "helix"]);
@@ -368,24 +326,18 @@ fn settings_of_helix_that_cannot_be_continued_are_refused() {
     assert!(found.code == 2 && found.err.contains("config.toml` is not UTF-8"), "{found:?}");
 }
 
+/// What stands between the marks is ours: another version writes it anew.
 #[test]
-fn lines_that_were_edited_stay() {
-    let home = Home::new(&[]);
+fn lines_of_an_earlier_version_are_updated() {
+    let home = Home::new(&[(".config/helix/languages.toml", "# mine\n")]);
     assert_eq!(home.run(&["install", "helix"]).code, 0);
     let path = home.path(".config/helix/languages.toml");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("args = [\"lsp\"]", "args = [\"lsp\", \"--log\", \"x\"]")).unwrap();
-    let edited = home.text(".config/helix/languages.toml");
-    let refused = home.run(&["install", "helix"]);
-    assert!(
-        refused.code == 1 && refused.out.contains("were edited: remove them, or use --force"),
-        "{refused:?}"
-    );
-    let kept = home.run(&["uninstall", "helix"]);
-    assert!(kept.code == 1 && kept.out.contains("kept: the lines of MAUVE in `"), "{kept:?}");
-    assert_eq!(home.text(".config/helix/languages.toml"), edited);
-    let removed = home.run(&["uninstall", "helix", "--force"]);
-    assert!(removed.code == 0 && !path.exists(), "{removed:?}");
+    let old =
+        text.replace("args = [\"lsp\"]", "args = [\"serve\"]").replace("# mauve: end", "# mauve: end 12ab");
+    fs::write(&path, old.replace("# mine\n", "# mine\n# More.\n")).unwrap();
+    assert_eq!(home.run(&["install", "helix"]).code, 0);
+    assert_eq!(fs::read_to_string(&path).unwrap(), text.replace("# mine\n", "# mine\n# More.\n"));
 }
 
 #[test]
@@ -403,7 +355,6 @@ const CODE: &str = "#!/bin/sh
 case $1 in
   --list-extensions) echo other.other@1.0.0; [ ! -e \"$HOME/installed\" ] || cat \"$HOME/installed\" ;;
   --install-extension) [ \"$(cat \"$2\")\" = package ] || { echo 'not a package' >&2; exit 1; }; echo mauve.mauve@VERSION >\"$HOME/installed\" ;;
-  --uninstall-extension) rm \"$HOME/installed\" ;;
 esac
 ";
 
@@ -434,9 +385,7 @@ fn vscode_installs_the_package_beside_the_program() {
     );
     let again = run(&["install", "vscode", "--vsix", "m.vsix"]);
     assert!(again.code == 0 && again.out.ends_with("is up to date: nothing was changed\n"), "{again:?}");
-    assert_eq!(run(&["uninstall", "vscode"]).code, 0);
-    assert!(!home.path("installed").exists());
-    assert!(run(&["uninstall", "vscode"]).out.ends_with("is not installed: nothing was changed\n"));
+    fs::remove_file(home.path("installed")).unwrap();
     // As packages install both.
     fs::create_dir_all(home.path("prefix/bin")).unwrap();
     fs::copy(MAUVE, home.path("prefix/bin/mauve")).unwrap();

@@ -1,8 +1,9 @@
-//! `mauve editor install EDITOR`: puts the files of an editor where it looks for them; `uninstall` removes them.
+//! `mauve editor install EDITOR`: puts the files of an editor where it looks for them.
 //!
 //! The files are in the binary (`embedded.rs`); only the package for VS Code, which is built by npm, is beside it. Each editor
-//! has a file that says what it needs; `installation.rs` compares that with the disk and changes it. Nothing of the user's is
-//! overwritten: what was installed is marked, with a digest (`mark.rs`, `block.rs`).
+//! has a file that says what it needs; `installation.rs` compares that with the disk and writes what differs. Nothing of the
+//! user's is overwritten: a file that mauve wrote has a line that says so (`mark.rs`), and so have its lines in settings
+//! (`block.rs`).
 
 mod block;
 mod emacs;
@@ -20,7 +21,6 @@ use clap::Subcommand;
 use mauve_projects::output::Output;
 
 use home::Home;
-use installation::Installation;
 use options::{Name, Options};
 
 #[derive(Debug, Subcommand)]
@@ -31,19 +31,13 @@ pub enum Editor {
     /// 1 files or settings of yours are in the way: nothing was changed; 2 a path that cannot be read or written, or an editor
     /// that cannot be started.
     Install(Options),
-    /// Remove the files that `mauve editor install` wrote.
-    ///
-    /// Exit codes: 0 removed, or not installed; 1 a file that you edited was kept; 2 a path that cannot be read or written, or
-    /// an editor that cannot be started.
-    Uninstall(Options),
 }
 
 impl Editor {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let (Editor::Install(options) | Editor::Uninstall(options)) = &self;
-        let is_install = matches!(self, Editor::Install(_));
+        let Editor::Install(options) = &self;
         if options.editor == Name::Vscode {
-            return if is_install { vscode::install(options) } else { vscode::uninstall(options) };
+            return vscode::install(options);
         }
         if options.vsix.is_some() || options.program.is_some() {
             return Err("--vsix and --program are for vscode only".to_owned());
@@ -51,11 +45,10 @@ impl Editor {
         let home = Home::find()?;
         let wanted = match options.editor {
             Name::Nvim => nvim::wanted(&home),
-            Name::Helix => helix::wanted(&home, is_install),
+            Name::Helix => helix::wanted(&home),
             Name::Emacs => emacs::wanted(&home),
             Name::Zed | Name::Vscode => zed::wanted(&home),
         }?;
-        let installation = Installation { home: &home, force: options.force, dry_run: options.dry_run };
-        if is_install { installation.install(wanted) } else { installation.uninstall(wanted) }
+        installation::install(wanted, options)
     }
 }

@@ -11,24 +11,19 @@ use super::installation::{Settings, Wanted};
 
 const PROGRAM: &str = "command = \"mauve\"";
 
-/// Returns the files, and the settings: with our lines if they are to be installed.
-pub(super) fn wanted(home: &Home, is_install: bool) -> Result<Wanted, String> {
+/// Returns the files, and the settings with our lines.
+pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let folder = behind_links(&home.config.join("helix"))?;
     let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
-    let [queries, other_queries] =
-        ["mauve", "mauve-toml"].map(|name| folder.join("runtime/queries").join(name));
     let mut wanted = Wanted::in_folder(&grammar, GRAMMAR);
     for (path, text) in HELIX.iter().filter(|(path, _)| path.starts_with("runtime/")) {
         wanted.add(&folder, path, *text);
     }
-    wanted.add_all(&queries, HELIX_QUERIES);
-    wanted.folders.extend([queries, other_queries]);
+    wanted.add_all(&folder.join("runtime/queries/mauve"), HELIX_QUERIES);
     let mut languages = Settings::read(&folder.join("languages.toml"))?;
     let mut config = Settings::read(&folder.join("config.toml"))?;
-    if is_install {
-        put_languages(&mut wanted, home, &grammar, &mut languages)?;
-        put_hints(&mut wanted, &mut config)?;
-    }
+    put_languages(&mut wanted, home, &grammar, &mut languages)?;
+    put_hints(&mut wanted, &mut config)?;
     wanted.settings = vec![languages, config];
     Ok(wanted)
 }

@@ -34,11 +34,6 @@ impl Home {
         Ok(Home { config, data, program: program()?, home })
     }
 
-    /// Returns whether a folder is one of these folders, or in one, and not the home folder itself.
-    pub(super) fn has(&self, folder: &Path) -> bool {
-        folder != self.home && [&self.home, &self.config, &self.data].iter().any(|it| folder.starts_with(it))
-    }
-
     /// Returns the absolute path of this program if editors would not find it as `mauve`.
     pub(super) fn program_elsewhere(&self) -> Option<&str> {
         (self.program != NAME).then_some(self.program.as_str())

@@ -1,10 +1,9 @@
-//! Compares the files that an editor needs with the disk, and writes or removes them.
+//! Compares the files that an editor needs with the disk, and writes those that differ.
 //!
-//! Our files have a marked line, and our lines in files of the user stand between marked lines. The marks have digests: what was
-//! edited since is the user's, and stays without `--force`. Nothing else says what is installed, so a run that was interrupted
-//! can be repeated.
+//! Our files have a marked line, and our lines in files of the user stand between marked lines. A file without the mark is the
+//! user's, and stays without `--force`. Nothing else says what is installed, so a run that was interrupted can be repeated.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -15,7 +14,7 @@ use mauve_projects::output::Output;
 use mauve_projects::replace::{create, replace};
 
 use super::embedded::Embedded;
-use super::home::Home;
+use super::options::Options;
 use super::{block, mark};
 
 /// The files that an editor needs.
@@ -23,8 +22,6 @@ use super::{block, mark};
 pub(super) struct Wanted {
     /// Files of our own, without their marks. Links in the folders above are resolved.
     pub(super) files: BTreeMap<PathBuf, String>,
-    /// Folders that have only files for this editor: marked files of an earlier version may be there.
-    pub(super) folders: Vec<PathBuf>,
     /// Files of the user, with our lines in them.
     pub(super) settings: Vec<Settings>,
     /// Settings of the user that cannot be combined with ours: nothing is installed.
@@ -36,7 +33,7 @@ pub(super) struct Wanted {
 impl Wanted {
     /// What needs a folder with these files, whose links are resolved by now.
     pub(super) fn in_folder(folder: &Path, files: &[Embedded]) -> Wanted {
-        let mut wanted = Wanted { folders: vec![folder.to_owned()], ..Wanted::default() };
+        let mut wanted = Wanted::default();
         wanted.add_all(folder, files);
         wanted
     }
@@ -59,8 +56,6 @@ pub(super) struct Settings {
     old: Option<String>,
     /// The text without our lines.
     pub(super) rest: String,
-    /// Whether our lines were edited, if the text has them.
-    is_edited: Option<bool>,
     /// Our lines, and the offset in `rest` where they go.
     lines: Option<(usize, String)>,
 }
@@ -80,9 +75,9 @@ impl Settings {
             })?),
             State::Other(kind) => return Err(format!("`{}` is {kind}; nothing was written", path.display())),
         };
-        let split = block::split(old.as_deref().unwrap_or_default())
+        let rest = block::without(old.as_deref().unwrap_or_default())
             .map_err(|why| format!("`{}` {why}: correct it first; nothing was written", path.display()))?;
-        Ok(Settings { path, old, rest: split.rest, is_edited: split.is_edited, lines: None })
+        Ok(Settings { path, old, rest, lines: None })
     }
 
     /// Puts our lines at an offset of `rest`: its end, or the end of a line that is not blank.
@@ -112,183 +107,59 @@ enum State {
     Other(&'static str),
 }
 
-enum Step {
-    Write { path: PathBuf, text: String, replaces: bool },
-    Remove(PathBuf),
-}
-
-/// How to install, or to uninstall.
-pub(super) struct Installation<'a> {
-    pub(super) home: &'a Home,
-    pub(super) force: bool,
-    pub(super) dry_run: bool,
-}
-
-impl Installation<'_> {
-    /// Writes the files that differ, and removes those that an earlier version needed.
-    pub(super) fn install(&self, wanted: Wanted) -> Result<Output, String> {
-        let mut report = Report { dry_run: self.dry_run, ..Report::default() };
-        let (mut steps, mut refused, mut code) = (Vec::new(), wanted.refused, 0);
-        for (path, text) in &wanted.files {
-            let new = mark::marked(path, text);
-            let replaces = match state(path)? {
-                State::Missing => false,
-                State::File(old) if old == new.as_bytes() => continue,
-                State::File(old) => {
-                    match mark::is_edited(path, &old) {
-                        _ if self.force || old == text.as_bytes() => {}
-                        Some(false) => {}
-                        found => refused.push(in_the_way(path, found.is_some())),
-                    }
-                    true
-                }
-                State::Other(kind) => {
-                    refused.push(format!("`{}` is {kind}: remove or rename it", path.display()));
-                    continue;
-                }
-            };
-            steps.push(Step::Write { path: path.clone(), text: new, replaces });
-        }
-        for settings in wanted.settings {
-            let text = settings.text();
-            if settings.old.as_deref().unwrap_or_default() == text {
-                continue;
+/// Writes the files that differ, or only lists them with `--dry-run`.
+pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, String> {
+    // Each path with its new text, and whether it replaces another.
+    let mut writes: Vec<(PathBuf, String, bool)> = Vec::new();
+    let mut refused = wanted.refused;
+    for (path, text) in wanted.files {
+        let new = mark::marked(&path, &text);
+        match state(&path)? {
+            State::Missing => writes.push((path, new, false)),
+            State::File(old) if old == new.as_bytes() => {}
+            // A file with our text, whoever wrote it, is ours.
+            State::File(old) if options.force || old == text.as_bytes() || mark::is_ours(&path, &old) => {
+                writes.push((path, new, true));
             }
-            if settings.is_edited == Some(true) && !self.force {
-                refused.push(format!(
-                    "the lines between `# mauve: begin` and `# mauve: end` in `{}` were edited: remove them, or use --force",
-                    settings.path.display()
-                ));
-            }
-            steps.push(Step::Write { path: settings.path, text, replaces: settings.old.is_some() });
-        }
-        if !refused.is_empty() {
-            refused.iter().for_each(|why| report.line("refused", why));
-            return Ok(report.finish("nothing was changed", 1));
-        }
-        for (path, is_edited) in installed(&wanted.folders, BTreeMap::new())? {
-            if !wanted.files.contains_key(&path) {
-                code |= self.remove(path, is_edited, &mut steps, &mut report);
+            State::File(_) => refused.push(format!(
+                "`{}` exists, and mauve did not write it: rename it, or overwrite it with --force",
+                path.display()
+            )),
+            State::Other(kind) => {
+                refused.push(format!("`{}` is {kind}: remove or rename it", path.display()))
             }
         }
-        self.apply(&steps, &mut report)?;
-        wanted.notes.iter().for_each(|note| report.line("note", note));
-        Ok(report.finish(if steps.is_empty() { "up to date: nothing was changed" } else { "" }, code))
     }
-
-    /// Removes the files and lines that have not been edited since, and the folders that are empty then.
-    pub(super) fn uninstall(&self, wanted: Wanted) -> Result<Output, String> {
-        let mut report = Report { dry_run: self.dry_run, ..Report::default() };
-        let (mut steps, mut code) = (Vec::new(), 0);
-        for (path, is_edited) in installed(&wanted.folders, wanted.files)? {
-            code |= self.remove(path, is_edited, &mut steps, &mut report);
-        }
-        for settings in wanted.settings {
-            match settings.is_edited {
-                None => {}
-                Some(true) if !self.force => {
-                    let path = settings.path.display();
-                    report.line("kept", &format!("the lines of MAUVE in `{path}`: {EDITED}"));
-                    code = 1;
-                }
-                Some(_) if settings.rest.is_empty() => steps.push(Step::Remove(settings.path)),
-                Some(_) => {
-                    steps.push(Step::Write { path: settings.path, text: settings.rest, replaces: true });
-                }
-            }
-        }
-        if steps.is_empty() && code == 0 {
-            return Ok(report.finish("not installed: nothing was changed", 0));
-        }
-        self.apply(&steps, &mut report)?;
-        let removed = steps.iter().filter_map(|step| match step {
-            Step::Remove(path) => Some(path.as_path()),
-            Step::Write { .. } => None,
-        });
-        let mut removed: BTreeSet<&Path> = removed.collect();
-        let above: BTreeSet<&Path> = removed.iter().flat_map(|path| path.ancestors().skip(1)).collect();
-        // The inner folders first.
-        for folder in above.into_iter().rev().filter(|folder| self.home.has(folder)) {
-            let is_removed = match self.dry_run {
-                true => has_only(folder, &removed),
-                false => remove_folder(folder),
-            };
-            if is_removed {
-                removed.insert(folder);
-                report.done(REMOVED, folder);
-            }
-        }
-        Ok(report.finish("", code))
-    }
-
-    /// Adds the step for an installed file that is to go. Returns 1 if it was edited, and stays.
-    fn remove(&self, path: PathBuf, is_edited: bool, steps: &mut Vec<Step>, report: &mut Report) -> u8 {
-        if is_edited && !self.force {
-            report.line("kept", &format!("`{}`: {EDITED}", path.display()));
-            return 1;
-        }
-        steps.push(Step::Remove(path));
-        0
-    }
-
-    fn apply(&self, steps: &[Step], report: &mut Report) -> Result<(), String> {
-        for step in steps {
-            let (path, done) = match step {
-                Step::Write { path, replaces: true, .. } => (path, ["changed", "would change"]),
-                Step::Write { path, .. } => (path, ["wrote", "would write"]),
-                Step::Remove(path) => (path, REMOVED),
-            };
-            if !self.dry_run {
-                match step {
-                    Step::Write { text, replaces, .. } => {
-                        let write = if *replaces { replace } else { create };
-                        write(path, text).map_err(failed("write", path))?;
-                    }
-                    Step::Remove(_) => remove_file(path)?,
-                }
-            }
-            report.done(done, path);
-        }
-        Ok(())
-    }
-}
-
-const REMOVED: [&str; 2] = ["removed", "would remove"];
-const EDITED: &str = "edited since its installation; remove it by hand, or use --force";
-
-fn in_the_way(path: &Path, is_known: bool) -> String {
-    let path = path.display();
-    match is_known {
-        true => format!("`{path}` was edited since its installation: rename it, or use --force"),
-        false => {
-            format!("`{path}` exists, and mauve did not write it: rename it, or overwrite it with --force")
+    for settings in wanted.settings {
+        let text = settings.text();
+        if settings.old.as_deref().unwrap_or_default() != text {
+            writes.push((settings.path, text, settings.old.is_some()));
         }
     }
-}
-
-/// The lines for the user.
-#[derive(Default)]
-struct Report {
-    text: String,
-    dry_run: bool,
-}
-
-impl Report {
-    fn done(&mut self, [done, would_be]: [&str; 2], path: &Path) {
-        let done = if self.dry_run { would_be } else { done };
-        self.text += &format!("{done} {}\n", path.display());
+    let line = |label: &str, text: &String| format!("{label}: {text}\n");
+    if !refused.is_empty() {
+        let refused: String = refused.iter().map(|why| line("refused", why)).collect();
+        return Ok(Output::escaped(format!("{refused}nothing was changed\n"), 1));
     }
-
-    fn line(&mut self, label: &str, text: &str) {
-        self.text += &format!("{label}: {text}\n");
-    }
-
-    fn finish(mut self, last: &str, code: u8) -> Output {
-        if !last.is_empty() {
-            self.text += &format!("{last}\n");
+    let mut out = String::new();
+    for (path, text, replaces) in &writes {
+        if !options.dry_run {
+            let write = if *replaces { replace } else { create };
+            write(path, text).map_err(failed("write", path))?;
         }
-        Output::escaped(self.text, code)
+        let done = match (replaces, options.dry_run) {
+            (true, false) => "changed",
+            (true, true) => "would change",
+            (false, false) => "wrote",
+            (false, true) => "would write",
+        };
+        out += &format!("{done} {}\n", path.display());
     }
+    out.extend(wanted.notes.iter().map(|note| line("note", note)));
+    if writes.is_empty() {
+        out += "up to date: nothing was changed\n";
+    }
+    Ok(Output::escaped(out, 0))
 }
 
 fn failed(doing: &str, path: &Path) -> impl Fn(io::Error) -> String {
@@ -315,50 +186,4 @@ fn state(path: &Path) -> Result<State, String> {
         Kind::Link => State::Other("a link"),
         Kind::Other => State::Other("not a file"),
     })
-}
-
-/// Returns those of `files`, and of the files in these folders, that have a mark, and whether they were edited. Follows no links.
-fn installed(
-    folders: &[PathBuf],
-    files: BTreeMap<PathBuf, String>,
-) -> Result<BTreeMap<PathBuf, bool>, String> {
-    let mut paths: BTreeSet<PathBuf> = files.into_keys().collect();
-    let mut open = folders.to_vec();
-    while let Some(folder) = open.pop() {
-        let is_folder = |path: &Path| path.symlink_metadata().is_ok_and(|it| it.is_dir());
-        if !is_folder(&folder) {
-            continue;
-        }
-        for entry in std::fs::read_dir(&folder).map_err(failed("read", &folder))? {
-            let path = entry.map_err(failed("read", &folder))?.path();
-            if is_folder(&path) {
-                open.push(path);
-            } else {
-                paths.insert(path);
-            }
-        }
-    }
-    let is_edited = |path: PathBuf| match state(&path).ok()? {
-        State::File(bytes) => mark::is_edited(&path, &bytes).map(|is_edited| (path, is_edited)),
-        State::Missing | State::Other(_) => None,
-    };
-    Ok(paths.into_iter().filter_map(is_edited).collect())
-}
-
-fn remove_file(path: &Path) -> Result<(), String> {
-    match above(path).and_then(|(folder, name)| folder.remove_file(name)) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        removed => removed.map_err(failed("remove", path)),
-    }
-}
-
-/// Returns whether a folder exists, and has no other entries than these.
-fn has_only(folder: &Path, removed: &BTreeSet<&Path>) -> bool {
-    let Ok(entries) = std::fs::read_dir(folder) else { return false };
-    entries.into_iter().all(|entry| entry.is_ok_and(|entry| removed.contains(entry.path().as_path())))
-}
-
-/// Removes a folder if it is empty.
-fn remove_folder(path: &Path) -> bool {
-    above(path).and_then(|(folder, name)| folder.remove_folder(name)).is_ok()
 }

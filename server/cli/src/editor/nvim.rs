@@ -18,9 +18,9 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     // For a parser that the user has compiled; without one, they have no effect.
     wanted.add_all(&folder.join("queries/mauve"), NVIM_QUERIES);
     wanted.add(&folder, "doc/tags", tags("mauve.txt", text(NVIM, "doc/mauve.txt")));
+    // Neovim runs this file before `plugin/mauve.lua`, and after the user's `init.lua`.
+    wanted.add(&folder, "plugin/00-mauve-server.lua", server(&home.program));
     if let Some(program) = home.program_elsewhere() {
-        // Neovim runs this file before `plugin/mauve.lua`, and after the user's `init.lua`.
-        wanted.add(&folder, "plugin/00-mauve-server.lua", server(program));
         wanted.notes.push(format!(
             "`mauve` on PATH is another program, or missing: Neovim starts {program}, unless \
              vim.g.mauve.server.path is set"
@@ -38,7 +38,7 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
 /// Returns the plugin file that names the server.
 fn server(program: &str) -> String {
     format!(
-        "-- Written by `mauve editor install nvim`, since `mauve` on PATH is another program, or missing.\n\
+        "-- The server that `mauve editor install nvim` found, unless vim.g.mauve.server.path is set.\n\
          local settings = vim.g.mauve or {{}}\n\
          settings.server = vim.tbl_extend('keep', settings.server or {{}}, {{ path = {} }})\n\
          vim.g.mauve = settings\n",

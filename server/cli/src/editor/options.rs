@@ -1,4 +1,4 @@
-//! The options of `mauve editor install` and `uninstall`.
+//! The options of `mauve editor install`.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ pub struct Options {
     /// Change nothing: print the changes.
     #[arg(long)]
     pub(super) dry_run: bool,
-    /// Also overwrite or remove files that were edited.
+    /// Also overwrite files that mauve did not write.
     #[arg(long)]
     pub(super) force: bool,
     /// The package to install in VS Code; by default the package that is installed beside mauve.

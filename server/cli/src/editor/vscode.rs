@@ -40,18 +40,6 @@ pub(super) fn install(options: &Options) -> Result<Output, String> {
     Ok(Output::escaped(format!("installed {package_name} with {program_name}\n"), 0))
 }
 
-pub(super) fn uninstall(options: &Options) -> Result<Output, String> {
-    let program = program(options)?;
-    if installed(&program)?.is_none() {
-        return Ok(Output::escaped(format!("{EXTENSION} is not installed: nothing was changed\n"), 0));
-    }
-    if options.dry_run {
-        return Ok(Output::escaped(format!("would uninstall {EXTENSION} with {}\n", program.display()), 0));
-    }
-    run(&program, &["--uninstall-extension", EXTENSION])?;
-    Ok(Output::escaped(format!("uninstalled {EXTENSION} with {}\n", program.display()), 0))
-}
-
 fn program(options: &Options) -> Result<PathBuf, String> {
     let found = match &options.program {
         Some(program) => return Ok(program.clone()),
