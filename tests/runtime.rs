@@ -240,7 +240,7 @@ fn orocos_virtual_clock_keeps_the_bounds_of_threads_and_of_releases_by_data() {
         let (cpus, shares_cpus) = (1 + round % 3, round % 2 == 0);
         let mut tasks = tasks(&mut random, cpus, shares_cpus);
         share_threads_and_release(&mut random, &mut tasks);
-        let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+        let options = Options { method: Method::Exact, is_brief: false };
         let responses = activities(&tasks).response_times(&options, &|| {}).responses;
         let bounds: Option<Vec<Time>> = responses.iter().map(bound).collect();
         let Some(bounds) = bounds else { continue };
@@ -265,7 +265,7 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
         let (cpus, shares_cpus) = (1 + round % 3, round % 2 == 0);
         let tasks = tasks(&mut random, cpus, shares_cpus);
         let set = activities(&tasks);
-        let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+        let options = Options { method: Method::Exact, is_brief: false };
         let analysis = set.response_times(&options, &|| {});
         // Without bounds, late jobs may queue for ever.
         let bounds: Option<Vec<Time>> = analysis.responses.iter().map(bound).collect();

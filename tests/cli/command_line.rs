@@ -306,8 +306,8 @@ fn nothing_is_proved_while_there_is_an_error() {
     let document = run("unproved", &text, &["wcrt", "--format", "json"]);
     let document: Value = serde_json::from_str(&document.out).unwrap();
     assert_eq!((&document["errors"], &document["results"][0]["schedulable"]), (&1.into(), &false.into()));
-    let csv = run("unproved", &text, &["wcrt", "--format", "csv", "--horizon", "5ms"]);
-    let remark = ",UNSAFE first_job_ms: --horizon 5 ms; not proved: the project has errors";
+    let csv = run("unproved", &text, &["wcrt", "--format", "csv"]);
+    let remark = ",not proved: the project has errors";
     assert_eq!(csv.out.lines().filter(|line| line.ends_with(remark)).count(), 2, "{}", csv.out);
     // Nor is anything where mauve.toml lowers the error, or hides it.
     for (severity, counted) in [
@@ -479,8 +479,9 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
         ),
         (&["wcrt", "p3dx", "--explain", "navigaton"], "no instance `navigaton`; did you mean `navigation`?"),
         (&["wcrt", "p3dx", "--significance", "2"], "`2` is not a significance level"),
-        (&["wcrt", "p3dx", "--horizon", "0ms"], "expected a time greater than 0"),
-        (&["wcrt", "p3dx", "--horizon", "12"], "expected a time such as 10s"),
+        (&["simulate", "p3dx", "--for", "0ms"], "expected a time greater than 0"),
+        (&["simulate", "p3dx", "--for", "12"], "expected a time such as 10s"),
+        (&["wcrt", "p3dx", "--method", "paper", "--explain", "hokuyo"], "--method paper gives no bounds"),
         (&["wcrt", "p3dx", "--method", "fastest"], "invalid value 'fastest'"),
         (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
         (

@@ -100,7 +100,7 @@ pub(crate) fn task_set(text: &str) {
         let Ok(set) = TaskSet::parse(text, notation) else { continue };
         assert_eq!(TaskSet::parse(&set.to_json(), Notation::Json).as_ref(), Ok(&set));
         for &level in set.levels.iter().chain([&set.level()]) {
-            let query = Query { level, method: Method::Best, horizon: None };
+            let query = Query { level, method: Method::Best };
             assert!(response_times_of(&set, query).is_ok() || !set.levels.contains(&level));
         }
     }

@@ -57,7 +57,7 @@ deployment D {
 }
 ";
 
-const QUERY: Query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+const QUERY: Query = Query { level: LEVEL, method: Method::Psm };
 
 /// A line for each chain: its latency and age at the write, and that it may be overwritten at its end; or why it has none, with the
 /// text in `mauve.toml` that is wrong.

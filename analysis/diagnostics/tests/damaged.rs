@@ -185,7 +185,7 @@ pub(crate) fn responses(db: &Database, workspace: Workspace) -> Responses {
     let mut responses = BTreeMap::new();
     for (project, deployment) in deployments(db, workspace) {
         for (method, name) in [(Method::Psm, "psm"), (Method::Classic, "classic")] {
-            let query = Query { level: Level::from_f64(1e-3).unwrap(), method, horizon: None };
+            let query = Query { level: Level::from_f64(1e-3).unwrap(), method };
             for activity in &response_times(db, project, deployment, query).activities {
                 let key = (deployment.name(db).to_string(), activity.instance.to_string(), name);
                 responses.insert(key, activity.response);

@@ -127,14 +127,8 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         assert_eq!(read, set, "{what}");
         assert_eq!(read.levels, levels_of(db, project, deployment), "{what}");
         for level in levels(&read) {
-            for (method, horizon) in [
-                (Method::Psm, None),
-                (Method::Classic, None),
-                (Method::Exact, None),
-                (Method::Best, None),
-                (Method::Psm, Some(Time::from_nanos(300_000_000))),
-            ] {
-                let query = Query { level, method, horizon };
+            for method in [Method::Psm, Method::Classic, Method::Exact, Method::Best] {
+                let query = Query { level, method };
                 let model = response_times(db, project, deployment, query);
                 let from_file = response_times_of(&read, query).unwrap();
                 assert_eq!(said(db, &from_file), said(db, model), "{what}, {query:?}");
@@ -146,7 +140,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
             }
         }
         let other = Level::from_f64(0.123).unwrap();
-        let query = Query { level: other, method: Method::Psm, horizon: None };
+        let query = Query { level: other, method: Method::Psm };
         let has_times = response_times_of(&read, query).is_ok();
         assert_eq!(has_times, read.levels.is_empty(), "a level without times");
     }
@@ -307,7 +301,7 @@ deployment D {
         check(&db, workspace, times.as_str(), &mut counted);
         let (project, deployment) = deployments(&db, workspace)[0];
         let level = Level::from_f64(1e-3).unwrap();
-        let query = Query { level, method: Method::Psm, horizon: None };
+        let query = Query { level, method: Method::Psm };
         response_times(&db, project, deployment, query).activities[0].response
     };
     // Its own 1 ms, and two calls of 2 ms over each connection: a job may meet those of two periods.
@@ -355,7 +349,7 @@ fn releases_and_other_work() {
     assert_eq!((other.name.as_str(), &other.cpus), ("lan", &Some(Numbers::One(whole(1)))));
     assert_eq!(other.priority, Some(whole(25)));
     // It delays only the activities of lower priority.
-    let query = Query { level: set.level(), method: Method::Psm, horizon: None };
+    let query = Query { level: set.level(), method: Method::Psm };
     let report = response_times(&db, project, deployment, query);
     let mut breakdown = report.breakdown(&|| ());
     let delays: Vec<bool> =
@@ -480,7 +474,7 @@ fn hostile_task_sets() {
             Ok(set) => {
                 for &level in &set.levels {
                     for method in [Method::Psm, Method::Classic] {
-                        let query = Query { level, method, horizon: None };
+                        let query = Query { level, method };
                         let report = response_times_of(&set, query).unwrap();
                         // Of nothing that is said not to be known is there a figure.
                         for (activity, asked) in report.activities.iter().zip(&set.task) {

@@ -50,7 +50,7 @@ fn show(db: &Database, workspace: Workspace) {
     workspace_diagnostics(db, workspace);
     for &project in projects(db, workspace) {
         for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
-            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Best };
             response_times(db, project, decl, query);
         }
     }

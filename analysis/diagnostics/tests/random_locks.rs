@@ -190,7 +190,7 @@ impl Model {
     }
 }
 
-const QUERY: Query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+const QUERY: Query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
 
 fn milliseconds(nanoseconds: u64) -> String {
     format!("{}.{:06}", nanoseconds / MS, nanoseconds % MS)

@@ -138,7 +138,7 @@ fn limits_of_random_models_are_the_last_good_values() {
         let mut random = Random::of_seed(seed);
         let model = model_of(seed, *random.of(&[1, 1, 2, 5]));
         let method = *random.of(&[Method::Exact, Method::Exact, Method::Ibf, Method::Psm, Method::Classic]);
-        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method, horizon: None };
+        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method };
         let db = Database::default();
         let all = deployments(&db, workspace(&db, model.texts()));
         let [(project, deployment)] = all[..] else { continue };

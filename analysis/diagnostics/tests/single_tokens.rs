@@ -86,7 +86,7 @@ fn messages(db: &Database, workspace: Workspace) -> Vec<String> {
 
 /// Returns the response times of the activities that meet their deadlines.
 fn proved(db: &Database, workspace: Workspace) -> BTreeMap<String, Time> {
-    let query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+    let query = Query { level: LEVEL, method: Method::Psm };
     let mut proved = BTreeMap::new();
     for (project, deployment) in deployments(db, workspace) {
         for activity in &response_times(db, project, deployment, query).activities {

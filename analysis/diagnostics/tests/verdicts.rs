@@ -1446,7 +1446,7 @@ fn a_deployment_of_which_nothing_is_known_is_not_schedulable() {
         let project = projects(&db, workspace)[0];
         let names = names_of(&db, project);
         let deployment = names.anywhere(Kind::Deployment, "D")[0];
-        let query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+        let query = Query { level: LEVEL, method: Method::Psm };
         response_times(&db, project, deployment, query).schedulable()
     };
     assert!(schedulable("architecture A { } deployment D { architecture A }"));

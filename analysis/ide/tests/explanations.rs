@@ -495,7 +495,7 @@ fn every_figure_of_a_deployment_adds_up() {
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         for method in METHODS {
-            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method, horizon: None };
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method };
             let report = response_times(&db, project, deployment, query).clone();
             for (index, activity) in report.activities.iter().enumerate() {
                 let text = explain_response(&db, tables_of(&db, project, deployment), &report, index, query);
@@ -520,7 +520,7 @@ fn every_figure_of_a_task_set_adds_up() {
         let text = task_set(&mut Random::of_seed(seed));
         let set = TaskSet::parse(&text, Notation::Json).unwrap_or_else(|why| panic!("{why:?} in {text}"));
         for method in METHODS {
-            let query = Query { level: set.level(), method, horizon: None };
+            let query = Query { level: set.level(), method };
             let report = response_times_of(&set, query).unwrap();
             for (index, activity) in report.activities.iter().enumerate() {
                 let said = explain_response_of(&db, &set, &report, index, query);
@@ -540,7 +540,7 @@ fn threads_bursts_and_releases_by_data_are_named() {
         imu,10,1,2,,,drivers\ngps,10,2,2,,,drivers\ncan,20,1,3,,3,\nlog,100,5,1,true,,\nplan,100,1,1,,,\n";
     let db = Database::default();
     let set = TaskSet::parse(text, Notation::Csv).unwrap();
-    let query = Query { level: set.level(), method: Method::Exact, horizon: None };
+    let query = Query { level: set.level(), method: Method::Exact };
     let report = response_times_of(&set, query).unwrap();
     let of = |task: usize| explain_response_of(&db, &set, &report, task, query);
     expect![[r#"

@@ -99,7 +99,7 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
 }
 
 fn analyse(tasks: &[Task], method: Method) -> Analysis {
-    response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ())
+    response_times(tasks, &Options { method, is_brief: false }, &|| ())
 }
 
 fn describe(name: &str, tasks: &[Task], method: Method) {

@@ -9,7 +9,7 @@ use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 /// Lists the interference of tasks.
 ///
 /// In a window of length t, each task of hp(i) interferes with Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), or with what another
-/// [`Method`] counts; with a horizon H, in the window of a first job, with the jobs of min(t, H).
+/// [`Method`] counts.
 ///
 /// ```
 /// use mauve_timing::*;
@@ -18,7 +18,7 @@ use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 ///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
 /// };
 /// let tasks = [task(2, 10, 4), task(1, 30, 11)];
-/// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+/// let options = Options { method: Method::Exact, is_brief: false };
 /// let pilot = &response_times(&tasks, &options, &|| ()).responses[1];
 /// let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
 /// let laser = breakdown.of(1, pilot.rule, pilot.window.as_ref(), pilot.first_job)[0];
@@ -45,11 +45,9 @@ impl<'a> Breakdown<'a> {
         window: Option<&Window>,
         first_job: Option<Time>,
     ) -> Vec<Interference> {
-        let (length, method, horizon) = match (window, first_job) {
-            (Some(window), _) => (window.length, window.method, None),
-            (None, Some(first_job)) => {
-                (first_job, Method::Psm.min(self.options.method), self.options.horizon)
-            }
+        let (length, method) = match (window, first_job) {
+            (Some(window), _) => (window.length, window.method),
+            (None, Some(first_job)) => (first_job, Method::Psm.min(self.options.method)),
             (None, None) => return Vec::new(),
         };
         if length == Time::ZERO {
@@ -70,7 +68,7 @@ impl<'a> Breakdown<'a> {
                     let late = late.iter().find(|(task, _)| *task == member.index);
                     member.late = late.map(|(_, time)| time.as_nanos());
                     // The analysis computed it before.
-                    let found = member.contribution(length.as_nanos(), method, horizon);
+                    let found = member.contribution(length.as_nanos(), method);
                     member.late = None;
                     found.ok()
                 }),
@@ -101,9 +99,10 @@ impl<'a> Breakdown<'a> {
             let late =
                 late.map_or(BusyJob { job: window.job, length: window.length.as_nanos() }, |busy| busy.worst);
             let mut combined = combined.map_or_else(Vec::new, |found| found.totals);
-            let interfering = lane.interfering(place).into_iter().map(|other| {
-                (other, lane.members.get(other).jobs_released(late.length, None).unwrap_or_default())
-            });
+            let interfering = lane
+                .interfering(place)
+                .into_iter()
+                .map(|other| (other, lane.members.get(other).jobs_released(late.length).unwrap_or_default()));
             let others: Vec<(usize, u64)> = interfering.chain(lane.mates(place, late.job)).collect();
             let mut paths = Vec::new();
             for (other, jobs) in others {
@@ -198,7 +197,7 @@ mod tests {
 
     /// The task, the number of jobs and the time of each interference.
     fn parts(tasks: &[Task], of: usize, method: Method) -> Vec<(usize, u64, u64)> {
-        let options = Options { method, horizon: None, is_brief: false };
+        let options = Options { method, is_brief: false };
         let response = response_times(tasks, &options, &|| ()).responses.swap_remove(of);
         let mut breakdown = Breakdown::new(tasks, &options, &|| ());
         let parts = breakdown.of(of, response.rule, response.window.as_ref(), response.first_job);

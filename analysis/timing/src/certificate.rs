@@ -41,7 +41,7 @@ impl Tasks {
     /// Returns the certificate of the deadlines of the activities that are met: the objects `tasks`, `locks`, `operations`, `claims` and
     /// `not_certified`. To cancel, `interrupt` unwinds.
     pub fn certificate(&self, is_met: &dyn Fn(usize) -> bool, interrupt: &dyn Fn()) -> Map<String, Value> {
-        let options = Options { method: Method::Ibf, horizon: None, is_brief: false };
+        let options = Options { method: Method::Ibf, is_brief: false };
         let mut set = self.clone();
         set.all.iter_mut().for_each(|task| task.offset = None);
         let found = set.response_times(&options, interrupt);

@@ -50,7 +50,7 @@ pub(crate) fn busy_window(
     search.budget = search.budget.checked_sub(members).ok_or(NoBoundReason::Budget)?;
     for other in search.lane.interfering(place) {
         let member = search.lane.members.at(other);
-        let jobs = member.jobs_released(bound.last.length, None)?;
+        let jobs = member.jobs_released(bound.last.length)?;
         let has_one_function = member.machine.greatest_repeats() || jobs <= 1;
         let requests = if has_one_function { None } else { member.requests(jobs) };
         is_bounded_only |= !has_one_function && requests.is_none();
@@ -179,7 +179,7 @@ impl PathSearch<'_, '_, '_> {
     /// Returns the leaf with the greatest demand in the window, for each node.
     fn leaf_below(&self, of: &Combination) -> Vec<usize> {
         let leaf = |(&(place, ref requests), &node): (&(usize, Rc<Requests>), &usize)| {
-            let jobs = self.lane.members.get(place).jobs_released(of.worst.length, None).unwrap_or(u64::MAX);
+            let jobs = self.lane.members.get(place).jobs_released(of.worst.length).unwrap_or(u64::MAX);
             let mut node = node;
             while let Some([left, right]) = requests.nodes[node].children {
                 node = if requests.demand(left, jobs) >= requests.demand(right, jobs) { left } else { right };
@@ -208,7 +208,7 @@ impl PathSearch<'_, '_, '_> {
             counts.raise(length, &mut self.lane.members, self.method)?;
             contributions = counts.contributions().collect();
             for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
-                let jobs = self.lane.members.get(*place).jobs_released(length, None)?;
+                let jobs = self.lane.members.get(*place).jobs_released(length)?;
                 contributions.push((*place, jobs, requests.demand(node, jobs)));
                 totals.push((*place, requests.nodes[node].totals.clone()));
             }
@@ -238,7 +238,7 @@ impl PathSearch<'_, '_, '_> {
                 let blocking = self.lane.blocking(self.place, job, window)?;
                 let mut demand = u128::from(own) + counts.total() + u128::from(blocking);
                 for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
-                    let jobs = self.lane.members.get(*place).jobs_released(window, None)?;
+                    let jobs = self.lane.members.get(*place).jobs_released(window)?;
                     demand += u128::from(requests.demand(node, jobs));
                 }
                 let demand = u64::try_from(demand).map_err(|_| NoBoundReason::Overflow)?;
@@ -277,7 +277,7 @@ mod tests {
     use crate::{Bound, Options, Response, Task, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Response {
-        let options = Options { method, horizon: None, is_brief: false };
+        let options = Options { method, is_brief: false };
         response_times(tasks, &options, &|| ()).responses.swap_remove(0)
     }
 

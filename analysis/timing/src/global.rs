@@ -216,9 +216,9 @@ impl Global<'_, '_> {
             let member = &mut self.members[other.member];
             let with_carry = match other.response {
                 Some(response) => member.carried(length, response, other.most_of_job)?,
-                None => (member.jobs_released(length, None)?, u64::MAX),
+                None => (member.jobs_released(length)?, u64::MAX),
             };
-            let released = member.contribution(length, self.method, None)?;
+            let released = member.contribution(length, self.method)?;
             let most = released.jobs.saturating_mul(other.most_of_job);
             let without_carry = (released.jobs, released.time.min(most));
             Ok(Work {
@@ -316,7 +316,7 @@ mod tests {
     use crate::testing::{machine, simple, task};
     use crate::{Breakdown, Options, response_times};
 
-    const IBF: Options = Options { method: Method::Ibf, horizon: None, is_brief: false };
+    const IBF: Options = Options { method: Method::Ibf, is_brief: false };
 
     fn on(cpus: u128, task: Task) -> Task {
         Task { cpus: Some(CpuSet(cpus)), ..task }

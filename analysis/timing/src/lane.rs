@@ -167,9 +167,8 @@ impl<'a> Member<'a> {
         release.and_then(|it| it.as_nanos().checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
     }
 
-    /// Returns the number of jobs that are released in a window, b·⌈(t + J − delay)/T⌉; with a horizon, in its first part.
-    pub(crate) fn jobs_released(&self, window: u64, horizon: Option<Time>) -> Result<u64, NoBoundReason> {
-        let window = horizon.map_or(window, |horizon| window.min(horizon.as_nanos()));
+    /// Returns the number of jobs that are released in a window, b·⌈(t + J − delay)/T⌉.
+    pub(crate) fn jobs_released(&self, window: u64) -> Result<u64, NoBoundReason> {
         let since_first = window.checked_add(self.lateness()).ok_or(NoBoundReason::Overflow)?;
         let bursts = since_first.saturating_sub(self.delay).div_ceil(self.period);
         bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
@@ -219,9 +218,8 @@ impl<'a> Member<'a> {
         &mut self,
         window: u64,
         method: Method,
-        horizon: Option<Time>,
     ) -> Result<Contribution, NoBoundReason> {
-        let jobs = self.jobs_released(window, horizon)?;
+        let jobs = self.jobs_released(window)?;
         let lateness = self.lateness();
         // Instants are counted from J before the window, which is longer than J.
         let window_at = |instant: u64| instant - lateness;
@@ -316,7 +314,7 @@ impl Counts {
         self.holds_until[place] = 0;
         self.present += 1;
         // What cannot be computed fails again in the next window.
-        if let Ok(least) = lane.at(place).contribution(1, method, None) {
+        if let Ok(least) = lane.at(place).contribution(1, method) {
             self.holds_until[place] = least.holds_until;
             self.jobs[place] = least.jobs;
             self.time[place] = least.time;
@@ -346,7 +344,7 @@ impl Counts {
             if *holds_until >= window {
                 continue;
             }
-            match lane.at(place).contribution(window, method, None) {
+            match lane.at(place).contribution(window, method) {
                 Ok(found) => {
                     *holds_until = found.holds_until;
                     rises_until = rises_until.max(found.rises_until);
@@ -446,7 +444,7 @@ impl Lane<'_, '_> {
                 let is_throttling = of_other.task.is_throttling;
                 let late = if is_throttling { of_other.machine.greatest_cost().as_nanos() } else { 0 };
                 let window = window.checked_add(late).ok_or(NoBoundReason::Overflow)?;
-                let jobs = if other == place { jobs } else { of_other.jobs_released(window, None)? };
+                let jobs = if other == place { jobs } else { of_other.jobs_released(window)? };
                 blocking = blocking.saturating_add(u128::from(jobs).saturating_mul(of_job));
             }
         }

@@ -276,7 +276,6 @@ impl<'a> Lane<'_, 'a> {
             Err(reason) => {
                 let is_overloaded = load.all == Some(Ordering::Greater);
                 found.response.bound = if is_overloaded { overloaded } else { no_bound(reason, load.all) };
-                self.truncate(&mut found.response, place);
                 return found;
             }
         };
@@ -304,7 +303,6 @@ impl<'a> Lane<'_, 'a> {
             Some(Err(reason)) => found.response.bound = no_bound(reason, load.all),
             None => {}
         }
-        self.truncate(&mut found.response, place);
         found
     }
 
@@ -485,15 +483,13 @@ impl<'a> Lane<'_, 'a> {
         let (time, deadline) = (Time::from_nanos(time), member.task.deadline);
         found.response.method = method;
         found.busy = Some(busy);
-        if self.options.horizon.is_none() {
-            let first_job = Time::from_nanos(busy.first_job);
-            found.response.first_job = found.response.first_job.map(|known| known.min(first_job));
-        }
+        let first_job = Time::from_nanos(busy.first_job);
+        found.response.first_job = found.response.first_job.map(|known| known.min(first_job));
         if matches!(found.response.bound, Bound::Response(known) if known <= time) {
             return;
         }
         let has_iterations = Some(time) > deadline && method != Method::Exact;
-        let iterations = if has_iterations { self.iterations(place, job, method, None) } else { None };
+        let iterations = if has_iterations { self.iterations(place, job, method) } else { None };
         found.response.bound = Bound::Response(time);
         found.response.window = Some(Window {
             method,
@@ -511,13 +507,7 @@ impl<'a> Lane<'_, 'a> {
 
     /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from the demand of its own jobs on. `None` if it
     /// exceeds the budget or 64 bits.
-    fn iterations(
-        &mut self,
-        place: usize,
-        job: u64,
-        method: Method,
-        horizon: Option<Time>,
-    ) -> Option<Vec<Time>> {
+    fn iterations(&mut self, place: usize, job: u64, method: Method) -> Option<Vec<Time>> {
         let own = self.demand(place, job, false).ok()?;
         let interfering = self.interfering(place);
         let mut budget = self.budget();
@@ -533,7 +523,7 @@ impl<'a> Lane<'_, 'a> {
             let mut rises_until = 0;
             for &other in &interfering {
                 budget = budget.checked_sub(1)?;
-                let found = self.members.at(other).contribution(window, method, horizon).ok()?;
+                let found = self.members.at(other).contribution(window, method).ok()?;
                 demand += u128::from(found.time);
                 rises_until = rises_until.max(found.rises_until);
             }
@@ -542,14 +532,6 @@ impl<'a> Lane<'_, 'a> {
                 return Some(values.into());
             }
             window = demand.max(rises_until);
-        }
-    }
-
-    /// Replaces the first job's end by that under the horizon of the paper.
-    fn truncate(&mut self, response: &mut Response, place: usize) {
-        if let Some(horizon) = self.options.horizon {
-            let iterations = self.iterations(place, 1, response.method, Some(horizon)).unwrap_or_default();
-            response.first_job = iterations.last().copied();
         }
     }
 }
@@ -582,7 +564,7 @@ mod tests {
     use crate::{CpuSet, Options, Priority, StateMachine, Task, Waits, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
-        response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses
+        response_times(tasks, &Options { method, is_brief: false }, &|| ()).responses
     }
 
     fn response(time: u64) -> Bound {
@@ -639,7 +621,7 @@ mod tests {
         let mut tasks = [simple(1, 5, 1), task(2, 3, slow_start.clone()), simple(0, 7, 1)];
         tasks[0].jitter = Time::from_nanos(2);
         let last_job = |tasks: &[Task]| {
-            let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+            let options = Options { method: Method::Psm, is_brief: false };
             let mut lanes = Lanes::new(tasks, &options, &|| ());
             lanes.lane(0).last_job(0)
         };

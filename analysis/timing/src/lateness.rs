@@ -186,7 +186,7 @@ fn members(tasks: &Tasks, activity: usize) -> Result<Vec<usize>, NoLateness> {
 /// Returns Δ, nearly the greatest one, and adds nothing to the tasks; `None` if the deadline is not met with none.
 fn tolerated(set: &mut Vec<Task>, own: usize, interrupt: &dyn Fn()) -> Option<Time> {
     let (deadline, cpus) = set.get(own).map(|it| (it.deadline, it.cpus))?;
-    let options = Options { method: Method::Best, horizon: None, is_brief: true };
+    let options = Options { method: Method::Best, is_brief: true };
     let mut with = |excess: u64| {
         let machine = StateMachine::single(Time::from_nanos(excess));
         set.push(Task {

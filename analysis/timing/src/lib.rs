@@ -76,6 +76,7 @@ mod machine;
 mod observed;
 mod operations;
 mod paths;
+mod published;
 mod response_time;
 mod set_analysis;
 mod simulation;
@@ -108,6 +109,7 @@ pub use observed::{
     LEAST_WORK, Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork,
     Recording, UNSUSPICIOUS,
 };
+pub use published::published_response_times;
 pub use response_time::response_times;
 pub use set_analysis::SetAnalysis;
 pub use simulation::{

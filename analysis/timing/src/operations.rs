@@ -26,7 +26,7 @@ pub(crate) fn with_calls(
     options: &Options,
     interrupt: &dyn Fn(),
 ) -> (Vec<Task>, Vec<Blocking>, Vec<Option<u64>>) {
-    let options = Options { method: options.method.min(Method::Psm), horizon: None, ..*options };
+    let options = Options { method: options.method.min(Method::Psm), ..*options };
     // In the background, an activity may respond arbitrarily late.
     let first = |task: &Task| (task.priority != Priority::Background).then_some(Time::ZERO);
     let mut responses: Vec<Option<Time>> = set.all.iter().map(first).collect();
@@ -154,7 +154,7 @@ mod tests {
 
     /// The bounds, and the numbers of calls.
     fn analyse(activities: &[Task], operations: &[Operation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
-        let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+        let options = Options { method: Method::Psm, is_brief: false };
         let found = set(activities, operations).response_times(&options, &|| ());
         let bound = |response: &Response| match response.bound {
             Bound::Response(time) => Some(time.as_nanos()),

@@ -58,7 +58,7 @@ use crate::{
 ///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
 /// };
 /// let (laser, pilot) = (task(2, 10, 4), task(1, 30, 11));
-/// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+/// let options = Options { method: Method::Exact, is_brief: false };
 /// let analysis = response_times(&[laser, pilot], &options, &|| ());
 /// assert_eq!(analysis.responses[1].bound, Bound::Response(Time::from_nanos(19)));
 /// ```
@@ -354,8 +354,8 @@ mod tests {
     use proptest::prelude::*;
     use std::cmp::Ordering;
 
-    const PSM: Options = Options { method: Method::Psm, horizon: None, is_brief: false };
-    const CLASSIC: Options = Options { method: Method::Classic, horizon: None, is_brief: false };
+    const PSM: Options = Options { method: Method::Psm, is_brief: false };
+    const CLASSIC: Options = Options { method: Method::Classic, is_brief: false };
 
     fn task(name: &str, priority: u32, period: u64, machine: StateMachine) -> Task {
         Task { name: name.into(), ..testing::task(priority, period, machine) }
@@ -723,22 +723,6 @@ mod tests {
             expect![[r#"
             a: own 3, first job 3, response 3 (met), window of 1 jobs 3 in 3
             cpu 0 0.300
-        "#]],
-        );
-    }
-
-    #[test]
-    fn a_horizon_cuts_the_first_job_only() {
-        let tasks = [single("high", 2, 10, 9), single("low", 1, 100, 20), single("none", 0, 10, 10)];
-        let options = Options { method: Method::Psm, horizon: Some(Time::from_nanos(25)), is_brief: false };
-        check(
-            &tasks,
-            options,
-            expect![[r#"
-            high: own 9, first job 9, response 9 (met), window of 1 jobs 9 in 9
-            low: own 20, first job 47, unbounded on 0 (unbounded), high 3 jobs 27
-            none: own 10, first job 57, unbounded on 0 (unbounded), high 3 jobs 27, low 1 jobs 20
-            cpu 0 2.100
         "#]],
         );
     }
@@ -1153,11 +1137,10 @@ mod tests {
                 let order: Vec<usize> = (0..tasks.len()).collect();
                 (Just(tasks), Just(order).prop_shuffle())
             }),
-            horizon in proptest::option::of((0..40u64).prop_map(Time::from_nanos)),
             is_psm: bool,
         ) {
             let method = if is_psm { Method::Psm } else { Method::Classic };
-            let options = Options { method, horizon, is_brief: false };
+            let options = Options { method, is_brief: false };
             let straight = analyse(&tasks, options);
             let other_tasks: Vec<Task> = shuffled.iter().map(|&task| tasks[task].clone()).collect();
             let other = analyse(&other_tasks, options);
@@ -1190,7 +1173,7 @@ mod tests {
             }),
             is_brief: bool,
         ) {
-            let options = Options { method: Method::Best, is_brief, ..PSM };
+            let options = Options { method: Method::Best, is_brief };
             let straight = analyse(&tasks, options);
             let other_tasks: Vec<Task> = shuffled.iter().map(|&task| tasks[task].clone()).collect();
             let other = analyse(&other_tasks, options);

@@ -120,7 +120,7 @@ mod tests {
     }
 
     fn options(method: Method) -> Options {
-        Options { method, horizon: None, is_brief: false }
+        Options { method, is_brief: false }
     }
 
     fn bound(response: &Response) -> Option<Time> {

@@ -118,9 +118,6 @@ impl Lane<'_, '_> {
     /// Replaces what was `found` for windows that begin at any instant by what is found for those that begin at an actual release,
     /// where that is less.
     pub(crate) fn synchronise(&mut self, found: &mut [LaneResponse]) {
-        if self.options.horizon.is_some() {
-            return;
-        }
         // A window that ends does so no later if it begins at a known instant.
         let ends = |found: &LaneResponse| found.busy.is_some_and(|busy| busy.ends);
         let priorities: BTreeSet<Priority> =
@@ -206,7 +203,7 @@ mod tests {
     }
 
     fn options(method: Method) -> Options {
-        Options { method, horizon: None, is_brief: false }
+        Options { method, is_brief: false }
     }
 
     fn analyse(tasks: &[Task], method: Method) -> Analysis {
@@ -370,14 +367,6 @@ mod tests {
         // Of equal ones, the first.
         let tasks = [simple(1, 12, 0, 4), simple(1, 24, 16, 3)];
         assert_eq!((window(&tasks, 0), window(&tasks, 1)), ((Some(0), 0), (Some(12), 4)));
-    }
-
-    #[test]
-    fn with_a_horizon_the_phases_are_any() {
-        let tasks = [simple(2, 10, 0, 4), simple(1, 10, 5, 4)];
-        let options = Options { horizon: Some(Time::from_nanos(20)), ..options(Method::Psm) };
-        let found = response_times(&tasks, &options, &|| ()).responses.swap_remove(1);
-        assert_eq!((bound(&found), found.first_job), (Some(8), Some(Time::from_nanos(8))));
     }
 
     #[test]

@@ -303,9 +303,6 @@ impl fmt::Display for Method {
 pub struct Options {
     /// How the demand of several jobs is bounded.
     pub method: Method,
-    /// Unsafe, for comparison with the paper only: in [`Response::first_job`], interfering tasks execute nothing after
-    /// the jobs of this time, Mⱼ(min(n, ⌈H/Tⱼ⌉)). For [`Response::bound`], clocks only count as not synchronised.
-    pub horizon: Option<Time>,
     /// Uses a smaller budget: more tasks end as [`Bound::NoBound`]. For searches that analyse many variants.
     pub is_brief: bool,
 }

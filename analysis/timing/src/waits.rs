@@ -24,7 +24,7 @@ impl Lane<'_, '_> {
         let is_one_cpu = matches!(self.rule, CpuRule::Cpu(_))
             && places.clone().all(|place| self.members.get(place).task.cpus().is_one());
         let has_waits = places.clone().any(|place| self.members.get(place).task.waits.is_some());
-        if !is_one_cpu || !has_waits || self.options.horizon.is_some() {
+        if !is_one_cpu || !has_waits {
             return;
         }
         for _ in 0..MOST_PASSES {

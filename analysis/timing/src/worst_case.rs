@@ -44,7 +44,7 @@ impl Tasks {
     ///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
     /// };
     /// let set = Tasks::new(vec![task(2, 10, 4), task(1, 30, 11)]);
-    /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+    /// let options = Options { method: Method::Exact, is_brief: false };
     /// let worst = set.worst_case(1, &options, &|| ()).unwrap();
     /// let simulated = SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
     /// let late = set.simulate(&simulated, &|| ()).statistics[1].unwrap().greatest;
@@ -119,7 +119,7 @@ mod tests {
     use crate::{Lock, LockUser, Method, Protocol, Response, SimulationOptions, Waits};
     use proptest::prelude::*;
 
-    const EXACT: Options = Options { method: Method::Exact, horizon: None, is_brief: false };
+    const EXACT: Options = Options { method: Method::Exact, is_brief: false };
 
     /// The bound of an activity, and the response of the late job in its schedule. No other response is above its bound either.
     fn bound_and_simulated(set: &Tasks, of: usize) -> Option<(u64, u64)> {

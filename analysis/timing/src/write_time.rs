@@ -35,7 +35,7 @@ impl Tasks {
     ///
     /// let ns = Time::from_nanos;
     /// let tasks = Tasks::new(vec![Task { jitter: ns(1), ..Task::new(1, ns(20), StateMachine::single(ns(10))) }]);
-    /// let options = Options { method: Method::Best, horizon: None, is_brief: false };
+    /// let options = Options { method: Method::Best, is_brief: false };
     /// let write = ChainWrite { task: 0, cost: ns(4), response: ns(11) };
     /// assert_eq!(tasks.write_times(&[write], &options, &|| ()), [ns(5)]);
     /// ```
@@ -89,7 +89,7 @@ mod tests {
     }
 
     fn times(tasks: Vec<Task>, writes: &[(usize, u64, u64)], method: Method) -> Vec<u64> {
-        let options = Options { method, horizon: None, is_brief: false };
+        let options = Options { method, is_brief: false };
         let write = |&(task, cost, response)| ChainWrite { task, cost: ns(cost), response: ns(response) };
         let writes: Vec<ChainWrite> = writes.iter().map(write).collect();
         let found = Tasks::new(tasks).write_times(&writes, &options, &|| ());

@@ -21,7 +21,7 @@ fn systems() -> usize {
 }
 
 fn analyse(set: &Tasks) -> SetAnalysis {
-    set.response_times(&Options { method: Method::Best, horizon: None, is_brief: false }, &|| ())
+    set.response_times(&Options { method: Method::Best, is_brief: false }, &|| ())
 }
 
 /// The tasks of a system, sometimes with other work and throttling.

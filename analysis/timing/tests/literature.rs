@@ -20,7 +20,7 @@ fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
 }
 
 fn bounds(tasks: &[Task], method: Method) -> Vec<Option<u64>> {
-    let analysis = response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ());
+    let analysis = response_times(tasks, &Options { method, is_brief: false }, &|| ());
     let bound = |bound: &Bound| match bound {
         Bound::Response(time) => Some(time.as_nanos()),
         Bound::Unbounded { .. } | Bound::NoBound(_) => None,
@@ -96,7 +96,7 @@ fn tasks_that_share_locks() {
     };
     let mut set = Tasks::new(tasks);
     let bounds = |set: &Tasks| {
-        let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+        let options = Options { method: Method::Psm, is_brief: false };
         let found = set.response_times(&options, &|| ()).responses;
         found
             .iter()

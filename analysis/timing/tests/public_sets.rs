@@ -16,7 +16,7 @@ fn responses(rows: &[Vec<&str>], cpus: u32, unit: u64) -> Vec<String> {
         }
     };
     let tasks: Vec<Task> = rows.iter().enumerate().map(task).collect();
-    let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+    let options = Options { method: Method::Exact, is_brief: false };
     let text = |bound: &Bound| match bound {
         Bound::Response(time) => (time.as_nanos() as f64 / unit as f64).to_string(),
         _ => "-".to_owned(),

@@ -360,9 +360,8 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
     while jobs < wanted {
         seed += 1;
         let set = system(&mut systems);
-        let bounds = methods.map(|method| {
-            set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ()).responses
-        });
+        let bounds =
+            methods.map(|method| set.response_times(&Options { method, is_brief: false }, &|| ()).responses);
         for _ in 0..5 {
             let mut options = systems.options(2_000);
             options.keeps_schedule = false;

@@ -167,7 +167,7 @@ fn system(random: &mut Random, kind: Kind) -> System {
 
 /// The chain of a system; none where a response time has no bound.
 fn chain(system: &System) -> Option<Vec<ChainStep>> {
-    let options = Options { method: Method::Best, horizon: None, is_brief: true };
+    let options = Options { method: Method::Best, is_brief: true };
     let analysis = system.tasks.response_times(&options, &|| ());
     let mut steps: Vec<ChainStep> = Vec::new();
     for (task, buffer) in system.buffers.iter().enumerate() {

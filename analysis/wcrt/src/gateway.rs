@@ -87,8 +87,7 @@ mod tests {
     /// As the middleware is.
     const RECV: &str = "priority = 19\ncpus = [1]";
 
-    const QUERY: Query =
-        Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best, horizon: None };
+    const QUERY: Query = Query { level: mauve_timing::Level::TEN_TO_MINUS_FOUR, method: Method::Best };
 
     /// Calls `of` with the deployment `D` of these files.
     fn with<R>(files: &[(&str, String)], of: impl FnOnce(&Database, Project<'_>, Decl<'_>) -> R) -> R {

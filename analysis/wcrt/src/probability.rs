@@ -191,7 +191,7 @@ fn reports_of<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
 ) -> Vec<(Level, &'db Report<'db>)> {
-    let query = |level| Query { level, method: Method::Best, horizon: None };
+    let query = |level| Query { level, method: Method::Best };
     let levels = levels_of(db, project, deployment).into_iter();
     levels.map(|level| (level, response_times(db, project, deployment, query(level)))).collect()
 }

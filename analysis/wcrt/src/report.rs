@@ -21,14 +21,12 @@ pub struct Query {
     pub level: Level,
     /// The method that bounds the demand of several jobs.
     pub method: Method,
-    /// Unsafe, for comparison with the paper only; see [`Options::horizon`].
-    pub horizon: Option<Time>,
 }
 
 impl Query {
     /// Returns the options of the analysis; the smaller budget if `is_brief`.
     pub fn options(self, is_brief: bool) -> Options {
-        Options { method: self.method, horizon: self.horizon, is_brief }
+        Options { method: self.method, is_brief }
     }
 
     /// Returns the query of the displayed and checked report of a deployment, with the most precise method. Its level is the
@@ -38,7 +36,7 @@ impl Query {
         let selected = workspace.significance(db);
         let chosen = || chosen_level(db, project, deployment).as_ref().map(|it| it.level);
         let level = selected.or_else(chosen).unwrap_or_else(|| config_of(db, workspace).level());
-        Query { level, method: Method::Best, horizon: None }
+        Query { level, method: Method::Best }
     }
 
     /// The same at another level, if there is one.

@@ -564,7 +564,7 @@ architecture C { instance o: CO }
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
         let found = sensitivity(&db, project, of, query);
         let mut out = String::new();
         let shown = |limit: &Limit| limit.time().map_or_else(String::new, |time| format!(" {time}"));
@@ -673,7 +673,7 @@ architecture C { instance o: CO }
     fn met(activities: &[Random], times: &[(&str, u64)]) -> Vec<String> {
         let db = Database::default();
         let (project, of) = random_project(&db, activities, times);
-        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
         let report = response_times(&db, project, of, query);
         let met = report.activities.iter().filter(|it| it.verdict == Status::Met);
         met.map(|it| it.instance.to_string()).collect()
@@ -754,7 +754,7 @@ architecture C { instance o: CO }
             let times = TIMED.map(|(name, most)| (name, (1 + below(most)) * MS));
             let db = Database::default();
             let (project, of) = random_project(&db, &activities, &times);
-            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
             let found = sensitivity(&db, project, of, query);
             for it in &found.times {
                 let key = it.key(&db);
@@ -842,7 +842,7 @@ architecture C { instance o: CO }
             let missing = times.remove(usize::try_from(below(3)).unwrap()).0;
             let db = Database::default();
             let (project, of) = random_project(&db, &activities, &times);
-            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
             for it in crate::budgets(&db, project, of, query) {
                 let with = |value: u64| met(&activities, &[&times[..], &[(missing, value)]].concat()).len();
                 match it.time.map(Time::as_nanos) {

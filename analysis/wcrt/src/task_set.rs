@@ -38,7 +38,7 @@ pub struct DeployedTasks<'db> {
 impl<'db> DeployedTasks<'db> {
     /// Returns a deployment of a model, for [`Method::Psm`].
     pub fn simulated(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, level: Level) -> Self {
-        let query = Query { level, method: Method::Psm, horizon: None };
+        let query = Query { level, method: Method::Psm };
         DeployedTasks::of_model(db, tables_of(db, project, of), system_of(db, project, of), query)
     }
 

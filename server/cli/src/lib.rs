@@ -25,6 +25,7 @@ mod parse;
 mod platform;
 mod probability;
 mod psm;
+mod published;
 mod pwcet;
 mod report;
 mod run;

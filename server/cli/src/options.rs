@@ -82,16 +82,20 @@ pub(super) enum Method {
     Exact,
     /// The best of these for each activity that a small budget allows.
     Best,
+    /// UNSAFE, to compare with the published tables only: no interference after the hyperperiod.
+    Paper,
 }
 
-impl From<Method> for mauve_timing::Method {
-    fn from(method: Method) -> mauve_timing::Method {
-        match method {
-            Method::Classic => mauve_timing::Method::Classic,
-            Method::Psm => mauve_timing::Method::Psm,
-            Method::Ibf => mauve_timing::Method::Ibf,
-            Method::Exact => mauve_timing::Method::Exact,
-            Method::Best => mauve_timing::Method::Best,
+impl Method {
+    /// Returns the method of the analysis; none for the published figures, which are not bounds.
+    pub(super) fn analysed(self) -> Option<mauve_timing::Method> {
+        match self {
+            Method::Classic => Some(mauve_timing::Method::Classic),
+            Method::Psm => Some(mauve_timing::Method::Psm),
+            Method::Ibf => Some(mauve_timing::Method::Ibf),
+            Method::Exact => Some(mauve_timing::Method::Exact),
+            Method::Best => Some(mauve_timing::Method::Best),
+            Method::Paper => None,
         }
     }
 }

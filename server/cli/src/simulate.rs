@@ -147,7 +147,7 @@ impl Simulate {
         }
         let simulation = |(path, set): (PathBuf, TaskSet)| {
             let level = self.significance.unwrap_or(set.level());
-            let query = Query { level, method: Method::Best, horizon: None };
+            let query = Query { level, method: Method::Best };
             let report = response_times_of(&set, query);
             let found =
                 report.and_then(|report| Ok((report, DeployedTasks::of_file(&set, level, Method::Psm)?)));

@@ -28,8 +28,8 @@ use mauve_projects::replace::put;
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, Footing, Priority, Query, Refusal, Report, all_tables_of, response_times_of, sensitivity,
-    system_of, timetable_of,
+    ActivityReport, DeployedTasks, Footing, Priority, Query, Refusal, Report, all_tables_of,
+    response_times_of, sensitivity, system_of, timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -37,7 +37,8 @@ use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::comparison::{comparison_document, comparison_table};
 use crate::errors::{nothing_to, say_errors};
 use crate::lines::Lines;
-use crate::options::{Method, Paths, time};
+use crate::options::{Method, Paths};
+use crate::published::{Published, published_csv};
 use crate::text::{self, Column, columns, counted, csv, number, shown};
 use crate::verify::certificate;
 
@@ -56,10 +57,6 @@ pub struct Wcrt {
     /// How the interference is bounded.
     #[arg(long, value_enum, default_value = "best")]
     method: Method,
-    /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
-    /// published tables; verdicts never depend on it.
-    #[arg(long, value_name = "TIME", value_parser = time)]
-    horizon: Option<Time>,
     /// Show where the response time of this instance comes from; not with --format.
     #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
@@ -73,10 +70,10 @@ pub struct Wcrt {
     probability: Option<String>,
     /// Also analyse with another value, and show what changes: INSTANCE.FIELD=VALUE, such as imu.period=5 or tracker.cpus=2, or
     /// CODEL=TIME, such as nav.plan=12ms. May be repeated; no file is written.
-    #[arg(long, value_name = "NAME=VALUE", conflicts_with_all = ["explain", "sensitivity", "probability", "horizon"])]
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with_all = ["explain", "sensitivity", "probability"])]
     set: Vec<String>,
-    /// Write why the deadlines are met into this file, for `mauve verify`; not with --horizon.
-    #[arg(long, value_name = "FILE", conflicts_with = "horizon")]
+    /// Write why the deadlines are met into this file, for `mauve verify`.
+    #[arg(long, value_name = "FILE")]
     certificate: Option<PathBuf>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
@@ -98,7 +95,8 @@ enum Format {
 
 impl Wcrt {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let query = |level| Query { level, method: self.method.into(), horizon: self.horizon };
+        let Some(method) = self.method.analysed() else { return self.published() };
+        let query = |level| Query { level, method };
         let mut db = Database::default();
         if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             if self.sensitivity || self.probability.is_some() {
@@ -146,6 +144,46 @@ impl Wcrt {
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
     }
 
+    /// The figures that the paper prints, for `--method paper`.
+    fn published(&self) -> Result<Output, String> {
+        let is_plain = !self.sensitivity && self.explain.is_none() && self.probability.is_none();
+        if !is_plain || !self.set.is_empty() || self.certificate.is_some() {
+            return Err(
+                "--method paper gives no bounds: it has only --significance, --deployment and --format"
+                    .to_owned(),
+            );
+        }
+        let mut db = Database::default();
+        let all: Vec<Published> = if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+            let sets = task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter();
+            let of_set = |(path, set): (PathBuf, TaskSet)| {
+                let tasks = |level| Ok((level, set.at(level, mauve_timing::Method::Psm)?));
+                let levels = levels_of_set(&set, self.significance.as_ref()).into_iter();
+                let tasks =
+                    levels.map(tasks).collect::<Result<_, _>>().map_err(|why| refused(&path, &why))?;
+                Ok(Published { name: set.name.unwrap_or_default(), tasks })
+            };
+            sets.map(of_set).collect::<Result<_, String>>()?
+        } else {
+            let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+            let of_model = |(project, deployment): (Project<'_>, Decl<'_>)| {
+                let tasks = |level| (level, DeployedTasks::simulated(&db, project, deployment, level).tasks);
+                let levels = levels(&db, project, deployment, self.significance.as_ref()).into_iter();
+                Published { name: deployment.name(&db).to_string(), tasks: levels.map(tasks).collect() }
+            };
+            let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+            found.into_iter().map(of_model).collect()
+        };
+        let text = match self.format {
+            Format::Table => harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")),
+            Format::Csv => published_csv(&all),
+            Format::Json | Format::Svg => {
+                return Err("--method paper has the formats table and csv".to_owned());
+            }
+        };
+        Ok(Output::verbatim(text, 0))
+    }
+
     /// The figures beside those with the values of `--set`.
     fn with_other_values<'db>(
         &self,
@@ -179,11 +217,7 @@ impl Wcrt {
         let read = task_sets(&self.paths.paths, self.deployment.as_deref())?;
         let mut reports = Vec::new();
         for (path, set) in &read {
-            let levels = match &self.significance {
-                Some(Significance::These(levels)) => levels.clone(),
-                Some(Significance::All) if !set.levels.is_empty() => set.levels.clone(),
-                Some(Significance::All) | None => vec![set.level()],
-            };
+            let levels = levels_of_set(set, self.significance.as_ref());
             let report =
                 |query| Ok((query, response_times_of(set, query).map_err(|why| refused(path, &why))?));
             reports.push(levels.into_iter().map(query).map(report).collect::<Result<Vec<_>, String>>()?);
@@ -231,6 +265,15 @@ impl Wcrt {
             (None, Format::Csv) => figures_csv(all),
             (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
         })
+    }
+}
+
+/// Returns the levels at which a task set is analysed.
+fn levels_of_set(set: &TaskSet, asked: Option<&Significance>) -> Vec<Level> {
+    match asked {
+        Some(Significance::These(levels)) => levels.clone(),
+        Some(Significance::All) if !set.levels.is_empty() => set.levels.clone(),
+        Some(Significance::All) | None => vec![set.level()],
     }
 }
 
@@ -335,12 +378,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         }
         reports => {
             let method = reports.first().map_or_else(String::new, |(query, _)| query.method.to_string());
-            let what = if reports.iter().any(|(query, _)| query.horizon.is_some()) {
-                "response times of the first job"
-            } else {
-                "response times"
-            };
-            let _ = writeln!(out, "{name}: {what} in ms, method {method}{times}");
+            let _ = writeln!(out, "{name}: response times in ms, method {method}{times}");
             out += &several_levels(it.db, reports);
         }
     }
@@ -351,13 +389,6 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
 pub(super) fn conditions(it: &Deployed<'_>) -> String {
     let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
     let basis = it.basis().unwrap_or_default();
-    let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
-    if let Some(horizon) = horizon {
-        let _ = writeln!(
-            out,
-            "  UNSAFE: with --horizon {horizon} the response times of first jobs leave out later interference: they are not bounds"
-        );
-    }
     if it.errors > 0 {
         let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
     }
@@ -508,14 +539,11 @@ fn several_levels<'db>(db: &'db dyn ModelDb, reports: &[(Query, &Report<'db>)]) 
     let footings: Vec<_> = reports.iter().map(|(_, report)| report.footings()).collect();
     let rows: Vec<Vec<String>> = (0..first.activities.len())
         .map(|index| {
-            let cell = |((query, report), footings): (&(Query, &Report<'db>), &Vec<Footing>)| {
+            let cell = |((_, report), footings): (&(Query, &Report<'db>), &Vec<Footing>)| {
                 let footing = footings.get(index).copied().unwrap_or(Footing::Known);
                 let activity = report.activities.get(index);
-                activity.map_or_else(String::new, |it| match (query.horizon, it.first_job, it.deadline) {
-                    (Some(_), Some(first), Some(deadline)) => {
-                        Forms::of(first, deadline, TIGHT_SLACK).with_response().to_owned()
-                    }
-                    _ if it.verdict == Status::Background => "–".to_owned(),
+                activity.map_or_else(String::new, |it| match it.verdict {
+                    Status::Background => "–".to_owned(),
                     _ => figure(db, it, footing, TIGHT_SLACK).with_response().to_owned(),
                 })
             };
@@ -634,7 +662,7 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
     for it in all {
         let root = root(it);
         for (query, report) in &it.reports {
-            let of_all = remarks(it, query);
+            let of_all = remarks(it);
             for activity in &report.activities {
                 let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
                 let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
@@ -677,11 +705,10 @@ fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -
 }
 
 /// Why the figures of all rows of a deployment are not what they seem to be.
-fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
-    let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
+fn remarks(of: &Deployed<'_>) -> Vec<String> {
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
     let times = of.times().map(|section| format!("times of {section}"));
-    [times, horizon, errors].into_iter().flatten().collect()
+    [times, errors].into_iter().flatten().collect()
 }
 
 #[cfg(test)]

@@ -266,8 +266,6 @@ pub fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         }),
         // Real-time work that is not in the model, and interferes too.
         [other]: non_empty(others.map(|it| other_document(&hosts, it))),
-        // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.
-        [unsafe_horizon]: query.and_then(|query| query.horizon).map(milliseconds),
         results: results.collect::<Vec<_>>(),
     }
 }

@@ -38,7 +38,7 @@ pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> Stri
 pub(crate) fn verdicts_in(db: &Database, workspace: Workspace, method: Method, level: Level) -> String {
     let mut out = String::new();
     for (project, decl) in deployments(db, workspace) {
-        let query = Query { level, method, horizon: None };
+        let query = Query { level, method };
         for activity in &response_times(db, project, decl, query).activities {
             let _ = write!(out, "{} {}", activity.instance, activity.verdict.name());
             if let Some(response) = activity.response {

@@ -106,10 +106,6 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     out += &calls(facts);
     if let Some(first_job) = facts.critical {
         let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
-        if facts.query.horizon.is_some() {
-            out +=
-                "  (with --horizon, traces end at the horizon: for comparison only, this is not a bound)\n";
-        }
     }
     if let Some(trace) = &facts.trace {
         let total = trace.total.map_or_else(String::new, |sum| format!(", {sum} in total"));

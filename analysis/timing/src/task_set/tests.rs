@@ -167,7 +167,7 @@ fn the_smallest_file_is_three_lines() {
     let set =
         TaskSet::parse("name,period,time,priority\nlaser,100,43,20\nmap,200,50,10\n", Notation::Csv).unwrap();
     let found = set.at(level(0.123), Method::Psm).unwrap();
-    let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+    let options = Options { method: Method::Psm, is_brief: false };
     let responses = found.response_times(&options, &|| ()).responses;
     let bounds: Vec<_> = responses.iter().map(|it| it.bound.clone()).collect();
     let ms = |time: u64| Bound::Response(Time::from_nanos(time * 1_000_000));

@@ -95,7 +95,7 @@ fn as_by_kloda_and_not_below_guenzel() {
 
 #[test]
 fn the_response_times_are_the_same() {
-    let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+    let options = Options { method: Method::Psm, is_brief: false };
     for line in lines().iter().filter(|line| line.guenzel.is_some()) {
         let found = line.tasks(None).response_times(&options, &|| ());
         let found: Vec<_> = found.responses.into_iter().map(|it| it.bound).collect();

@@ -178,4 +178,4 @@ impl System {
     }
 }
 
-const OPTIONS: Options = Options { method: Method::Best, horizon: None, is_brief: false };
+const OPTIONS: Options = Options { method: Method::Best, is_brief: false };

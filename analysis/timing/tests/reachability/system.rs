@@ -340,7 +340,7 @@ impl System {
 
     /// Returns the analysis of the system by one method.
     pub(crate) fn analyse(&self, method: Method) -> SetAnalysis {
-        self.set().response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
+        self.set().response_times(&Options { method, is_brief: false }, &|| ())
     }
 
     /// Returns the bound of each task by one method.

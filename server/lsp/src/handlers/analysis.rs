@@ -68,7 +68,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     });
     let documents = found.into_iter().map(|(project, deployment)| {
         let queries = levels(db, project, deployment, significance.as_ref()).into_iter();
-        let queries = queries.map(|level| Query { level, method, horizon: None });
+        let queries = queries.map(|level| Query { level, method });
         to_value(&analysis_document(&Deployed::of_model(db, project, deployment, queries)))
     });
     documents.collect()
