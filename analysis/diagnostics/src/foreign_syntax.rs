@@ -1,7 +1,7 @@
 //! How MAUVE writes what other languages write otherwise: the message of each [`Foreign`] form, and a fix for the common ones.
 //!
-//! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as `a ? b : c` or a
-//! prototype of C++: its message shows the form in MAUVE.
+//! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as `a ? b : c` or
+//! branches without braces: its message shows the form in MAUVE.
 
 use mauve_hir::{PERIODS, field_entry, similar_field};
 use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr};
@@ -57,22 +57,14 @@ pub(super) fn said(form: Foreign, token: &SyntaxToken) -> Said {
         Foreign::TypeFirst => type_first(name_first(token)),
         Foreign::Reference => type_first(reference(token)),
         Foreign::ResultFirst => {
-            let ty = mauve_type(found);
-            (format!("the type of the result follows the parameters: `: {ty}`"), result_last(token, ty))
+            (format!("the type of the result follows the parameters: `: {}`", mauve_type(found)), None)
         }
         Foreign::NamelessParameter => {
             (format!("a parameter has a name: `in NAME: {}`", mauve_type(found)), None)
         }
         Foreign::Unit => unit(token),
         Foreign::Untyped => (rule(), untyped(token)),
-        Foreign::ConstantVariable => (rule(), constant_variable(token)),
-        Foreign::Fraction => (rule(), fraction(token)),
         Foreign::Comma => (rule(), commas(token)),
-        Foreign::InitialLast => {
-            let range = previous_significant(token).map(|state| state.text_range().cover(token.text_range()));
-            (rule(), range.map(|range| writing(range, "initial state".to_owned())))
-        }
-        Foreign::Braces => (rule(), braces(token)),
         _ => (rule(), None),
     }
 }
@@ -324,22 +316,6 @@ const MAX_NEIGHBOURS: usize = 200;
 
 // Statements
 
-/// `1.` → `1.0`, `.5` → `0.5`; nothing for `1.2.0` and `1..2`.
-fn fraction(point: &SyntaxToken) -> Option<Rewrite> {
-    let before = previous_significant(point)?;
-    let range = point.text_range();
-    let neighbours = [mauve_syntax::previous_token(point), mauve_syntax::next_token(point)];
-    let mut kinds = neighbours.iter().flatten().map(SyntaxToken::kind);
-    if kinds.any(|kind| matches!(kind, SyntaxKind::DOT | SyntaxKind::FLOAT_NUMBER)) {
-        return None;
-    }
-    let (at, title) = match before.kind() {
-        SyntaxKind::INT_NUMBER => (range.end(), format!("Write `{}.0`", before.text())),
-        _ => (range.start(), format!("Write `0.{}`", next_significant(point)?.text())),
-    };
-    Some((title, vec![(TextRange::empty(at), "0".to_owned())]))
-}
-
 /// `n += a` → `n = n + a`, `n *= a + b` → `n = n * (a + b)`
 fn compound_assignment(operator: &SyntaxToken) -> Said {
     let target = previous_significant(operator).map(|it| it.text().to_owned()).unwrap_or_default();
@@ -369,14 +345,6 @@ fn untyped(keyword: &SyntaxToken) -> Option<Rewrite> {
     let name = next_significant(keyword)?;
     let value = next_significant(&next_significant(&name)?)?;
     let written = format!("var {}: {}", name.text(), type_of(&value)?);
-    Some(writing(keyword.text_range().cover(name.text_range()), written))
-}
-
-/// `const int n = 3;` → `var n: int = 3;`
-fn constant_variable(keyword: &SyntaxToken) -> Option<Rewrite> {
-    let ty = next_significant(keyword)?;
-    let name = next_significant(&ty)?;
-    let written = format!("var {}: {}", name.text(), mauve_type(ty.text()));
     Some(writing(keyword.text_range().cover(name.text_range()), written))
 }
 
@@ -446,49 +414,6 @@ pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Opt
     is_exact.then(|| exact.to_string())
 }
 
-/// Writes the braces of all branches of an `if`, and its `then`.
-fn braces(token: &SyntaxToken) -> Option<Rewrite> {
-    let without_brace =
-        |node: &SyntaxNode| node.children().find(|it| it.kind() == SyntaxKind::BLOCK && !has_brace(it));
-    let first =
-        token.parent_ancestors().filter(|node| node.kind() == SyntaxKind::IF_STATEMENT).find(|node| {
-            without_brace(node).is_some_and(|block| block.text_range().contains_range(token.text_range()))
-                || node.children().any(|it| it.kind() == SyntaxKind::ELSE)
-        });
-    let next = |node: &SyntaxNode| {
-        node.children().find(|it| matches!(it.kind(), SyntaxKind::ELSE | SyntaxKind::IF_STATEMENT))
-    };
-    let branches = std::iter::successors(Some(first?), next);
-    let edits = branches.filter_map(|node| {
-        let has_then = significant_tokens(&node).any(|token| token.kind() == SyntaxKind::THEN_KW);
-        let needs_then = node.kind() == SyntaxKind::IF_STATEMENT && !has_then;
-        Some(in_braces(&without_brace(&node)?, if needs_then { "then {" } else { "{" }))
-    });
-    Some(("Write the braces".to_owned(), edits.flatten().collect()))
-}
-
-fn has_brace(block: &SyntaxNode) -> bool {
-    significant_tokens(block).any(|token| token.kind() == SyntaxKind::L_CURLY)
-}
-
-/// Puts a branch into braces, instead of `begin` and `end`.
-fn in_braces(block: &SyntaxNode, open: &str) -> [(TextRange, String); 2] {
-    let word = |node: Option<SyntaxNode>| {
-        let node = node.filter(|node| node.kind() == SyntaxKind::ERROR)?;
-        node.first_token().filter(|it| it.kind() == SyntaxKind::IDENT).map(|_| node.text_range())
-    };
-    let range = block.text_range();
-    let open = match word(block.first_child()) {
-        Some(word) => (word, open.to_owned()),
-        None => (TextRange::empty(range.start()), format!("{open} ")),
-    };
-    let close = match word(block.last_child()) {
-        Some(word) => (word, "}".to_owned()),
-        None => (TextRange::empty(range.end()), " }".to_owned()),
-    };
-    [open, close]
-}
-
 // Declarations
 
 /// `int n` → `n: int`, for a variable `var n: int`.
@@ -522,16 +447,6 @@ fn reference(first: &SyntaxToken) -> Option<(String, TextRange)> {
     let ty: String = ty.iter().map(SyntaxToken::text).collect();
     let written = format!("in {}: {}", name.text(), mauve_type(&ty));
     (fits && !has_direction).then(|| (written, error.text_range()))
-}
-
-/// `codel int act(…)` → `codel act(…): int`
-fn result_last(token: &SyntaxToken, ty: &str) -> Option<Rewrite> {
-    let name = next_significant(token)?;
-    let parameters = token.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
-    let written = format!(": {ty}");
-    let before = TextRange::new(token.text_range().start(), name.text_range().start());
-    let behind = TextRange::empty(parameters.text_range().end());
-    Some((format!("Write `{written}`"), vec![(before, String::new()), (behind, written)]))
 }
 
 /// Removes the commas between the items of a list.
