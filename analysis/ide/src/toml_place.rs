@@ -1,8 +1,12 @@
-//! Where an offset is in `mauve.toml` or in a timing table: in which section, and at which key or value.
+//! Where an offset is in `mauve.toml` or in a timing table: in which section, and at which key or value. The text is usually not valid
+//! TOML during typing, so its tokens are read.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use mauve_syntax::{TextRange, TextSize};
+use toml_parser::Source;
+use toml_parser::lexer::{Token, TokenKind};
 
 /// Returns the key at an offset that is written without quotes, with its range, behind the keys of the sections and tables around it.
 pub(crate) fn key_at(text: &str, offset: TextSize) -> Option<(String, String, TextRange)> {
@@ -28,10 +32,9 @@ pub(crate) struct Place {
     pub(crate) what: What,
     /// The section around the cursor, with the keys of inline tables around it; empty before the first one.
     pub(crate) section: String,
-    /// The number of the section, in the order of the text.
-    pub(crate) number: usize,
+    /// The other sections.
     pub(crate) sections: BTreeSet<String>,
-    /// The keys on other lines of the section, or in the same inline table.
+    /// The other keys of the section, or of the same inline table.
     pub(crate) given: BTreeSet<String>,
     pub(crate) start: usize,
     pub(crate) end: usize,
@@ -42,193 +45,294 @@ pub(crate) struct Place {
 
 impl Place {
     /// Returns the location of `offset`; none in comments and numbers.
+    ///
+    /// ```text
+    /// "robot.scan" = 2              [timing]
+    ///    ^ a key that has a value   tables = ["times.toml"]
+    ///                                           ^ the value of `tables` in `timing`
+    /// ```
     pub(crate) fn at(text: &str, offset: usize) -> Option<Place> {
-        let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
-        let mut here: Option<Place> = None;
-        let mut sections = BTreeSet::new();
-        let (mut number, mut keys): (usize, Vec<(usize, String)>) = (0, Vec::new());
-        let mut line_start = 0;
-        for line in text.split('\n') {
-            let is_here = (line_start..=line_start + line.len()).contains(&offset);
-            if is_here {
-                let before = line.get(..offset - line_start)?;
-                let place = Place::in_line(line, before, line_start, depth > 0, &open_key)?;
-                let parts = [section.as_str(), &place.section].into_iter().filter(|it| !it.is_empty());
-                let section = parts.collect::<Vec<_>>().join(".");
-                here = Some(Place { section, number, ..place });
-            }
-            let trimmed = without_comment(line).trim();
-            let assigned = equals(trimmed);
-            if depth == 0 && trimmed.starts_with('[') && assigned.is_none() {
-                section = trimmed.trim_matches(['[', ']']).trim().to_owned();
-                number += 1;
-                if !is_here {
-                    sections.insert(section.clone());
-                }
-            } else if let Some(at) = assigned.filter(|_| depth == 0) {
-                let (key, value) = trimmed.split_at(at);
-                open_key = unquoted(key.trim());
-                if !is_here {
-                    keys.push((number, open_key.clone()));
-                }
-                depth += brackets(value);
-            } else if depth > 0 {
-                depth += brackets(trimmed);
-            }
-            depth = depth.max(0);
-            line_start += line.len() + 1;
-        }
-        let mut here = here?;
-        if !here.is_inline {
-            let given = keys.into_iter().filter(|(of, _)| *of == here.number);
-            here.given = given.map(|(_, key)| key).collect();
-        }
-        Some(Place { sections, ..here })
-    }
-
-    fn in_line(line: &str, before: &str, line_start: usize, goes_on: bool, key: &str) -> Option<Place> {
-        if without_comment(before).len() < before.len() {
+        let tokens = Source::new(text).lex().into_vec();
+        let is_in = |token: &&Token| token.span().start() < offset && offset <= token.span().end();
+        if tokens.iter().find(is_in).is_some_and(|it| it.kind() == TokenKind::Comment) {
             return None;
         }
-        let trimmed = before.trim_start();
-        let indent = before.len() - trimmed.len();
-        let assigned = equals(trimmed).filter(|_| !goes_on);
-        let what = match assigned {
-            _ if goes_on => What::Value(key.to_owned()),
-            Some(at) => What::Value(unquoted(trimmed.get(..at)?.trim())),
-            None if trimmed.starts_with('[') => What::Header,
-            None => What::Key,
-        };
-        let mut value_start = assigned.map_or(indent, |at| indent + at + 1);
-        let table =
-            assigned.and_then(|_| InlineTable::at(line.get(value_start..)?, before.len() - value_start));
-        let (mut section, mut given, is_inline) = (String::new(), BTreeSet::new(), table.is_some());
-        let mut what = what;
-        if let Some(table) = table {
-            let What::Value(key) = &what else { return None };
-            section = [std::slice::from_ref(key), &table.path].concat().join(".");
-            value_start += table.start;
-            given = table.given;
-            what = table.key.map_or(What::Key, What::Value);
-        }
-        let typed = before.get(value_start..)?;
-        let quotes = typed.matches('"').count();
-        let is_value = matches!(what, What::Value(_));
-        let start = if quotes % 2 == 1 {
-            value_start + typed.rfind('"')?
-        } else if is_value {
-            value_start + typed.rfind(['[', ',', ' ', '\t']).map_or(0, |at| at + 1)
-        } else {
-            before.len() - typed.trim_start().len()
-        };
-        let is_quoted = line.get(start..)?.starts_with('"') && start < before.len();
-        let behind = line.get(before.len()..)?.trim_end();
-        let rest = match (is_quoted, &what) {
-            (true, _) => behind.find('"').map_or(0, |at| at + 1),
-            (false, What::Header) => behind.find(']').map_or(0, |at| at + 1),
-            (false, _) => {
-                let is_part = |c: char| c.is_alphanumeric() || "_-.".contains(c);
-                behind.find(|c| !is_part(c)).unwrap_or(behind.len())
+        let word = Word::at(text, &tokens, offset);
+        let mut tables = Tables::new();
+        let mut here: Option<(Place, Table)> = None;
+        let mut index = 0;
+        while let Some(token) = tokens.get(index) {
+            if here.is_none() && token.span().start() >= word.range.start {
+                here = Some(tables.place(&word)?);
             }
-        };
-        let typed = line.get(start..before.len())?;
-        if is_value && !is_quoted && typed.starts_with(|c: char| c.is_ascii_digit()) {
-            return None;
-        }
-        let (start, end) = (line_start + start, line_start + before.len() + rest);
-        let entry = if is_inline { behind.split([',', '}']).next()? } else { without_comment(behind) };
-        let has_value = equals(entry).is_some() || is_value;
-        Some(Place { what, section, given, start, end, is_quoted, has_value, is_inline, ..Place::default() })
-    }
-}
-
-/// An inline table around the cursor, such as `{ priority = 20, period = "1 ms" }`.
-#[derive(Debug, Default)]
-struct InlineTable {
-    /// The keys of the tables around it within the same value, and its own.
-    path: Vec<String>,
-    /// The keys of its other entries.
-    given: BTreeSet<String>,
-    /// The key of the entry whose value the cursor is in; none in a key.
-    key: Option<String>,
-    /// Where that value begins, or the entry.
-    start: usize,
-}
-
-impl InlineTable {
-    /// Returns the innermost table around the cursor in a value, which may be incomplete.
-    fn at(value: &str, cursor: usize) -> Option<InlineTable> {
-        /// A table that is open: its key, where its last entry begins, the key of that with the start of its value, all keys, and
-        /// how many arrays are open in it.
-        type Open = (Option<String>, usize, Option<(String, usize)>, BTreeSet<String>, usize);
-        let mut open: Vec<Open> = Vec::new();
-        // With its depth.
-        let mut found: Option<(InlineTable, usize)> = None;
-        for (at, letter) in outside_strings(value).chain([(value.len(), ' ')]) {
-            if found.is_none() && at >= cursor {
-                let (_, entry, assigned, ..) = open.last()?;
-                let (key, start) = assigned.clone().map_or((None, *entry), |(key, at)| (Some(key), at));
-                let path = open.iter().filter_map(|it| it.0.clone()).collect();
-                found = Some((InlineTable { path, key, start, ..InlineTable::default() }, open.len()));
-            }
-            let depth = open.len();
-            match (letter, open.last_mut()) {
-                ('{', outer) => {
-                    let key = outer.and_then(|it| it.2.clone()).map(|(key, _)| key);
-                    open.push((key, at + 1, None, BTreeSet::new(), 0));
-                }
-                ('}', Some(_)) if found.as_ref().is_some_and(|it| it.1 == depth) => break,
-                ('}', Some(_)) => _ = open.pop(),
-                ('[', Some(table)) => table.4 += 1,
-                (']', Some(table)) => table.4 = table.4.saturating_sub(1),
-                (',', Some(table)) if table.4 == 0 => (table.1, table.2) = (at + 1, None),
-                ('=', Some((_, entry, assigned, keys, _))) if assigned.is_none() => {
-                    let key = unquoted(value.get(*entry..at)?.trim());
-                    // The key at the cursor is typed again.
-                    if !found
-                        .as_ref()
-                        .is_some_and(|it| it.1 == depth && it.0.key.is_none() && it.0.start == *entry)
-                    {
-                        keys.insert(key.clone());
+            index = match tables.header(text, &tokens, index) {
+                Some((range, next)) => {
+                    // The header at the cursor is typed again.
+                    if range.start < offset && offset <= range.end {
+                        let is_closed = text[range.clone()].ends_with(']');
+                        let end = if is_closed { range.end } else { word.range.end };
+                        let place = Place {
+                            what: What::Header,
+                            section: tables.section.clone(),
+                            start: range.start,
+                            end,
+                            ..Place::default()
+                        };
+                        here = Some((place, Table::default()));
                     }
-                    *assigned = Some((key, at + 1));
+                    let name = text[range.clone()].trim_matches(['[', ']']).trim();
+                    tables.begin_section(name, !(range.start < offset && offset <= range.end));
+                    next
                 }
-                _ => {}
-            }
+                None => {
+                    tables.read(text, *token);
+                    index + 1
+                }
+            };
         }
-        let (mut table, depth) = found?;
-        table.given = open.into_iter().nth(depth - 1)?.3;
-        Some(table)
+        let (place, table) = here?;
+        let others = tables.keys.into_iter().filter(|it| it.table == table.number && it.entry != table.entry);
+        Some(Place { sections: tables.sections, given: others.map(|it| it.key).collect(), ..place })
     }
 }
 
-/// Returns the letters outside strings.
-fn outside_strings(line: &str) -> impl Iterator<Item = (usize, char)> {
-    let mut in_string = false;
-    line.char_indices().filter(move |(_, letter)| {
-        in_string ^= *letter == '"';
-        !in_string
-    })
+/// The word at the cursor, which a completion replaces.
+struct Word {
+    range: Range<usize>,
+    /// The part of it before the cursor.
+    typed: String,
+    is_quoted: bool,
+    /// Whether `=` follows.
+    is_assigned: bool,
 }
 
-fn without_comment(line: &str) -> &str {
-    let end = outside_strings(line).find(|(_, letter)| *letter == '#');
-    end.and_then(|(at, _)| line.get(..at)).unwrap_or(line)
+impl Word {
+    fn at(text: &str, tokens: &[Token], offset: usize) -> Word {
+        let is_bare = |token: &Token| matches!(token.kind(), TokenKind::Atom | TokenKind::Dot);
+        let touches = |token: &Token| token.span().start() <= offset && offset <= token.span().end();
+        let string = tokens.iter().position(|it| {
+            it.kind().encoding().is_some() && it.span().start() < offset && offset <= it.span().end()
+        });
+        let at = string.or_else(|| tokens.iter().position(|it| is_bare(it) && touches(it)));
+        let (mut first, mut last) = (at, at);
+        if string.is_none() {
+            let before =
+                |index: usize| index.checked_sub(1).filter(|it| tokens.get(*it).is_some_and(is_bare));
+            let behind = |index: usize| Some(index + 1).filter(|it| tokens.get(*it).is_some_and(is_bare));
+            first = at.and_then(|at| std::iter::successors(Some(at), |it| before(*it)).last());
+            last = at.and_then(|at| std::iter::successors(Some(at), |it| behind(*it)).last());
+        }
+        let start = first.and_then(|it| tokens.get(it)).map_or(offset, |it| it.span().start());
+        let end = last.and_then(|it| tokens.get(it)).map_or(offset, |it| it.span().end());
+        let written = text.get(start..end).unwrap_or_default();
+        let is_closed = string.is_none() || written.len() > 1 && written.ends_with(['"', '\'']);
+        let rest = tokens.iter().filter(|it| it.span().start() >= end);
+        let next = rest.map(Token::kind).find(|kind| *kind != TokenKind::Whitespace);
+        // A string without its second quote has the rest of the line.
+        let swallowed = text.get(offset..end).unwrap_or_default();
+        Word {
+            range: start..if is_closed { end } else { offset },
+            typed: text.get(start..offset).unwrap_or_default().to_owned(),
+            is_quoted: string.is_some(),
+            is_assigned: next == Some(TokenKind::Equals) || !is_closed && swallowed.contains('='),
+        }
+    }
 }
 
-fn equals(line: &str) -> Option<usize> {
-    outside_strings(line).find(|(_, letter)| *letter == '=').map(|(at, _)| at)
+/// A section or an inline table that is open.
+#[derive(Clone, Default)]
+struct Table {
+    number: usize,
+    /// The number of its entry, in the text.
+    entry: usize,
+    /// The key of that entry.
+    key: String,
+    is_value: bool,
+    /// How many arrays are open in its value.
+    arrays: usize,
 }
 
-fn brackets(value: &str) -> i32 {
-    let one = |(_, letter)| match letter {
-        '[' => 1,
-        ']' => -1,
-        _ => 0,
-    };
-    outside_strings(value).map(one).sum()
+/// A key that has a value.
+struct Assigned {
+    table: usize,
+    entry: usize,
+    key: String,
 }
 
-fn unquoted(key: &str) -> String {
-    key.split('.').map(|part| part.trim().trim_matches('"')).collect::<Vec<_>>().join(".")
+/// What was read before a token.
+struct Tables {
+    section: String,
+    sections: BTreeSet<String>,
+    keys: Vec<Assigned>,
+    /// The section, and the inline tables in it that are open.
+    open: Vec<Table>,
+    numbers: usize,
+}
+
+impl Tables {
+    fn new() -> Tables {
+        let (section, sections) = (String::new(), BTreeSet::new());
+        Tables { section, sections, keys: Vec::new(), open: vec![Table::default()], numbers: 0 }
+    }
+
+    /// Returns the location of a word behind what was read, with its table; none in a number.
+    fn place(&self, word: &Word) -> Option<(Place, Table)> {
+        let table = self.open.last()?.clone();
+        if table.is_value && !word.is_quoted && word.typed.starts_with(|it: char| it.is_ascii_digit()) {
+            return None;
+        }
+        let around = self.open.iter().take(self.open.len() - 1).map(|it| it.key.as_str());
+        let section = Some(self.section.as_str()).filter(|it| !it.is_empty());
+        let path: Vec<&str> = section.into_iter().chain(around).collect();
+        let what = if table.is_value { What::Value(table.key.clone()) } else { What::Key };
+        let place = Place {
+            has_value: table.is_value || word.is_assigned,
+            what,
+            section: path.join("."),
+            start: word.range.start,
+            end: word.range.end,
+            is_quoted: word.is_quoted,
+            is_inline: self.open.len() > 1,
+            ..Place::default()
+        };
+        Some((place, table))
+    }
+
+    /// Returns the range of a header that begins at the token of this index, and the index behind it.
+    fn header(&self, text: &str, tokens: &[Token], index: usize) -> Option<(Range<usize>, usize)> {
+        let [section] = self.open.as_slice() else { return None };
+        let first = tokens.get(index).filter(|it| it.kind() == TokenKind::LeftSquareBracket)?;
+        if section.is_value || !section.key.is_empty() {
+            return None;
+        }
+        let is_end =
+            |it: &Token| matches!(it.kind(), TokenKind::Newline | TokenKind::Comment | TokenKind::Eof);
+        let line: &[Token] = tokens.get(index..)?.split(is_end).next()?;
+        let end = line.last()?.span().end();
+        let range = first.span().start()..end;
+        let written = text.get(range.clone())?.trim_end();
+        Some((range.start..range.start + written.len(), index + line.len()))
+    }
+
+    fn begin_section(&mut self, name: &str, is_other: bool) {
+        name.clone_into(&mut self.section);
+        if is_other {
+            self.sections.insert(name.to_owned());
+        }
+        self.numbers += 1;
+        self.open = vec![Table { number: self.numbers, entry: self.numbers, ..Table::default() }];
+    }
+
+    fn begin_entry(&mut self) {
+        self.numbers += 1;
+        if let Some(table) = self.open.last_mut() {
+            *table = Table { number: table.number, entry: self.numbers, ..Table::default() };
+        }
+    }
+
+    fn read(&mut self, text: &str, token: Token) {
+        let is_complete = self.open.first().is_some_and(|section| section.arrays == 0);
+        let is_inline = self.open.len() > 1;
+        let Some(table) = self.open.last_mut() else { return };
+        let written = text.get(token.span().start()..token.span().end()).unwrap_or_default();
+        match token.kind() {
+            TokenKind::Newline if is_complete => {
+                self.open.truncate(1);
+                self.begin_entry();
+            }
+            TokenKind::Equals if !table.is_value => {
+                table.is_value = true;
+                let (table, entry, key) = (table.number, table.entry, table.key.clone());
+                self.keys.push(Assigned { table, entry, key });
+            }
+            TokenKind::Atom | TokenKind::Dot if !table.is_value => table.key += written,
+            kind if kind.encoding().is_some() && !table.is_value => {
+                table.key += written.trim_matches(['"', '\'']);
+            }
+            TokenKind::LeftSquareBracket if table.is_value => table.arrays += 1,
+            TokenKind::RightSquareBracket => table.arrays = table.arrays.saturating_sub(1),
+            TokenKind::LeftCurlyBracket if table.is_value => {
+                self.numbers += 1;
+                self.open.push(Table { number: self.numbers, entry: self.numbers, ..Table::default() });
+            }
+            TokenKind::RightCurlyBracket if is_inline => _ = self.open.pop(),
+            TokenKind::Comma if is_inline && table.arrays == 0 => self.begin_entry(),
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The place at `$0`: what is there, the section, what is replaced, and the other keys.
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let offset = text.find("$0").unwrap();
+        let text = text.replace("$0", "");
+        let place = Place::at(&text, offset).map(|it| {
+            let what = match &it.what {
+                What::Header => "header".to_owned(),
+                What::Key if it.has_value => "key with a value".to_owned(),
+                What::Key => "key".to_owned(),
+                What::Value(key) => format!("value of {key}"),
+            };
+            let others: Vec<&str> = it.given.iter().map(String::as_str).collect();
+            format!("{what} in [{}]: {}; {}", it.section, &text[it.start..it.end], others.join(" "))
+        });
+        assert_eq!(place.as_deref().unwrap_or("none"), expected, "{text}");
+    }
+
+    #[test]
+    fn keys() {
+        for (text, expected) in [
+            ("[codel]\n\"robot.sc$0an\" = 2", "key with a value in [codel]: \"robot.scan\"; "),
+            ("[codel]\n\"robot.scan\"$0 = 2", "key with a value in [codel]: \"robot.scan\"; "),
+            ("[codel]\n'robot.sc$0an' = 2", "key with a value in [codel]: 'robot.scan'; "),
+            ("[codel]\n\"robot.sc$0 = 2\nb = 1", "key with a value in [codel]: \"robot.sc; b"),
+            ("[codel]\n\"rob$0\nb = 1", "key in [codel]: \"rob; b"),
+            ("[codel]\na.b$0.c = 1\nd=2\n[x]\ny = 1", "key with a value in [codel]: a.b.c; d"),
+            ("a = 1\n$0", "key in []: ; a"),
+            ("[x]\na = { b = 1, $0c = 2 }\nd = 1", "key with a value in [x.a]: c; b"),
+            ("[x]\na = { b = { c = 1, $0 } }", "key in [x.a.b]: ; c"),
+            ("[x]\na = [{ b = 1 }, {\n$0", "key in [x.a]: ; "),
+            ("a = { b = 1, $0\n[y]\nc = 1", "key in [a]: ; b"),
+            ("# $0\na = 1", "none"),
+        ] {
+            check(text, expected);
+        }
+    }
+
+    #[test]
+    fn values_and_headers() {
+        for (text, expected) in [
+            ("[x]\na = \"b$0c\" # d", "value of a in [x]: \"bc\"; "),
+            ("[x]\na = [\"b\", \"c$0\nd = 1", "value of a in [x]: \"c; "),
+            ("[x]\na = [\n  \"b\"$0,\n]\nd = 1", "value of a in [x]: \"b\"; d"),
+            ("a = tr$0ue", "value of a in []: true; "),
+            ("a = 1$0.5", "none"),
+            ("a = { b = \"$0\", c = 1 }", "value of b in [a]: \"\"; c"),
+            ("[x]\na = 1\n[[y.z]$0]\nb = 2", "header in [x]: [[y.z]]; "),
+            ("[x]\na = 1\n[y$0", "header in [x]: [y; "),
+        ] {
+            check(text, expected);
+        }
+    }
+
+    #[test]
+    fn any_text_has_places() {
+        let pieces =
+            ["[", "]", "{", "}", "=", ",", ".", "\"", "'", "\"\"\"", "#", "\n", " ", "a", "1", "é", "\r\n"];
+        let mut random = mauve_tests::Random(7);
+        for _ in 0..20_000 {
+            let text: String = (0..random.below(16)).map(|_| *random.of(&pieces)).collect();
+            for (offset, _) in text.char_indices().chain([(text.len(), ' ')]) {
+                if let Some(place) = Place::at(&text, offset) {
+                    assert!(text.get(place.start..place.end).is_some(), "{text:?} at {offset}");
+                    assert!(place.start <= offset && offset <= place.end, "{text:?} at {offset}: {place:?}");
+                }
+            }
+        }
+    }
 }

@@ -1,5 +1,4 @@
-//! Keys and values of `mauve.toml` and of timing tables. The text is usually not valid TOML during typing, so it is
-//! read line by line.
+//! Keys and values of `mauve.toml` and of timing tables.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -534,8 +533,8 @@ library nav {
             (
                 "[codel]\n\"nav.$0\" = 3",
                 expect![[r#"
-                    0 nav.plan (has no time) ⇒ "\"nav.plan\" = "
-                    0 nav.drive (has no time) ⇒ "\"nav.drive\" = "
+                    0 nav.plan (has no time) ⇒ "\"nav.plan\""
+                    0 nav.drive (has no time) ⇒ "\"nav.drive\""
                 "#]],
             ),
             (
