@@ -40,9 +40,9 @@ fn an_offset_makes_a_response_time_shorter() {
 fn the_explanation_says_where_the_window_begins() {
     let explained = run_in("clocks", &model(SYNCHRONISED), &["wcrt", "--explain", "late"]).out;
     for part in [
-        "  assumes synchronised clocks\n",
-        "the busy window begins 5 ms after the instant that the synchronised clocks share\n",
-        "execution time of its own job: 4 ms\ninterference:\n          1 ms     1 job   free\n",
+        "- assumes synchronised clocks\n",
+        "- the busy window begins 5 ms after the instant that the synchronised clocks share\n",
+        "own time              1  1 × 4 ms  4 ms  ████████████████\nfree                  3  1 × 1 ms  1 ms  ████\n",
     ] {
         assert!(explained.contains(part), "{part} in {explained}");
     }

@@ -395,13 +395,17 @@ fn wcrt_as_csv_and_explained() {
         found.out
     );
     let explained = run(&["wcrt", "p3dx", "--explain", "navigation"]);
-    for part in ["execution time 297 ms", "navigation.astar", "430 ms", "10 jobs  hokuyo"] {
+    for part in [
+        "costliest period: 297 ms",
+        "navigation.astar 293 ms",
+        "hokuyo                9  10 × 43 ms  430 ms  ",
+    ] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
     let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
     assert!(
         missed.out.contains(
-            "iterations: iteration 2 exceeds the deadline (9 ms after the start of the busy window)\n  5 ms → 10 ms\n"
+            "- fixed-point iteration 2 exceeds the deadline, 9 ms after the start of the busy window: 5 ms → 10 ms\n"
         ),
         "{}",
         missed.out
@@ -420,9 +424,10 @@ fn wcrt_as_csv_and_explained() {
     ];
     let explained = run_in("late-job", &late, &["wcrt", "--explain", "b"]);
     for part in [
-        "b (E): ✗ 118 / 100 ms ▰▰▰▰▰▰ 118 %\n  at 1e-4, method exact, period 100 ms\n",
+        "b: ✗ 118 / 100 ms ▰▰▰▰▰▰ 118 %, missed by 18 ms at 1e-4\n",
+        "- component E, period 100 ms, deadline 100 ms, method exact\n",
         "job 5 of the busy window has the largest response time: it ends 518 ms after",
-        "iteration 4 exceeds the deadline (500 ms after the start of the busy window)\n  310 ms → 440 ms → 492 ms → 518 ms\n",
+        "iteration 4 exceeds the deadline, 500 ms after the start of the busy window: 310 ms → 440 ms → 492 ms → 518 ms\n",
     ] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
@@ -435,7 +440,7 @@ fn wcrt_as_csv_and_explained() {
 fn what_is_assumed_is_shown_wherever_it_is_used() {
     for (arguments, shown) in [
         (&["check"][..], "  front: assumes 5 ms for work\n"),
-        (&["wcrt", "--explain", "front"], "5 ms  work  (assumed: in no timing table)"),
+        (&["wcrt", "--explain", "front"], "- update 5 ms: work 5 ms (assumed)\n"),
         (&["wcrt", "--format", "json"], "\"codel\": \"work\""),
         (&["wcrt", "--format", "csv"], "met,work,"),
         (&["psm", "C"], "some of them assumed"),

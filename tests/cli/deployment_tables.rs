@@ -86,10 +86,8 @@ fn every_report_names_the_tables() {
         "Sea: response times in ms at 1e-4, method best, times of Sea"
     );
     assert_eq!(heading(&["wcrt", "--deployment", "Land"]), "Land: response times in ms at 1e-4, method best");
-    assert_eq!(
-        line(1, &["wcrt", "--deployment", "Sea", "--explain", "arm"]),
-        "  at 1e-4, method best, times of Sea, deadline 10 ms, period 10 ms"
-    );
+    let explained = line(0, &["wcrt", "--deployment", "Sea", "--explain", "arm"]);
+    assert!(explained.starts_with("arm: ") && explained.ends_with(", times of Sea"), "{explained}");
     let csv = run("csv", &both, &["wcrt", "--format", "csv"]).out;
     assert!(csv.lines().nth(2).is_some_and(|line| line.contains("times of Sea")), "{csv}");
     let simulated = heading(&["simulate", "--deployment", "Sea", "--for", "100ms"]);

@@ -149,8 +149,8 @@ deployment Robot { architecture A  activity nap { affinity = 1 priority = 30 per
 ";
     for (name, wait, expected, row) in [
         // 1 to execute, 2 × 0.5 in each job, and 2 × 0.5 for each wait.
-        ("once", "{ time = 8, times = 1 }", 11.0, "          1 ms  context switches of its waits\n"),
-        ("thrice", "{ time = 8, times = 3 }", 13.0, "          3 ms  context switches of its waits\n"),
+        ("once", "{ time = 8, times = 1 }", 11.0, "- context switches of its waits 1 ms\n"),
+        ("thrice", "{ time = 8, times = 3 }", 13.0, "- context switches of its waits 3 ms\n"),
         // How often is not known: they are in the time.
         ("unknown", "8", 10.0, ""),
     ] {
@@ -160,9 +160,9 @@ deployment Robot { architecture A  activity nap { affinity = 1 priority = 30 per
         let folder = robot(name, MODEL, &times, "");
         assert_eq!(response(&folder, "nap"), Some(expected), "{name}");
         let said = mauve(MAUVE, &folder, &["wcrt", "--explain", "nap"]).out;
-        let rows = "          1 ms  update\n                        1 ms  nap\n          1 ms  dispatch and context switches\n";
-        let waits = "          8 ms  waits of its codels, until the thread runs again\n";
-        let shown = format!("execution time and waits {expected} ms: update\n{rows}{row}{waits}");
+        let rows = "- update 1 ms: nap 1 ms\n- dispatch and context switches 1 ms\n";
+        let waits = "- waits of its codels, until the thread runs again 8 ms\n";
+        let shown = format!("costliest period: {expected} ms, update\n\n{rows}{row}{waits}");
         assert!(said.contains(&shown), "{name}: {said}");
         // The document of the tasks has the same figure.
         let generated = mauve(MAUVE, &folder, &["generate", "--out", "generated"]);

@@ -112,6 +112,12 @@ pub struct Fix<'db> {
 /// The characters of a message. Names may have tens of thousands, and a message is sent and shown many times.
 const MOST_CHARACTERS: usize = 2_000;
 
+/// Returns a text with a capital letter.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Returns a text of at most `most` characters, without its middle where it is longer.
 pub fn shortened(text: &str, most: usize) -> String {
     let length = text.chars().count();

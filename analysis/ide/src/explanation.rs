@@ -1,13 +1,8 @@
 //! Explains a response time: execution time, interference, and the iteration that exceeds the deadline.
 //!
-//! The rows are computed here, once. `explanation/text.rs` prints them for a terminal, `explanation/table.rs` in Markdown for a
-//! hover.
+//! The facts are computed here, once; `explanation/document.rs` makes a document of them.
 
-mod table;
-mod text;
-
-pub(crate) use table::explain_in_markdown;
-pub use text::{explain_response, explain_response_of};
+mod document;
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -15,27 +10,31 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{EXHAUSTED, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
+use mauve_timing::task_set::TaskSet;
 use mauve_timing::{
     CpuRule, CpuSet, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace,
 };
 use mauve_wcrt::{
-    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, psm_of, worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, psm_at, psm_of,
+    worst_path,
 };
 use rustc_hash::FxHashSet;
 
+use crate::doc::Doc;
 use crate::occurrences::grouped;
 
 const SHOWN_PERIODS: usize = 12;
 
-/// Prints the explanation of an activity of a model.
-fn with_facts<'db, R>(
+/// Explains the response time of the activity of `report`, the report with these timing tables, with that index. A table names at
+/// `most` as many activities.
+pub fn explain_response<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     report: &Report<'db>,
     activity: usize,
     query: Query,
-    print: impl FnOnce(&Explanation<'_, 'db>) -> R,
-) -> Option<R> {
+    most: usize,
+) -> Option<Doc<'db>> {
     let component = report.activities.get(activity).and_then(|activity| activity.component);
     let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
     let path = |program: usize| {
@@ -44,7 +43,22 @@ fn with_facts<'db, R>(
     let config = config_of(db, tables.project(db).workspace(db));
     let throttling = config.rt_throttling;
     let origin = Origin { throttling, clocks: &|number| config.clock_name(number), psm, worst_path: &path };
-    Some(print(&Explanation::new(db, report, activity, query, &origin)?))
+    Some(Explanation::new(db, report, activity, query, &origin)?.document(most))
+}
+
+/// [`explain_response`] for the report of a task set, which has neither programs nor codels.
+pub fn explain_response_of<'db>(
+    db: &'db dyn ModelDb,
+    set: &TaskSet,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+    most: usize,
+) -> Option<Doc<'db>> {
+    let psm = set.task.get(activity).and_then(|task| psm_at(set, task, query.level));
+    let throttling = set.rt_throttling;
+    let origin = Origin { throttling, clocks: &|_| None, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
+    Some(Explanation::new(db, report, activity, query, &origin)?.document(most))
 }
 
 struct Origin<'a> {
@@ -365,11 +379,6 @@ fn releases(task: &Task) -> Option<String> {
 }
 
 impl<'db> Row<'db> {
-    /// Returns its note in parentheses.
-    fn noted(&self) -> String {
-        self.note.as_ref().map_or_else(String::new, |note| format!(" ({note})"))
-    }
-
     fn named(name: &str) -> Self {
         Row { name: name.into(), ..Row::default() }
     }

@@ -28,7 +28,7 @@ use mauve_wcrt::{
 
 use crate::definition::definition_of;
 use crate::exceedance::measurements;
-use crate::explanation::{explain_in_markdown, explain_response};
+use crate::explanation::explain_response;
 use crate::markdown;
 use crate::occurrences::{Definition, is_of_value, names_at};
 use summary::by_tables;
@@ -76,6 +76,9 @@ fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken
     tokens_at(&root, offset).find(|token| token.kind().is_word())
 }
 
+/// The greatest number of activities in a table.
+const MOST_ROWS: usize = 16;
+
 /// Returns the explanation of the activity whose name or keyword is at `offset`, with its deployment.
 fn of_activity<'db>(
     db: &'db dyn ModelDb,
@@ -102,12 +105,10 @@ fn of_activity<'db>(
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
     let explanations = activities.filter_map(|(activity, _)| {
         let tables = system.activities.get(activity)?.tables;
+        let doc = explain_response(db, tables, report, activity, query, MOST_ROWS)?;
         let explanation = match format {
-            HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),
-            HoverFormat::Text => {
-                let text = explain_response(db, tables, report, activity, query);
-                markdown::block("text", text.trim_end())
-            }
+            HoverFormat::Markdown(links) => doc.markdown(db, links),
+            HoverFormat::Text => markdown::block("text", &doc.text()),
         };
         let probability = probabilities_of(db, project, deployment).get(activity).and_then(Option::as_ref);
         let late = |it| {

@@ -23,6 +23,16 @@ pub fn text(outside: &str) -> String {
     svg_text(&outside.replace(is_hidden, "\u{fffd}")).replace('\'', "&#39;")
 }
 
+/// Returns a text whose names, in backquotes, are code.
+pub fn words(outside: &str) -> String {
+    let parts: Vec<&str> = outside.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return text(outside);
+    }
+    let part = |(index, it): (usize, &&str)| if index % 2 == 0 { text(it) } else { code(it) };
+    parts.iter().enumerate().map(part).collect()
+}
+
 /// Returns a name in code, with the places where a narrow column may break it.
 pub fn code(name: &str) -> String {
     let mut out = "<code>".to_owned();

@@ -29,7 +29,8 @@
 //! | `change.rs` | changes of files |
 //! | `cpu_budget.rs` | what each instance uses of its CPU, as data and as a drawing |
 //! | `cancellation.rs` | work in a database of its own, which an edit cancels |
-//! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
+//! | `doc.rs` | documents, printed as Markdown, text and HTML |
+//! | `explanation.rs`, `explanation/` | explanations of response times |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `project.rs` | the projects of a file, and their names |
 //! | `drawing.rs` | common parts of drawings |
@@ -68,6 +69,7 @@ mod connections;
 mod cpu_budget;
 mod declaration;
 mod definition;
+mod doc;
 mod document_links;
 mod document_symbols;
 mod drawing;
@@ -123,6 +125,7 @@ pub use completion::{Completion, CompletionKind, Completions, Subject, completio
 pub use cpu_budget::{DrawnBudget, DrawnCpu, cpu_status, draw_budget, drawn_budget};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
+pub use doc::Doc;
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
@@ -138,7 +141,7 @@ pub use gantt::draw_schedule;
 pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
-pub use html::{code as html_code, page as html_page, text as html_text};
+pub use html::{code as html_code, page as html_page, text as html_text, words as html_words};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{
     EarlierFigures, HintOptions, InlayHint, hash_of_hints, hash_of_table, inlay_hints, limit_of, table_hints,

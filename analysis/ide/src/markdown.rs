@@ -52,6 +52,11 @@ pub(crate) fn block(language: &str, text: &str) -> String {
     format!("{fence}{language}\n{}\n{fence}\n", text.trim_end_matches('\n'))
 }
 
+/// Returns words of a line, with names in backquotes as code; their other marks are no Markdown.
+pub(crate) fn words(text: &str) -> String {
+    plain(&text.replace(['\n', '\r'], " "))
+}
+
 /// Renders a comment: emphasis, lists and code remain. Pictures, links and HTML become plain text.
 pub(crate) fn comment(text: &str) -> String {
     let text = text.replace("\r\n", "\n").replace('\r', "\n");

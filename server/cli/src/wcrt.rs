@@ -312,20 +312,28 @@ pub(super) fn refused(path: &Path, why: &TaskSetError) -> String {
     format!("`{}`: {}", path.display(), task_set_error_message(why))
 }
 
+/// The greatest number of activities in the table of an explanation.
+const MOST_ROWS: usize = 100;
+
 fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
     let mut texts = Vec::new();
     for it in all {
         for (query, report) in &it.reports {
             let activities = report.activities.iter().enumerate();
             let activities = activities.filter(|(_, activity)| activity.instance == *instance);
-            texts.extend(activities.map(|(activity, _)| match it.origin {
-                Origin::Model(tables) => {
-                    let system = it.declared.map(|of| system_of(it.db, tables.project(it.db), of));
-                    // A host may have tables of its own.
-                    let own = system.and_then(|it| Some(it.activities.get(activity)?.tables));
-                    explain_response(it.db, own.unwrap_or(tables), report, activity, *query)
-                }
-                Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
+            texts.extend(activities.filter_map(|(activity, _)| {
+                let doc = match it.origin {
+                    Origin::Model(tables) => {
+                        let system = it.declared.map(|of| system_of(it.db, tables.project(it.db), of));
+                        // A host may have tables of its own.
+                        let own = system.and_then(|it| Some(it.activities.get(activity)?.tables));
+                        explain_response(it.db, own.unwrap_or(tables), report, activity, *query, MOST_ROWS)
+                    }
+                    Origin::File { set, .. } => {
+                        explain_response_of(it.db, set, report, activity, *query, MOST_ROWS)
+                    }
+                };
+                Some(format!("{instance}: {}", doc?.text()))
             }));
         }
     }

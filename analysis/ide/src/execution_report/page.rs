@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_diagnostics::{capitalised, measurement_refusal, measurement_warning};
 use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel, Warning};
 
 use super::figures::{self, TimeUnit, count, counted};
@@ -264,9 +264,7 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
 
 /// Returns a message as a sentence.
 fn sentence(message: &str) -> String {
-    let mut letters = message.chars();
-    let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
+    format!("{}.", capitalised(message))
 }
 
 fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], unit: &TimeUnit) {

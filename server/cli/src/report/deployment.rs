@@ -24,6 +24,9 @@ use crate::wcrt::{conditions, cpu_numbers, priority};
 /// The number of activities whose response times are explained in full.
 const MOST_EXPLAINED: usize = 20;
 
+/// The greatest number of activities in the table of an explanation.
+const MOST_ROWS: usize = 16;
+
 /// The number of parts of a response time that have a name.
 const MOST_PARTS: usize = 4;
 
@@ -175,21 +178,17 @@ fn explanations(
     });
     all.sort_by_key(|(_, row)| row.order());
     let explained = all.iter().take(MOST_EXPLAINED).filter_map(|(index, row)| {
-        let text = explain_response(of.db, activities.get(*index)?.tables, report, *index, query);
+        let tables = activities.get(*index)?.tables;
+        let doc = explain_response(of.db, tables, report, *index, query, MOST_ROWS)?;
         Some(format!(
-            "<h4>{} {}</h4>\n<pre tabindex=\"0\">{}</pre>\n",
+            "<h4>{} {}</h4>\n<div class=\"explained\">{}</div>\n",
             html_code(&row.activity.instance),
             shown(&row.forms),
-            html_text_lines(&text)
+            doc.html()
         ))
     });
     let explained: String = explained.collect();
     if explained.is_empty() { explained } else { format!("<h3>Explanations</h3>\n{explained}") }
-}
-
-/// Returns a text of several lines, escaped.
-fn html_text_lines(text: &str) -> String {
-    text.trim_end().lines().map(html_text).collect::<Vec<_>>().join("\n")
 }
 
 /// Returns the chains whose limits are not kept, or not known to be.

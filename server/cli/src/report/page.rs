@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
-use mauve_diagnostics::{Finding, Severity};
+use mauve_diagnostics::{Finding, Severity, capitalised};
 use mauve_hir::Database;
-use mauve_ide::{Comparison, html_code, html_page, html_text};
+use mauve_ide::{Comparison, html_code, html_page, html_text, html_words};
 use mauve_projects::analysis_document::Deployed;
 use mauve_projects::verdict::Verdict;
 
@@ -131,12 +131,12 @@ impl Page<'_, '_> {
         let fixes: String = diagnostic
             .fixes
             .iter()
-            .map(|it| format!("<br/><small>possible: {}</small>", with_names(&it.title)))
+            .map(|it| format!("<br/><small>possible: {}</small>", html_words(&it.title)))
             .collect();
         let severity = finding.severity.name();
         format!(
             "<b class=\"{severity}\">{severity}</b>: {} <small>{} <code>{}</code></small>{fixes}",
-            with_names(&diagnostic.message),
+            html_words(&diagnostic.message),
             html_text(place.trim()),
             diagnostic.code.name
         )
@@ -199,20 +199,4 @@ impl Page<'_, '_> {
         let more = (more > 0).then(|| format!("{more} more"));
         format!("<section id=\"messages\">\n<h2>Messages</h2>\n{}</section>\n", list(items.chain(more)))
     }
-}
-
-/// Returns a message whose names, in backquotes, are code.
-fn with_names(message: &str) -> String {
-    let parts: Vec<&str> = message.split('`').collect();
-    if parts.len().is_multiple_of(2) {
-        return html_text(message);
-    }
-    let part = |(index, it): (usize, &&str)| if index % 2 == 0 { html_text(it) } else { html_code(it) };
-    parts.iter().enumerate().map(part).collect()
-}
-
-/// Returns a text with a capital letter.
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

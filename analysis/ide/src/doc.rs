@@ -1,0 +1,280 @@
+//! A document, such as the explanation of a response time. It is made once, and printed as Markdown for a hover, as text for a terminal
+//! and as HTML for a report.
+
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Location, ModelDb};
+
+use crate::html;
+use crate::markdown::{self, Links};
+
+/// A document: its blocks, in the order in which they are read.
+///
+/// ```text
+/// ✓ 53 / 100 ms, slack 47 ms        a line
+///
+///               jobs      time      a table
+/// own time  1 × 43 ms   43 ms
+///
+/// - period 100 ms                   a list
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Doc<'db> {
+    pub(crate) blocks: Vec<Block<'db>>,
+}
+
+/// A part of a document.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Block<'db> {
+    Line(Line<'db>),
+    List(Vec<Line<'db>>),
+    Table(Table<'db>),
+    /// What follows is less important.
+    Rule,
+}
+
+/// Texts beside each other.
+pub(crate) type Line<'db> = Vec<Span<'db>>;
+
+/// A part of a line.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Span<'db> {
+    /// Words, with names in backquotes.
+    Words(String),
+    Strong(String),
+    Code(String),
+    /// The name of a declaration, which links to it if it has a location.
+    Name(Name, Option<Location<'db>>),
+    /// A bar for a share of the whole.
+    Bar(f64),
+}
+
+/// A table. Its heads may be empty.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Table<'db> {
+    pub(crate) columns: &'static [(&'static str, Align)],
+    pub(crate) rows: Vec<Vec<Line<'db>>>,
+}
+
+/// Where the cells of a column stand in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Align {
+    Left,
+    Middle,
+    Right,
+}
+
+/// Returns a line of words.
+pub(crate) fn words<'db>(text: impl Into<String>) -> Line<'db> {
+    vec![Span::Words(text.into())]
+}
+
+impl<'db> Doc<'db> {
+    /// Adds a list, unless it is empty.
+    pub(crate) fn list(&mut self, lines: impl IntoIterator<Item = Line<'db>>) {
+        let lines: Vec<Line<'db>> = lines.into_iter().collect();
+        if !lines.is_empty() {
+            self.blocks.push(Block::List(lines));
+        }
+    }
+
+    /// Returns the document in Markdown; `links` has the addresses of declarations.
+    pub fn markdown(&self, db: &dyn ModelDb, links: Links<'_>) -> String {
+        let line = |line: &Line<'db>| line.iter().map(|span| span.markdown(db, links)).collect::<String>();
+        let block = |block: &Block<'db>| match block {
+            Block::Line(of) => line(of) + "\n",
+            Block::List(lines) => lines.iter().map(|of| format!("- {}\n", line(of))).collect(),
+            Block::Table(table) => {
+                let heads: Vec<&str> = table.columns.iter().map(|(head, _)| *head).collect();
+                let aligned: Vec<&str> = table.columns.iter().map(|(_, align)| align.in_markdown()).collect();
+                let rows = table.rows.iter().map(|row| row.iter().map(line).collect::<Vec<_>>());
+                let rows: String = rows.map(|row| markdown::row(&row)).collect();
+                markdown::row(&heads) + &markdown::row(&aligned) + &rows
+            }
+            Block::Rule => "---\n".to_owned(),
+        };
+        self.blocks.iter().map(block).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Returns the document as text. A rule is the blank line that is between all blocks.
+    pub fn text(&self) -> String {
+        let line = |line: &Line<'_>| line.iter().map(Span::text).collect::<String>();
+        let block = |block: &Block<'db>| match block {
+            Block::Line(of) => Some(line(of) + "\n"),
+            Block::List(lines) => Some(lines.iter().map(|of| format!("- {}\n", line(of))).collect()),
+            Block::Table(table) => Some(table.text()),
+            Block::Rule => None,
+        };
+        self.blocks.iter().filter_map(block).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Returns the document in HTML.
+    pub fn html(&self) -> String {
+        let line = |line: &Line<'_>| line.iter().map(Span::html).collect::<String>();
+        let cells = |name: &str, columns: &[(&str, Align)], cells: Vec<String>| {
+            let cell = |(cell, (_, align)): (String, &(&str, Align))| {
+                let class = if *align == Align::Left { "" } else { " class=\"number\"" };
+                format!("<{name}{class}>{cell}</{name}>")
+            };
+            format!("<tr>{}</tr>\n", cells.into_iter().zip(columns).map(cell).collect::<String>())
+        };
+        let block = |block: &Block<'db>| match block {
+            Block::Line(of) => format!("<p>{}</p>\n", line(of)),
+            Block::List(lines) => {
+                let lines: String = lines.iter().map(|of| format!("<li>{}</li>\n", line(of))).collect();
+                format!("<ul>\n{lines}</ul>\n")
+            }
+            Block::Table(Table { columns, rows }) => {
+                let heads = cells("th", columns, columns.iter().map(|(head, _)| html::text(head)).collect());
+                let rows = rows.iter().map(|row| cells("td", columns, row.iter().map(line).collect()));
+                let rows: String = rows.collect();
+                format!("<table>\n<thead>{heads}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
+            }
+            Block::Rule => String::new(),
+        };
+        self.blocks.iter().map(block).collect()
+    }
+}
+
+impl Align {
+    fn in_markdown(self) -> &'static str {
+        match self {
+            Align::Left => ":--",
+            Align::Middle => ":-:",
+            Align::Right => "--:",
+        }
+    }
+}
+
+impl Table<'_> {
+    /// Returns the rows with columns of one width.
+    fn text(&self) -> String {
+        let heads = self.columns.iter().map(|(head, _)| (*head).to_owned()).collect();
+        let cell = |line: &Line<'_>| line.iter().map(Span::text).collect::<String>();
+        let rows = self.rows.iter().map(|row| row.iter().map(cell).collect());
+        let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
+        let letters = |text: &String| text.chars().count();
+        let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(letters).max();
+        let widths: Vec<usize> = (0..self.columns.len()).filter_map(width).collect();
+        let line = |row: &Vec<String>| {
+            let cells = row.iter().zip(self.columns).zip(&widths);
+            let cells = cells.map(|((cell, (_, align)), width)| match align {
+                Align::Left => format!("{cell:<width$}"),
+                Align::Middle | Align::Right => format!("{cell:>width$}"),
+            });
+            cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
+        };
+        rows.iter().map(line).collect()
+    }
+}
+
+impl Span<'_> {
+    fn markdown(&self, db: &dyn ModelDb, links: Links<'_>) -> String {
+        match self {
+            Span::Words(text) => markdown::words(text),
+            Span::Strong(text) => format!("**{}**", markdown::words(text)),
+            Span::Code(text) => markdown::code(text),
+            Span::Name(name, at) => markdown::link(db, links, name, at.as_ref()),
+            Span::Bar(share) => markdown::bar(*share),
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Span::Words(text) | Span::Strong(text) | Span::Code(text) => text.replace(['\n', '\r'], " "),
+            Span::Name(name, _) => name.to_string(),
+            Span::Bar(share) => markdown::bar(*share),
+        }
+    }
+
+    fn html(&self) -> String {
+        match self {
+            Span::Words(text) => html::words(text),
+            Span::Strong(text) => format!("<b>{}</b>", html::words(text)),
+            Span::Code(text) => html::code(text),
+            Span::Name(name, _) => html::code(name),
+            Span::Bar(share) => markdown::bar(*share),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+    use mauve_hir::Database;
+
+    use super::*;
+
+    const COLUMNS: &[(&str, Align)] =
+        &[("", Align::Left), ("priority", Align::Middle), ("time", Align::Right), ("", Align::Left)];
+
+    fn doc() -> Doc<'static> {
+        let row = |name: &str, priority: &str, time: &str, share: f64| {
+            vec![vec![Span::Name(name.into(), None)], words(priority), words(time), vec![Span::Bar(share)]]
+        };
+        let rows = vec![row("a|b", "9", "43 ms", 0.81), row("<c>", "10", "10 ms", 0.19)];
+        Doc {
+            blocks: vec![
+                Block::Line(vec![
+                    Span::Strong("✓ 53 ms".into()),
+                    Span::Words(", no time for `x_y` <b>".into()),
+                ]),
+                Block::Table(Table { columns: COLUMNS, rows }),
+                Block::Rule,
+                Block::List(vec![words("one"), vec![Span::Words("of ".into()), Span::Code("A & B".into())]]),
+            ],
+        }
+    }
+
+    #[test]
+    fn a_document_in_markdown() {
+        expect![[r#"
+            **✓ 53 ms**, no time for `x_y` &lt;b>
+
+            |  | priority | time |  |
+            | :-- | :-: | --: | :-- |
+            | `a\|b` | 9 | 43 ms | ████████████████▎ |
+            | `<c>` | 10 | 10 ms | ███▊ |
+
+            ---
+
+            - one
+            - of `A & B`
+        "#]]
+        .assert_eq(&doc().markdown(&Database::default(), &|_, _| None));
+    }
+
+    #[test]
+    fn a_document_as_text() {
+        expect![[r#"
+            ✓ 53 ms, no time for `x_y` <b>
+
+                 priority   time
+            a|b         9  43 ms  ████████████████▎
+            <c>        10  10 ms  ███▊
+
+            - one
+            - of A & B
+        "#]]
+        .assert_eq(&doc().text());
+    }
+
+    #[test]
+    fn a_document_in_html() {
+        expect![[r#"
+            <p><b>✓ 53 ms</b>, no time for <code>x_<wbr/>y</code> &lt;b&gt;</p>
+            <table>
+            <thead><tr><th></th><th class="number">priority</th><th class="number">time</th><th></th></tr>
+            </thead>
+            <tbody>
+            <tr><td><code>a|b</code></td><td class="number">9</td><td class="number">43 ms</td><td>████████████████▎</td></tr>
+            <tr><td><code>&lt;c&gt;</code></td><td class="number">10</td><td class="number">10 ms</td><td>███▊</td></tr>
+            </tbody>
+            </table>
+            <ul>
+            <li>one</li>
+            <li>of <code>A &amp; B</code></li>
+            </ul>
+        "#]]
+        .assert_eq(&doc().html());
+    }
+}
