@@ -83,13 +83,7 @@ impl<'db> Doc<'db> {
         let block = |block: &Block<'db>| match block {
             Block::Line(of) => line(of) + "\n",
             Block::List(lines) => lines.iter().map(|of| format!("- {}\n", line(of))).collect(),
-            Block::Table(table) => {
-                let heads: Vec<&str> = table.columns.iter().map(|(head, _)| *head).collect();
-                let aligned: Vec<&str> = table.columns.iter().map(|(_, align)| align.in_markdown()).collect();
-                let rows = table.rows.iter().map(|row| row.iter().map(line).collect::<Vec<_>>());
-                let rows: String = rows.map(|row| markdown::row(&row)).collect();
-                markdown::row(&heads) + &markdown::row(&aligned) + &rows
-            }
+            Block::Table(table) => table.markdown(&line),
             Block::Rule => "---\n".to_owned(),
         };
         self.blocks.iter().map(block).collect::<Vec<_>>().join("\n")
@@ -97,10 +91,9 @@ impl<'db> Doc<'db> {
 
     /// Returns the document as text. A rule is the blank line that is between all blocks.
     pub fn text(&self) -> String {
-        let line = |line: &Line<'_>| line.iter().map(Span::text).collect::<String>();
         let block = |block: &Block<'db>| match block {
-            Block::Line(of) => Some(line(of) + "\n"),
-            Block::List(lines) => Some(lines.iter().map(|of| format!("- {}\n", line(of))).collect()),
+            Block::Line(of) => Some(text(of) + "\n"),
+            Block::List(lines) => Some(lines.iter().map(|of| format!("- {}\n", text(of))).collect()),
             Block::Table(table) => Some(table.text()),
             Block::Rule => None,
         };
@@ -135,36 +128,61 @@ impl<'db> Doc<'db> {
     }
 }
 
-impl Align {
-    fn in_markdown(self) -> &'static str {
-        match self {
-            Align::Left => ":--",
-            Align::Middle => ":-:",
-            Align::Right => "--:",
-        }
+impl<'db> Table<'db> {
+    /// Returns the width of each column, in letters.
+    fn widths(&self) -> Vec<usize> {
+        let letters = |text: &str| text.chars().count();
+        let width = |(column, (head, _)): (usize, &(&str, Align))| {
+            let cells = self.rows.iter().filter_map(|row| row.get(column));
+            cells.map(|cell| letters(&text(cell))).max().unwrap_or_default().max(letters(head))
+        };
+        self.columns.iter().enumerate().map(width).collect()
     }
-}
 
-impl Table<'_> {
-    /// Returns the rows with columns of one width.
+    /// Returns the table in Markdown, with columns of one width: most editors in terminals show its text, without its signs.
+    fn markdown(&self, line: &impl Fn(&Line<'db>) -> String) -> String {
+        // The line below the heads has at least three signs in a column.
+        let widths: Vec<usize> = self.widths().into_iter().map(|width| width.max(3)).collect();
+        let row = |cells: &mut dyn Iterator<Item = (String, usize)>| {
+            let cells = cells.zip(self.columns).zip(&widths).map(|(((cell, width), (_, align)), widest)| {
+                let space = " ".repeat(widest.saturating_sub(width));
+                let cell = cell.replace('|', "\\|");
+                if *align == Align::Right { space + &cell } else { cell + &space }
+            });
+            format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+        };
+        let heads = row(&mut self.columns.iter().map(|(head, _)| ((*head).to_owned(), head.chars().count())));
+        let aligned = row(&mut self.columns.iter().zip(&widths).map(|((_, align), width)| match align {
+            Align::Left => (format!(":{}", "-".repeat(width - 1)), *width),
+            Align::Middle => (format!(":{}:", "-".repeat(width - 2)), *width),
+            Align::Right => (format!("{}:", "-".repeat(width - 1)), *width),
+        }));
+        let rows = self
+            .rows
+            .iter()
+            .map(|cells| row(&mut cells.iter().map(|cell| (line(cell), text(cell).chars().count()))));
+        heads + &aligned + &rows.collect::<String>()
+    }
+
+    /// Returns the rows as text, with columns of one width.
     fn text(&self) -> String {
-        let heads = self.columns.iter().map(|(head, _)| (*head).to_owned()).collect();
-        let cell = |line: &Line<'_>| line.iter().map(Span::text).collect::<String>();
-        let rows = self.rows.iter().map(|row| row.iter().map(cell).collect());
-        let rows: Vec<Vec<String>> = std::iter::once(heads).chain(rows).collect();
-        let letters = |text: &String| text.chars().count();
-        let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(letters).max();
-        let widths: Vec<usize> = (0..self.columns.len()).filter_map(width).collect();
-        let line = |row: &Vec<String>| {
-            let cells = row.iter().zip(self.columns).zip(&widths);
+        let widths = self.widths();
+        let row = |cells: Vec<String>| {
+            let cells = cells.into_iter().zip(self.columns).zip(&widths);
             let cells = cells.map(|((cell, (_, align)), width)| match align {
                 Align::Left => format!("{cell:<width$}"),
                 Align::Middle | Align::Right => format!("{cell:>width$}"),
             });
             cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
         };
-        rows.iter().map(line).collect()
+        let heads = row(self.columns.iter().map(|(head, _)| (*head).to_owned()).collect());
+        heads + &self.rows.iter().map(|cells| row(cells.iter().map(text).collect())).collect::<String>()
     }
+}
+
+/// Returns the text of a line.
+fn text(line: &Line<'_>) -> String {
+    line.iter().map(Span::text).collect()
 }
 
 impl Span<'_> {
@@ -230,10 +248,10 @@ mod tests {
         expect![[r#"
             **✓ 53 ms**, no time for `x_y` &lt;b>
 
-            |  | priority | time |  |
-            | :-- | :-: | --: | :-- |
-            | `a\|b` | 9 | 43 ms | ████████████████▎ |
-            | `<c>` | 10 | 10 ms | ███▊ |
+            |     | priority |  time |                   |
+            | :-- | :------: | ----: | :---------------- |
+            | `a\|b` | 9        | 43 ms | ████████████████▎ |
+            | `<c>` | 10       | 10 ms | ███▊              |
 
             ---
 

@@ -312,11 +312,11 @@ deployment D {
                 ---
                 **CPU 1 overloaded (104.0 % at priority ≥ 1)**: no bounded response time at 1e-4
 
-                |  | priority | execution time | utilisation |  |
-                | :-- | :-: | --: | --: | :-- |
-                | [`planner`](file:///model.mal#L15) | 1 | 70 ms per 100 ms | 70.0 % | █████████████▌ |
-                | [`driver`](file:///model.mal#L14) | 2 | 17 ms per 50 ms | 34.0 % | ██████▌ |
-                | **CPU 1, priority ≥ 1** |  |  | **104.0 %** |  |
+                |                     | priority |   execution time | utilisation |                |
+                | :------------------ | :------: | ---------------: | ----------: | :------------- |
+                | [`planner`](file:///model.mal#L15)             | 1        | 70 ms per 100 ms |      70.0 % | █████████████▌ |
+                | [`driver`](file:///model.mal#L14)              | 2        |  17 ms per 50 ms |      34.0 % | ██████▌        |
+                | **CPU 1, priority ≥ 1** |          |                  |     **104.0 %** |                |
 
                 costliest period: 70 ms, `update`
 
@@ -833,10 +833,10 @@ codel.drive = 4
                 ---
                 **✓ 12 / 100 ms** ▰▱▱▱▱▱ 12 %, slack 88 ms at 1e-4, times of Sea
 
-                |  | priority | jobs | time |  |
-                | :-- | :-: | --: | --: | :-- |
-                | own time | 1 | 1 × 12 ms | 12 ms | ████████████████████ |
-                | **response time** |  |  | **12 ms** |  |
+                |               | priority |      jobs |  time |                      |
+                | :------------ | :------: | --------: | ----: | :------------------- |
+                | own time      | 1        | 1 × 12 ms | 12 ms | ████████████████████ |
+                | **response time** |          |           | **12 ms** |                      |
 
                 costliest period: 12 ms, `Idle —t→ Idle`
 

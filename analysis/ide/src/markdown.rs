@@ -20,12 +20,6 @@ pub(crate) fn link(db: &dyn ModelDb, links: Links<'_>, name: &str, at: Option<&L
     format!("[{}]({})", code(name), address.chars().map(escaped).collect::<String>())
 }
 
-/// Returns a row of a table. A bar in a cell does not end it.
-pub(crate) fn row<S: AsRef<str>>(cells: &[S]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| cell.as_ref().replace('|', "\\|")).collect();
-    format!("| {} |\n", cells.join(" | "))
-}
-
 /// Returns a bar of block characters for a share of the whole, in eighths of a character; at least one eighth unless it is 0.
 ///
 /// A bar of 20 characters is the whole.
@@ -212,7 +206,6 @@ mod tests {
         let address = |_: &dyn ModelDb, _: &Location<'_>| Some("file:///a (b)|c.mal#L1,7".to_owned());
         assert_eq!(link(&db, &address, "f", Some(&at)), "[`f`](file:///a%20%28b%29%7Cc.mal#L1,7)");
         assert_eq!(link(&db, &address, "f", None), "`f`");
-        assert_eq!(row(&["a|b", "c"]), "| a\\|b | c |\n");
     }
 
     #[test]

@@ -1,89 +1,20 @@
 //! Markdown as plain text: for clients that show no Markdown in hovers, completions and signatures.
 
-/// Returns the text of Markdown: code without its signs, tables in columns, links by their names, and signs instead of their escapes.
+/// Returns the text of Markdown: code without its signs, links by their names, and signs instead of their escapes.
 pub(crate) fn plain_text(markdown: &str) -> String {
     let mut out: Vec<String> = Vec::new();
-    let mut table: Vec<Vec<String>> = Vec::new();
     let mut fence: Option<&str> = None;
     for line in markdown.lines() {
         let run = line.trim_start().trim_end_matches(|sign| sign != '`').len();
         let sign = line.trim_start().get(..run).filter(|it| it.len() >= 3 && it.bytes().all(|it| it == b'`'));
-        if !line.starts_with('|') || fence.is_some() {
-            out.extend(columns(&std::mem::take(&mut table)));
-        }
         match (fence, sign) {
             (Some(open), _) if line == open => fence = None,
             (Some(_), _) => out.push(line.to_owned()),
             (None, Some(open)) => fence = Some(open),
-            (None, None) if line.starts_with('|') => table.push(cells(line)),
             (None, None) => out.push(inline(line.trim_start_matches('#').trim_end())),
         }
     }
-    out.extend(columns(&table));
     out.join("\n").trim().to_owned()
-}
-
-/// Returns Markdown whose tables have columns of one width: most editors in terminals show the text of a table, without its signs.
-pub(crate) fn with_columns(markdown: &str) -> String {
-    let (mut out, mut table, mut in_code) = (String::new(), Vec::<&str>::new(), false);
-    for line in markdown.split_inclusive('\n') {
-        in_code ^= line.trim_start().starts_with("```");
-        if line.starts_with('|') && !in_code {
-            table.push(line);
-        } else {
-            out += &padded(&std::mem::take(&mut table));
-            out += line;
-        }
-    }
-    out + &padded(&table)
-}
-
-/// Returns the rows of a table, whose cells are as wide as the longest one of their column: numbers at the right.
-fn padded(lines: &[&str]) -> String {
-    let table: Vec<Vec<String>> = lines.iter().map(|line| raw_cells(line)).collect();
-    let is_rule =
-        |row: &&Vec<String>| row.iter().all(|it| it.contains('-') && it.trim_matches(['-', ':']).is_empty());
-    let Some(rule) = table.get(1).filter(is_rule) else { return lines.concat() };
-    let width = |cell: &String| inline(cell).chars().count();
-    let widest = |column: usize| table.iter().filter_map(|row| row.get(column)).map(width).max();
-    let columns: Vec<(&String, usize)> =
-        rule.iter().enumerate().map(|(index, it)| (it, widest(index).unwrap_or_default())).collect();
-    let mut out = String::new();
-    for (number, row) in table.iter().enumerate() {
-        for (cell, (rule, widest)) in row.iter().zip(&columns) {
-            let space = widest - width(cell);
-            out += &match rule.split_at(rule.len() - 1) {
-                (first, last) if number == 1 => format!("| {first}{}{last} ", "-".repeat(space)),
-                ("" | "-" | "--", ":") => format!("| {}{cell} ", " ".repeat(space)),
-                _ => format!("| {cell}{} ", " ".repeat(space)),
-            };
-        }
-        out += "|\n";
-    }
-    out
-}
-
-/// Returns the texts of the cells of a row.
-fn cells(row: &str) -> Vec<String> {
-    raw_cells(row).iter().map(|cell| inline(&cell.replace("\\|", "|"))).collect()
-}
-
-/// Returns the cells of a row. A bar in a cell has a backslash.
-fn raw_cells(row: &str) -> Vec<String> {
-    let inner = row.trim().trim_start_matches('|').trim_end_matches('|');
-    let cells = inner.replace("\\|", "\0");
-    cells.split('|').map(|cell| cell.replace('\0', "\\|").trim().to_owned()).collect()
-}
-
-/// Returns the rows of a table below each other, without the line under its head.
-fn columns(table: &[Vec<String>]) -> Vec<String> {
-    let is_line = |row: &&Vec<String>| !row.iter().all(|cell| cell.trim_matches(['-', ':']).is_empty());
-    let rows: Vec<&Vec<String>> = table.iter().filter(is_line).collect();
-    let width =
-        |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|it| it.chars().count()).max();
-    let padded = |(column, cell): (usize, &String)| format!("{cell:<0$}", width(column).unwrap_or_default());
-    let line = |row: &&Vec<String>| row.iter().enumerate().map(padded).collect::<Vec<_>>().join("  ");
-    rows.iter().map(line).map(|line| line.trim_end().to_owned()).collect()
 }
 
 /// Returns a line without the signs of code, emphasis and links.
@@ -161,28 +92,10 @@ mod tests {
             ("# Title\n\n> quoted\n- one\n\n---\nend", "Title\n\n> quoted\n- one\n\n---\nend"),
             ("```mauve\na_b * **c**\n| x |\n```\n`d`", "a_b * **c**\n| x |\nd"),
             ("````text\n```\n[x](y)\n````\nend", "```\n[x](y)\nend"),
-            ("| a | **b** |\n|---|--:|\n| `long\\|er` | 1 |\nend", "a        b\nlong|er  1\nend"),
             ("", ""),
         ] {
             assert_eq!(plain_text(markdown), text.trim(), "{markdown:?}");
         }
-    }
-
-    #[test]
-    fn columns_of_tables_have_one_width() {
-        let table = "a\n| | `jobs` |\n|:--|--:|\n| **long\\|er** | 10 |\n| x | 1 |\n\n```\n| a |\n|---|\n```\n| no table";
-        let expected = "a
-|         | `jobs` |
-| :------ | ---: |
-| **long\\|er** |   10 |
-| x       |    1 |
-
-```
-| a |
-|---|
-```
-| no table";
-        assert_eq!(with_columns(table), expected);
     }
 
     #[test]

@@ -360,11 +360,11 @@ codel.work = 3
             expect![[r#"
                 **✓ 6 / 20 ms** ▰▱▱▱▱▱ 30 %, slack 14 ms at 1e-4
 
-                |  | priority | jobs | time |  |
-                | :-- | :-: | --: | --: | :-- |
-                | own time | 2 | 1 × 3 ms | 3 ms | ██████████ |
-                | [`front`](file:///model.mal#L10) | 3 | 1 × 3 ms | 3 ms | ██████████ |
-                | **response time** |  |  | **6 ms** |  |
+                |               | priority |     jobs | time |            |
+                | :------------ | :------: | -------: | ---: | :--------- |
+                | own time      | 2        | 1 × 3 ms | 3 ms | ██████████ |
+                | [`front`](file:///model.mal#L10)         | 3        | 1 × 3 ms | 3 ms | ██████████ |
+                | **response time** |          |          | **6 ms** |            |
 
                 costliest period: 3 ms, `update`
 
@@ -393,12 +393,12 @@ codel.work = 3
             expect![[r#"
                 **✓ 9 / 12 ms** ▰▰▰▰▱▱ 75 %, slack 3 ms at 1e-4
 
-                |  | priority | jobs | time |  |
-                | :-- | :-: | --: | --: | :-- |
-                | own time | 1 | 1 × 3 ms | 3 ms | ██████▋ |
-                | [`front`](file:///model.mal#L10) | 3 | 1 × 3 ms | 3 ms | ██████▋ |
-                | [`back`](file:///model.mal#L10) | 2 | 1 × 3 ms | 3 ms | ██████▋ |
-                | **response time** |  |  | **9 ms** |  |
+                |               | priority |     jobs | time |         |
+                | :------------ | :------: | -------: | ---: | :------ |
+                | own time      | 1        | 1 × 3 ms | 3 ms | ██████▋ |
+                | [`front`](file:///model.mal#L10)         | 3        | 1 × 3 ms | 3 ms | ██████▋ |
+                | [`back`](file:///model.mal#L10)          | 2        | 1 × 3 ms | 3 ms | ██████▋ |
+                | **response time** |          |          | **9 ms** |         |
 
                 costliest period: 3 ms, `update`
 

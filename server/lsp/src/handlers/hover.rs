@@ -7,7 +7,7 @@ use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
-use crate::plain_text::{plain_text, with_columns};
+use crate::plain_text::plain_text;
 use crate::snapshot::Snapshot;
 
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
@@ -55,7 +55,7 @@ pub(super) fn hover_at(
 /// Returns Markdown, or its text for a client that shows no Markdown.
 fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
     match snapshot.capabilities.markdown {
-        true => MarkupContent { kind: MarkupKind::Markdown, value: with_columns(&markdown) },
+        true => MarkupContent { kind: MarkupKind::Markdown, value: markdown },
         false => MarkupContent { kind: MarkupKind::PlainText, value: plain_text(&markdown) },
     }
 }
