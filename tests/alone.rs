@@ -314,7 +314,6 @@ fn orocos_a_codel_is_measured_alone_and_in_the_robot() {
     assert!(!out.contains("in the robot"), "{out}");
 
     // The table says that nothing of it was measured in the robot.
-    let (_, out, err) =
-        mauve(&folder, &["pwcet", "r.samples", "--levels", "1e-2", "--bootstraps", "0", "-o", "new.toml"]);
+    let (_, out, err) = mauve(&folder, &["pwcet", "r.samples", "--levels", "1e-2", "-o", "new.toml"]);
     assert!(err.contains("robot.aim: alone "), "{out}{err}");
 }

@@ -115,7 +115,7 @@ fn drone(name: &str) -> PathBuf {
 #[test]
 fn a_codel_has_one_line_and_a_warning_is_named_once() {
     let folder = drone("pwcet-lines");
-    let found = mauve_in(&folder, &["pwcet", "run.samples", "--project", ".", "--bootstraps", "0"]);
+    let found = mauve_in(&folder, &["pwcet", "run.samples", "--project", "."]);
     for (codel, count) in DRONE {
         let lines: Vec<&str> =
             found.out.lines().filter(|it| it.starts_with(&format!("  uav.{codel} "))).collect();
@@ -139,7 +139,7 @@ fn a_codel_has_one_line_and_a_warning_is_named_once() {
     assert!(found.out.contains("✗ needs 188 more"), "{}", found.out);
     // 6000 executions with a light tail: a verdict at 1e-4 is not that of 1e-3, which is counted.
     let verdict = |arguments: &[&str]| {
-        let all = ["pwcet", "run.samples", "--bootstraps", "0", "--levels"];
+        let all = ["pwcet", "run.samples", "--levels"];
         let found = mauve_in(&folder, &[&all, arguments].concat()).out;
         let line = found.lines().find(|it| it.starts_with("  uav.gyro ")).unwrap().to_owned();
         line.split_whitespace().skip(4).collect::<Vec<_>>().join(" ")
@@ -156,10 +156,10 @@ fn a_codel_has_one_line_and_a_warning_is_named_once() {
     let longest = words.map(|it| it.chars().count()).max();
     assert!(longest <= Some(80) && found.out.lines().count() < 28, "{}", found.out);
     // Everything is in the document and, with `--levels`, in the table.
-    let all = mauve_in(&folder, &["pwcet", "run.samples", "--format", "json", "--bootstraps", "0"]);
+    let all = mauve_in(&folder, &["pwcet", "run.samples", "--format", "json"]);
     let all: serde_json::Value = serde_json::from_str(&all.out).unwrap();
     assert_eq!(all["levels"].as_array().unwrap().len(), 7);
-    let several = mauve_in(&folder, &["pwcet", "run.samples", "--levels", "1e-3,1e-6", "--bootstraps", "0"]);
+    let several = mauve_in(&folder, &["pwcet", "run.samples", "--levels", "1e-3,1e-6"]);
     assert!(several.out.contains("  1e-3  ") && several.out.contains("  1e-6\n"), "{}", several.out);
 }
 
@@ -198,7 +198,7 @@ fn the_next_steps_can_be_followed() {
     assert_eq!(mauve_in(&folder, &["generate"]).code, 0);
     assert_eq!(mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]).code, 0);
     let next = || {
-        let found = mauve_in(&folder, &["pwcet", "run.samples", "--project", ".", "--bootstraps", "0"]);
+        let found = mauve_in(&folder, &["pwcet", "run.samples", "--project", "."]);
         let next = found.out.split("\nNext:\n").nth(1).unwrap_or(&found.out);
         next.split("\n\n").next().unwrap().to_owned()
     };
@@ -234,7 +234,7 @@ fn the_next_steps_can_be_followed() {
 fn an_absurd_bound_is_explained_and_not_written() {
     let folder = drone("pwcet-absurd");
     let run = |levels: &str| {
-        let options = ["pwcet", "run.samples", "-o", "new.toml", "--bootstraps", "0", "--levels", levels];
+        let options = ["pwcet", "run.samples", "-o", "new.toml", "--levels", levels];
         mauve_in(&folder, &options)
     };
     let found = run("1e-3,1e-9");
@@ -258,7 +258,7 @@ fn a_new_table_has_the_levels_that_the_executions_support() {
         (0..40_000).map(|it| format!("robot.tick,{},laser\n", 10_000 + it % 7 * 1000)).collect();
     std::fs::write(folder.join("more.csv"), format!("codel,execution_ns,instance\n{coarse}")).unwrap();
     mauve_in(&folder, &["trace", "import", "more.csv", "-o", "run.samples"]);
-    let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "new.toml", "--bootstraps", "0"]);
+    let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "new.toml"]);
     let table = mauve_timing::Table::parse(&std::fs::read_to_string(folder.join("new.toml")).unwrap());
     let levels: Vec<f64> = table.levels.iter().map(|it| it.as_f64()).collect();
     assert_eq!((levels.as_slice(), table.codels.len()), (&[1e-3, 1e-4][..], 3), "{}{}", found.out, found.err);
@@ -272,7 +272,7 @@ fn a_new_table_has_the_levels_that_the_executions_support() {
 #[test]
 fn records_are_short_and_older_ones_are_read() {
     let folder = drone("pwcet-short");
-    let update = ["pwcet", "run.samples", "-o", "timing.toml", "--bootstraps", "0", "--levels", "1e-3"];
+    let update = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-3"];
     mauve_in(&folder, &update);
     let text = table(&folder);
     let record = text.split("[measured.\"uav.filter\"]").nth(1).unwrap();
@@ -310,7 +310,7 @@ fn assumed_times_are_replaced_and_the_share_of_measured_ones_is_shown() {
         heading
     };
     assert!(heading().ends_with("; 0 of 5 execution times measured, 4 assumed"), "{}", heading());
-    let update = ["pwcet", "run.samples", "-o", "timing.toml", "--bootstraps", "0", "--levels", "1e-3"];
+    let update = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-3"];
     let found = mauve_in(&folder, &update);
     let kept = "`timing.toml` keeps the time by hand of `uav.mix`: --replace overwrites it";
     assert!(found.err.contains(kept), "{}", found.err);
@@ -353,8 +353,7 @@ fn measured_times_give_response_times() {
     let own = document["results"][0]["activities"][0]["own"].as_f64().unwrap();
     assert!((19.21..25.0).contains(&own), "{own}");
 
-    let reported =
-        mauve_in(&folder, &["pwcet", "run.samples", "--report", "report.html", "--bootstraps", "0"]);
+    let reported = mauve_in(&folder, &["pwcet", "run.samples", "--report", "report.html"]);
     assert_eq!(reported.code, 0, "{}", reported.err);
     let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
     assert!(report.starts_with("<!") && report.contains("robot.scan") && report.contains("<svg"));
@@ -387,7 +386,7 @@ fn ports_are_estimated_and_waits_are_told() {
     std::fs::write(folder.join("run.csv"), lines).unwrap();
     let imported = mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
     assert_eq!(imported.code, 0, "{}", imported.err);
-    let estimate = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-3", "--bootstraps", "0"];
+    let estimate = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-3"];
     let found = mauve_in(&folder, &estimate);
     assert_eq!(found.code, 0, "{}{}", found.out, found.err);
     // Above the true 1 ms + 0.1 ms × ln(1e3) = 1.69 ms, as for the codel.
@@ -494,10 +493,7 @@ fn a_measurement_becomes_outdated() {
     std::fs::create_dir_all(folder.join("generated/robot/src/codels")).unwrap();
     let source = folder.join("generated/robot/src/codels/scan.cpp");
     std::fs::write(&source, "int scan() { return 1; }").unwrap();
-    mauve_in(
-        &folder,
-        &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4", "--bootstraps", "0"],
-    );
+    mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4"]);
     assert!(
         table(&folder).contains("source = \"generated/robot/src/codels/scan.cpp\""),
         "{}",
@@ -601,7 +597,7 @@ fn tables_and_reports_are_not_written_through_links_of_a_project() {
         std::os::unix::fs::symlink(mine.join(file), folder.join(format!("linked-{file}"))).unwrap();
     }
     let pwcet = |output: &str, report: &str| {
-        let arguments = ["pwcet", "run.samples", "--bootstraps", "0", "-o", output, "--report", report];
+        let arguments = ["pwcet", "run.samples", "-o", output, "--report", report];
         mauve_in(&folder, &arguments)
     };
     for (output, report) in [("linked-table.toml", "new.html"), ("new.toml", "linked-report.html")] {
@@ -630,7 +626,7 @@ fn a_report_overwrites_reports_only() {
     }
     assert_eq!(std::fs::read(folder.join("run.samples")).unwrap(), before);
     for _ in 0..2 {
-        let found = mauve_in(&folder, &["pwcet", "run.samples", "--report", "r.html", "--bootstraps", "0"]);
+        let found = mauve_in(&folder, &["pwcet", "run.samples", "--report", "r.html"]);
         assert_eq!(found.code, 0, "{}", found.err);
     }
 }

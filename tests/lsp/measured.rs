@@ -46,7 +46,7 @@ fn the_editor_follows_measurements() {
         let run = mauve(MAUVE, &folder, arguments);
         assert!(run.code < 2, "{}", run.err);
     };
-    let measure = || run(&["pwcet", "robot.samples", "-o", "timing.toml", "--replace", "--bootstraps", "0"]);
+    let measure = || run(&["pwcet", "robot.samples", "-o", "timing.toml", "--replace"]);
     let mut client = Client::of_folder(MAUVE, &folder);
     let text = client.open_file(&folder.join("robot.mal"));
     assert!(client.hint(&text, "activity laser").contains("! 55 / 60 ms"));

@@ -104,8 +104,7 @@ mod tests {
     }
 
     fn report(samples: &[Sample]) -> String {
-        let options =
-            Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 };
+        let options = Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 };
         let measurement = |it: &Sample| InstanceMeasurement {
             instance: it.instance.to_owned(),
             executions: it.executions.clone(),
@@ -266,7 +265,6 @@ mod tests {
             fit with ξ ≥ 0 | ξ = 0.000118, σ = 0.04814 ms
             greatest ξ that is not rejected | 0.1219
             goodness of the free fit | Anderson–Darling 0.3787, p = 0.534
-            the same by bootstrap | not computed
         "#]].assert_eq(&rows);
     }
 
@@ -305,12 +303,7 @@ mod tests {
         // Each execution is a new high-water mark.
         let rising: Vec<u64> = (0..400_000).collect();
         for executions in [many, rising] {
-            let options = Options {
-                levels: LEVELS.to_vec(),
-                model: TailModel::GeneralisedPareto,
-                seed: 1,
-                bootstraps: 0,
-            };
+            let options = Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 };
             let first = estimate(&executions[..4000], &options);
             let size = |executions: &[u64]| {
                 let measurement = InstanceMeasurement {

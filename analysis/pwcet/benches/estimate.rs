@@ -1,9 +1,8 @@
-//! How long estimates take: a fit, one codel with and without bootstraps, and a robot of 50 codels on all CPUs.
+//! How long estimates take: a fit, one codel, and a robot of 50 codels on all CPUs.
 
 #![allow(clippy::unwrap_used)]
 
 use std::hint::black_box;
-use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mauve_pwcet::{Gpd, Options, TailModel, estimate};
@@ -22,12 +21,11 @@ fn executions(count: usize, seed: u64) -> Vec<u64> {
     exponential(count, seed).into_iter().map(|it| 5_000_000 + it as u64).collect()
 }
 
-fn options(bootstraps: u64) -> Options {
+fn options() -> Options {
     Options {
         levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9],
         model: TailModel::GeneralisedPareto,
         seed: 1,
-        bootstraps,
     }
 }
 
@@ -41,25 +39,17 @@ fn benches(criterion: &mut Criterion) {
     }
     group.finish();
 
-    let mut group = criterion.benchmark_group("estimate 5000 executions");
-    group.sample_size(10).measurement_time(Duration::from_secs(5));
     let codel = executions(5_000, 1);
-    for bootstraps in [0, 1_000] {
-        group.bench_function(format!("{bootstraps} bootstraps"), |bencher| {
-            bencher.iter(|| estimate(black_box(&codel), &options(bootstraps)).unwrap());
-        });
-    }
-    group.finish();
+    criterion.bench_function("estimate 5000 executions", |bencher| {
+        bencher.iter(|| estimate(black_box(&codel), &options()).unwrap());
+    });
 
-    let mut group = criterion.benchmark_group("estimate 50 codels");
-    group.sample_size(10);
     let robot: Vec<Vec<u64>> = (0..50).map(|seed| executions(5_000, seed)).collect();
-    group.bench_function("1000 bootstraps", |bencher| {
+    criterion.bench_function("estimate 50 codels", |bencher| {
         bencher.iter(|| -> Vec<_> {
-            robot.par_iter().map(|codel| estimate(black_box(codel), &options(1_000)).unwrap()).collect()
+            robot.par_iter().map(|codel| estimate(black_box(codel), &options()).unwrap()).collect()
         });
     });
-    group.finish();
 }
 
 criterion_group!(all, benches);

@@ -36,7 +36,7 @@ const PROBABILITIES: [f64; 8] = [0.5, 0.25, 0.1, 0.05, 0.025, 0.01, 0.005, 0.001
 const SHAPES: [f64; 11] = [-0.5, -0.35, -0.2, -0.1, 0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0];
 
 /// For each shape, the A² that are exceeded with these probabilities: 60,000 samples of 500 excesses each, fitted by
-/// [`Gpd::fit`]. `bootstrap.rs` draws such samples again in its tests.
+/// [`Gpd::fit`]. The test below draws such samples again.
 const QUANTILES: [[f64; 8]; 11] = [
     [0.460, 0.675, 0.968, 1.196, 1.436, 1.775, 2.015, 2.572],
     [0.438, 0.639, 0.912, 1.125, 1.343, 1.655, 1.882, 2.413],
@@ -50,3 +50,36 @@ const QUANTILES: [[f64; 8]; 11] = [
     [0.345, 0.479, 0.658, 0.792, 0.930, 1.126, 1.268, 1.615],
     [0.337, 0.466, 0.636, 0.762, 0.894, 1.075, 1.214, 1.524],
 ];
+
+#[cfg(test)]
+mod tests {
+    use rayon::prelude::*;
+
+    use super::*;
+    use crate::random::{generator, uniform};
+
+    /// The statistics of samples of 200 excesses of a law, each for its own fit, ascending: the parametric bootstrap.
+    fn drawn(law: Gpd) -> Vec<f64> {
+        let draw = |stream: u64| {
+            let mut random = generator(5, stream);
+            let mut excesses: Vec<f64> = (0..200).map(|_| law.exceeded_with(uniform(&mut random))).collect();
+            excesses.sort_by(f64::total_cmp);
+            Gpd::fit(&excesses).map(|fitted| statistic(&excesses, &fitted))
+        };
+        let mut drawn: Vec<f64> = (0..4_000_u64).into_par_iter().filter_map(draw).collect();
+        drawn.sort_by(f64::total_cmp);
+        drawn
+    }
+
+    #[test]
+    fn the_table_agrees_with_the_bootstrap() {
+        for shape in [-0.35, -0.15, 0.0, 0.3, 0.6] {
+            let drawn = drawn(Gpd { shape, scale: 3.0 });
+            for probability in [0.25, 0.1, 0.05] {
+                let statistic = drawn[((1.0 - probability) * drawn.len() as f64) as usize];
+                let p = p_value(statistic, shape);
+                assert!((p / probability).ln().abs() < 0.25, "shape {shape}: {p} for {probability}");
+            }
+        }
+    }
+}

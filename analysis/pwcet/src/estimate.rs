@@ -1,6 +1,5 @@
 //! The probabilistic worst-case execution time of one codel or program, from its measured executions.
 
-use crate::bootstrap;
 use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
 use crate::counted::{counted_bound, counted_bounds, counted_from};
@@ -20,8 +19,6 @@ pub struct Options {
     pub model: TailModel,
     /// The seed of all random numbers: the same seed gives the same estimate on each machine.
     pub seed: u64,
-    /// How many samples the bootstrap of the fit draws; 0 for none.
-    pub bootstraps: u64,
 }
 
 /// An estimate, with everything that it rests on. Times are in nanoseconds.
@@ -41,8 +38,6 @@ pub struct Estimate {
     pub distinct: usize,
     /// The tail.
     pub tail: Tail,
-    /// The probability of so bad a fit, by the bootstrap; `None` if no samples were drawn.
-    pub bootstrapped_p: Option<f64>,
     /// The tests of the assumptions.
     pub checks: Vec<Check>,
     /// What the first half promises, counted in the second.
@@ -238,10 +233,6 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     let hold_out = hold_out(&times, options.model);
     let checks = all_checks(&times, &tail, &hold_out);
     let convergence = convergence(&times, &options.levels, options.model);
-    let bootstrapped_p = (options.bootstraps > 0).then(|| {
-        let drawn = bootstrap::null_distribution(tail.free, tail.excesses, options.bootstraps, options.seed);
-        bootstrap::p_value(tail.statistic, &drawn)
-    });
     let mut estimate = Estimate {
         count,
         least,
@@ -250,7 +241,6 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         resolution,
         distinct,
         tail,
-        bootstrapped_p,
         checks,
         hold_out,
         convergence,
@@ -349,7 +339,7 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
     warnings
         .extend(estimate.checks.iter().filter(|check| check.is_rejected()).copied().map(Warning::Rejected));
     if tail.p < ACCEPTED {
-        warnings.push(Warning::PoorFit { p: estimate.bootstrapped_p.unwrap_or(tail.p) });
+        warnings.push(Warning::PoorFit { p: tail.p });
     }
     if *resolution as f64 > tail.model.scale / 4.0 {
         warnings.push(Warning::Coarse { resolution: *resolution, scale: tail.model.scale });
@@ -380,7 +370,7 @@ mod tests {
     use crate::random::{generator, uniform};
 
     fn options(levels: &[f64]) -> Options {
-        Options { levels: levels.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 }
+        Options { levels: levels.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 }
     }
 
     /// 20,000 exponential times around 4 ms. To `slow` of them, 10 ms are added.

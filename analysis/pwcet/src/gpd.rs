@@ -5,10 +5,6 @@
 //!
 //! The fit needs one unknown (Grimshaw 1993): for θ = ξ/σ, the best ξ is the mean of ln(1 + θ y).
 
-use rand_pcg::rand_core::Rng;
-
-use crate::random::uniform;
-
 /// A generalised Pareto distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gpd {
@@ -53,11 +49,6 @@ impl Gpd {
             return f64::NEG_INFINITY;
         }
         -count * self.scale.ln() - (1.0 + 1.0 / self.shape) * sum_of_logs(theta, excesses)
-    }
-
-    /// Returns one random excess.
-    pub(crate) fn sample(&self, random: &mut impl Rng) -> f64 {
-        self.exceeded_with(uniform(random))
     }
 
     /// Fits all shapes from −1 to 3; `None` for fewer than two distinct excesses.
@@ -217,7 +208,7 @@ pub(crate) fn falling_root(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::generator;
+    use crate::random::{generator, uniform};
 
     /// Few excesses of a tail with an end: ξ = −1, where the search begins, may be more likely than what is near it.
     #[test]
@@ -225,7 +216,7 @@ mod tests {
         for seed in 0..300 {
             let mut random = generator(seed, 0);
             let law = Gpd { shape: -0.4, scale: 1.0 };
-            let excesses: Vec<f64> = (0..50).map(|_| law.sample(&mut random)).collect();
+            let excesses: Vec<f64> = (0..50).map(|_| law.exceeded_with(uniform(&mut random))).collect();
             let greatest = excesses.iter().copied().fold(0.0, f64::max);
             let likelihood = Gpd::fit(&excesses).expect("a fit").log_likelihood(&excesses);
             for step in 1..400 {

@@ -36,7 +36,7 @@
 //! | `tail.rs` | [`Tail`]: threshold, fit, quantiles and their bounds (peaks over threshold) |
 //! | `gpd.rs` | [`Gpd`]: the generalised Pareto distribution, by maximum likelihood |
 //! | `likelihood_region.rs` | confidence bounds by profile likelihood |
-//! | `anderson_darling.rs`, `bootstrap.rs` | the goodness of a fit |
+//! | `anderson_darling.rs` | the goodness of a fit |
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
@@ -63,7 +63,6 @@
 //! `tests/` compares with R, scipy and pyextremes, and counts how often bounds hold.
 
 mod anderson_darling;
-mod bootstrap;
 mod checks;
 mod convergence;
 mod counted;

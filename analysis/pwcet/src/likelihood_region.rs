@@ -137,14 +137,14 @@ fn best_scale(excesses: &[f64], shape: f64, near: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::generator;
+    use crate::random::{generator, uniform};
 
     /// The same bound by its definition: all scales and shapes of a fine grid.
     #[test]
     fn equals_a_search_of_the_whole_region() {
         let law = Gpd { shape: 0.15, scale: 4.0 };
         let mut random = generator(3, 0);
-        let excesses: Vec<f64> = (0..80).map(|_| law.sample(&mut random)).collect();
+        let excesses: Vec<f64> = (0..80).map(|_| law.exceeded_with(uniform(&mut random))).collect();
         let best = Gpd::fit_without_end(&excesses).expect("a fit");
         let region = LikelihoodRegion::new(&excesses, best, 3.84);
         let least = best.log_likelihood(&excesses) - 1.92;

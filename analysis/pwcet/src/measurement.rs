@@ -154,7 +154,7 @@ mod tests {
     use crate::trace::Summary;
 
     fn options() -> Options {
-        Options { levels: vec![1e-3, 1e-6], model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 }
+        Options { levels: vec![1e-3, 1e-6], model: TailModel::GeneralisedPareto, seed: 1 }
     }
 
     /// Writes a file with one run, in which each instance executes `plan` so often, with exponential times of this mean.

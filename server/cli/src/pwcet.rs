@@ -64,9 +64,6 @@ pub struct Pwcet {
     /// Determines the random numbers: the same seed gives the same times.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How many samples of each fitted tail are drawn to test the fit; 0 for none.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    bootstraps: u64,
     /// How to show the times.
     #[arg(long, value_enum, default_value = "table")]
     format: TableFormat,
@@ -89,7 +86,6 @@ impl Pwcet {
                 Tail::Exponential => TailModel::Exponential,
             },
             seed: self.seed,
-            bootstraps: self.bootstraps,
         }
     }
 

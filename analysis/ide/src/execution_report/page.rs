@@ -306,12 +306,11 @@ fn footer(out: &mut String, report: &ExecutionReport<'_>) {
             format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(name), code(digest))
         })
         .collect();
-    let Options { seed, bootstraps, .. } = report.options;
+    let Options { seed, .. } = report.options;
     let _ = write!(
         out,
         "<footer>\n<h3 id=\"sources\">Sources</h3>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"sources\">\n\
          <table>\n<thead><tr><th scope=\"col\">file</th><th scope=\"col\">digest</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n\
-         <p class=\"note\">Seed {seed}, {}. The same files, options and version of mauve give the same numbers.</p>\n</footer>\n",
-        counted(*bootstraps as usize, "bootstrap"),
+         <p class=\"note\">Seed {seed}. The same files, options and version of mauve give the same numbers.</p>\n</footer>\n",
     );
 }

@@ -7,7 +7,7 @@ use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate, Options, T
 use mauve_timing::Time;
 
 use super::Measured;
-use super::figures::{self, TimeUnit, count, counted, p_value, significant};
+use super::figures::{self, TimeUnit, count, p_value, significant};
 use crate::html::text;
 
 /// Writes all tables of an estimate.
@@ -216,10 +216,6 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
         TailModel::Exponential => "fit with ξ = 0",
     };
     let law = |shape: f64, scale: f64| format!("ξ = {}, σ = {}", significant(shape), unit.time(scale));
-    let bootstrapped = match estimate.bootstrapped_p {
-        Some(p) => format!("p = {} ({})", p_value(p), counted(options.bootstraps as usize, "sample")),
-        None => "not computed".to_owned(),
-    };
     let rows = [
         ("threshold", unit.time(tail.threshold)),
         ("excesses", format!("{} ({}\u{a0}%)", count(tail.excesses), figures::rounded(share))),
@@ -230,7 +226,6 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
             "goodness of the free fit",
             format!("Anderson–Darling {}, p = {}", significant(tail.statistic), p_value(tail.p)),
         ),
-        ("the same by bootstrap", bootstrapped),
     ];
     let caption =
         "Excesses over the threshold, with a generalised Pareto distribution. The bounds come from this fit.";

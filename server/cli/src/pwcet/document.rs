@@ -94,7 +94,7 @@ fn estimate(levels: &[Level], it: &Estimate) -> impl Serialize + use<> {
         scale: ms(it.tail.model.scale),
         free_shape: it.tail.free.shape,
         greatest_shape: it.tail.greatest_shape,
-        fit_p: it.bootstrapped_p.unwrap_or(it.tail.p),
+        fit_p: it.tail.p,
         levels: of_levels.collect::<Vec<_>>(),
         checks: checks.collect::<Vec<_>>(),
         hold_out: hold_out.collect::<Vec<_>>(),
