@@ -225,66 +225,6 @@ fn a_search_that_is_cancelled_begins_again_after_a_change() {
     assert!(client.hint(&text, "activity navigation").contains("! 997 / 999 ms"));
 }
 
-/// Returns the messages of the traces that the server has sent, each with its details, which only `verbose` traces have.
-fn traces(client: &mut Client) -> Vec<(String, Option<String>)> {
-    client.idle();
-    let all = client.take(Duration::ZERO);
-    let text = |it: &Value, field: &str| it["params"][field].as_str().map(str::to_owned);
-    let traces = all.iter().filter(|it| it["method"] == "$/logTrace");
-    let traces = traces.map(|it| (text(it, "message").unwrap(), text(it, "verbose")));
-    // These are the client's own, to know that the server is idle.
-    traces.filter(|(told, _)| !told.starts_with("mauve/status")).collect()
-}
-
-#[test]
-fn traces_are_sent_while_the_client_wants_them() {
-    let mut client = robot();
-    let mut text = edited(&mut client);
-    let ask = |client: &mut Client, text: &Text| {
-        client.call("textDocument/hover", text.at("navigation  {")).unwrap();
-        client.call("textDocument/hover", json!({})).unwrap_err();
-    };
-    ask(&mut client, &text);
-    assert_eq!(traces(&mut client), []);
-    client.notify("$/setTrace", json!({"value": "messages"}));
-    ask(&mut client, &text);
-    client.edit(&mut text, "deadline = 999", "deadline = 998");
-    client.codes(&text);
-    let found = traces(&mut client);
-    let is_told =
-        |start: &str| found.iter().any(|(told, _)| told.starts_with(start) && told.ends_with(" ms"));
-    assert!(is_told("textDocument/hover: ") && is_told("check: done, "), "{found:?}");
-    assert!(is_told("textDocument/hover: Invalid params"), "{found:?}");
-    assert!(found.iter().all(|(_, details)| details.is_none()), "{found:?}");
-    client.notify("$/setTrace", json!({"value": "verbose"}));
-    client.notify("$/setTrace", json!({"value": "much"}));
-    client.notify("$/setTrace", json!([]));
-    ask(&mut client, &text);
-    client.edit(&mut text, "deadline = 998", "deadline = 997");
-    client.codes(&text);
-    let found = traces(&mut client);
-    let details = |start: &str| {
-        let found = found.iter().find(|(told, _)| told.starts_with(start));
-        found.and_then(|(_, details)| details.clone()).unwrap_or_default()
-    };
-    assert!(details("textDocument/hover").starts_with("request "), "{found:?}");
-    assert!(details("a check begins").starts_with("generation "), "{found:?}");
-    client.notify("$/setTrace", json!({"value": "off"}));
-    ask(&mut client, &text);
-    assert_eq!(traces(&mut client), []);
-}
-
-#[test]
-fn traces_may_be_wanted_from_the_beginning() {
-    let mut client = Client::start(MAUVE, &[]);
-    let params = json!({"processId": null, "rootUri": null, "capabilities": {}, "trace": "messages"});
-    client.call("initialize", params).unwrap();
-    client.notify("initialized", json!({}));
-    client.call("textDocument/hover", json!({})).unwrap_err();
-    let found = traces(&mut client);
-    assert!(found.iter().any(|(told, _)| told.starts_with("textDocument/hover: ")), "{found:?}");
-}
-
 #[test]
 fn a_status_has_the_memory() {
     let folder = models().join("p3dx");

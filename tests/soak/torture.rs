@@ -60,7 +60,7 @@ impl Session {
             8 => self.cancel_nonsense(random),
             9 => self.notify_nonsense(random),
             10 => self.send_what_is_no_message(random),
-            _ => self.trace_and_reload(random),
+            _ => self.reload(random),
         }
     }
 
@@ -220,9 +220,7 @@ impl Session {
         self.say_all_again();
     }
 
-    fn trace_and_reload(&mut self, random: &mut Random) {
-        let level = random.of(&["off", "messages", "verbose"]);
-        self.client.notify("$/setTrace", json!({"value": level}));
+    fn reload(&mut self, random: &mut Random) {
         if random.below(4) == 0 {
             self.request_torture("workspace/executeCommand", json!({"command": "mauve.reload"}));
         }

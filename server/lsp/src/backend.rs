@@ -31,7 +31,6 @@ use super::progress::Shown;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
-use super::trace::Trace;
 use super::typing;
 
 /// The number of attempts of a request that changes cancel.
@@ -49,7 +48,6 @@ pub(crate) struct Backend {
     questions: AtomicU64,
     answered: Arc<AtomicU64>,
     progress: Shown,
-    pub(crate) trace: Arc<Trace>,
 }
 
 /// Registers the methods that are not part of the protocol.
@@ -107,12 +105,7 @@ macro_rules! own_methods {
 
 impl Backend {
     /// Creates a backend that sends its events to the main loop.
-    pub(crate) fn new(
-        client: Client,
-        main_loop: mpsc::Sender<Event>,
-        progress: Shown,
-        trace: Arc<Trace>,
-    ) -> Backend {
+    pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>, progress: Shown) -> Backend {
         Backend {
             main_loop,
             raw: OnceLock::new(),
@@ -121,7 +114,6 @@ impl Backend {
             questions: AtomicU64::new(0),
             answered: Arc::default(),
             progress,
-            trace,
         }
     }
 
@@ -193,7 +185,6 @@ impl Backend {
     fn notified(&self, method: &str, params: &Value) -> bool {
         match method {
             "initialized" => self.initialized(),
-            "$/setTrace" => self.trace.set(&params["value"]),
             "mauve/focus" => self.send(Event::Focused),
             "workspace/didChangeConfiguration" => {
                 // Clients that support requests for settings often send empty settings here, and some send none.

@@ -29,7 +29,6 @@
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `settings.rs` | what a user can set in his editor |
-//! | `trace.rs` | what requests and checks took, for a client that asks |
 //! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs`, `looks.rs` | files that change outside the client: events of the system, and what no event tells |
 //! | `mirror.rs` | recording a session |
@@ -71,7 +70,6 @@ mod snapshot;
 mod staleness;
 mod to_proto;
 mod tokens;
-mod trace;
 mod transport;
 mod typing;
 mod watcher;
@@ -93,7 +91,6 @@ use outbox::{Outbox, Refresh};
 use outgoing::{Backlog, Outgoing};
 use progress::{Shown, Work};
 use publisher::Publisher;
-use trace::Trace;
 use transport::{Streams, serve};
 
 /// So many messages of the client are read ahead, and so many bytes.
@@ -134,10 +131,9 @@ fn run(
 
     let (work, present_work) = watch::channel(Work::default());
     let shown = Shown::default();
-    let trace = Arc::new(Trace::new(outgoing.downgrade(), Arc::clone(&backlog)));
     let publisher = Publisher::new(Arc::clone(&outbox));
     let (sender, workers) = (events.clone(), runtime.handle().clone());
-    let main_loop = MainLoop::new(sender, workers, publisher, work, Arc::clone(&trace), allows_outside);
+    let main_loop = MainLoop::new(sender, workers, publisher, work, allows_outside);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
         std::thread::Builder::new().name(name.to_owned()).spawn(thread).map_err(failed)
     };
@@ -171,7 +167,7 @@ fn run(
             }
             let (sender, told) = (Arc::clone(&outbox), client.clone());
             tokio::spawn(async move { sender.send_to(told).await });
-            Backend::new(client, events, shown, trace)
+            Backend::new(client, events, shown)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         let main_loop = main_loop_ended;

@@ -38,7 +38,6 @@ use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
 use super::staleness::Staleness;
 use super::tokens::Tokens;
-use super::trace::{Trace, milliseconds};
 use super::typing;
 use super::watcher::{TYPING, Watcher};
 
@@ -82,7 +81,6 @@ pub(crate) struct MainLoop {
     running: Arc<AtomicUsize>,
     /// What may take long, for the progress report.
     work: watch::Sender<Work>,
-    trace: Arc<Trace>,
     /// The beginning of the last check.
     check_began: Instant,
 }
@@ -95,7 +93,6 @@ impl MainLoop {
         workers: Handle,
         publisher: Publisher,
         work: watch::Sender<Work>,
-        trace: Arc<Trace>,
         allows_outside: bool,
     ) -> MainLoop {
         MainLoop {
@@ -122,7 +119,6 @@ impl MainLoop {
             workers,
             running: Arc::default(),
             work,
-            trace,
             check_began: Instant::now(),
         }
     }
@@ -154,7 +150,6 @@ impl MainLoop {
             if self.staleness.begin_check() {
                 self.start_check();
             }
-            self.trace.note_generation(self.staleness.generation());
             self.note_work();
             if self.watcher.has_left() {
                 self.watch_more();
@@ -725,7 +720,6 @@ impl MainLoop {
             (self.staleness.generation(), self.snapshot(), self.sender.clone());
         self.check_began = Instant::now();
         let new = self.publisher.without_diagnostics(self.shared_documents.keys());
-        self.trace.log(|| "a check begins".to_owned(), |_| format!("generation {generation}"));
         self.spawn(move || {
             // A look that a change cancels is followed by a check that is cancelled too.
             let _ = attempt(|| {
@@ -749,10 +743,7 @@ impl MainLoop {
             return;
         }
         let outcome = checked.as_ref().map_or_else(Failure::name, |_| "done");
-        self.trace.log(
-            || format!("check: {outcome}, {}", milliseconds(self.check_began.elapsed())),
-            |_| format!("generation {generation}"),
-        );
+        tracing::debug!("check of generation {generation}: {outcome}, {:.1?}", self.check_began.elapsed());
         match checked {
             Ok(checked) => self.publish(checked),
             Err(Failure::Panicked(message)) => self.panicked(&message),

@@ -209,7 +209,7 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// Returns what has happened, for a trace.
+    /// Returns what has happened, for the log.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Failure::Overtaken => "outdated",

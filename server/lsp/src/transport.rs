@@ -25,7 +25,6 @@ use super::backend::Backend;
 use super::frame::Frame;
 use super::outbox::Outbox;
 use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
-use super::trace::{Trace, milliseconds};
 
 /// The two directions, and the signal that the main loop has ended.
 pub(crate) struct Streams {
@@ -73,7 +72,6 @@ pub(crate) async fn serve(
                     "initialize" => clients.extend(process_of(&request).filter(|&process| is_alive(process))),
                     _ => {}
                 }
-                let trace = initial_trace(&request);
                 let Some(request) = service.inner().preprocess(request) else { continue };
                 let is_shutdown = request.method() == "shutdown";
                 let mut answer = Box::pin(answer(&mut service, request));
@@ -82,9 +80,7 @@ pub(crate) async fn serve(
                         // A request before `initialize` is refused, and the session continues.
                         let is_accepted = !answered.is_refused();
                         is_shut_down |= is_shutdown && is_accepted;
-                        answered.send(&streams, &service.inner().trace);
-                        let trace = if is_shut_down { Some("off".into()) } else { trace };
-                        trace.filter(|_| is_accepted).iter().for_each(|it| service.inner().trace.set(it));
+                        answered.send(&streams);
                     }
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);
@@ -92,7 +88,7 @@ pub(crate) async fn serve(
                 }
             }
             Some(answered) = tasks.join_next() => {
-                answered.into_iter().for_each(|it| it.send(&streams, &service.inner().trace));
+                answered.into_iter().for_each(|it| it.send(&streams));
             }
             Some(request) = to_client.next(), if writing.is_none() => {
                 // After `shutdown`, requests that a refresh causes would be refused.
@@ -175,12 +171,6 @@ async fn received(
     None
 }
 
-/// Returns the level of traces that the client asks for by `initialize`. It is in effect after the answer.
-fn initial_trace(request: &Request) -> Option<Value> {
-    let params = request.params().filter(|_| request.method() == "initialize")?;
-    params.get("trace").cloned()
-}
-
 /// A request or notification that was handled.
 struct Answered {
     method: String,
@@ -201,16 +191,13 @@ impl Answered {
         self.answer.as_ref().is_none_or(|answer| answer.error.is_some())
     }
 
-    fn send(self, streams: &Streams, trace: &Trace) {
+    fn send(self, streams: &Streams) {
         let Some(Answer { id, error, message }) = self.answer else { return };
         if let Some(message) = message {
             put(streams, Outgoing { message, written: None });
         }
         let outcome = error.map_or_else(String::new, |error| format!("{error}, "));
-        trace.log(
-            || format!("{}: {outcome}{}", self.method, milliseconds(self.time)),
-            |generation| format!("request {id}, generation {generation}"),
-        );
+        tracing::debug!("request {id}, {}: {outcome}{:.1?}", self.method, self.time);
     }
 }
 
