@@ -6,8 +6,7 @@ use mauve_hir::{ModelDb, Project, Workspace};
 use rustc_hash::FxHashMap;
 
 use super::{
-    ActionQuestion, Actions, CodeAction, deadline, fixes, qualified_name, skeleton, sorted_fields, timing,
-    tune, update, uses,
+    ActionQuestion, Actions, CodeAction, fixes, skeleton, sorted_fields, timing, tune, update, uses,
 };
 use crate::project::projects_with;
 
@@ -19,8 +18,6 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     skeleton::offer,
     update::offer,
     sorted_fields::offer,
-    deadline::offer,
-    qualified_name::offer,
     uses::offer,
 ];
 
