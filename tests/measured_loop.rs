@@ -206,10 +206,8 @@ fn orocos_measured_times_give_bounds_that_hold_and_a_slower_codel_is_found() {
         .collect();
     assert!(observed["hokuyo"]["periods"].as_u64().unwrap() == 3000, "{observed:#?}");
 
-    // 300 executions of a codel leave room for tails with which deadlines are missed. Here, the tail is known.
-    let update = ["pwcet", "robot.samples", "-o", "p3dx/timing/p3dx.toml", "--tail", "exponential"];
-    let estimated = mauve(&folder, &update);
-    let analysed = mauve(&folder, &["wcrt", "p3dx", "--format", "json"]);
+    // 300 executions of a codel leave room for tails with which a CPU is overloaded at stricter levels.
+    let analysed = mauve(&folder, &["wcrt", "p3dx", "--significance", "1e-3", "--format", "json"]);
     let analysed: Value = serde_json::from_slice(&analysed.stdout).unwrap();
     let activities = analysed["results"][0]["activities"].as_array().unwrap();
     let mut compared = 0;
@@ -220,7 +218,7 @@ fn orocos_measured_times_give_bounds_that_hold_and_a_slower_codel_is_found() {
             compared += 1;
         }
     }
-    assert!(compared >= 8, "{observed:#?} {}", String::from_utf8_lossy(&estimated.stdout));
+    assert!(compared >= 8, "{observed:#?} {analysed:#}");
 
     let slow = record(&mut recorder, &program, 5, "kinematics.planar_distance");
     let (found, _) = findings(&folder, &slow);

@@ -88,9 +88,6 @@ pub fn measurement_warning(warning: &Warning) -> String {
         Warning::Extrapolated { level, needed } => format!(
             "no execution confirms the bound at {level:e}: a mode that fewer than 25 executions had may be longer; measure {needed} executions"
         ),
-        Warning::ExponentialByChoice { shape } => format!(
-            "the exponential tail was chosen, but the data suggest a heavier one (ξ = {shape:.2}): the times may be too short"
-        ),
     }
 }
 
@@ -115,7 +112,6 @@ pub fn warning_kind(warning: &Warning) -> &'static str {
         Warning::NotConverged { .. } => "not-converged",
         Warning::Far { .. } => "far-bound",
         Warning::Extrapolated { .. } => EXTRAPOLATED,
-        Warning::ExponentialByChoice { .. } => "exponential-tail",
     }
 }
 
@@ -240,7 +236,6 @@ mod tests {
             Warning::NotConverged { level: 0.1, before: 1.0, now: 2.0 },
             Warning::Far { level: 0.1, ratio: 20.0 },
             Warning::Extrapolated { level: 0.1, needed: 29 },
-            Warning::ExponentialByChoice { shape: 0.5 },
             check(CheckKind::LjungBox { lags: 1 }),
             check(CheckKind::Kpss { lags: 1 }),
             check(CheckKind::LightTail),
@@ -260,6 +255,6 @@ mod tests {
             let page = crate::page(kind).unwrap_or_else(|| panic!("no page of {kind}"));
             assert!(page.starts_with(&format!("# {kind}\n\n")) && page.lines().count() >= 5, "{page}");
         }
-        assert_eq!(measurement_kinds().count(), 21);
+        assert_eq!(measurement_kinds().count(), 20);
     }
 }

@@ -75,7 +75,7 @@ mod tests {
 
     use super::*;
     use expect_test::expect;
-    use mauve_pwcet::{TailModel, estimate};
+    use mauve_pwcet::estimate;
 
     const LEVELS: [f64; 3] = [1e-3, 1e-4, 1e-7];
 
@@ -104,7 +104,7 @@ mod tests {
     }
 
     fn report(samples: &[Sample]) -> String {
-        let options = Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 };
+        let options = Options { levels: LEVELS.to_vec(), seed: 1 };
         let measurement = |it: &Sample| InstanceMeasurement {
             instance: it.instance.to_owned(),
             executions: it.executions.clone(),
@@ -303,7 +303,7 @@ mod tests {
         // Each execution is a new high-water mark.
         let rising: Vec<u64> = (0..400_000).collect();
         for executions in [many, rising] {
-            let options = Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 };
+            let options = Options { levels: LEVELS.to_vec(), seed: 1 };
             let first = estimate(&executions[..4000], &options);
             let size = |executions: &[u64]| {
                 let measurement = InstanceMeasurement {

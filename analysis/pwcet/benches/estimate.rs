@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use mauve_pwcet::{Gpd, Options, TailModel, estimate};
+use mauve_pwcet::{Gpd, Options, estimate};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
@@ -22,11 +22,7 @@ fn executions(count: usize, seed: u64) -> Vec<u64> {
 }
 
 fn options() -> Options {
-    Options {
-        levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9],
-        model: TailModel::GeneralisedPareto,
-        seed: 1,
-    }
+    Options { levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9], seed: 1 }
 }
 
 fn benches(criterion: &mut Criterion) {

@@ -1,7 +1,7 @@
 //! Convergence: how the estimates change as the sample grows.
 
 use crate::order::Times;
-use crate::tail::{Tail, TailModel};
+use crate::tail::Tail;
 
 /// The estimates from the first executions.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,11 +13,11 @@ pub struct Convergence {
 }
 
 /// Returns the estimates from parts of the sample that are large enough, without the whole sample.
-pub(crate) fn convergence(times: &Times, levels: &[f64], model: TailModel) -> Vec<Convergence> {
+pub(crate) fn convergence(times: &Times, levels: &[f64]) -> Vec<Convergence> {
     let counts = [2, 4, 6, 8, 9].into_iter().map(|tenths| times.count() * tenths / 10);
     let at = |count: usize| {
         let first = times.first(count);
-        let tail = Tail::select(&first, model).ok()?;
+        let tail = Tail::select(&first).ok()?;
         let levels =
             levels.iter().map(|&level| (tail.exceeded_with(&first, level), tail.upper_bound(&first, level)));
         Some(Convergence { count, levels: levels.collect() })

@@ -8,15 +8,13 @@ use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{Times, resolution};
 use crate::refusal::{ABSURD, NoBound, NoEstimate, Refusal};
-use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, TailModel, excesses};
+use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, excesses};
 
 /// What an estimate is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The levels: probabilities that an execution takes longer, each in (0, 1).
     pub levels: Vec<f64>,
-    /// The model of the tail.
-    pub model: TailModel,
     /// The seed of all random numbers: the same seed gives the same estimate on each machine.
     pub seed: u64,
 }
@@ -150,11 +148,6 @@ pub enum Warning {
         /// With so many executions, the level is counted.
         needed: u64,
     },
-    /// The tail was fitted with an exponential distribution, and the data suggest a heavier one.
-    ExponentialByChoice {
-        /// The shape of the free fit.
-        shape: f64,
-    },
 }
 
 /// A bound that is so many times the high-water mark gives a warning.
@@ -215,7 +208,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         return refused(Refusal::TooCoarse { distinct, resolution });
     }
     let times = Times::new(executions, resolution, options.seed);
-    let tail = match Tail::select(&times, options.model) {
+    let tail = match Tail::select(&times) {
         Ok(tail) => tail,
         Err(refusal) => return refused(refusal),
     };
@@ -230,9 +223,9 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     let levels = level_estimates(&options.levels, &times, &tail, seen);
     let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
     let curve = curve(&times, &tail, strictest);
-    let hold_out = hold_out(&times, options.model);
+    let hold_out = hold_out(&times);
     let checks = all_checks(&times, &tail, &hold_out);
-    let convergence = convergence(&times, &options.levels, options.model);
+    let convergence = convergence(&times, &options.levels);
     let mut estimate = Estimate {
         count,
         least,
@@ -248,7 +241,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         curve,
         warnings: Vec::new(),
     };
-    estimate.warnings = warnings(&estimate, options.model);
+    estimate.warnings = warnings(&estimate);
     Ok(estimate)
 }
 
@@ -330,7 +323,7 @@ fn all_checks(times: &Times, tail: &Tail, hold_out: &[HoldOut]) -> Vec<Check> {
     checks
 }
 
-fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
+fn warnings(estimate: &Estimate) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let Estimate { count, tail, resolution, .. } = estimate;
     if *count < FEW_EXECUTIONS {
@@ -358,9 +351,6 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
         estimate.levels.iter().filter_map(|it| Some((it.level, it.bound.ok()? / estimate.greatest as f64)));
     let far = ratios.filter(|(_, ratio)| *ratio > FAR).max_by(|a, b| a.0.total_cmp(&b.0));
     warnings.extend(far.map(|(level, ratio)| Warning::Far { level, ratio }));
-    if model == TailModel::Exponential && tail.free.shape > 0.0 {
-        warnings.push(Warning::ExponentialByChoice { shape: tail.free.shape });
-    }
     warnings
 }
 
@@ -370,7 +360,7 @@ mod tests {
     use crate::random::{generator, uniform};
 
     fn options(levels: &[f64]) -> Options {
-        Options { levels: levels.to_vec(), model: TailModel::GeneralisedPareto, seed: 1 }
+        Options { levels: levels.to_vec(), seed: 1 }
     }
 
     /// 20,000 exponential times around 4 ms. To `slow` of them, 10 ms are added.

@@ -2,7 +2,7 @@
 
 use crate::distributions::binomial_at_least;
 use crate::order::Times;
-use crate::tail::{Tail, TailModel};
+use crate::tail::Tail;
 
 /// The bound of one level, from the first half, and how often the second half exceeds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,11 +20,11 @@ pub struct HoldOut {
 }
 
 /// Returns the hold-out at 1e-2, 1e-3, … as far as the second half should have one exceedance.
-pub(crate) fn hold_out(times: &Times, model: TailModel) -> Vec<HoldOut> {
+pub(crate) fn hold_out(times: &Times) -> Vec<HoldOut> {
     let half = times.count() / 2;
     let first = times.first(half);
     let second = &times.recorded[half..];
-    let Ok(tail) = Tail::select(&first, model) else { return Vec::new() };
+    let Ok(tail) = Tail::select(&first) else { return Vec::new() };
     let levels =
         (2..=9).map(|exponent| 10_f64.powi(-exponent)).take_while(|level| level * second.len() as f64 >= 1.0);
     let at = |level: f64| {
@@ -57,7 +57,7 @@ mod tests {
             Times::of((0..4000).map(&mut time).collect())
         };
         let least_p = |factor| {
-            let found = hold_out(&times(factor), TailModel::GeneralisedPareto);
+            let found = hold_out(&times(factor));
             assert_eq!(found.iter().map(|it| it.level).collect::<Vec<_>>(), [1e-2, 1e-3]);
             found.iter().map(|it| it.p).fold(1.0, f64::min)
         };

@@ -96,4 +96,4 @@ pub use gpd::Gpd;
 pub use hold_out::HoldOut;
 pub use measurement::{InstanceMeasurement, Measurement, measure};
 pub use refusal::{ABSURD, NoBound, NoEstimate, Refusal};
-pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail, TailModel};
+pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail};

@@ -47,13 +47,6 @@ impl LikelihoodRegion {
         LikelihoodRegion { edges: shapes.filter_map(edge).collect() }
     }
 
-    /// Only ξ = 0.
-    pub(crate) fn exponential(excesses: &[f64], best: Gpd, quantile: f64) -> LikelihoodRegion {
-        let least = best.log_likelihood(excesses) - quantile / 2.0;
-        let scales = scales(excesses, 0.0, best.scale, least);
-        LikelihoodRegion { edges: scales.map(|scales| (0.0, scales)).into_iter().collect() }
-    }
-
     /// Returns the greatest excess that a distribution of the region exceeds with `probability`.
     pub(crate) fn greatest_exceeded_with(&self, probability: f64) -> f64 {
         let quantile =

@@ -150,11 +150,10 @@ mod tests {
     use super::*;
     use crate::random::{generator, uniform};
     use crate::samples::{Execution, SamplesWriter};
-    use crate::tail::TailModel;
     use crate::trace::Summary;
 
     fn options() -> Options {
-        Options { levels: vec![1e-3, 1e-6], model: TailModel::GeneralisedPareto, seed: 1 }
+        Options { levels: vec![1e-3, 1e-6], seed: 1 }
     }
 
     /// Writes a file with one run, in which each instance executes `plan` so often, with exponential times of this mean.

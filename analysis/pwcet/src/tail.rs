@@ -9,25 +9,6 @@ use crate::likelihood_region::{CHI_SQUARE, LikelihoodRegion};
 use crate::order::Times;
 use crate::refusal::Refusal;
 
-/// The family of distributions that the tail is fitted with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TailModel {
-    /// Generalised Pareto with ξ ≥ 0: exponential, or heavier if the data say so.
-    GeneralisedPareto,
-    /// Exponential, whatever the data say: too low a bound if the tail is heavier.
-    Exponential,
-}
-
-impl TailModel {
-    /// Returns the name of the family.
-    pub fn name(self) -> &'static str {
-        match self {
-            TailModel::GeneralisedPareto => "generalised Pareto",
-            TailModel::Exponential => "exponential",
-        }
-    }
-}
-
 /// The tail of execution times, in nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tail {
@@ -39,7 +20,7 @@ pub struct Tail {
     pub count: usize,
     /// The fit with any shape: it says how heavy the tail is, and whether the model fits at all.
     pub free: Gpd,
-    /// The fit that the quantiles come from: ξ ≥ 0, or ξ = 0.
+    /// The fit that the quantiles come from: ξ ≥ 0.
     pub model: Gpd,
     /// The greatest shape that the data do not reject (95 %).
     pub greatest_shape: f64,
@@ -80,7 +61,7 @@ pub(crate) const ACCEPTED: f64 = 0.1;
 impl Tail {
     /// Chooses the threshold and fits: the lowest threshold that the Anderson–Darling test accepts and whose longest excesses are not
     /// too many for the fit, otherwise the one with the best fit.
-    pub(crate) fn select(times: &Times, model: TailModel) -> Result<Tail, Refusal> {
+    pub(crate) fn select(times: &Times) -> Result<Tail, Refusal> {
         let count = times.count();
         let few = count.min(SHARED) as f64;
         let mut sizes: Vec<usize> = SHARES.iter().map(|share| (share * few) as usize).collect();
@@ -90,28 +71,25 @@ impl Tail {
         sizes.dedup();
         let mut best: Result<Tail, Refusal> = Err(Refusal::NoFit);
         for size in sizes {
-            let Some(tail) = Tail::of(times, size, model) else { continue };
+            let Some(tail) = Tail::of(times, size) else { continue };
             let slow = tail.unexpected(times);
             best = match best {
                 Ok(best) if slow > 0 || best.p >= tail.p => Ok(best),
                 Err(Refusal::NoFit) if slow > 0 => Err(Refusal::RareMode { slow }),
                 Err(refusal) if slow > 0 => Err(refusal),
-                _ if tail.p >= ACCEPTED => return tail.with_region(times, model),
+                _ if tail.p >= ACCEPTED => return tail.with_region(times),
                 _ => Ok(tail),
             };
         }
-        best.and_then(|tail| tail.with_region(times, model))
+        best.and_then(|tail| tail.with_region(times))
     }
 
     /// Fits the `size` longest times, still without the region; `None` where there are too few distinct ones.
-    fn of(times: &Times, size: usize, model: TailModel) -> Option<Tail> {
+    fn of(times: &Times, size: usize) -> Option<Tail> {
         let count = times.count();
         let excesses = excesses(times, size);
         let free = Gpd::fit(&excesses)?;
-        let fitted = match model {
-            TailModel::GeneralisedPareto => Gpd::fit_without_end(&excesses)?,
-            TailModel::Exponential => Gpd { shape: 0.0, scale: excesses.iter().sum::<f64>() / size as f64 },
-        };
+        let fitted = Gpd::fit_without_end(&excesses)?;
         let statistic = anderson_darling::statistic(&excesses, &free);
         let Dependence { inflation, rise } = Dependence::of_longest(times, size);
         Some(Tail {
@@ -142,7 +120,7 @@ impl Tail {
     }
 
     /// Adds the distributions that the data do not reject.
-    fn with_region(mut self, times: &Times, model: TailModel) -> Result<Tail, Refusal> {
+    fn with_region(mut self, times: &Times) -> Result<Tail, Refusal> {
         // The derivative of the likelihood by the scale.
         let Gpd { shape, scale } = self.model;
         let score = |time: f64| match time - self.threshold {
@@ -150,11 +128,8 @@ impl Tail {
             _ => 0.0,
         };
         self.inflation = self.inflation.max(dependence(&times.recorded, score).inflation);
-        let region = match model {
-            TailModel::GeneralisedPareto => LikelihoodRegion::new,
-            TailModel::Exponential => LikelihoodRegion::exponential,
-        };
-        self.region = region(&excesses(times, self.excesses), self.model, CHI_SQUARE * self.inflation);
+        let quantile = CHI_SQUARE * self.inflation;
+        self.region = LikelihoodRegion::new(&excesses(times, self.excesses), self.model, quantile);
         self.greatest_shape = self.region.greatest_shape();
         Ok(self)
     }
@@ -222,7 +197,7 @@ mod tests {
             let quantile = 1000.0 - 100.0 * f64::ln(level);
             let holds = |seed| {
                 let times = exponential(400, seed);
-                let tail = Tail::select(&times, TailModel::GeneralisedPareto).expect("enough times");
+                let tail = Tail::select(&times).expect("enough times");
                 tail.upper_bound(&times, level) >= quantile
             };
             let covered = (0..200).filter(|&seed| holds(seed)).count();
@@ -233,7 +208,7 @@ mod tests {
     #[test]
     fn bounds_grow_and_contain_the_estimate() {
         let times = exponential(3000, 2);
-        let tail = Tail::select(&times, TailModel::GeneralisedPareto).expect("enough times");
+        let tail = Tail::select(&times).expect("enough times");
         let mut before = 0.0;
         for exponent in 1..=12 {
             let probability = 10_f64.powi(-exponent);
@@ -254,7 +229,7 @@ mod tests {
             let one = |seed: u64| {
                 let mut random = generator(seed, count as u64);
                 let times = Times::of((0..count).map(|_| quantile(uniform(&mut random))).collect());
-                let tail = Tail::select(&times, TailModel::GeneralisedPareto);
+                let tail = Tail::select(&times);
                 // To refuse them would hold, too.
                 [1e-6, 1e-9].map(|level| {
                     tail.as_ref().is_ok_and(|it| it.upper_bound(&times, level) >= quantile(level))
@@ -266,12 +241,5 @@ mod tests {
                 assert!(held >= 37, "{held} of 40 with {count} executions");
             }
         }
-    }
-
-    #[test]
-    fn the_exponential_model_is_less_pessimistic() {
-        let times = exponential(2000, 3);
-        let bound = |model| Tail::select(&times, model).expect("enough times").upper_bound(&times, 1e-9);
-        assert!(bound(TailModel::Exponential) < bound(TailModel::GeneralisedPareto));
     }
 }

@@ -11,7 +11,6 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use mauve_hir::CONFIG_FILE;
 use mauve_projects::disk;
 use mauve_projects::load::Outside;
@@ -19,7 +18,7 @@ use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::SpanKind;
-use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
+use mauve_pwcet::{Measurement, Options, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
@@ -44,9 +43,6 @@ pub struct Pwcet {
     /// time that have one at the level of the project.
     #[arg(long, value_name = "LEVEL,…", value_delimiter = ',')]
     levels: Vec<f64>,
-    /// The model of the tail.
-    #[arg(long, value_enum, default_value = "pareto")]
-    tail: Tail,
     /// Write a report with plots, tests and fits: one HTML file for a browser.
     #[arg(long, value_name = "FILE.html", value_hint = clap::ValueHint::FilePath)]
     report: Option<PathBuf>,
@@ -69,24 +65,9 @@ pub struct Pwcet {
     format: TableFormat,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Tail {
-    /// Generalised Pareto: exponential, or heavier if the data say so.
-    Pareto,
-    /// Exponential, whatever the data say: the times are too short if the tail is heavier.
-    Exponential,
-}
-
 impl Pwcet {
     fn options(&self, levels: &[Level]) -> Options {
-        Options {
-            levels: levels.iter().map(|level| level.as_f64()).collect(),
-            model: match self.tail {
-                Tail::Pareto => TailModel::GeneralisedPareto,
-                Tail::Exponential => TailModel::Exponential,
-            },
-            seed: self.seed,
-        }
+        Options { levels: levels.iter().map(|level| level.as_f64()).collect(), seed: self.seed }
     }
 
     pub(crate) fn run(self) -> Result<Output, String> {

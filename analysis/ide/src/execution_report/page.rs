@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{capitalised, measurement_refusal, measurement_warning};
-use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel, Warning};
+use mauve_pwcet::{Estimate, InstanceMeasurement, Options, Warning};
 
 use super::figures::{self, TimeUnit, count, counted};
 use super::plots::{self, Plotted};
@@ -32,21 +32,14 @@ pub fn execution_report(report: &ExecutionReport<'_>) -> String {
 }
 
 fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {
-    let Options { levels, model, .. } = report.options;
-    let model = match model {
-        TailModel::GeneralisedPareto => {
-            "generalised Pareto with ξ ≥ 0: exponential, or heavier where the executions suggest it"
-        }
-        TailModel::Exponential => "exponential, as chosen: too short times if the tail is heavier",
-    };
-    let levels: Vec<String> = levels.iter().copied().map(figures::level).collect();
+    let levels: Vec<String> = report.options.levels.iter().copied().map(figures::level).collect();
     let executions = report.measured.iter().map(|it| it.measurement.executions.len()).sum();
     let _ = write!(
         out,
         "<header>\n<h1>Execution times of {title}</h1>\n\
          <p class=\"lead\">Probabilistic worst-case execution times (pWCET), estimated from measured executions.</p>\n\
          <dl>\n<dt>Date</dt><dd>{}</dd>\n<dt>Measurement</dt><dd>{} of {}, in {}</dd>\n<dt>Levels</dt><dd>{}</dd>\n\
-         <dt>Tail</dt><dd>{model}</dd>\n</dl>\n\
+         <dt>Tail</dt><dd>generalised Pareto with ξ ≥ 0: exponential, or heavier where the executions suggest it</dd>\n</dl>\n\
          <div class=\"read\">\n<h2>How to read this report</h2>\n<ul>\n\
          <li>The time of a level p is a <b>95\u{a0}% upper bound</b>: in at least 95 of 100 such measurements, an execution exceeds it \
          with a probability of at most p, if executions are independent and have one distribution with the fitted tail.</li>\n\
@@ -257,7 +250,7 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
         out.push_str("</div>\n");
     }
     if let Some(estimate) = estimate {
-        tables::tables(out, measured, estimate, options, &plotted.unit);
+        tables::tables(out, measured, estimate, &plotted.unit);
     }
     out.push_str("</section>\n");
 }

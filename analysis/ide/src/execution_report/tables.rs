@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{check_assumption, check_name, no_bound};
-use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate, Options, TailModel};
+use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate};
 use mauve_timing::Time;
 
 use super::Measured;
@@ -11,13 +11,7 @@ use super::figures::{self, TimeUnit, count, p_value, significant};
 use crate::html::text;
 
 /// Writes all tables of an estimate.
-pub(super) fn tables(
-    out: &mut String,
-    measured: &Measured<'_>,
-    estimate: &Estimate,
-    options: &Options,
-    unit: &TimeUnit,
-) {
+pub(super) fn tables(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: &TimeUnit) {
     levels(out, measured, estimate, unit);
     tests(out, estimate);
     out.push_str("<div class=\"tables\">\n<div>\n");
@@ -25,7 +19,7 @@ pub(super) fn tables(
     out.push_str("</div>\n<div>\n");
     clock(out, estimate);
     out.push_str("</div>\n</div>\n");
-    fits(out, estimate, options, unit);
+    fits(out, estimate, unit);
 }
 
 /// Whether the time of a level exceeds its budget: the time in the table, otherwise the bound.
@@ -208,19 +202,15 @@ fn repeated(estimate: &Estimate) -> String {
     format!("{} ({}\u{a0}%)", count(repeated), figures::rounded(share))
 }
 
-fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUnit) {
+fn fits(out: &mut String, estimate: &Estimate, unit: &TimeUnit) {
     let tail = &estimate.tail;
     let share = 100.0 * tail.excesses as f64 / tail.count.max(1) as f64;
-    let model = match options.model {
-        TailModel::GeneralisedPareto => "fit with ξ ≥ 0",
-        TailModel::Exponential => "fit with ξ = 0",
-    };
     let law = |shape: f64, scale: f64| format!("ξ = {}, σ = {}", significant(shape), unit.time(scale));
     let rows = [
         ("threshold", unit.time(tail.threshold)),
         ("excesses", format!("{} ({}\u{a0}%)", count(tail.excesses), figures::rounded(share))),
         ("free fit", law(tail.free.shape, tail.free.scale)),
-        (model, law(tail.model.shape, tail.model.scale)),
+        ("fit with ξ ≥ 0", law(tail.model.shape, tail.model.scale)),
         ("greatest ξ that is not rejected", significant(tail.greatest_shape)),
         (
             "goodness of the free fit",

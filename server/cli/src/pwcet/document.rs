@@ -15,7 +15,6 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
     json::text(&object! {
         unit: "ms",
         levels: estimates.levels.iter().map(|level| level.as_f64()).collect::<Vec<_>>(),
-        tail: estimates.options.model.name(),
         confidence: 0.95,
         seed: estimates.options.seed,
         budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),

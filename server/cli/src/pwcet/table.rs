@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use mauve_pwcet::rounded_up;
 use mauve_pwcet::trace::SpanKind;
-use mauve_pwcet::{TailModel, rounded_up};
 use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 
 use super::estimates::{Estimates, Lack, Measured};
@@ -14,14 +14,13 @@ const WIDTH: usize = 80;
 
 /// With these, the times may be too short; with all others, only too long. A heavy tail makes extrapolated times too long if more than
 /// 25 executions show it, otherwise they may be too short.
-const TOO_SHORT: [&str; 9] = [
+const TOO_SHORT: [&str; 8] = [
     DEPENDENT,
     "changing-times",
     "exceeded-bounds",
     "poor-fit",
     "not-converged",
     "few-executions",
-    "exponential-tail",
     "heavy-tail",
     "incomplete-recording",
 ];
@@ -87,11 +86,7 @@ fn heading(estimates: &Estimates, levels: &[String]) -> String {
         ([level], _) => format!(", at {level}"),
         _ => ", by the probability of a longer one".to_owned(),
     };
-    let tail = match estimates.options.model {
-        TailModel::GeneralisedPareto => "",
-        TailModel::Exponential => ", with an exponential tail",
-    };
-    format!("95 % upper bounds in ms from n executions{of}{tail}\n\n")
+    format!("95 % upper bounds in ms from n executions{of}\n\n")
 }
 
 fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> {

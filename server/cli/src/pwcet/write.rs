@@ -228,7 +228,7 @@ impl Origin<'_> {
             executions: it.measurement.count() as u64,
             greatest: Time::from_nanos(it.measurement.greatest()),
             times: Times::PerLevel(times.to_vec()),
-            method: format!("{}, 95 % upper confidence bound", estimates.options.model.name()),
+            method: "generalised Pareto, 95 % upper confidence bound".to_owned(),
             date: today(),
             samples: self.samples.clone(),
             files: self.files.clone(),
