@@ -11,8 +11,6 @@ use mauve_ide::{Drawing, draw_chains, drawn_chains};
 use mauve_projects::analysis_document::{deployments, milliseconds};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json::{object, one_or_all};
-use mauve_projects::load::Outside;
-use mauve_projects::load::load;
 use mauve_projects::output::{Output, terminal_columns};
 use mauve_timing::{ChainRule, Level, Time};
 use mauve_wcrt::chains::{ChainReport, ChainStepReport, Chains, chains_of};
@@ -21,19 +19,14 @@ use serde::Serialize;
 
 use crate::check::verdict::conditions_of;
 use crate::errors::{nothing_to, say_errors, several_of};
-use crate::options::{Paths, level};
+use crate::options::{Models, level};
 use crate::text::{assumptions, columns, counted, csv, number, shown};
 use crate::wcrt::{bar_of, shown_tables};
 
 #[derive(Debug, clap::Args)]
 pub struct ChainsCommand {
     #[command(flatten)]
-    paths: Paths,
-    #[command(flatten)]
-    outside: Outside,
-    /// Only this deployment.
-    #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
+    models: Models,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -73,8 +66,8 @@ struct Shown<'db> {
 impl ChainsCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
-        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let workspaces = self.models.load(&mut db)?;
+        let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
         if found.is_empty() {
             return Err(nothing_to("analyse", errors_of_text(&db, &workspaces)));
         }

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_diagnostics::time_error_message;
+use mauve_hir::{Database, Workspace};
 use mauve_ide::Drawing;
+use mauve_projects::load::{Outside, load};
 use mauve_projects::output::terminal_columns;
 use mauve_timing::{Level, Rounding, Time};
 
@@ -14,6 +16,29 @@ pub(super) struct Paths {
     /// A model, a folder or a mauve.toml; the current folder when left out.
     #[arg(value_name = "PATH", default_value = ".", hide_default_value = true)]
     pub(super) paths: Vec<PathBuf>,
+}
+
+/// The models that a command analyses.
+#[derive(Debug, clap::Args)]
+pub(super) struct Models {
+    #[command(flatten)]
+    pub(super) paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    pub(super) deployment: Option<String>,
+}
+
+impl Models {
+    /// Loads the workspaces of the paths.
+    ///
+    /// # Errors
+    ///
+    /// A path cannot be read, in words for the user.
+    pub(super) fn load(&self, db: &mut Database) -> Result<Vec<Workspace>, String> {
+        load(db, &self.paths.paths, self.outside.allow_outside)
+    }
 }
 
 /// Reads the significance level of an option.

@@ -17,8 +17,6 @@ use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
 use mauve_projects::analysis_document::deployments;
 use mauve_projects::json;
-use mauve_projects::load::Outside;
-use mauve_projects::load::load;
 use mauve_projects::output::{Output, say, terminal_columns};
 use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
@@ -27,18 +25,13 @@ use mauve_wcrt::{DeployedTasks, Footing, Query, Report, response_times, response
 use self::simulation::{Row, Simulation};
 use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
 use crate::errors::{nothing_to, say_errors};
-use crate::options::{Paths, level, time};
+use crate::options::{Models, level, time};
 use crate::text::{self, columns, counted, number};
 
 #[derive(Debug, clap::Args)]
 pub struct Simulate {
     #[command(flatten)]
-    paths: Paths,
-    #[command(flatten)]
-    outside: Outside,
-    /// Only this deployment.
-    #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
+    models: Models,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -103,12 +96,12 @@ impl Format {
 impl Simulate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+        if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             let all = self.of_task_sets(&db)?;
             return self.output(&all, 0);
         }
-        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
-        let mut found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let workspaces = self.models.load(&mut db)?;
+        let mut found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
         let errors = errors_of_text(&db, &workspaces);
         if found.is_empty() {
             return Err(nothing_to("simulate", errors));
@@ -154,7 +147,10 @@ impl Simulate {
             let (report, deployment) = found.map_err(|why| refused(&path, &why))?;
             self.simulate(db, set.name.unwrap_or_default(), query, report, deployment, None)
         };
-        task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter().map(simulation).collect()
+        task_sets(&self.models.paths.paths, self.models.deployment.as_deref())?
+            .into_iter()
+            .map(simulation)
+            .collect()
     }
 
     fn simulate<'db>(

@@ -12,8 +12,7 @@ use mauve_ide::{Change, Compared, Comparison, Figure, Figures, compared, edit_of
 use mauve_projects::analysis_document::{deployments, milliseconds};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json::{self, non_empty, object};
-use mauve_projects::load::Outside;
-use mauve_projects::load::{load, models_in};
+use mauve_projects::load::models_in;
 use mauve_projects::output::{Output, say};
 use mauve_timing::Level;
 use mauve_wcrt::tune::{
@@ -25,16 +24,14 @@ use serde::Serialize;
 use crate::comparison::{comparison_document, comparison_table, name_project};
 use crate::edited_files::EditedFiles;
 use crate::errors::nothing_to;
-use crate::options::{Paths, TableFormat, level};
+use crate::options::{Models, TableFormat, level};
 use crate::text::shown;
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("what").required(true).multiple(true).args(["priorities", "cpus", "periods", "slack", "latency"]))]
 pub struct Tune {
     #[command(flatten)]
-    paths: Paths,
-    #[command(flatten)]
-    outside: Outside,
+    models: Models,
     /// Search for priorities with which every deadline is met: deadline-monotonic ones, otherwise those of Audsley's algorithm.
     #[arg(long)]
     priorities: bool,
@@ -53,9 +50,6 @@ pub struct Tune {
     /// Leave the activity of this instance as it is. May be repeated.
     #[arg(long, value_name = "INSTANCE")]
     pin: Vec<String>,
-    /// Only this deployment.
-    #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     significance: Option<Level>,
@@ -99,14 +93,14 @@ impl Tune {
     pub(crate) fn run(self) -> Result<Output, String> {
         let here = std::env::current_dir().unwrap_or_default();
         let mut db = Database::default();
-        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let workspaces = self.models.load(&mut db)?;
         let db = &db;
-        let declared = deployments(db, &workspaces, self.deployment.as_deref())?;
+        let declared = deployments(db, &workspaces, self.models.deployment.as_deref())?;
         if declared.is_empty() {
             return Err(nothing_to("tune", errors_of_text(db, &workspaces)));
         }
         self.check_pins(db, &declared)?;
-        let (writable, _) = models_in(&self.paths.paths)?;
+        let (writable, _) = models_in(&self.models.paths.paths)?;
         let mut all = Vec::new();
         let mut is_complete = true;
         for &(project, deployment) in &declared {

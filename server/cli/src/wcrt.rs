@@ -21,8 +21,6 @@ use mauve_projects::analysis_document::{
 use mauve_projects::disk::{LONGEST, read};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json;
-use mauve_projects::load::Outside;
-use mauve_projects::load::load;
 use mauve_projects::output::{Output, say, terminal_columns};
 use mauve_projects::replace::put;
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
@@ -37,7 +35,7 @@ use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::comparison::{comparison_document, comparison_table};
 use crate::errors::{nothing_to, say_errors};
 use crate::lines::Lines;
-use crate::options::{Method, Paths};
+use crate::options::{Method, Models};
 use crate::published::{Published, published_csv};
 use crate::text::{self, Column, columns, counted, csv, number, shown};
 use crate::verify::certificate;
@@ -45,12 +43,7 @@ use crate::verify::certificate;
 #[derive(Debug, clap::Args)]
 pub struct Wcrt {
     #[command(flatten)]
-    paths: Paths,
-    #[command(flatten)]
-    outside: Outside,
-    /// Only this deployment.
-    #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
+    models: Models,
     /// Significance levels, separated by commas, or `all`; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVELS")]
     significance: Option<Significance>,
@@ -98,7 +91,7 @@ impl Wcrt {
         let Some(method) = self.method.analysed() else { return self.published() };
         let query = |level| Query { level, method };
         let mut db = Database::default();
-        if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+        if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             if self.sensitivity || self.probability.is_some() {
                 let option = if self.sensitivity { "--sensitivity" } else { "--probability" };
                 return Err(format!("{option} needs a model: task sets do not have the times of codels"));
@@ -108,8 +101,8 @@ impl Wcrt {
             }
             return self.task_sets(&db, &query);
         }
-        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
-        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let workspaces = self.models.load(&mut db)?;
+        let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
         let errors = errors_of_text(&db, &workspaces);
         if found.is_empty() {
             return Err(nothing_to("analyse", errors));
@@ -154,8 +147,8 @@ impl Wcrt {
             );
         }
         let mut db = Database::default();
-        let all: Vec<Published> = if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
-            let sets = task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter();
+        let all: Vec<Published> = if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+            let sets = task_sets(&self.models.paths.paths, self.models.deployment.as_deref())?.into_iter();
             let of_set = |(path, set): (PathBuf, TaskSet)| {
                 let tasks = |level| Ok((level, set.at(level, mauve_timing::Method::Psm)?));
                 let levels = levels_of_set(&set, self.significance.as_ref()).into_iter();
@@ -165,13 +158,13 @@ impl Wcrt {
             };
             sets.map(of_set).collect::<Result<_, String>>()?
         } else {
-            let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+            let workspaces = self.models.load(&mut db)?;
             let of_model = |(project, deployment): (Project<'_>, Decl<'_>)| {
                 let tasks = |level| (level, DeployedTasks::simulated(&db, project, deployment, level).tasks);
                 let levels = levels(&db, project, deployment, self.significance.as_ref()).into_iter();
                 Published { name: deployment.name(&db).to_string(), tasks: levels.map(tasks).collect() }
             };
-            let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+            let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
             found.into_iter().map(of_model).collect()
         };
         let text = match self.format {
@@ -214,7 +207,7 @@ impl Wcrt {
     }
 
     fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
-        let read = task_sets(&self.paths.paths, self.deployment.as_deref())?;
+        let read = task_sets(&self.models.paths.paths, self.models.deployment.as_deref())?;
         let mut reports = Vec::new();
         for (path, set) in &read {
             let levels = levels_of_set(set, self.significance.as_ref());

@@ -26,23 +26,30 @@ use super::import::messages::{still_recording, trace_error};
 use crate::errors::{host_called, only_deployment, say_errors};
 use crate::options::{TableFormat, level};
 
+/// Recordings, and the model that they are compared with.
 #[derive(Debug, clap::Args)]
-pub struct Check {
+pub(super) struct Recorded {
     /// Recordings of one deployment, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder
     /// when left out.
     #[arg(value_name = "TRACE> [PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
-    outside: Outside,
+    pub(super) outside: Outside,
     /// The deployment that was recorded; needed if the model has several.
     #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
+    pub(super) deployment: Option<String>,
     /// The host that was recorded; needed if the robot has several.
     #[arg(long, value_name = "NAME")]
-    host: Option<String>,
+    pub(super) host: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
-    significance: Option<Level>,
+    pub(super) significance: Option<Level>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Check {
+    #[command(flatten)]
+    recorded: Recorded,
     /// How to show the comparison.
     #[arg(long, value_enum, default_value = "table")]
     format: TableFormat,
@@ -50,7 +57,7 @@ pub struct Check {
 
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let (traces, model) = traces_and_model(&self.paths);
+        let (traces, model) = self.recorded.traces_and_model();
         let mut known = BTreeSet::new();
         if let Some(twice) =
             traces.iter().find(|it| !known.insert(it.canonicalize().unwrap_or(it.to_path_buf())))
@@ -58,11 +65,11 @@ impl Check {
             return Err(format!("`{}` is given twice: its periods would count twice", twice.display()));
         }
         let mut db = Database::default();
-        let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
-        let name = self.deployment.as_deref();
+        let workspaces = load(&mut db, &[model], self.recorded.outside.allow_outside)?;
+        let name = self.recorded.deployment.as_deref();
         let (project, deployment) = only_deployment(&db, &workspaces, name, "compare the recording with")?;
         let (query, report, expected) =
-            model_of(&db, project, deployment, self.host.as_deref(), self.significance)?;
+            model_of(&db, project, deployment, self.recorded.host.as_deref(), self.recorded.significance)?;
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
         let mut summary = Summary::default();
@@ -90,22 +97,24 @@ impl Check {
         // The analysis with another table ends the present one.
         drop(checked);
         if self.format == TableFormat::Table {
-            let recorded = (self.deployment.as_deref(), self.host.as_deref());
+            let recorded = (self.recorded.deployment.as_deref(), self.recorded.host.as_deref());
             text.extend(overheads.advice(&mut db, &workspaces, recorded, level));
         }
         Ok(Output::escaped(text, code))
     }
 }
 
-/// Splits the paths of the command: the last one is a model if it cannot be a recording.
-pub(super) fn traces_and_model(paths: &[PathBuf]) -> (Vec<PathBuf>, PathBuf) {
-    if let [traces @ .., last] = paths
-        && !traces.is_empty()
-        && is_model(last)
-    {
-        return (traces.to_vec(), last.clone());
+impl Recorded {
+    /// Splits the paths: the last one is a model if it cannot be a recording.
+    pub(super) fn traces_and_model(&self) -> (Vec<PathBuf>, PathBuf) {
+        if let [traces @ .., last] = self.paths.as_slice()
+            && !traces.is_empty()
+            && is_model(last)
+        {
+            return (traces.to_vec(), last.clone());
+        }
+        (self.paths.clone(), PathBuf::from("."))
     }
-    (paths.to_vec(), PathBuf::from("."))
 }
 
 fn is_model(path: &Path) -> bool {

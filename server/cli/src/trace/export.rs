@@ -5,41 +5,27 @@ use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use mauve_hir::Database;
 use mauve_hir::item_tree::Kind;
 use mauve_projects::analysis_document::deployments;
-use mauve_projects::load::Outside;
 use mauve_projects::load::load;
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put_with;
 use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
-use mauve_timing::{CpuSet, Level, Time};
+use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
-use super::check::{model_of, read, traces_and_model};
+use super::check::{Recorded, model_of, read};
 use crate::errors::several_of;
-use crate::options::{level, time};
+use crate::options::time;
 use crate::own_output::check_own;
 use crate::trace_events::{arrow, line, process, thread};
 
 #[derive(Debug, clap::Args)]
 pub struct Export {
-    /// A recording, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder when left out.
-    #[arg(value_name = "TRACE> [PATH", required = true, num_args = 1..=2, value_hint = clap::ValueHint::AnyPath)]
-    paths: Vec<PathBuf>,
     #[command(flatten)]
-    outside: Outside,
-    /// The deployment that was recorded; needed if the model has several.
-    #[arg(long, value_name = "NAME")]
-    deployment: Option<String>,
-    /// The host that was recorded; needed if the robot has several.
-    #[arg(long, value_name = "NAME")]
-    host: Option<String>,
-    /// The significance level of the bounds; by default that of mauve.toml, else 1e-4.
-    #[arg(long, value_name = "LEVEL", value_parser = level)]
-    significance: Option<Level>,
+    recorded: Recorded,
     /// Only what happens from this time on, such as 10s, after the begin of the recording. What began before is cut.
     #[arg(long, value_name = "TIME", value_parser = time)]
     from: Option<Time>,
@@ -52,36 +38,27 @@ pub struct Export {
     /// The file to write; standard output when left out.
     #[arg(short, long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// The format of the file.
-    #[arg(long, value_enum, default_value = "perfetto")]
-    format: ExportFormat,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ExportFormat {
-    /// Trace events, for ui.perfetto.dev and chrome://tracing.
-    Perfetto,
 }
 
 impl Export {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let ExportFormat::Perfetto = self.format;
         if let Some(path) = &self.output {
             check_own(path, BEGIN, "trace of a viewer", "--output")?;
         }
-        let (traces, model) = traces_and_model(&self.paths);
+        let (traces, model) = self.recorded.traces_and_model();
         let [trace] = traces.as_slice() else {
             return Err("one recording is exported at a time: name one, and then its model".to_owned());
         };
         let mut db = Database::default();
-        let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
-        let expected = match deployments(&db, &workspaces, self.deployment.as_deref())?.as_slice() {
+        let workspaces = load(&mut db, &[model], self.recorded.outside.allow_outside)?;
+        let expected = match deployments(&db, &workspaces, self.recorded.deployment.as_deref())?.as_slice() {
             [] => {
                 say("no deployment in this model: the recording is exported without bounds");
                 Expected::default()
             }
             &[(project, deployment)] => {
-                model_of(&db, project, deployment, self.host.as_deref(), self.significance)?.2
+                model_of(&db, project, deployment, self.recorded.host.as_deref(), self.recorded.significance)?
+                    .2
             }
             several => return Err(several_of(&db, Kind::Deployment, several)),
         };
