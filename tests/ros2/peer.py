@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 
 CASE, FOLDER = sys.argv[1:3]
@@ -38,14 +39,21 @@ class Robot:
         arguments = arguments or ("--allow-non-realtime",)
         environment = {**os.environ, **environment, "LD_LIBRARY_PATH": FOLDER}
         environment.pop("CYCLONEDDS_URI")
-        self.process = subprocess.Popen([FOLDER + "/robot", *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.log = tempfile.NamedTemporaryFile("w+")
+        self.process = subprocess.Popen([FOLDER + "/robot", *arguments], env=environment, stdout=subprocess.PIPE, stderr=self.log, text=True)
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGINT)
-        self.report, self.warnings = self.process.communicate(timeout=PATIENCE)
+        self.report, _ = self.process.communicate(timeout=PATIENCE)
+        self.warnings = self.said()
+
+    def said(self):
+        """The warnings so far."""
+        with open(self.log.name) as log:
+            return log.read()
 
     def threads(self):
         """The priority and the CPU of each real-time thread but the supervisor."""
@@ -249,6 +257,11 @@ def fast():
 
 def strangers():
     """Peers that are killed, that have another domain, type, definition or QoS, and samples that are too large or malformed."""
+    warnings = (
+        "topic /cmd_vel: a publisher of another program has type stranger::msg::dds_::Twist_",
+        "topic /cmd_vel: a publisher of another program offers best-effort, and twist.in wants reliable",
+        "topic /rig/scan: a subscription of another program wants transient-local, and laser.ranges offers volatile",
+    )
     with Robot() as robot:
         participant = DomainParticipant()
         killed = subprocess.Popen([sys.executable, __file__, "reads", FOLDER], stdout=subprocess.PIPE, text=True)
@@ -271,17 +284,14 @@ def strangers():
             to_alls.write(for_cyclone(large))
         to_alls.write(fine)
         assert taken(alls, 1, "a sample after those that are dropped") == [fine]
+        wait_for(lambda: all(warning in robot.said() for warning in warnings), "the warnings of the robot")
         time.sleep(1.5)
         assert not elsewhere.take(1) and not other_qos.take(1)
         assert not other_type.get_matched_subscriptions() and not best_effort.get_matched_subscriptions()
     assert robot.dropped("/cmd_vel", "malformed") == 3, robot.report
     assert robot.dropped("/rig/all_in", "greater than max_bytes") == 3, robot.report
-    for said in (
-        "topic /cmd_vel: a publisher of another program has type stranger::msg::dds_::Twist_",
-        "topic /cmd_vel: a publisher of another program offers best-effort, and twist.in wants reliable",
-        "topic /rig/scan: a subscription of another program wants transient-local, and laser.ranges offers volatile",
-    ):
-        assert robot.warnings.count(said) == 1, robot.warnings
+    for warning in warnings:
+        assert robot.warnings.count(warning) == 1, robot.warnings
 
 
 def reads():
@@ -331,7 +341,7 @@ def refusals():
 
     def refused(said, **environment):
         robot = Robot("--for", "1s", "--allow-non-realtime", **environment)
-        out, errors = robot.process.communicate(timeout=PATIENCE)
+        (out, _), errors = robot.process.communicate(timeout=PATIENCE), robot.said()
         assert robot.process.returncode == 2 and said in errors and "nothing runs" in errors and out == "", (out, errors)
 
     refused("ROS_DOMAIN_ID is `233`", ROS_DOMAIN_ID="233")
@@ -339,7 +349,7 @@ def refusals():
     subprocess.run(["ip", "link", "set", "lo", "down"], check=True)
     refused("the loopback interface `lo`")
     virtual = Robot("--for", "1s", "--simulate-time")
-    out, errors = virtual.process.communicate(timeout=PATIENCE)
+    (out, _), errors = virtual.process.communicate(timeout=PATIENCE), virtual.said()
     assert out.count("no topics of ROS 2 with --simulate-time") == 1 and "ros2 " not in out, (out, errors)
 
 
