@@ -40,7 +40,8 @@ fn passages(db: &Database, workspace: Workspace, component: &str, assumed: Assum
             let _ = write!(out, ", {what} in {} of {}", by.program, by.state);
         }
         let written = it.written.iter().map(|it| written(db, project, core, it.edge, it.programs, &it.part));
-        let _ = write!(out, ", written {}", written.collect::<Vec<_>>().join(" | "));
+        let written = written.collect::<Vec<_>>().join(" | ");
+        let _ = write!(out, ", written {}", if written.is_empty() { "at the end" } else { &written });
         out += if it.to_handle { ", to a handle\n" } else { "\n" };
     }
     for (kind, all) in [("writes", &found.writes), ("reads", &found.reads)] {
@@ -81,9 +82,6 @@ fn written(
     programs: usize,
     part: &CostGraph<'_>,
 ) -> String {
-    if programs == usize::MAX {
-        return "between periods".to_owned();
-    }
     let behaviour = behaviour_of(db, project, core);
     let edge = &behaviour.edges.all[edge];
     let (source, target) = (&behaviour.states[edge.source], &behaviour.states[edge.target]);
@@ -203,7 +201,7 @@ fn a_switch_passes_the_new_order_of_the_assumed_state() {
             reads scan: 1
             reads automatic: ∞ [Manual] Condition
 
-            manual -> command: ∞ [Automatic] NoWrite, age ∞, written 
+            manual -> command: ∞ [Automatic] NoWrite, age ∞, written at the end
             scan -> command: ∞ [Automatic] OtherPort("automatic"), age ∞, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             automatic -> command: 1, age 0, written Automatic to Automatic Automatic.handle automatic + slow_down + command
             writes command: ∞ [Automatic] OtherPort("automatic")
@@ -326,7 +324,7 @@ fn an_operator_drives_in_one_state() {
             writes command: ∞ [Released] Answer(joystick_poll)
 
             joystick_poll() -> command: 1, age 0, written Driving to Driving Driving.handle stick_order + command
-            standstill() -> command: ∞ [Driving] NoWrite, age ∞, written 
+            standstill() -> command: ∞ [Driving] NoWrite, age ∞, written at the end
             writes command: 1
         "#]],
     );
@@ -424,7 +422,7 @@ fn clients_call_operations_between_periods() {
            provide stop(): void = { read(a, x); }  provide next(): void = { write(q, x); }
            update = { if (read(a, x) == new_data) then { write(q, x); } else { } } }",
         expect![[r#"
-            a -> q: ∞ [update] Condition, age 1, written between periods
+            a -> q: ∞ [update] Condition, age 1, written at the end
             writes q: ∞ [update] Condition
             reads a: 1
         "#]],
@@ -488,7 +486,7 @@ fn a_state_that_each_period_leaves_bounds_nothing() {
            state Rest { transition go to Read } } }",
         Assumed { states: &["Read"], ..NOTHING },
         expect![[r#"
-            a -> q: ∞ [Read] Leaves, age 0, written 
+            a -> q: ∞ [Read] Leaves, age 0, written at the end
             writes q: ∞ [Read] Leaves
             reads a: ∞ [Read] Leaves
         "#]],
@@ -543,7 +541,7 @@ fn a_restart_may_keep_a_counter_that_then_passes_its_limit() {
         text,
         Assumed { states: &["Busy"], ..NOTHING },
         expect![[r#"
-            a -> q: ∞ [Busy] NoWrite, age ∞, written 
+            a -> q: ∞ [Busy] NoWrite, age ∞, written at the end
             writes q: ∞ [Busy] NoWrite
             reads a: 1
         "#]],

@@ -161,9 +161,9 @@ impl<'db> Context<'_, 'db> {
     }
 
     fn program(&self, place: &Place) -> Option<&TimedProgram<'db>> {
-        let operation = place.program.checked_sub(self.behaviour.programs.len());
-        let operation = operation.and_then(|index| self.behaviour.operations.get(index));
-        self.behaviour.programs.get(place.program).or(operation)
+        let index = place.program?;
+        let operation = || self.behaviour.operations.get(index.checked_sub(self.behaviour.programs.len())?);
+        self.behaviour.programs.get(index).or_else(operation)
     }
 
     /// Returns the passages of a core that is too large: all that there may be between a port and another end.
@@ -380,7 +380,7 @@ impl<'db> Context<'_, 'db> {
         found?.longest.ok().flatten()
     }
 
-    /// Returns what each edge executes up to its last write of data.
+    /// Returns what each edge executes up to its last write of data; nothing if an operation may write it, which a client calls before.
     fn written(&self, to: u16, carried: &[Slots]) -> Vec<Written<'db>> {
         let graph = &self.flows.graph;
         // By state: the programs with such a write, each with the calls that write.
@@ -391,7 +391,7 @@ impl<'db> Context<'_, 'db> {
                 continue;
             }
             if place.is_called(self.behaviour) {
-                return vec![Written { edge: 0, programs: usize::MAX, part: Arc::default() }];
+                return Vec::new();
             }
             let of_state = by_state.entry(place.state).or_default();
             match of_state.last_mut().filter(|(last, _)| last == place) {

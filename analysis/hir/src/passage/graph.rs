@@ -111,14 +111,14 @@ pub(super) struct Place {
     pub(super) target: Option<usize>,
     /// The number of programs before it.
     pub(super) before: usize,
-    /// Its index in [`Behaviour::programs`], and of the operations behind these.
-    pub(super) program: usize,
+    /// Its index in [`Behaviour::programs`], and of the operations behind these; none at the beginning and at the end of a job.
+    pub(super) program: Option<usize>,
 }
 
 impl Place {
     /// Returns whether it is an operation that a client calls before the job.
     pub(super) fn is_called(&self, behaviour: &Behaviour<'_>) -> bool {
-        self.program >= behaviour.programs.len() && self.program != usize::MAX
+        self.program.is_some_and(|program| program >= behaviour.programs.len())
     }
 }
 
@@ -253,7 +253,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         for (state, (first, fired)) in edges.first.iter().zip(self.behaviour.fired()).enumerate() {
             let start = self.graph.nodes.len() as u32;
             self.graph.starts.push(start);
-            self.place(Place { state, edge: None, target: None, before: 0, program: usize::MAX });
+            self.place(Place { state, edge: None, target: None, before: 0, program: None });
             self.push(Step::Plain, SourceId::default());
             self.open = vec![(start, 0)];
             // Of a core that is too large, the ends are known all the same.
@@ -263,7 +263,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                 self.called(operation, state, start);
             }
             for (before, (&program, edge)) in first.iter().zip(fired.by_guards).enumerate() {
-                self.place(Place { state, edge: None, target: None, before, program });
+                self.place(Place { state, edge: None, target: None, before, program: Some(program) });
                 let Ends { holds, others } = self.program(program);
                 if let Some(edge) = edge {
                     self.open = holds;
@@ -287,7 +287,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn called(&mut self, index: usize, state: usize, start: u32) {
         let Some(operation) = self.scope.operations.get(index) else { return };
         let program = self.behaviour.programs.len() + index;
-        self.place(Place { state, edge: None, target: None, before: 0, program });
+        self.place(Place { state, edge: None, target: None, before: 0, program: Some(program) });
         let any = Computed { from: 0, operand: Operand::Known(ANY) };
         // The branch that is first in a search does not call it.
         let (not_called, called) = self.branch(any.operand, Operand::Known(TRUE), operation.name.id);
@@ -317,12 +317,12 @@ impl<'a, 'db> Builder<'a, 'db> {
         for (number, &program) in edge.then.iter().enumerate() {
             let before = edge.first + number;
             let (state, target) = (edge.source, Some(edge.target));
-            self.place(Place { state, edge: Some(index), target, before, program });
+            self.place(Place { state, edge: Some(index), target, before, program: Some(program) });
             self.open = self.program(program).others;
         }
         // Also an edge without such programs has a place: its end leads to other values of counters.
         let (before, target) = (edge.first + edge.then.len(), Some(edge.target));
-        self.place(Place { state: edge.source, edge: Some(index), target, before, program: usize::MAX });
+        self.place(Place { state: edge.source, edge: Some(index), target, before, program: None });
         self.emit(Step::End(edge.target), SourceId::default());
         self.open.clear();
     }

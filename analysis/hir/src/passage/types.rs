@@ -64,7 +64,7 @@ pub struct Passage<'db> {
     /// The statement that may write less after data was written, such as older data or a constant; none if it keeps.
     pub overwritten: Option<Overwrite<'db>>,
     /// What each period that writes the data executes up to the end of its last write of it: for the response time to the write.
-    /// If an operation of the component writes it, the only element is for more programs than any edge has.
+    /// Empty where that may be all of the period: an operation of the component may write it.
     pub written: Vec<Written<'db>>,
     /// Whether the end is a codel that passes the data to a handle: a later call with that handle may have the effect, up to the
     /// end of the period.
