@@ -53,8 +53,8 @@ impl Place {
     /// ```
     pub(crate) fn at(text: &str, offset: usize) -> Option<Place> {
         let tokens = Source::new(text).lex().into_vec();
-        let is_in = |token: &&Token| token.span().start() < offset && offset <= token.span().end();
-        if tokens.iter().find(is_in).is_some_and(|it| it.kind() == TokenKind::Comment) {
+        let at_cursor = tokens.iter().find(|it| is_in(offset, &token_range(it)));
+        if at_cursor.is_some_and(|it| it.kind() == TokenKind::Comment) {
             return None;
         }
         let word = Word::at(text, &tokens, offset);
@@ -68,7 +68,8 @@ impl Place {
             index = match tables.header(text, &tokens, index) {
                 Some((range, next)) => {
                     // The header at the cursor is typed again.
-                    if range.start < offset && offset <= range.end {
+                    let is_here = is_in(offset, &range);
+                    if is_here {
                         let is_closed = text[range.clone()].ends_with(']');
                         let end = if is_closed { range.end } else { word.range.end };
                         let place = Place {
@@ -81,7 +82,7 @@ impl Place {
                         here = Some((place, Table::default()));
                     }
                     let name = text[range.clone()].trim_matches(['[', ']']).trim();
-                    tables.begin_section(name, !(range.start < offset && offset <= range.end));
+                    tables.begin_section(name, !is_here);
                     next
                 }
                 None => {
@@ -94,6 +95,15 @@ impl Place {
         let others = tables.keys.into_iter().filter(|it| it.table == table.number && it.entry != table.entry);
         Some(Place { sections: tables.sections, given: others.map(|it| it.key).collect(), ..place })
     }
+}
+
+fn token_range(token: &Token) -> Range<usize> {
+    token.span().start()..token.span().end()
+}
+
+/// Returns whether a cursor at `offset` is behind a byte of `range`.
+fn is_in(offset: usize, range: &Range<usize>) -> bool {
+    range.start < offset && offset <= range.end
 }
 
 /// The word at the cursor, which a completion replaces.
@@ -110,9 +120,8 @@ impl Word {
     fn at(text: &str, tokens: &[Token], offset: usize) -> Word {
         let is_bare = |token: &Token| matches!(token.kind(), TokenKind::Atom | TokenKind::Dot);
         let touches = |token: &Token| token.span().start() <= offset && offset <= token.span().end();
-        let string = tokens.iter().position(|it| {
-            it.kind().encoding().is_some() && it.span().start() < offset && offset <= it.span().end()
-        });
+        let string =
+            tokens.iter().position(|it| it.kind().encoding().is_some() && is_in(offset, &token_range(it)));
         let at = string.or_else(|| tokens.iter().position(|it| is_bare(it) && touches(it)));
         let (mut first, mut last) = (at, at);
         if string.is_none() {

@@ -273,7 +273,8 @@ fn check_load(rows: &[Vec<&str>], utilisation: f64) {
     assert!((percent(last) - utilisation).abs() <= 0.051 && (sum - utilisation).abs() <= rounding);
 }
 
-/// Returns the time of the costliest period: the sum of its programs, each of which is the sum of its codels, and of what is in none.
+/// Returns the time of the costliest period. Checks that it is the sum of its programs and of the codels outside them, and that the time of
+/// each program is the sum of its codels.
 fn costliest_period(markdown: &str) -> Option<u64> {
     let (head, list) = markdown.split_once("costliest period: ")?.1.split_once("\n\n")?;
     let period = ns(head.split_once(", ")?.0);

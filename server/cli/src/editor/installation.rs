@@ -117,7 +117,7 @@ pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, Strin
         match state(&path)? {
             State::Missing => writes.push((path, new, false)),
             State::File(old) if old == new.as_bytes() => {}
-            // A file with our text, whoever wrote it, is ours.
+            // A file with the same text counts as MAUVE's, even without the mark.
             State::File(old) if options.force || old == text.as_bytes() || mark::is_ours(&path, &old) => {
                 writes.push((path, new, true));
             }
