@@ -31,7 +31,7 @@ mod replacement;
 use rowan::{TextRange, TextSize};
 
 use crate::Parse;
-use layout::Layout;
+use layout::TextLayout;
 use lines::lines_of;
 pub use replacement::{Replacement, applied};
 use replacement::{range, replacement};
@@ -46,7 +46,7 @@ use replacement::{range, replacement};
 /// ```
 pub fn format(parse: &Parse, interrupt: &dyn Fn()) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
-    Layout::new(&parse.syntax(), &text, interrupt).replacements()
+    TextLayout::new(&parse.syntax(), &text, interrupt).replacements()
 }
 
 /// Returns the formatted text. Formatting is idempotent.
@@ -69,7 +69,7 @@ pub fn formatted(text: &str) -> String {
 pub fn format_range(parse: &Parse, range: TextRange, interrupt: &dyn Fn()) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
     let lines = lines_of(&text, range);
-    let mut found = Layout::new(&parse.syntax(), &text, interrupt).replacements();
+    let mut found = TextLayout::new(&parse.syntax(), &text, interrupt).replacements();
     found.retain(|it| lines.contains_range(it.range));
     found
 }
@@ -90,7 +90,7 @@ pub fn format_on_type(
     if !text.get(..at).is_some_and(|before| before.ends_with(typed)) {
         return Vec::new();
     }
-    let layout = Layout::new(&parse.syntax(), &text, interrupt);
+    let layout = TextLayout::new(&parse.syntax(), &text, interrupt);
     let mut found = layout.replacements();
     match typed {
         '}' | ';' => {

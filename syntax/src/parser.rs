@@ -23,7 +23,7 @@ pub(crate) struct Parser<'a> {
     /// The first token of `lexed` that is part of the tree.
     first: usize,
     position: usize,
-    events: Vec<Event>,
+    events: Vec<ParseEvent>,
     errors: Vec<SyntaxError>,
     /// The token of the last error. A second error there is the same mistake, and is not reported.
     last_error: Option<usize>,
@@ -51,7 +51,7 @@ pub(crate) struct Checkpoint {
 
 /// An action of a rule, from which the tree is built.
 #[derive(Debug)]
-pub(crate) enum Event {
+pub(crate) enum ParseEvent {
     /// A node starts. `parent` is the distance to the `Start` of a node that was wrapped around it later.
     Start { kind: SyntaxKind, parent: Option<u32> },
     /// The innermost open node ends.
@@ -66,7 +66,7 @@ pub(crate) enum Event {
 
 pub(crate) struct Events {
     pub(crate) first: usize,
-    pub(crate) events: Vec<Event>,
+    pub(crate) events: Vec<ParseEvent>,
     pub(crate) errors: Vec<SyntaxError>,
 }
 
@@ -280,7 +280,7 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn start(&mut self) -> Marker {
         let position = self.events.len();
-        self.events.push(Event::Start { kind: ERROR, parent: None });
+        self.events.push(ParseEvent::Start { kind: ERROR, parent: None });
         Marker { position }
     }
 
@@ -298,7 +298,7 @@ impl<'a> Parser<'a> {
             self.error(SyntaxErrorKind::Token(error));
         }
         self.position += 1;
-        self.events.push(Event::Token { kind });
+        self.events.push(ParseEvent::Token { kind });
         // A declaration or a block in the first text of a conflict is incomplete.
         if matches!(kind, CODEL_KW | COMPONENT_KW | L_CURLY | USE_KW)
             && self
@@ -348,7 +348,7 @@ impl<'a> Parser<'a> {
 
     /// Takes the white space and comments at the end of the file.
     pub(crate) fn rest(&mut self) {
-        self.events.push(Event::Rest);
+        self.events.push(ParseEvent::Rest);
     }
 
     // Errors
@@ -384,13 +384,17 @@ impl<'a> Parser<'a> {
     }
 
     /// Returns the role of the `n`th token after the current one in another language, if `meaning` accepts one.
-    pub(crate) fn nth_foreign<T>(&self, n: usize, meaning: impl Fn(foreign::Word) -> Option<T>) -> Option<T> {
+    pub(crate) fn nth_foreign<T>(
+        &self,
+        n: usize,
+        meaning: impl Fn(foreign::ForeignWord) -> Option<T>,
+    ) -> Option<T> {
         let word = self.nth_text(n).filter(|_| self.nth(n) == IDENT)?;
         foreign::meanings(word).find_map(meaning)
     }
 
     /// Returns whether the `n`th token after the current one has the role `word` in another language.
-    pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::Word) -> bool {
+    pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::ForeignWord) -> bool {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
 
@@ -628,10 +632,10 @@ pub(crate) struct Marker {
 
 impl Marker {
     pub(crate) fn complete(self, p: &mut Parser<'_>, kind: SyntaxKind) -> CompletedMarker {
-        if let Some(Event::Start { kind: slot, .. }) = p.events.get_mut(self.position) {
+        if let Some(ParseEvent::Start { kind: slot, .. }) = p.events.get_mut(self.position) {
             *slot = kind;
         }
-        p.events.push(Event::Finish);
+        p.events.push(ParseEvent::Finish);
         CompletedMarker { position: self.position }
     }
 }
@@ -645,7 +649,7 @@ impl CompletedMarker {
     pub(crate) fn precede(self, p: &mut Parser<'_>) -> Marker {
         let outer = p.start();
         let distance = (outer.position - self.position) as u32;
-        if let Some(Event::Start { parent, .. }) = p.events.get_mut(self.position) {
+        if let Some(ParseEvent::Start { parent, .. }) = p.events.get_mut(self.position) {
             *parent = Some(distance);
         }
         outer

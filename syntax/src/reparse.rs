@@ -67,7 +67,7 @@ impl Parse {
         if !is_of_old || new.len() > LONGEST_TEXT {
             return (parse(new), Tier::Whole);
         }
-        let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
+        let Some(edit) = ReplacedText::between(old, new) else { return (self.clone(), Tier::Nothing) };
         // The regions of conflicts depend on all markers of a text. Each is an error of its tree.
         let is_conflict = |error: &SyntaxError| matches!(error.kind, SyntaxErrorKind::Conflict { .. });
         if self.errors().iter().any(is_conflict) || !regions(new).is_empty() {
@@ -83,15 +83,15 @@ impl Parse {
 
 /// `old[start..old_end]` became `new[start..new_end]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Edit {
+struct ReplacedText {
     start: usize,
     old_end: usize,
     new_end: usize,
 }
 
-impl Edit {
+impl ReplacedText {
     /// Returns the smallest edit that changes `old` to `new`; none if they are equal.
-    fn between(old: &str, new: &str) -> Option<Edit> {
+    fn between(old: &str, new: &str) -> Option<ReplacedText> {
         if old == new {
             return None;
         }
@@ -104,7 +104,7 @@ impl Edit {
         while !(old.is_char_boundary(old.len() - after) && new.is_char_boundary(new.len() - after)) {
             after -= 1;
         }
-        Some(Edit { start, old_end: old.len() - after, new_end: new.len() - after })
+        Some(ReplacedText { start, old_end: old.len() - after, new_end: new.len() - after })
     }
 
     /// Returns the new offset of a position behind the edit.
@@ -132,11 +132,11 @@ struct Before<'a> {
     root: SyntaxNode,
     old: &'a str,
     new: &'a str,
-    edit: Edit,
+    edit: ReplacedText,
 }
 
 /// A token of the old tree where the parser looked for the next item, and had reported no error.
-struct Boundary {
+struct ItemBoundary {
     offset: usize,
     begins_line: bool,
     /// The offset of the previous token, if any.
@@ -149,7 +149,7 @@ impl Before<'_> {
     // One token
 
     fn token(&self) -> Option<Parse> {
-        let Edit { start, old_end, new_end } = self.edit;
+        let ReplacedText { start, old_end, new_end } = self.edit;
         // From a token that the lexer had finished before it read the edit, or that contains the edit, to the next
         // significant token behind it.
         let from = self.finished()?;
@@ -199,7 +199,7 @@ impl Before<'_> {
     // White space and comments between two tokens
 
     fn trivia(&self) -> Option<Parse> {
-        let Edit { start, old_end, .. } = self.edit;
+        let ReplacedText { start, old_end, .. } = self.edit;
         let first = match self.root.covering_element(empty(start)) {
             NodeOrToken::Token(token) => token,
             NodeOrToken::Node(node) => node.first_token()?,
@@ -282,7 +282,7 @@ impl Before<'_> {
         let kind = List::of(list.kind())?;
         let from = self.last_before(list)?;
         let until = self.first_behind(list, from.offset)?;
-        let new_offset = |until: &Boundary| self.edit.shifted(until.offset);
+        let new_offset = |until: &ItemBoundary| self.edit.shifted(until.offset);
         let last = new_offset(until.last()?);
         // The parser must examine the same tokens after the items as in the whole text.
         let mut behind = 0;
@@ -296,7 +296,7 @@ impl Before<'_> {
         let root = parser.start();
         // An error at the previous token makes no difference: the old text has no error here.
         let arrived = |parser: &Parser<'_>| {
-            let is_here = |until: &&Boundary| {
+            let is_here = |until: &&ItemBoundary| {
                 new_offset(until) == parser.offset() && until.begins_line == parser.begins_line()
             };
             until.iter().find(is_here)
@@ -327,7 +327,7 @@ impl Before<'_> {
     }
 
     /// Returns the last item of `list` whose first tokens the edit does not touch.
-    fn last_before(&self, list: &SyntaxNode) -> Option<Boundary> {
+    fn last_before(&self, list: &SyntaxNode) -> Option<ItemBoundary> {
         let open = opening(list)?;
         let start = self.edit.start;
         let mut element = list.child_or_token_at_range(empty(start));
@@ -359,7 +359,7 @@ impl Before<'_> {
     }
 
     /// Returns the first few positions behind the edit where an item of `list` begins or the list ends.
-    fn first_behind(&self, list: &SyntaxNode, from: usize) -> Option<Vec<Boundary>> {
+    fn first_behind(&self, list: &SyntaxNode, from: usize) -> Option<Vec<ItemBoundary>> {
         let open = opening(list)?;
         let mut found = Vec::new();
         let mut element = list.child_or_token_at_range(empty(self.edit.old_end));
@@ -389,7 +389,7 @@ impl Before<'_> {
     }
 
     /// Returns the token at `offset`, unless an error was reported there, or was suppressed as a second one.
-    fn boundary(&self, offset: usize, index: usize) -> Option<Boundary> {
+    fn boundary(&self, offset: usize, index: usize) -> Option<ItemBoundary> {
         let mut begins_line = false;
         let mut at = offset;
         let previous = loop {
@@ -415,7 +415,12 @@ impl Before<'_> {
             return None;
         }
         let begins_line = begins_line || offset == self.old.len();
-        Some(Boundary { offset, begins_line, previous: previous.map(|range| range.start().into()), index })
+        Some(ItemBoundary {
+            offset,
+            begins_line,
+            previous: previous.map(|range| range.start().into()),
+            index,
+        })
     }
 
     // Errors

@@ -7,7 +7,7 @@ use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize, Tok
 use crate::error::{SyntaxError, SyntaxErrorKind};
 use crate::generated::nodes::SourceFile;
 use crate::lexer::Lexed;
-use crate::parser::{Event, Events};
+use crate::parser::{Events, ParseEvent};
 use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
 
 /// A tree, and the errors of its text.
@@ -112,14 +112,15 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
     let mut sink = Sink { text, lexed, next: first, builder: GreenNodeBuilder::new() };
     let mut outer = Vec::new();
     for index in 0..events.len() {
-        match std::mem::replace(&mut events[index], Event::Taken) {
-            Event::Taken => {}
-            Event::Start { kind, parent } => {
+        match std::mem::replace(&mut events[index], ParseEvent::Taken) {
+            ParseEvent::Taken => {}
+            ParseEvent::Start { kind, parent } => {
                 // A node that was wrapped later: its wrappers start first, and the last one is the outermost.
                 outer.push(kind);
                 let mut next = parent.map(|distance| index + distance as usize);
                 while let Some(at) = next {
-                    let Event::Start { kind, parent } = std::mem::replace(&mut events[at], Event::Taken)
+                    let ParseEvent::Start { kind, parent } =
+                        std::mem::replace(&mut events[at], ParseEvent::Taken)
                     else {
                         break;
                     };
@@ -130,7 +131,7 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
                     // White space and comments are placed before a node, never first in it. Exceptions: the root
                     // contains everything, and the mark of a missing element follows the previous token directly.
                     if !matches!(kind, SyntaxKind::SOURCE_FILE | SyntaxKind::ERROR)
-                        || matches!(events.get(index + 1), Some(Event::Token { .. }))
+                        || matches!(events.get(index + 1), Some(ParseEvent::Token { .. }))
                             && kind == SyntaxKind::ERROR
                     {
                         sink.trivia();
@@ -138,12 +139,12 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
                     sink.builder.start_node(Mauve::kind_to_raw(kind));
                 }
             }
-            Event::Finish => sink.builder.finish_node(),
-            Event::Token { kind } => {
+            ParseEvent::Finish => sink.builder.finish_node(),
+            ParseEvent::Token { kind } => {
                 sink.trivia();
                 sink.token(kind);
             }
-            Event::Rest => sink.trivia(),
+            ParseEvent::Rest => sink.trivia(),
         }
     }
     Parse { green: sink.builder.finish(), errors: errors.into() }

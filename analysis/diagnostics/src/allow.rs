@@ -71,7 +71,7 @@ pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Allows {
         let Some((code_span, reason)) = piece.is_comment.then(|| parse(text, &piece.span)).flatten() else {
             continue;
         };
-        let is_other = |it: &&Piece| !it.is_comment;
+        let is_other = |it: &&AllowPiece| !it.is_comment;
         let before = pieces.iter().take(index).rev().find(is_other);
         let own_line = line(piece.span.start);
         let is_alone = before.is_none_or(|before| line(before.span.end) < own_line);
@@ -94,22 +94,22 @@ pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Allows {
 }
 
 /// A token, or a line of TOML without its comment; or a comment of one line.
-struct Piece {
+struct AllowPiece {
     is_comment: bool,
     span: Range<usize>,
 }
 
-fn pieces_of_model(text: &str) -> Vec<Piece> {
+fn pieces_of_model(text: &str) -> Vec<AllowPiece> {
     let lexed = mauve_syntax::lex(text);
     let tokens = (0..lexed.len()).map(|index| (lexed.kind(index), lexed.range(index)));
     let piece = |(kind, span): (mauve_syntax::SyntaxKind, Range<usize>)| {
         let is_comment = text.get(span.clone()).is_some_and(|text| text.starts_with("//"));
-        (is_comment || !kind.is_trivia()).then_some(Piece { is_comment, span })
+        (is_comment || !kind.is_trivia()).then_some(AllowPiece { is_comment, span })
     };
     tokens.filter_map(piece).collect()
 }
 
-fn pieces_of_toml(text: &str) -> Vec<Piece> {
+fn pieces_of_toml(text: &str) -> Vec<AllowPiece> {
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -124,10 +124,10 @@ fn pieces_of_toml(text: &str) -> Vec<Piece> {
         });
         let content = comment.map_or(line, |(at, _)| line.get(..at).unwrap_or_default()).trim_end();
         if !content.trim().is_empty() {
-            found.push(Piece { is_comment: false, span: start..start + content.len() });
+            found.push(AllowPiece { is_comment: false, span: start..start + content.len() });
         }
         if let Some((at, _)) = comment {
-            found.push(Piece { is_comment: true, span: start + at..start + line.trim_end().len() });
+            found.push(AllowPiece { is_comment: true, span: start + at..start + line.trim_end().len() });
         }
         start += line.len();
     }

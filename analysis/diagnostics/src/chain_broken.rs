@@ -89,10 +89,10 @@ pub(super) fn is_reported<'db>(db: &'db dyn ModelDb, project: Project<'db>, chai
 }
 
 /// A key of the section, and its line.
-type Line = (&'static str, String);
+type KeyLine = (&'static str, String);
 
 /// Returns the lines that `while` and `answers` need.
-fn keys(config: &mauve_hir::Chain, Unblocked { states, answers }: Unblocked) -> Vec<Line> {
+fn keys(config: &mauve_hir::Chain, Unblocked { states, answers }: Unblocked) -> Vec<KeyLine> {
     let line = |key: &'static str, before: &[(String, std::ops::Range<usize>)], new: Vec<String>| {
         let is_same = new.len() == before.len() && before.iter().all(|(it, _)| new.contains(it));
         let names: Vec<String> = new.iter().map(|it| format!("\"{it}\"")).collect();
@@ -107,7 +107,7 @@ fn edits<'db>(
     db: &'db dyn ModelDb,
     file: File,
     config: &mauve_hir::Chain,
-    keys: &[Line],
+    keys: &[KeyLine],
 ) -> Vec<(Location<'db>, String)> {
     let text = file.text(db);
     let line_of = |at: usize| {

@@ -515,14 +515,14 @@ pub fn file_diagnostics<'db>(
 
 /// The files of a workspace, for suggestions at unresolved includes: a search for each of them would be quadratic.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Folders {
+struct IncludeFolders {
     by_folder: FxHashMap<PathBuf, Vec<PathBuf>>,
     by_name: FxHashMap<OsString, Vec<PathBuf>>,
 }
 
 #[salsa::tracked(returns(ref))]
-fn folders_of(db: &dyn ModelDb, workspace: Workspace) -> Folders {
-    let mut folders = Folders::default();
+fn folders_of(db: &dyn ModelDb, workspace: Workspace) -> IncludeFolders {
+    let mut folders = IncludeFolders::default();
     for path in workspace.files(db).keys() {
         if let (Some(folder), Some(name)) = (path.parent(), path.file_name()) {
             folders.by_folder.entry(folder.to_owned()).or_default().push(path.clone());

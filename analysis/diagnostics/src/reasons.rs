@@ -17,14 +17,14 @@ use super::table_reasons::{table_fault, table_levels, unusable_time};
 use super::{duplicate_activity, duplicate_field, render, unknown_field};
 
 /// A reason in words.
-struct Words {
+struct ReasonWords {
     message: String,
     /// About 18 characters, and more where names are longer.
     short: String,
 }
 
-fn words(message: impl Into<String>, short: impl Into<String>) -> Words {
-    Words { message: message.into(), short: short.into() }
+fn words(message: impl Into<String>, short: impl Into<String>) -> ReasonWords {
+    ReasonWords { message: message.into(), short: short.into() }
 }
 
 /// Returns the message of a reason.
@@ -50,7 +50,7 @@ pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> 
     each_once(activity.reasons.iter().map(|it| timing_reason(db, &it.reason)))
 }
 
-fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
+fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> ReasonWords {
     let of = |it: &Decl<'db>, predicate: &str| format!("{} {} {predicate}", it.kind(db), it.name(db));
     let unknown = |project: &Project<'db>, part: &str, of: &str, name: &str| {
         let message = unknown(names_of(db, *project), &format!("the {part} of {of} {name}"));
@@ -154,18 +154,18 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
     }
 }
 
-fn error_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, why: &str) -> Words {
+fn error_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, why: &str) -> ReasonWords {
     let name = of.name(db);
     words(format!("error in {} {name}: {why}", of.kind(db)), format!("error in {name}"))
 }
 
-fn incomplete_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, shell: Decl<'db>) -> Words {
+fn incomplete_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, shell: Decl<'db>) -> ReasonWords {
     let why = incomplete(features_of(db, project, shell).incomplete(names_of(db, project)));
     let name = shell.name(db);
     words(format!("{} {name} {why}", shell.kind(db)), format!("error in {name}"))
 }
 
-fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> Words {
+fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> ReasonWords {
     match reason {
         fact::Reason::Error(project, fact) => words(render(db, *project, fact).message, "error in the model"),
         fact::Reason::Core { core, why } => {
@@ -231,7 +231,7 @@ fn core_reason(why: &CoreReason, damage: &str) -> String {
 }
 
 /// Returns the words for a file that cannot be read for this problem, or has a syntax error.
-fn damaged_file(db: &dyn ModelDb, file: File, problem: Option<&str>) -> Words {
+fn damaged_file(db: &dyn ModelDb, file: File, problem: Option<&str>) -> ReasonWords {
     let name = file_name(db, file);
     match problem {
         Some(problem) => words(format!("{name}: {problem}"), format!("{name}: error")),
@@ -247,7 +247,7 @@ fn damaged_file(db: &dyn ModelDb, file: File, problem: Option<&str>) -> Words {
 }
 
 /// Returns the words for an activity that executes operations whose number of calls is unknown or unbounded.
-fn calls(why: &CallsReason) -> Words {
+fn calls(why: &CallsReason) -> ReasonWords {
     let (executed, rest, short) = match why {
         CallsReason::NotAnalysed { operation, client } => {
             ((operation, client), "which is not analysed: the number of calls is unknown", "calls unknown")
@@ -281,7 +281,7 @@ fn calls(why: &CallsReason) -> Words {
 }
 
 /// Returns the words for an activity that a lock delays for an unknown time.
-fn lock(why: &LockReason) -> Words {
+fn lock(why: &LockReason) -> ReasonWords {
     let (message, short) = match why {
         LockReason::UnknownCodel { lock, codel } => (
             format!("the lock `{lock}` names `{codel}`, which no model declares: any codel may take it"),
@@ -355,7 +355,7 @@ fn lock(why: &LockReason) -> Words {
     words(message, short)
 }
 
-fn unusable<'db>(db: &'db dyn ModelDb, time: &UnusableTime<'db>) -> Words {
+fn unusable<'db>(db: &'db dyn ModelDb, time: &UnusableTime<'db>) -> ReasonWords {
     let short = match time {
         UnusableTime::OtherLevels(_, level, _) => format!("no time at {level}"),
         _ => "time unusable".to_owned(),
@@ -372,7 +372,7 @@ fn long(what: &TooLong) -> String {
 }
 
 /// Returns the words for activities that may delay this one and are not analysed.
-fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> Words {
+fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> ReasonWords {
     let names: Vec<String> = instances.iter().map(|name| format!("`{name}`")).collect();
     let verb = if names.len() == 1 { "is" } else { "are" };
     let unknown = unknown.as_ref().map_or_else(String::new, |it| format!(", {},", unknown_priority(it)));
@@ -380,7 +380,7 @@ fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> Words {
     words(format!("{}{unknown} may preempt it and {verb} not analysed", enumerated(&names)), short)
 }
 
-fn overload(cpu: &str, priority: u32, utilisation: Share) -> Words {
+fn overload(cpu: &str, priority: u32, utilisation: Share) -> ReasonWords {
     let short = format!("{cpu} overloaded ({})", percent(utilisation, "> 100 %"));
     words(overloaded(cpu, priority, utilisation), short)
 }
@@ -411,7 +411,7 @@ pub(super) fn machine_error(error: MachineError) -> String {
     }
 }
 
-fn no_bound(why: NoBoundReason) -> Words {
+fn no_bound(why: NoBoundReason) -> ReasonWords {
     let (why, short) = match why {
         NoBoundReason::Budget => {
             ("the search was given up: the utilisation of the CPU is too close to 100 %", "search given up")

@@ -70,10 +70,10 @@ impl File {
         text: Arc<str>,
         problem: Option<Problem>,
         durability: Durability,
-        previous: Option<&Kept>,
+        previous: Option<&KeptText>,
     ) -> File {
-        let kept = has_outline(&path).then(|| Kept::new(text.clone(), previous));
-        let outline = kept.as_ref().map_or_else(Outline::unknown, Kept::outline);
+        let kept = has_outline(&path).then(|| KeptText::new(text.clone(), previous));
+        let outline = kept.as_ref().map_or_else(Outline::unknown, KeptText::outline);
         let file = File::builder(path, text, outline, problem)
             .durability(Durability::HIGH)
             .content_durability(durability)
@@ -199,20 +199,20 @@ pub trait ModelDb: salsa::Database {
 /// The newest tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of any
 /// query: it changes only the time that a query takes, never its result.
 #[derive(Clone, Default)]
-pub struct Trees(Arc<Mutex<FxHashMap<File, Kept>>>);
+pub struct Trees(Arc<Mutex<FxHashMap<File, KeptText>>>);
 
 /// What is kept of a text.
 #[derive(Clone)]
-pub(crate) struct Kept {
+pub(crate) struct KeptText {
     text: Arc<str>,
     pub(crate) parse: Parse,
     pub(crate) lowered: Arc<(ItemTree, SourceMap)>,
     nodes: Arc<LoweredNodes>,
 }
 
-impl Kept {
+impl KeptText {
     /// Parses and lowers a text, and reuses what the previous one has in common with it.
-    fn new(text: Arc<str>, previous: Option<&Kept>) -> Kept {
+    fn new(text: Arc<str>, previous: Option<&KeptText>) -> KeptText {
         if let Some(kept) = previous.filter(|kept| Arc::ptr_eq(&kept.text, &text)) {
             return kept.clone();
         }
@@ -222,7 +222,7 @@ impl Kept {
         };
         let nodes = previous.map(|kept| kept.nodes.clone()).unwrap_or_default();
         let (tree, map, nodes) = lower(&parse.file(), parse.errors(), &nodes);
-        Kept { text, parse, lowered: Arc::new((tree, map)), nodes: Arc::new(nodes) }
+        KeptText { text, parse, lowered: Arc::new((tree, map)), nodes: Arc::new(nodes) }
     }
 
     fn outline(&self) -> Arc<Outline> {
@@ -232,21 +232,21 @@ impl Kept {
 
 impl Trees {
     /// Returns the tree of this text of a file, and its lowered nodes.
-    pub(crate) fn kept(&self, file: File, text: &Arc<str>) -> Kept {
+    pub(crate) fn kept(&self, file: File, text: &Arc<str>) -> KeptText {
         let previous = self.lock().get(&file).cloned();
-        let kept = Kept::new(text.clone(), previous.as_ref());
+        let kept = KeptText::new(text.clone(), previous.as_ref());
         self.keep(file, kept.clone());
         kept
     }
 
-    fn keep(&self, file: File, kept: Kept) {
+    fn keep(&self, file: File, kept: KeptText) {
         let replaced = self.lock().insert(file, kept);
         // The lock is not held while a tree is freed.
         drop(replaced);
     }
 
     /// The lock is held only for the map's operations, not while a text is parsed: a panic leaves no partial entry.
-    fn lock(&self) -> MutexGuard<'_, FxHashMap<File, Kept>> {
+    fn lock(&self) -> MutexGuard<'_, FxHashMap<File, KeptText>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

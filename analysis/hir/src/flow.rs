@@ -36,8 +36,8 @@ use crate::structure::{StateStructure, Structure, TransitionStructure, structure
 use self::indices::Indices;
 use self::lost_writes::lost_writes;
 use self::operations::effects_of;
-use self::program::{Effects, ProgramFlow};
-use self::programs::{Programs, groups_of, unused_variable};
+use self::program::{OperationEffects, ProgramFlow};
+use self::programs::{CoreFlow, groups_of, unused_variable};
 
 /// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]
@@ -51,7 +51,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         of,
         core,
         effects: &effects,
-        programs: Programs::new(core, scope, &groups),
+        programs: CoreFlow::new(core, scope, &groups),
         variables: shared_variables(db, project, of),
         assigned_anywhere: OnceCell::new(),
         found: Vec::new(),
@@ -95,8 +95,8 @@ struct Flow<'a, 'db> {
     of: Decl<'db>,
     core: &'db Structure,
     /// Those of each operation.
-    effects: &'a [Effects],
-    programs: Programs<'a, 'db>,
+    effects: &'a [OperationEffects],
+    programs: CoreFlow<'a, 'db>,
     /// The shared variables. An index is the number of a variable.
     variables: &'db [VariableOf],
     /// The variables that any program may assign; a condition may know of it.

@@ -51,7 +51,7 @@ pub(crate) struct Inference<'db> {
     /// The type errors.
     pub(crate) facts: Vec<Fact<'db>>,
     /// The shared variables, if the core has only one group.
-    shared: Option<Box<Shared<'db>>>,
+    shared: Option<Box<SharedVariables<'db>>>,
 }
 
 /// The unresolved names, by program.
@@ -109,7 +109,7 @@ pub(crate) fn signature<'db>(
 
 /// The variables that all bodies of a core share.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-struct Shared<'db> {
+struct SharedVariables<'db> {
     /// The variables and handlers of the core, then the variables of its state machines.
     variables: Vec<VariableOf>,
     names: SharedNames,
@@ -119,12 +119,17 @@ struct Shared<'db> {
 
 /// Returns the shared variables of a core with several groups; [`Inference`] holds those of a core with one group.
 #[salsa::tracked(returns(ref))]
-fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
-    core_scope(db, of).as_ref().map_or_else(Shared::default, |scope| shared(db, project, of, scope))
+fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> SharedVariables<'db> {
+    core_scope(db, of).as_ref().map_or_else(SharedVariables::default, |scope| shared(db, project, of, scope))
 }
 
-fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope: &CoreScope) -> Shared<'db> {
-    let mut shared = Shared::default();
+fn shared<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &CoreScope,
+) -> SharedVariables<'db> {
+    let mut shared = SharedVariables::default();
     let declare = |it: &SharedVariable, kind| VariableOf {
         name: it.name.clone(),
         kind,
@@ -349,7 +354,7 @@ pub(crate) fn shared_variables<'db>(
     &shared_in(db, project, of).variables
 }
 
-fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Shared<'db> {
+fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db SharedVariables<'db> {
     let has_one_group = groups_of(db, of).len() == 1;
     let own = has_one_group.then(|| inference_of(db, project, of, 0).shared.as_deref()).flatten();
     own.unwrap_or_else(|| shared_of(db, project, of))
@@ -358,7 +363,7 @@ fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
 /// The bindings, callees and types of all bodies of a core.
 pub struct CoreInference<'db> {
     scope: Option<&'db CoreScope>,
-    shared: &'db Shared<'db>,
+    shared: &'db SharedVariables<'db>,
     /// The groups of bodies, each with the number of variables in the shared variables and the previous groups.
     groups: Vec<(&'db Inference<'db>, usize)>,
     db: &'db dyn ModelDb,

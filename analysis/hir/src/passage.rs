@@ -27,8 +27,8 @@ use crate::program_graph::graph_of;
 use crate::project::Project;
 use crate::source::Decl;
 
-use self::graph::{Builder, Graph, Node, Place, Slots};
-use self::search::{Cycle, Found, Moment, Search};
+use self::graph::{Builder, JobGraph, JobNode, JobPlace, Slots};
+use self::search::{FoundMoments, Moment, PassageSearch, PathCycle};
 
 /// The nodes that jobs come to, each with the state of the product and values of its cells.
 type Reached = Vec<(u32, u32, u128)>;
@@ -36,7 +36,7 @@ type Reached = Vec<(u32, u32, u128)>;
 /// What a core does with data, whatever is followed and assumed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Flows<'db> {
-    graph: Graph<'db>,
+    graph: JobGraph<'db>,
     reached: Reached,
     through_handles: bool,
     /// Whether the values of variables are forgotten at the end of each job, since there are too many.
@@ -59,8 +59,8 @@ fn flows_of<'db>(
     }
     let graph = Builder::new(db, project, of, behaviour, through_handles)?.build();
     let states = vec![true; graph.starts.len()];
-    let search = Search::new(&graph, &states);
-    let all = [search, Search { forgets: true, ..search }];
+    let search = PassageSearch::new(&graph, &states);
+    let all = [search, PassageSearch { forgets: true, ..search }];
     let found = all.iter().filter(|_| !graph.too_large);
     let found = found.filter_map(|it| Some((it.reached(behaviour.initial)?, it.forgets))).next();
     let too_large = found.is_none();
@@ -79,7 +79,7 @@ fn reached_with_values<'db>(
     let flows = flows_of(db, project, of, through_handles)?;
     let states = vec![true; flows.graph.starts.len()];
     let interpreted = interpreted_of(db, project, of).as_deref();
-    let search = Search { interpreted, ..Search::new(&flows.graph, &states) };
+    let search = PassageSearch { interpreted, ..PassageSearch::new(&flows.graph, &states) };
     search.reached(behaviour_of(db, project, of).initial)
 }
 
@@ -102,11 +102,11 @@ pub fn passages_of<'db>(
     let is_new = |end: &PassageEnd<'db>| matches!(end, PassageEnd::Port(port) if assumption.new_data(db).contains(port));
     let new_data: Vec<u16> =
         (0..).zip(&graph.sources).filter(|(_, end)| is_new(end)).map(|(index, _)| index).collect();
-    let search = Search {
+    let search = PassageSearch {
         answers: assumption.answers(db),
         new_data: &new_data,
         forgets: flows.forgets,
-        ..Search::new(graph, &states)
+        ..PassageSearch::new(graph, &states)
     };
     let context = Context { db, project, of, flows, behaviour, search, parts: RefCell::default() };
     if flows.too_large || graph.too_large { context.unknown() } else { context.all() }
@@ -119,16 +119,16 @@ struct Context<'a, 'db> {
     flows: &'a Flows<'db>,
     behaviour: &'db Behaviour<'db>,
     /// Follows nothing.
-    search: Search<'a, 'db>,
+    search: PassageSearch<'a, 'db>,
     /// The costs up to calls.
     parts: RefCell<FxHashMap<Vec<SourceId>, Arc<CostGraph<'db>>>>,
 }
 
 /// What a search finds: the most jobs to a goal, and what overwrites the data afterwards.
-struct Outcome<'a, 'db> {
-    search: Search<'a, 'db>,
-    found: Found,
-    longest: Result<Option<u32>, Cycle>,
+struct PassageOutcome<'a, 'db> {
+    search: PassageSearch<'a, 'db>,
+    found: FoundMoments,
+    longest: Result<Option<u32>, PathCycle>,
     overwritten: Option<Overwrite<'db>>,
 }
 
@@ -160,7 +160,7 @@ impl<'db> Context<'_, 'db> {
         found
     }
 
-    fn program(&self, place: &Place) -> Option<&TimedProgram<'db>> {
+    fn program(&self, place: &JobPlace) -> Option<&TimedProgram<'db>> {
         let index = place.program?;
         let operation = || self.behaviour.operations.get(index.checked_sub(self.behaviour.programs.len())?);
         self.behaviour.programs.get(index).or_else(operation)
@@ -168,7 +168,7 @@ impl<'db> Context<'_, 'db> {
 
     /// Returns the passages of a core that is too large: all that there may be between a port and another end.
     fn unknown(&self) -> Passages<'db> {
-        let Graph { sources, sinks, .. } = &self.flows.graph;
+        let JobGraph { sources, sinks, .. } = &self.flows.graph;
         let skip = || self.skip(Vec::new(), None, SkipCause::TooLarge);
         let mut found = Passages::default();
         for from in sources {
@@ -209,7 +209,7 @@ impl<'db> Context<'_, 'db> {
     }
 
     /// Returns where the core may be when data arrives.
-    fn arrivals<'b>(&'b self, search: Search<'b, 'db>) -> impl Iterator<Item = Moment> + 'b {
+    fn arrivals<'b>(&'b self, search: PassageSearch<'b, 'db>) -> impl Iterator<Item = Moment> + 'b {
         let is_assumed = |node| self.state_of(node).and_then(|it| search.states.get(it)) == Some(&true);
         let valued = search.interpreted.and_then(|_| self.with_values().as_ref());
         let reached = valued.unwrap_or(&self.flows.reached).iter();
@@ -221,39 +221,41 @@ impl<'db> Context<'_, 'db> {
     /// the least number of jobs, a write of less, or a repetition that they may exclude.
     fn explored<'b>(
         &'b self,
-        search: Search<'b, 'db>,
+        search: PassageSearch<'b, 'db>,
         least: u32,
-        explore: impl Fn(Search<'b, 'db>) -> Option<(Found, Option<Overwrite<'db>>)>,
-    ) -> Option<Outcome<'b, 'db>> {
-        let explore = |search: Search<'b, 'db>| {
+        explore: impl Fn(PassageSearch<'b, 'db>) -> Option<(FoundMoments, Option<Overwrite<'db>>)>,
+    ) -> Option<PassageOutcome<'b, 'db>> {
+        let explore = |search: PassageSearch<'b, 'db>| {
             let (found, overwritten) = explore(search)?;
-            Some(Outcome { search, longest: search.longest(&found), found, overwritten })
+            Some(PassageOutcome { search, longest: search.longest(&found), found, overwritten })
         };
         let first = explore(search);
         let valued = match &first {
-            Some(Outcome { longest: Ok(jobs), overwritten: None, .. })
+            Some(PassageOutcome { longest: Ok(jobs), overwritten: None, .. })
                 if jobs.unwrap_or_default() <= least =>
             {
                 None
             }
             first => {
                 let all = self.interpreted();
-                let valued = all.map(|it| Search { interpreted: Some(it), forgets: false, ..search });
+                let valued = all.map(|it| PassageSearch { interpreted: Some(it), forgets: false, ..search });
                 valued.filter(|valued| match first {
-                    Some(Outcome { longest: Err(cycle), found, .. }) => !valued.may_repeat(found, cycle),
+                    Some(PassageOutcome { longest: Err(cycle), found, .. }) => {
+                        !valued.may_repeat(found, cycle)
+                    }
                     _ => true,
                 })
             }
         };
         let valued = valued.filter(|_| self.with_values().is_some()).and_then(explore);
-        valued.or(first).or_else(|| explore(Search { forgets: true, ..search }))
+        valued.or(first).or_else(|| explore(PassageSearch { forgets: true, ..search }))
     }
 
     /// Returns the most releases from any instant to the next of some nodes.
     fn gap(&self, source: Option<u16>, sink: Option<u16>) -> Result<u32, Skip<'db>> {
         let skips = self.flows.graph.skips(source, sink, &[]);
-        let search = Search { skips: &skips, ..self.search };
-        let is_goal = |_: &Moment, node: &Node| match sink {
+        let search = PassageSearch { skips: &skips, ..self.search };
+        let is_goal = |_: &Moment, node: &JobNode| match sink {
             Some(_) => node.sink == sink,
             None => node.source == source,
         };
@@ -265,7 +267,7 @@ impl<'db> Context<'_, 'db> {
     fn is_read_at_start(&self, source: u16, releases: u32) -> bool {
         let Some(least) = releases.checked_sub(1) else { return false };
         let skips = self.flows.graph.skips(Some(source), None, &[]);
-        let search = Search { skips: &skips, ..self.search };
+        let search = PassageSearch { skips: &skips, ..self.search };
         let initial = Some(self.behaviour.initial).filter(|it| search.states.get(*it) == Some(&true));
         let found = self.explored(search, least, |search| {
             let first = initial.into_iter().flat_map(|state| search.first(state));
@@ -279,8 +281,8 @@ impl<'db> Context<'_, 'db> {
         Skip { core: self.of, states: states.collect(), at, cause }
     }
 
-    fn releases(&self, found: Option<&Outcome<'_, 'db>>) -> Result<u32, Skip<'db>> {
-        let Some(Outcome { search, found, longest, .. }) = found else {
+    fn releases(&self, found: Option<&PassageOutcome<'_, 'db>>) -> Result<u32, Skip<'db>> {
+        let Some(PassageOutcome { search, found, longest, .. }) = found else {
             return Err(self.skip(Vec::new(), None, SkipCause::TooLarge));
         };
         let assumed =
@@ -328,8 +330,9 @@ impl<'db> Context<'_, 'db> {
             return None;
         }
         let skips = graph.skips(Some(from), Some(to), wanted);
-        let search = Search { source: Some(from), wanted, skips: &skips, ..self.search };
-        let carries = |moment: &Moment, node: &Node| node.sink == Some(to) && node.from & moment.carry != 0;
+        let search = PassageSearch { source: Some(from), wanted, skips: &skips, ..self.search };
+        let carries =
+            |moment: &Moment, node: &JobNode| node.sink == Some(to) && node.from & moment.carry != 0;
         // What follows may be too much too: then nothing is known.
         let found = self.explored(search, 1, |it| {
             let found = it.explore(self.arrivals(it), carries, true)?;
@@ -349,7 +352,7 @@ impl<'db> Context<'_, 'db> {
     }
 
     /// Returns the first write of less of those that follow a write of the data.
-    fn overwritten(&self, after: &Found, carried: &[Slots]) -> Option<Overwrite<'db>> {
+    fn overwritten(&self, after: &FoundMoments, carried: &[Slots]) -> Option<Overwrite<'db>> {
         let graph = &self.flows.graph;
         let first = after.goals.iter().position(|is_goal| *is_goal)?;
         let index = after.moments.get(first)?.node as usize;
@@ -365,10 +368,10 @@ impl<'db> Context<'_, 'db> {
     }
 
     /// Returns the most periods from a read to the last write that has nothing newer than what was read.
-    fn periods(&self, search: Search<'_, 'db>, to: u16) -> Option<u32> {
-        let search = Search { is_age: true, ..search };
+    fn periods(&self, search: PassageSearch<'_, 'db>, to: u16) -> Option<u32> {
+        let search = PassageSearch { is_age: true, ..search };
         let is_read = |moment: &Moment| search.node(moment).is_some_and(|node| node.source == search.source);
-        let is_last = |moment: &Moment, node: &Node| {
+        let is_last = |moment: &Moment, node: &JobNode| {
             node.sink == Some(to) && node.from & moment.carry != 0 && node.from & moment.newer == 0
         };
         let found = self.explored(search, 0, |search| {
@@ -384,7 +387,7 @@ impl<'db> Context<'_, 'db> {
     fn written(&self, to: u16, carried: &[Slots]) -> Vec<Written<'db>> {
         let graph = &self.flows.graph;
         // By state: the programs with such a write, each with the calls that write.
-        let mut by_state: FxHashMap<usize, Vec<(Place, Vec<SourceId>)>> = FxHashMap::default();
+        let mut by_state: FxHashMap<usize, Vec<(JobPlace, Vec<SourceId>)>> = FxHashMap::default();
         for (node, before) in graph.nodes.iter().zip(carried) {
             let Some(place) = graph.places.get(node.place as usize) else { continue };
             if node.sink != Some(to) || node.from & before == 0 {
@@ -403,7 +406,7 @@ impl<'db> Context<'_, 'db> {
         let is_assumed = |state: usize| self.search.states.get(state) == Some(&true);
         let edges = self.behaviour.edges.all.iter().enumerate();
         for (index, edge) in edges.filter(|(_, edge)| is_assumed(edge.source) && is_assumed(edge.target)) {
-            let executes = |place: &Place| match place.edge {
+            let executes = |place: &JobPlace| match place.edge {
                 Some(other) => other == index,
                 None => place.before < edge.first,
             };
@@ -417,7 +420,7 @@ impl<'db> Context<'_, 'db> {
     }
 
     /// Returns the cost of a program up to the end of the last of these calls.
-    fn part(&self, place: &Place, calls: &[SourceId]) -> Arc<CostGraph<'db>> {
+    fn part(&self, place: &JobPlace, calls: &[SourceId]) -> Arc<CostGraph<'db>> {
         if let Some(found) = self.parts.borrow().get(calls) {
             return found.clone();
         }

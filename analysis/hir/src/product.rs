@@ -37,8 +37,10 @@ use crate::source::Decl;
 use crate::structure::structure_of;
 use crate::types::{Type, type_of};
 
-use followed::{Followed, followed_of, is_small, shared};
-use outcomes::{ANY, OnlyPath, Outcome, Outcomes, Program, ReducedOperation, Reduction, Valuation};
+use followed::{FollowedVariables, followed_of, is_small, shared};
+use outcomes::{
+    ANY, OnlyPath, Outcomes, ProgramOutcome, ReducedOperation, ReducedProgram, Reduction, Valuation,
+};
 
 /// The most states, and edges.
 const MAX_STATES: usize = 4096;
@@ -152,7 +154,8 @@ pub(crate) fn interpreted_of<'db>(
 ) -> Option<Arc<Interpreted<'db>>> {
     let explored = explored_of(db, project, of).as_ref()?;
     let behaviour = behaviour_of(db, project, of);
-    let Executed { programs, .. } = Executed::new(db, project, of, behaviour, followed_of(db, project, of));
+    let ExecutedPrograms { programs, .. } =
+        ExecutedPrograms::new(db, project, of, behaviour, followed_of(db, project, of));
     let mut decided: FxHashMap<(u32, SourceId), Option<bool>> = FxHashMap::default();
     let (mut begin, mut steps) = (0, 0);
     for (state, &end) in (0..).zip(&explored.ends) {
@@ -201,7 +204,7 @@ fn explored_of<'db>(
     if !behaviour.refusals.is_empty() || behaviour.states.is_empty() {
         return None;
     }
-    let executed = Executed::new(db, project, of, behaviour, followed);
+    let executed = ExecutedPrograms::new(db, project, of, behaviour, followed);
     let fired = behaviour.fired();
     let shared = shared_variables(db, project, of);
     let (mut combined, mut widened) = (0, Vec::new());
@@ -306,7 +309,7 @@ fn programs_of_group<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-) -> ByProgram<Arc<Program<'db>>> {
+) -> ByProgram<Arc<ReducedProgram<'db>>> {
     programs_in(db, project, of, group)
 }
 
@@ -315,14 +318,14 @@ fn programs_in<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-) -> ByProgram<Arc<Program<'db>>> {
-    let Followed { variables, farthest, .. } = followed_of(db, project, of);
+) -> ByProgram<Arc<ReducedProgram<'db>>> {
+    let FollowedVariables { variables, farthest, .. } = followed_of(db, project, of);
     let followed = variables.iter().copied().collect();
     let operations = operations_of(db, project, of);
     let reduction = Reduction { followed: &followed, farthest: *farthest, operations };
     let all = graphs_of_group(db, project, of, group).iter();
     let program = |(id, graph): &(ProgramIn, Arc<ProgramGraph<'db>>)| {
-        (*id, Arc::new(Program::new(*id, graph, &reduction)))
+        (*id, Arc::new(ReducedProgram::new(*id, graph, &reduction)))
     };
     all.map(|body| body.iter().map(program).collect()).collect()
 }
@@ -339,7 +342,7 @@ enum Where {
 
 /// The values that a variable gets.
 #[derive(Debug, Default)]
-struct Seen {
+struct SeenValues {
     known: FxHashSet<i32>,
     any: bool,
 }
@@ -419,14 +422,14 @@ impl Valuations {
 
 /// A path through programs: whether the last one, a guard, holds, the valuation, and the cost: an index in [`Product::costs`].
 #[derive(Clone, Copy)]
-struct Path {
+struct ProductPath {
     holds: bool,
     values: u32,
     cost: u32,
 }
 
 /// A program, and the index of each of its variables in a valuation.
-type Used<'db> = (Arc<Program<'db>>, Box<[usize]>);
+type Used<'db> = (Arc<ReducedProgram<'db>>, Box<[usize]>);
 
 /// Where the component executes programs between jobs, by their index; none that it does not have.
 #[derive(Clone, Copy)]
@@ -441,7 +444,7 @@ struct Hooks {
 }
 
 /// What a component executes.
-struct Executed<'db> {
+struct ExecutedPrograms<'db> {
     /// The shared variables that are followed; a valuation has their values.
     variables: Vec<VariableId>,
     /// The indices of those that operations assign, which clients may call between two periods.
@@ -452,14 +455,14 @@ struct Executed<'db> {
     of_jobs: Vec<Option<u32>>,
 }
 
-impl<'db> Executed<'db> {
+impl<'db> ExecutedPrograms<'db> {
     fn new(
         db: &'db dyn ModelDb,
         project: Project<'db>,
         of: Decl<'db>,
         behaviour: &Behaviour<'db>,
-        followed: &Followed,
-    ) -> Executed<'db> {
+        followed: &FollowedVariables,
+    ) -> ExecutedPrograms<'db> {
         let variables: Vec<VariableId> =
             followed.variables.iter().copied().filter(|it| it.group.is_none()).collect();
         let by_operations = followed.by_operations.iter();
@@ -500,7 +503,7 @@ impl<'db> Executed<'db> {
             stop,
             cleanup,
         };
-        Executed { variables, by_operations, programs, hooks, of_jobs }
+        ExecutedPrograms { variables, by_operations, programs, hooks, of_jobs }
     }
 }
 
@@ -508,7 +511,7 @@ struct Explorer<'a, 'db> {
     db: &'db dyn ModelDb,
     behaviour: &'db Behaviour<'db>,
     shared: &'db [VariableOf],
-    of: &'a Executed<'db>,
+    of: &'a ExecutedPrograms<'db>,
     /// See [`Behaviour::fired`].
     fired: &'a [Fired],
     widened: &'a [VariableId],
@@ -521,12 +524,12 @@ struct Explorer<'a, 'db> {
     calls: FxHashMap<(u32, u32), u32>,
     /// The path through the current program, if it is the only one; otherwise its paths.
     only: OnlyPath,
-    next: Vec<Path>,
+    next: Vec<ProductPath>,
     /// The paths of the current job.
-    open: Vec<Path>,
+    open: Vec<ProductPath>,
     executed: Vec<(u32, u32)>,
     costs: Costs<Execution<'db>>,
-    seen: Vec<(VariableId, Seen)>,
+    seen: Vec<(VariableId, SeenValues)>,
     /// The costs of programs of jobs, by program of the behaviour: that of an execution, and that of its program.
     of_programs: Vec<Vec<(u32, u32)>>,
     combined: usize,
@@ -638,9 +641,10 @@ impl<'db> Explorer<'_, 'db> {
     }
 
     /// Adds where a component may be after a hook, and the values then. Hooks may return false.
-    fn hooks(&mut self, place: Where, values: u32, found: &mut Vec<Next>) {
-        let mut add = |place, paths: &[Path]| found.extend(paths.iter().map(|it| (place, it.values, None)));
-        let mut now = vec![Path { holds: false, values, cost: NOTHING }];
+    fn hooks(&mut self, place: Where, values: u32, found: &mut Vec<ProductStep>) {
+        let mut add =
+            |place, paths: &[ProductPath]| found.extend(paths.iter().map(|it| (place, it.values, None)));
+        let mut now = vec![ProductPath { holds: false, values, cost: NOTHING }];
         let Hooks { core_values, configure, machine_values, start, entry, stop, cleanup } = self.of.hooks;
         match place {
             Where::Unconfigured => {
@@ -668,15 +672,15 @@ impl<'db> Explorer<'_, 'db> {
     }
 
     /// Adds the edges that a job may execute, each with the next state and the values then.
-    fn job(&mut self, state: usize, values: u32, found: &mut Vec<Next>) {
+    fn job(&mut self, state: usize, values: u32, found: &mut Vec<ProductStep>) {
         let behaviour = self.behaviour;
         let mut open = std::mem::take(&mut self.open);
         open.clear();
-        open.push(Path { holds: false, values, cost: NOTHING });
-        let mut finish = |this: &mut Self, index: usize, mut paths: Vec<Path>| {
+        open.push(ProductPath { holds: false, values, cost: NOTHING });
+        let mut finish = |this: &mut Self, index: usize, mut paths: Vec<ProductPath>| {
             let Some(edge) = behaviour.edges.all.get(index) else { return paths };
             edge.then.iter().for_each(|&program| this.execute_in_job(&mut paths, program));
-            let next = |it: &Path| (Where::Running(edge.target), it.values, Some((index, it.cost)));
+            let next = |it: &ProductPath| (Where::Running(edge.target), it.values, Some((index, it.cost)));
             found.extend(paths.iter().map(next));
             paths
         };
@@ -687,7 +691,7 @@ impl<'db> Explorer<'_, 'db> {
         for (&program, edge) in first.iter().zip(by_guards) {
             self.execute_in_job(&mut open, program);
             if open.iter().any(|it| it.holds) {
-                let stays: Vec<Path> = open.iter().filter(|it| !it.holds).copied().collect();
+                let stays: Vec<ProductPath> = open.iter().filter(|it| !it.holds).copied().collect();
                 open.retain(|it| it.holds);
                 if let Some(edge) = *edge {
                     open = finish(self, edge, open);
@@ -703,7 +707,7 @@ impl<'db> Explorer<'_, 'db> {
     }
 
     /// Continues each path with a program of a job.
-    fn execute_in_job(&mut self, paths: &mut Vec<Path>, program: usize) {
+    fn execute_in_job(&mut self, paths: &mut Vec<ProductPath>, program: usize) {
         let used = self.of.of_jobs.get(program).copied().flatten();
         let has_conditions =
             |it: &u32| self.of.programs.get(*it as usize).is_some_and(|it| it.0.has_conditions());
@@ -714,7 +718,7 @@ impl<'db> Explorer<'_, 'db> {
 
     /// Continues each path with a program; `of_job` is its index in [`Behaviour::programs`]. Of the paths with the same end and the
     /// same values, the greatest cost counts.
-    fn execute(&mut self, paths: &mut Vec<Path>, program: Option<u32>, of_job: Option<usize>) {
+    fn execute(&mut self, paths: &mut Vec<ProductPath>, program: Option<u32>, of_job: Option<usize>) {
         let Some(program) = program else {
             paths.iter_mut().for_each(|it| it.holds = false);
             return;
@@ -744,7 +748,7 @@ impl<'db> Explorer<'_, 'db> {
                 let cost = after(self, before.cost, path.cost);
                 match paths.iter_mut().find(|it| it.holds == path.holds && it.values == path.values) {
                     Some(known) => known.cost = self.costs.greatest(known.cost, cost),
-                    None => paths.push(Path { cost, ..path }),
+                    None => paths.push(ProductPath { cost, ..path }),
                 }
             }
         }
@@ -762,7 +766,7 @@ impl<'db> Explorer<'_, 'db> {
     }
 
     /// Adds the paths of a program from a valuation.
-    fn step(&mut self, program: u32, values: u32, found: &mut Vec<Path>) {
+    fn step(&mut self, program: u32, values: u32, found: &mut Vec<ProductPath>) {
         let Some((used, indices)) = self.of.programs.get(program as usize) else { return };
         let before = self.valuations.values(values);
         // Most programs use no followed variable.
@@ -783,7 +787,7 @@ impl<'db> Explorer<'_, 'db> {
                     }
                     self.only.seen.iter().for_each(|&(it, value)| see(&mut self.seen, it, value));
                     let values = self.valuations.changed(values, indices.iter().zip(&self.only.registers));
-                    return found.push(Path { holds, values, cost });
+                    return found.push(ProductPath { holds, values, cost });
                 }
                 let own = projected(before, indices);
                 let outcomes = used.outcomes(self.widened, &own, &mut self.only.steps);
@@ -797,20 +801,20 @@ impl<'db> Explorer<'_, 'db> {
             }
         };
         let Some((outcomes, costs)) = self.outcomes.get(number as usize) else { return };
-        for Outcome { holds, values: after, cost } in &outcomes.all {
+        for ProgramOutcome { holds, values: after, cost } in &outcomes.all {
             let cost = costs.get(*cost as usize).copied().unwrap_or(NOTHING);
             let values = self.valuations.changed(values, indices.iter().zip(after));
-            found.push(Path { holds: *holds, values, cost });
+            found.push(ProductPath { holds: *holds, values, cost });
         }
     }
 }
 
 /// Where a component is next, its valuation then, and the edge that it executes, with its cost.
-type Next = (Where, u32, Option<(usize, u32)>);
+type ProductStep = (Where, u32, Option<(usize, u32)>);
 
-fn see(all: &mut Vec<(VariableId, Seen)>, variable: VariableId, value: i32) {
+fn see(all: &mut Vec<(VariableId, SeenValues)>, variable: VariableId, value: i32) {
     let place = all.iter().position(|(it, _)| *it == variable).unwrap_or_else(|| {
-        all.push((variable, Seen::default()));
+        all.push((variable, SeenValues::default()));
         all.len() - 1
     });
     match (value, all.get_mut(place)) {
@@ -832,7 +836,7 @@ fn written(value: i32, ty: &Type) -> String {
 }
 
 /// `0 … 9`, `true, false`, `1, 4, 7`, `any`.
-fn described(seen: &Seen, ty: &Type) -> String {
+fn described(seen: &SeenValues, ty: &Type) -> String {
     let known: BTreeSet<i32> = seen.known.iter().copied().collect();
     let all: Vec<String> = known.iter().map(|value| written(*value, ty)).collect();
     match (all.as_slice(), known.first(), known.last()) {

@@ -24,19 +24,19 @@ pub fn graphs_as_text<'db>(
         let graph = graph_of(db, project, of, body, place)?;
         let group = core_scope(db, of).as_ref()?.group(body)?;
         let names = [shared_variables(db, project, of), &inference_of(db, project, of, group).variables];
-        Some((program.id.clone(), Shown { db, graph, names }.to_string()))
+        Some((program.id.clone(), ShownGraph { db, graph, names }.to_string()))
     };
     behaviour.programs.iter().chain(&behaviour.operations).filter_map(text).collect()
 }
 
 /// A graph with the names of the shared variables, and of those of its group of bodies.
-struct Shown<'a, 'db> {
+struct ShownGraph<'a, 'db> {
     db: &'db dyn ModelDb,
     graph: &'a ProgramGraph<'db>,
     names: [&'a [VariableOf]; 2],
 }
 
-impl Shown<'_, '_> {
+impl ShownGraph<'_, '_> {
     fn register(&self, register: u32) -> String {
         let variable = self.graph.variable(register);
         let named = variable.and_then(|id| {
@@ -80,7 +80,7 @@ impl Shown<'_, '_> {
     }
 }
 
-impl fmt::Display for Shown<'_, '_> {
+impl fmt::Display for ShownGraph<'_, '_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reached = self.graph.reached();
         for (number, (node, _)) in self.graph.nodes.iter().zip(&reached).enumerate().filter(|(_, it)| *it.1) {

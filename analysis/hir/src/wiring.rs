@@ -33,7 +33,7 @@ impl<'db> Checker<'db> {
             }
             let [output, input] = [&source, &target].map(|end| end.feature.ty(db, project));
             if !output.is(&input) {
-                let side = |End { feature, data, .. }: &End<'db>| {
+                let side = |ResolvedEnd { feature, data, .. }: &ResolvedEnd<'db>| {
                     Location::Source(feature.shell, data.ty.as_ref().map_or(data.name.id, |it| it.id))
                 };
                 let (from, to) = (side(&source), side(&target));
@@ -46,7 +46,7 @@ impl<'db> Checker<'db> {
             if (source.feature.kind, target.feature.kind) != (FeatureKind::Provided, FeatureKind::Required) {
                 continue;
             }
-            let [provided, required] = [&source, &target].map(|End { feature, data, .. }| {
+            let [provided, required] = [&source, &target].map(|ResolvedEnd { feature, data, .. }| {
                 signature(db, project, feature.shell, &data.parameters, data.ty.as_ref())
             });
             if !provided.is(&required) {
@@ -59,13 +59,13 @@ impl<'db> Checker<'db> {
     }
 
     /// Returns the endpoints of a connection, if they resolve to features without syntax errors, and the source of its target.
-    fn ends(&self, flat: &Flat<'db>, connection: &Connection) -> Option<([End<'db>; 2], SourceId)> {
+    fn ends(&self, flat: &Flat<'db>, connection: &Connection) -> Option<([ResolvedEnd<'db>; 2], SourceId)> {
         let end = |end: &Option<Endpoint>| {
             let names = end.as_ref()?.names()?;
             let feature = *flat.feature(self.db, self.project, &names)?;
             let name = format!("{}.{}", names.0, names.1);
             let data = feature.data(self.db).filter(|it| it.completeness.is_complete())?;
-            Some(End { name, feature, data })
+            Some(ResolvedEnd { name, feature, data })
         };
         let id = connection.target.as_ref()?.feature.as_ref()?.id;
         Some(([end(&connection.source)?, end(&connection.target)?], id))
@@ -171,7 +171,7 @@ impl<'db> Checker<'db> {
 }
 
 /// A resolved endpoint of a connection.
-struct End<'db> {
+struct ResolvedEnd<'db> {
     /// `instance.feature`
     name: String,
     feature: FeatureOf<'db>,

@@ -1,8 +1,8 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::lane::{BusyJob, Contribution, Lane, Member};
-use crate::paths::{self, Path};
+use crate::lane::{BusyJob, Contribution, Lane, LaneMember};
+use crate::paths::{self, TaskPath};
 use crate::response_time::Lanes;
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
@@ -90,7 +90,7 @@ impl<'a> Breakdown<'a> {
         of: usize,
         rule: CpuRule,
         window: &Window,
-    ) -> Option<(BusyJob, Vec<Path>)> {
+    ) -> Option<(BusyJob, Vec<TaskPath>)> {
         let has_paths = self.options.method >= Method::Exact && !matches!(rule, CpuRule::Global(_));
         self.in_window(of, rule, Some(window), |lane, place| {
             let of = lane.members.get(place).index;
@@ -115,7 +115,7 @@ impl<'a> Breakdown<'a> {
                 };
                 let first = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
                 let edges = paths::path(member.machine, &totals[..first]);
-                paths.push(Path { task: member.index, delay: Time::from_nanos(member.delay), edges });
+                paths.push(TaskPath { task: member.index, delay: Time::from_nanos(member.delay), edges });
             }
             (late, paths)
         })
@@ -159,7 +159,7 @@ fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
 fn by_windows(
     place: usize,
     lane: &mut Lane<'_, '_>,
-    contribution: impl Fn(&mut Member<'_>) -> Option<Contribution>,
+    contribution: impl Fn(&mut LaneMember<'_>) -> Option<Contribution>,
 ) -> Vec<Interference> {
     let others = lane.interfering(place);
     let of_other = |other: usize| {

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Map, Value, json};
 
 use crate::cycle_mean::Adjacency;
-use crate::lane::Counts;
+use crate::lane::JobCounts;
 use crate::operations::counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
@@ -25,10 +25,10 @@ const MOST_STEPS: u64 = 1 << 14;
 /// Throttling delays all priorities.
 const THROTTLING: u64 = 1 << 32;
 
-type Claims = BTreeMap<usize, Claim>;
+type Claims = BTreeMap<usize, TaskClaim>;
 
 /// No job ends later than this.
-struct Claim {
+struct TaskClaim {
     response: u64,
     cpu: Option<u32>,
     ends: Vec<u64>,
@@ -179,7 +179,7 @@ fn growth(machine: &StateMachine, interrupt: &dyn Fn()) -> Option<Growth> {
     None
 }
 
-fn claim(lanes: &mut Lanes<'_>, found: &SetAnalysis, task: usize) -> Option<Claim> {
+fn claim(lanes: &mut Lanes<'_>, found: &SetAnalysis, task: usize) -> Option<TaskClaim> {
     let of = found.responses.get(task).filter(|it| matches!(it.bound, Bound::Response(_)))?;
     let cpu = match of.rule {
         CpuRule::Cpu(cpu) => Some(cpu),
@@ -189,13 +189,13 @@ fn claim(lanes: &mut Lanes<'_>, found: &SetAnalysis, task: usize) -> Option<Clai
     let (plan, place) = lanes.find(task, of.rule)?;
     let (mut lane, method) = (lanes.lane(plan), Method::Ibf);
     let others = lane.interfering(place);
-    let mut counts = Counts::new(lane.members.len());
+    let mut counts = JobCounts::new(lane.members.len());
     others.iter().for_each(|other| counts.include(*other, &mut lane.members, method));
     let mates = lane.mates(place, 1).into_iter().map(|it| it.0);
     let places: Vec<usize> = others.into_iter().chain(mates).chain([place]).collect();
     let members = places.into_iter().map(|it| lane.members.get(it).index).collect();
     let (mut claim, mut budget) =
-        (Claim { response: 0, cpu, ends: Vec::new(), closes: None, members }, BUDGET);
+        (TaskClaim { response: 0, cpu, ends: Vec::new(), closes: None, members }, BUDGET);
     while claim.ends.len() < MOST_JOBS {
         let job = claim.ends.len() as u64 + 1;
         let own = lane.demand(place, job, false).ok()?;

@@ -50,7 +50,7 @@ pub(crate) fn greatest(successors: &Adjacency, interrupt: &dyn Fn()) -> CycleMea
     let states = successors.states();
     let mut policy = Policy::greedy(successors);
     let mut potential = vec![0i128; states];
-    let mut best = policy.trace().unwrap_or(Cycle { cost: 0, length: 1, root: 0 });
+    let mut best = policy.trace().unwrap_or(MeanCycle { cost: 0, length: 1, root: 0 });
     loop {
         let (length, cost) = (i128::from(best.length), i128::from(best.cost));
         // Potentials that make every edge of the policy tight, except where a lesser cycle of it closes.
@@ -102,22 +102,22 @@ struct Policy {
     cost: Vec<u64>,
     /// The states whose potential depends on that of the next state, each after its next state.
     order: Vec<u32>,
-    cycles: Vec<Cycle>,
+    cycles: Vec<MeanCycle>,
     /// The walk of [`trace`](Self::trace) that met the state, from 1; 0 before one does.
     walk: Vec<u32>,
     path: Vec<u32>,
 }
 
 #[derive(Clone, Copy)]
-struct Cycle {
+struct MeanCycle {
     cost: u64,
     length: u64,
     /// The state of the cycle that is not in [`Policy::order`].
     root: u32,
 }
 
-impl Cycle {
-    fn is_less_than(&self, other: &Cycle) -> bool {
+impl MeanCycle {
+    fn is_less_than(&self, other: &MeanCycle) -> bool {
         u128::from(self.cost) * u128::from(other.length) < u128::from(other.cost) * u128::from(self.length)
     }
 }
@@ -148,11 +148,11 @@ impl Policy {
     }
 
     /// Finds the cycles and the order, and returns the greatest cycle, if there is one.
-    fn trace(&mut self) -> Option<Cycle> {
+    fn trace(&mut self) -> Option<MeanCycle> {
         self.order.clear();
         self.cycles.clear();
         self.walk.fill(0);
-        let mut greatest: Option<Cycle> = None;
+        let mut greatest: Option<MeanCycle> = None;
         for start in 0..self.next.len() as u32 {
             if self.walk[start as usize] != 0 {
                 continue;
@@ -185,8 +185,8 @@ impl Policy {
         greatest
     }
 
-    fn cycle_through(&self, root: u32) -> Cycle {
-        let mut cycle = Cycle { cost: self.cost[root as usize], length: 1, root };
+    fn cycle_through(&self, root: u32) -> MeanCycle {
+        let mut cycle = MeanCycle { cost: self.cost[root as usize], length: 1, root };
         let mut state = self.next[root as usize];
         while state != root {
             cycle.cost += self.cost[state as usize];

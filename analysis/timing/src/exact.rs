@@ -17,13 +17,13 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-use crate::lane::{Busy, BusyJob, Counts, Lane};
+use crate::lane::{BusyJob, BusyWindow, JobCounts, Lane};
 use crate::paths::Requests;
 use crate::{Method, NoBoundReason};
 
 /// The result of the search for one task.
 pub(crate) struct Exact {
-    pub(crate) busy: Busy,
+    pub(crate) busy: BusyWindow,
     /// Whether no combination remains that may respond later; otherwise the budget is exhausted.
     pub(crate) is_complete: bool,
     /// What the members of hp(i) contribute: the place, the number of jobs, and their time.
@@ -39,10 +39,10 @@ pub(crate) struct Exact {
 pub(crate) fn busy_window(
     lane: &mut Lane<'_, '_>,
     place: usize,
-    bound: Busy,
+    bound: BusyWindow,
     budget: u64,
 ) -> Result<Exact, NoBoundReason> {
-    let base = Counts::new(lane.members.len());
+    let base = JobCounts::new(lane.members.len());
     let mut search = PathSearch { place, bound, lane, method: Method::Psm, base, varied: Vec::new(), budget };
     let mut fixed = Vec::new();
     let mut is_bounded_only = false;
@@ -94,11 +94,11 @@ struct PathSearch<'s, 'l, 'a> {
     lane: &'s mut Lane<'l, 'a>,
     place: usize,
     /// The known bound: no f(q) is later than that of its last job.
-    bound: Busy,
+    bound: BusyWindow,
     /// How the members that are not varied are bounded.
     method: Method,
     /// The counts of these members in the least window.
-    base: Counts,
+    base: JobCounts,
     /// The members whose paths are combined, with their request functions.
     varied: Vec<(usize, Rc<Requests>)>,
     budget: u64,
@@ -194,7 +194,7 @@ impl PathSearch<'_, '_, '_> {
             // The demand in the window is greater than it: there is nothing that explains it.
             return Err(NoBoundReason::Budget);
         }
-        let busy = Busy {
+        let busy = BusyWindow {
             // That of a later job may have another combination.
             first_job: if found.worst.job == 1 { found.first_job } else { self.bound.first_job },
             worst: found.worst,

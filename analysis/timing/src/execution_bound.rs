@@ -22,28 +22,28 @@ pub(crate) struct ExecutionBound<'a> {
     /// The greatest cost of an edge out of each state.
     last: Vec<u64>,
     /// For n − 1 = 0, 1, …: the entries that can be the greatest.
-    fronts: Vec<Vec<Entry>>,
+    fronts: Vec<Vec<BoundEntry>>,
     recurrence: Option<Recurrence>,
     period: Option<Laps<Vec<Growing>>>,
 }
 
 /// A state after n − 1 jobs: min(`before` + `last`, `before` + r) of the job n that leaves it.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct Entry {
+struct BoundEntry {
     before: u64,
     last: u64,
 }
 
-/// An [`Entry`] whose `before` grows by `gain` in each lap.
+/// An [`BoundEntry`] whose `before` grows by `gain` in each lap.
 #[derive(Clone, Copy)]
 struct Growing {
-    entry: Entry,
+    entry: BoundEntry,
     gain: u64,
 }
 
 /// g(n, r) as a function of r, from one r on.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Execution {
+pub(crate) struct BoundPiece {
     /// g(n, r).
     pub(crate) time: u64,
     /// The greatest r for which g(n, r) is the same, or up to which it rises by at least 1 for each 1 ns;
@@ -66,12 +66,12 @@ impl<'a> ExecutionBound<'a> {
     }
 
     /// Returns g(`jobs`, `r`) for `jobs` ≥ 1. The errors are those of [`TraceBound::demand`](crate::TraceBound::demand).
-    pub(crate) fn execution(&mut self, jobs: u64, r: u64) -> Result<Execution, NoBoundReason> {
+    pub(crate) fn execution(&mut self, jobs: u64, r: u64) -> Result<BoundPiece, NoBoundReason> {
         let before = jobs.saturating_sub(1);
         if self.machine.greatest_repeats() {
             let last = self.machine.greatest_cost().as_nanos();
             last.checked_mul(jobs).ok_or(NoBoundReason::Overflow)?;
-            return Ok(execution(&[Entry { before: last * before, last }], r));
+            return Ok(execution(&[BoundEntry { before: last * before, last }], r));
         }
         loop {
             let known = usize::try_from(before).ok().and_then(|before| self.fronts.get(before));
@@ -83,9 +83,9 @@ impl<'a> ExecutionBound<'a> {
                 let entries = growing.iter().map(|it| {
                     let before = it.gain.checked_mul(laps)?.checked_add(it.entry.before)?;
                     before.checked_add(it.entry.last)?;
-                    Some(Entry { before, last: it.entry.last })
+                    Some(BoundEntry { before, last: it.entry.last })
                 });
-                let entries: Option<Vec<Entry>> = entries.collect();
+                let entries: Option<Vec<BoundEntry>> = entries.collect();
                 return Ok(execution(&entries.ok_or(NoBoundReason::Overflow)?, r));
             }
             self.step()?;
@@ -99,7 +99,7 @@ impl<'a> ExecutionBound<'a> {
                 let last = &mut self.last[edge.source as usize];
                 *last = edge.cost.as_nanos().max(*last);
             }
-            self.fronts.push(front(self.last.iter().map(|&last| Entry { before: 0, last })));
+            self.fronts.push(front(self.last.iter().map(|&last| BoundEntry { before: 0, last })));
         }
         let recurrence =
             self.recurrence.get_or_insert_with(|| Recurrence::new(Adjacency::reversed(self.machine)));
@@ -111,10 +111,10 @@ impl<'a> ExecutionBound<'a> {
         }
         recurrence.step(self.interrupt)?;
         let entries = recurrence.values().iter().zip(&self.last);
-        self.fronts.push(front(entries.map(|(&before, &last)| Entry { before, last })));
+        self.fronts.push(front(entries.map(|(&before, &last)| BoundEntry { before, last })));
         self.period = recurrence.look_for_period().map(|period| {
             period.laps(|values| {
-                let growing = |((before, gain), &last)| Growing { entry: Entry { before, last }, gain };
+                let growing = |((before, gain), &last)| Growing { entry: BoundEntry { before, last }, gain };
                 growing_front(values.zip(&self.last).map(growing))
             })
         });
@@ -123,10 +123,10 @@ impl<'a> ExecutionBound<'a> {
 }
 
 /// Returns the entries that are the greatest for some r, by decreasing `before` and increasing `before` + `last`.
-fn front(entries: impl Iterator<Item = Entry>) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = entries.collect();
+fn front(entries: impl Iterator<Item = BoundEntry>) -> Vec<BoundEntry> {
+    let mut entries: Vec<BoundEntry> = entries.collect();
     entries.sort_unstable_by_key(|it| (std::cmp::Reverse(it.before), std::cmp::Reverse(it.last)));
-    let mut kept: Vec<Entry> = Vec::new();
+    let mut kept: Vec<BoundEntry> = Vec::new();
     for entry in entries {
         if kept.last().is_none_or(|ahead| entry.before + entry.last > ahead.before + ahead.last) {
             kept.push(entry);
@@ -155,15 +155,15 @@ fn growing_front(entries: impl Iterator<Item = Growing>) -> Vec<Growing> {
     kept
 }
 
-fn execution(entries: &[Entry], r: u64) -> Execution {
+fn execution(entries: &[BoundEntry], r: u64) -> BoundPiece {
     let time = entries.iter().map(|it| it.before + it.last.min(r)).max().unwrap_or(0);
     let rising = entries.iter().filter(|it| it.last > r && it.before + r == time).map(|it| it.last).max();
     if let Some(until) = rising {
-        return Execution { time, until: Some(until), rises: true };
+        return BoundPiece { time, until: Some(until), rises: true };
     }
     // Another entry rises above the greatest after the r at which it is equal.
     let overtaking = entries.iter().filter(|it| it.before + it.last > time).map(|it| time - it.before);
-    Execution { time, until: overtaking.min(), rises: false }
+    BoundPiece { time, until: overtaking.min(), rises: false }
 }
 
 #[cfg(test)]
@@ -194,11 +194,11 @@ mod tests {
     fn the_last_job_executes_no_longer_than_since_its_release() {
         let plan = machine(2, &[(0, 0, 1), (0, 1, 9), (1, 0, 1)]);
         let mut bound = ExecutionBound::new(&plan, &|| ());
-        assert_eq!(bound.execution(1, 3), Ok(Execution { time: 3, until: Some(9), rises: true }));
-        assert_eq!(bound.execution(1, 9), Ok(Execution { time: 9, until: None, rises: false }));
+        assert_eq!(bound.execution(1, 3), Ok(BoundPiece { time: 3, until: Some(9), rises: true }));
+        assert_eq!(bound.execution(1, 9), Ok(BoundPiece { time: 9, until: None, rises: false }));
         // The heavy edge first, or after a light one.
-        assert_eq!(bound.execution(2, 0), Ok(Execution { time: 9, until: Some(1), rises: true }));
-        assert_eq!(bound.execution(2, 1), Ok(Execution { time: 10, until: None, rises: false }));
+        assert_eq!(bound.execution(2, 0), Ok(BoundPiece { time: 9, until: Some(1), rises: true }));
+        assert_eq!(bound.execution(2, 1), Ok(BoundPiece { time: 10, until: None, rises: false }));
     }
 
     #[test]
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn entries_that_are_never_the_greatest_are_left_out() {
-        let entry = |(before, last)| Entry { before, last };
+        let entry = |(before, last)| BoundEntry { before, last };
         let kept = |entries: &[(u64, u64)]| front(entries.iter().copied().map(entry));
         // The last two have the same total as one that is ahead.
         assert_eq!(kept(&[(2, 8), (6, 2), (9, 0), (4, 4), (1, 9)]), [(9, 0), (2, 8)].map(entry));

@@ -8,7 +8,7 @@
 //!
 //! **Wⱼ.** Each job of j ends within Rⱼ, its bound, so that ⌈(L + Rⱼ)/Tⱼ⌉ = n jobs at most execute in L. The first of n jobs
 //! executes until Rⱼ after its release and the last one from its own on, so both together in at most L + Rⱼ − (n − 1)·Tⱼ: see
-//! [`Member::carried`]. A task without a bound, or one that executes calls of
+//! [`LaneMember::carried`]. A task without a bound, or one that executes calls of
 //! operations between its jobs, may execute all the time. Waits of j are no execution: only Rⱼ has them.
 //!
 //! **Carry-in.** Let L begin earlier, at the first instant from which on all m CPUs execute hp(i) until the release. Just before it,
@@ -25,7 +25,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use crate::lane::Member;
+use crate::lane::LaneMember;
 use crate::response_time::{Lanes, better};
 use crate::{
     Bound, CpuRule, CpuSet, Interference, Method, NoBoundReason, Priority, Response, Task, Time, Window,
@@ -53,14 +53,14 @@ struct Other {
 }
 
 /// What a task of hp(i) executes in a window, and the number of jobs.
-struct Work {
+struct WindowWork {
     without_carry: (u64, u64),
     with_carry: (u64, u64),
 }
 
 /// A task i and hp(i).
 pub(crate) struct Global<'m, 'a> {
-    members: &'m mut [Member<'a>],
+    members: &'m mut [LaneMember<'a>],
     own: usize,
     cpus: CpuSet,
     method: Method,
@@ -86,7 +86,7 @@ impl<'a> Lanes<'a> {
     fn use_cpus(&mut self, cpus: CpuSet, best: &mut [Option<Response>]) {
         let of_unknown = self.unknown.iter().map(|&task| &self.tasks[task]);
         let unknown = of_unknown.filter(|task| task.cpus().meets(cpus)).map(|task| task.priority).max();
-        let is_wanted = |member: &Member<'_>| {
+        let is_wanted = |member: &LaneMember<'_>| {
             let task = member.task;
             let has_own_thread = task.thread.is_none() && task.burst() == 1 && !task.has_calls;
             let is_alone = has_own_thread && member.blocking == 0;
@@ -211,7 +211,7 @@ impl Global<'_, '_> {
         }
     }
 
-    fn work(&mut self, length: u64) -> Result<Vec<Work>, NoBoundReason> {
+    fn work(&mut self, length: u64) -> Result<Vec<WindowWork>, NoBoundReason> {
         let work = |other: &Other| {
             let member = &mut self.members[other.member];
             let with_carry = match other.response {
@@ -221,7 +221,7 @@ impl Global<'_, '_> {
             let released = member.contribution(length, self.method)?;
             let most = released.jobs.saturating_mul(other.most_of_job);
             let without_carry = (released.jobs, released.time.min(most));
-            Ok(Work {
+            Ok(WindowWork {
                 without_carry: if other.always_carries { with_carry } else { without_carry },
                 with_carry,
             })
@@ -231,8 +231,8 @@ impl Global<'_, '_> {
 
     /// Returns by how much the carry-in of a task adds to what it executes, with the index of the task: of the m − 1 for which that
     /// is most. No task counts more than `most`.
-    fn carried(&self, work: &[Work], most: u64) -> Vec<(u64, usize)> {
-        let more = |it: &Work| it.with_carry.1.min(most).saturating_sub(it.without_carry.1.min(most));
+    fn carried(&self, work: &[WindowWork], most: u64) -> Vec<(u64, usize)> {
+        let more = |it: &WindowWork| it.with_carry.1.min(most).saturating_sub(it.without_carry.1.min(most));
         let mut all: Vec<(u64, usize)> =
             work.iter().map(more).zip(0..).filter(|(more, _)| *more > 0).collect();
         all.sort_unstable_by_key(|&(more, index)| (Reverse(more), index));
@@ -240,14 +240,14 @@ impl Global<'_, '_> {
         all
     }
 
-    fn total(&self, work: &[Work], most: u64) -> u128 {
+    fn total(&self, work: &[WindowWork], most: u64) -> u128 {
         let without: u128 = work.iter().map(|it| u128::from(it.without_carry.1.min(most))).sum();
         let carried = self.carried(work, most);
         without + carried.iter().map(|(more, _)| u128::from(*more)).sum::<u128>()
     }
 
     /// Returns the greatest y with Σ min(W, y) ≥ m·y, rounded up; `longest` or more if it is not less.
-    fn waited(&self, work: &[Work], longest: u64) -> u64 {
+    fn waited(&self, work: &[WindowWork], longest: u64) -> u64 {
         let cpus = u128::from(self.cpus.len());
         let (mut low, mut high) = (0, longest.saturating_add(1));
         while high - low > 1 {

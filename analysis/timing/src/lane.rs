@@ -3,16 +3,16 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
-use crate::execution_bound::{Execution, ExecutionBound};
+use crate::execution_bound::{BoundPiece, ExecutionBound};
 use crate::paths::{Paths, Requests};
-use crate::utilisation::Share;
+use crate::utilisation::TaskShare;
 use crate::{
     CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
     TraceBound, Utilisation,
 };
 
 /// A task of known demand, with what it may ask for. The lanes share it.
-pub(crate) struct Member<'a> {
+pub(crate) struct LaneMember<'a> {
     /// The index of the task.
     pub(crate) index: usize,
     pub(crate) task: &'a Task,
@@ -30,10 +30,10 @@ pub(crate) struct Member<'a> {
     /// window that may begin at any instant.
     pub(crate) delay: u64,
     pub(crate) machine: &'a StateMachine,
-    pub(crate) share: Share,
-    curve: Curve<'a>,
+    pub(crate) share: TaskShare,
+    curve: DemandCurve<'a>,
     /// What its jobs execute, if they wait, and the share of that.
-    executed: Option<(Curve<'a>, Share)>,
+    executed: Option<(DemandCurve<'a>, TaskShare)>,
     /// The response time by which the execution of its jobs may be late, where their waits do not count as execution. See
     /// [`Lane::count_waits_as_jitter`].
     pub(crate) late: Option<u64>,
@@ -47,24 +47,24 @@ pub(crate) struct Member<'a> {
 }
 
 /// The demand M of one task.
-enum Curve<'a> {
+enum DemandCurve<'a> {
     /// M(n) is n times this.
     Linear(u64),
     Trace(Box<TraceBound<'a>>),
 }
 
-impl Curve<'_> {
+impl DemandCurve<'_> {
     fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
         match self {
-            Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
-            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
+            DemandCurve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
+            DemandCurve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
         }
     }
 
     fn greatest_cycle_mean(&self) -> CycleMean {
         match self {
-            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
-            Curve::Trace(bound) => bound.greatest_cycle_mean(),
+            DemandCurve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
+            DemandCurve::Trace(bound) => bound.greatest_cycle_mean(),
         }
     }
 }
@@ -82,33 +82,35 @@ pub(crate) struct Contribution {
     pub(crate) rises_until: u64,
 }
 
-impl<'a> Member<'a> {
+impl<'a> LaneMember<'a> {
     /// `None` for a task of unknown demand.
     pub(crate) fn new(
         index: usize,
         task: &'a Task,
         method: Method,
         interrupt: &'a dyn Fn(),
-    ) -> Option<Member<'a>> {
+    ) -> Option<LaneMember<'a>> {
         let Demand::Machine { machine, .. } = &task.demand else { return None };
         interrupt();
         let curve = match method {
-            Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
+            Method::Classic => DemandCurve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
             Method::Psm | Method::Ibf | Method::Exact | Method::Best => {
-                Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
+                DemandCurve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
             }
         };
         let executed = task.waits.as_ref().map(|waits| match &curve {
-            Curve::Linear(cost) => {
+            DemandCurve::Linear(cost) => {
                 let executed = waits.executed.greatest_cost().max(task.demand.whole().unwrap_or_default());
-                Curve::Linear(executed.as_nanos().min(*cost))
+                DemandCurve::Linear(executed.as_nanos().min(*cost))
             }
-            Curve::Trace(_) => Curve::Trace(Box::new(TraceBound::interruptible(&waits.executed, interrupt))),
+            DemandCurve::Trace(_) => {
+                DemandCurve::Trace(Box::new(TraceBound::interruptible(&waits.executed, interrupt)))
+            }
         });
-        let share = |curve: &Curve<'_>| {
-            Some(Share::new(task.mean_of_burst(curve.greatest_cycle_mean()), task.period?))
+        let share = |curve: &DemandCurve<'_>| {
+            Some(TaskShare::new(task.mean_of_burst(curve.greatest_cycle_mean()), task.period?))
         };
-        Some(Member {
+        Some(LaneMember {
             index,
             task,
             period: task.period?.as_nanos(),
@@ -133,8 +135,8 @@ impl<'a> Member<'a> {
     /// (n₀, c): see [`TraceBound::regularity`].
     pub(crate) fn regularity(&mut self) -> Option<(u64, u64)> {
         match &mut self.curve {
-            Curve::Linear(_) => Some((0, 1)),
-            Curve::Trace(bound) => bound.regularity(),
+            DemandCurve::Linear(_) => Some((0, 1)),
+            DemandCurve::Trace(bound) => bound.regularity(),
         }
     }
 
@@ -149,7 +151,7 @@ impl<'a> Member<'a> {
     }
 
     /// Returns the share of a CPU that it takes from others.
-    pub(crate) fn interfering_share(&self) -> Share {
+    pub(crate) fn interfering_share(&self) -> TaskShare {
         match &self.executed {
             Some((_, share)) if self.late.is_some() => *share,
             _ => self.share,
@@ -157,7 +159,7 @@ impl<'a> Member<'a> {
     }
 
     /// Returns the share of a CPU that it executes for, without waits.
-    pub(crate) fn executed_share(&self) -> Share {
+    pub(crate) fn executed_share(&self) -> TaskShare {
         self.executed.as_ref().map_or(self.share, |(_, share)| *share)
     }
 
@@ -200,7 +202,7 @@ impl<'a> Member<'a> {
     }
 
     /// Returns for how long locks that lower priorities take during a job of `other`, a member of hp(i) or i, delay this member, i.
-    fn blocking_by_job_of(&self, other: &Member<'_>) -> u128 {
+    fn blocking_by_job_of(&self, other: &LaneMember<'_>) -> u128 {
         let by_waits = u128::from(other.waits) * u128::from(self.blocking);
         let by_throttling = if other.task.is_throttling { self.background_blocking } else { 0 };
         by_waits.saturating_add(by_throttling.into())
@@ -239,7 +241,7 @@ impl<'a> Member<'a> {
         let bound = self.execution.get_or_insert_with(|| Box::new(ExecutionBound::new(machine, interrupt)));
         let last_release = (jobs - 1).saturating_mul(self.period).saturating_add(self.delay);
         let since_release = window.saturating_add(self.jitter) - last_release;
-        let Execution { time, until, rises } = bound.execution(jobs, since_release)?;
+        let BoundPiece { time, until, rises } = bound.execution(jobs, since_release)?;
         let until = until.map(|until| window_at(last_release.saturating_add(until)));
         let until = until.map_or(next_release, |until| until.min(next_release));
         Ok(match rises {
@@ -256,7 +258,7 @@ impl<'a> Member<'a> {
 /// its least fixed point, which the iteration reaches from there as well as from 0. (With [`Method::Ibf`], those of the first
 /// job only.) Each count is stored with the longest window for which it holds, so a pass over the members needs comparisons
 /// only.
-pub(crate) struct Counts {
+pub(crate) struct JobCounts {
     /// The longest window for which `time` holds; of members not in hp(i), the longest there is.
     holds_until: Vec<u64>,
     /// 0 for members that are not in hp(i).
@@ -268,15 +270,15 @@ pub(crate) struct Counts {
     present: u64,
 }
 
-impl Clone for Counts {
-    fn clone(&self) -> Counts {
-        let mut copy = Counts::new(0);
+impl Clone for JobCounts {
+    fn clone(&self) -> JobCounts {
+        let mut copy = JobCounts::new(0);
         copy.clone_from(self);
         copy
     }
 
     /// Allocates nothing if there is room: a large group of equal priority copies its counts for each member.
-    fn clone_from(&mut self, other: &Counts) {
+    fn clone_from(&mut self, other: &JobCounts) {
         self.holds_until.clone_from(&other.holds_until);
         self.jobs.clone_from(&other.jobs);
         self.time.clone_from(&other.time);
@@ -284,7 +286,7 @@ impl Clone for Counts {
     }
 }
 
-impl Counts {
+impl JobCounts {
     pub(crate) fn total(&self) -> u128 {
         self.total
     }
@@ -299,8 +301,8 @@ impl Counts {
         self.jobs.iter().zip(&self.time).enumerate().map(of_place).filter(|&(_, jobs, _)| jobs > 0)
     }
 
-    pub(crate) fn new(members: usize) -> Counts {
-        Counts {
+    pub(crate) fn new(members: usize) -> JobCounts {
+        JobCounts {
             holds_until: vec![u64::MAX; members],
             jobs: vec![0; members],
             time: vec![0; members],
@@ -362,17 +364,17 @@ impl Counts {
 
 /// The members of a lane: some of all.
 pub(crate) struct Members<'l, 'a> {
-    pub(crate) all: &'l mut [Member<'a>],
+    pub(crate) all: &'l mut [LaneMember<'a>],
     /// Indices into `all`, ascending.
     pub(crate) places: &'l [usize],
 }
 
 impl<'a> Members<'_, 'a> {
-    pub(crate) fn at(&mut self, place: usize) -> &mut Member<'a> {
+    pub(crate) fn at(&mut self, place: usize) -> &mut LaneMember<'a> {
         &mut self.all[self.places[place]]
     }
 
-    pub(crate) fn get(&self, place: usize) -> &Member<'a> {
+    pub(crate) fn get(&self, place: usize) -> &LaneMember<'a> {
         &self.all[self.places[place]]
     }
 
@@ -390,7 +392,7 @@ pub(crate) struct BusyJob {
 
 /// The busy window of a task under one method.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Busy {
+pub(crate) struct BusyWindow {
     /// f(1).
     pub(crate) first_job: u64,
     /// The job with the greatest response time.
@@ -465,16 +467,16 @@ impl Lane<'_, '_> {
         let counts =
             |&other: &usize| (has_own || other != place) && self.priority(other) >= member.task.priority;
         let others = || (0..self.members.len()).filter(counts).map(|other| self.members.get(other));
-        let is_own = |other: &Member<'_>| other.index == member.index;
+        let is_own = |other: &LaneMember<'_>| other.index == member.index;
         let has_several_cpus = has_own && others().any(|it| !it.task.cpus().is_one());
-        let between = |of: &Member<'_>| if has_several_cpus && is_own(of) { member.blocking } else { 0 };
-        let of_job = |of: &Member<'_>| member.blocking_by_job_of(of).saturating_add(between(of).into());
+        let between = |of: &LaneMember<'_>| if has_several_cpus && is_own(of) { member.blocking } else { 0 };
+        let of_job = |of: &LaneMember<'_>| member.blocking_by_job_of(of).saturating_add(between(of).into());
         if others().all(|it| of_job(it) == 0) {
             return None;
         }
         let blocking = others().map(|it| {
             let cost = u64::try_from(of_job(it)).unwrap_or(u64::MAX).saturating_mul(it.burst);
-            Share::new(CycleMean { cost: Time::from_nanos(cost), length: 1 }, Time::from_nanos(it.period))
+            TaskShare::new(CycleMean { cost: Time::from_nanos(cost), length: 1 }, Time::from_nanos(it.period))
         });
         let demand = others().map(|it| if is_own(it) { it.share } else { it.interfering_share() });
         let utilisation = Utilisation::sum(demand.chain(blocking));

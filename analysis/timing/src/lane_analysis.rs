@@ -3,8 +3,8 @@
 use std::cmp::{Ordering, Reverse};
 
 use crate::exact;
-use crate::lane::{Busy, BusyJob, Counts, Lane, Member, least_common_multiple};
-use crate::utilisation::Share;
+use crate::lane::{BusyJob, BusyWindow, JobCounts, Lane, LaneMember, least_common_multiple};
+use crate::utilisation::TaskShare;
 use crate::{Bound, CpuRule, Method, NoBoundReason, Response, Time, Utilisation, Window};
 
 /// The budget of one task, in members of hp(i) that are visited.
@@ -46,7 +46,7 @@ pub(crate) struct LaneResponse {
     pub(crate) place: usize,
     pub(crate) response: Response,
     /// Its busy window, if that was found.
-    pub(crate) busy: Option<Busy>,
+    pub(crate) busy: Option<BusyWindow>,
     /// With [`Lane::lists_interference`], for a window of [`Method::Exact`]: places, numbers of jobs, and times.
     pub(crate) interference: Vec<(usize, u64, u64)>,
     /// With [`Lane::lists_interference`], for the combination of paths that [`Method::Exact`] found: see [`exact::Exact::totals`].
@@ -55,7 +55,7 @@ pub(crate) struct LaneResponse {
 
 /// What is known of hp(i) of one member, i.
 #[derive(Clone, Copy)]
-pub(crate) struct Load {
+pub(crate) struct HigherLoad {
     /// The utilisation of hp(i), compared with 1; `None` if the exact comparison is too expensive.
     pub(crate) others: Option<Ordering>,
     /// The same with i.
@@ -64,21 +64,21 @@ pub(crate) struct Load {
     pub(crate) several_cpus: bool,
 }
 
-impl Load {
+impl HigherLoad {
     /// For tasks whose windows are known to end.
-    const BELOW_ONE: Load =
-        Load { others: Some(Ordering::Less), all: Some(Ordering::Less), several_cpus: false };
+    const BELOW_ONE: HigherLoad =
+        HigherLoad { others: Some(Ordering::Less), all: Some(Ordering::Less), several_cpus: false };
 }
 
 impl<'a> Lane<'_, 'a> {
     /// Analyses the tasks for which `is_wanted`.
-    pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<LaneResponse> {
+    pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&LaneMember<'_>) -> bool) -> Vec<LaneResponse> {
         let wanted: Vec<bool> =
             (0..self.members.len()).map(|place| is_wanted(self.members.get(place))).collect();
         let places = self.by_priority(&wanted);
         let loads = match self.start {
             None => self.loads(&places),
-            Some(_) => vec![Load::BELOW_ONE; self.members.len()],
+            Some(_) => vec![HigherLoad::BELOW_ONE; self.members.len()],
         };
         let by_jobs = if self.options.method == Method::Classic { Method::Classic } else { Method::Psm };
         let mut found: Vec<Option<LaneResponse>> = wanted.iter().map(|_| None).collect();
@@ -143,10 +143,10 @@ impl<'a> Lane<'_, 'a> {
         places: &[usize],
         wanted: &[bool],
         method: Method,
-        solve: &mut dyn FnMut(&mut Self, usize, &mut Counts) -> Option<u64>,
+        solve: &mut dyn FnMut(&mut Self, usize, &mut JobCounts) -> Option<u64>,
     ) {
-        let mut counts = Counts::new(self.members.len());
-        let mut of_one = Counts::new(0);
+        let mut counts = JobCounts::new(self.members.len());
+        let mut of_one = JobCounts::new(0);
         // A window that begins at one instant may end before the window of a higher priority, whose own job is released later;
         // and so may one without the blocking of the higher priority, or in which the waits of its jobs do not count.
         let windows_grow = self.start.is_none() && !self.has_blocking_or_late_members();
@@ -183,10 +183,10 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Compares utilisations with 1. The result is by place.
-    fn loads(&self, places: &[usize]) -> Vec<Load> {
+    fn loads(&self, places: &[usize]) -> Vec<HigherLoad> {
         let share = |place: usize| self.members.get(place).share;
         let mut exact_left = MOST_EXACT;
-        let unknown = Load { others: None, all: None, several_cpus: true };
+        let unknown = HigherLoad { others: None, all: None, several_cpus: true };
         let mut loads = vec![unknown; self.members.len()];
         // Of the tasks of higher or equal priority, and of those of higher priority.
         let mut utilisation = Utilisation::default();
@@ -209,7 +209,7 @@ impl<'a> Lane<'_, 'a> {
                     (Some(Ordering::Less), _) => all,
                     _ => compare(&utilisation, Some(&share(place)), &mut of_group),
                 };
-                loads[place] = Load { others, all, several_cpus };
+                loads[place] = HigherLoad { others, all, several_cpus };
             }
             exact_left -= permitted - of_group;
             above = all;
@@ -228,9 +228,9 @@ impl<'a> Lane<'_, 'a> {
     pub(crate) fn by_jobs(
         &mut self,
         place: usize,
-        counts: &mut Counts,
+        counts: &mut JobCounts,
         method: Method,
-        load: Load,
+        load: HigherLoad,
     ) -> LaneResponse {
         let overloaded = match self.rule {
             CpuRule::Cpu(_) if !self.is_overloaded_without_waits(place) => {
@@ -318,7 +318,12 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Returns the busy window by what jobs execute at most; its jobs are some of those of `by_jobs`.
-    fn by_execution(&mut self, place: usize, counts: &mut Counts, by_jobs: Busy) -> Option<Busy> {
+    fn by_execution(
+        &mut self,
+        place: usize,
+        counts: &mut JobCounts,
+        by_jobs: BusyWindow,
+    ) -> Option<BusyWindow> {
         let mut budget = self.budget();
         let first_job = self.fixed_point(place, 1, counts, Method::Ibf, &mut budget).ok()?;
         let last = Some(by_jobs.last.job);
@@ -330,7 +335,7 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Enters the busy window by paths.
-    fn by_paths(&mut self, found: &mut LaneResponse, place: usize, bound: Busy, budget: u64) {
+    fn by_paths(&mut self, found: &mut LaneResponse, place: usize, bound: BusyWindow, budget: u64) {
         match exact::busy_window(self, place, bound, budget) {
             Ok(exact) => {
                 let (known, method) = (found.response.bound.clone(), found.response.method);
@@ -355,7 +360,7 @@ impl<'a> Lane<'_, 'a> {
         &mut self,
         place: usize,
         jobs: u64,
-        counts: &mut Counts,
+        counts: &mut JobCounts,
         method: Method,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
@@ -369,11 +374,11 @@ impl<'a> Lane<'_, 'a> {
         place: usize,
         jobs: u64,
         own: u64,
-        counts: &mut Counts,
+        counts: &mut JobCounts,
         method: Method,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
-        let demand = |lane: &Self, counts: &Counts, window: u64| {
+        let demand = |lane: &Self, counts: &JobCounts, window: u64| {
             let blocking = lane.blocking(place, jobs, window)?;
             let demand = u128::from(own) + counts.total() + u128::from(blocking);
             u64::try_from(demand).map_err(|_| NoBoundReason::Overflow)
@@ -432,12 +437,12 @@ impl<'a> Lane<'_, 'a> {
     fn busy(
         &mut self,
         place: usize,
-        counts: &mut Counts,
+        counts: &mut JobCounts,
         method: Method,
         first_job: u64,
         last: Option<u64>,
         budget: &mut u64,
-    ) -> Result<Busy, NoBoundReason> {
+    ) -> Result<BusyWindow, NoBoundReason> {
         let member = self.members.get(place);
         let (jitter, has_mates) = (member.jitter, !member.thread.is_empty());
         let mut job = BusyJob { job: 1, length: first_job };
@@ -458,7 +463,7 @@ impl<'a> Lane<'_, 'a> {
             };
             let ends = end.checked_add(jitter).ok_or(NoBoundReason::Overflow)? <= next_release;
             if ends || last.is_some_and(|last| job.job >= last) {
-                return Ok(Busy { first_job, worst, last: job, ends });
+                return Ok(BusyWindow { first_job, worst, last: job, ends });
             }
             let length = self.fixed_point(place, job.job + 1, counts, method, budget)?;
             job = BusyJob { job: job.job + 1, length };
@@ -470,7 +475,7 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Enters a busy window, unless the response time in it is not less than what is known. The bound of `method` is `busy`.
-    fn conclude(&mut self, found: &mut LaneResponse, place: usize, busy: Busy, method: Method) {
+    fn conclude(&mut self, found: &mut LaneResponse, place: usize, busy: BusyWindow, method: Method) {
         let BusyJob { job, length } = busy.worst;
         let member = self.members.at(place);
         let released = member.release(job).ok();
@@ -540,7 +545,7 @@ impl<'a> Lane<'_, 'a> {
 /// expensive: `exact_left` is the number of those that may be made.
 pub(crate) fn compare(
     utilisation: &Utilisation,
-    without: Option<&Share>,
+    without: Option<&TaskShare>,
     exact_left: &mut u32,
 ) -> Option<Ordering> {
     if let Some(load) = utilisation.compare_roughly(without) {

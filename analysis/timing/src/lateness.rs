@@ -117,8 +117,8 @@ pub fn lateness(
     let window = window(&set, tolerated).ok_or(NoLateness::Late)?;
     let of_job = set.get(own).and_then(|task| of_job(task, &set, window));
     let part = (tolerated.as_nanos() / PARTS).max(1);
-    let mut all = Tail::none(tolerated.as_nanos() / part);
-    let mut before_job = Tail::none(tolerated.as_nanos() / part);
+    let mut all = ExcessTail::none(tolerated.as_nanos() / part);
+    let mut before_job = ExcessTail::none(tolerated.as_nanos() / part);
     for (task, &index) in set.iter().zip(&members) {
         interrupt();
         let jobs = window.checked_mul(2).and_then(|both| releases(task, both)).ok_or(NoLateness::Late)?;
@@ -126,12 +126,12 @@ pub fn lateness(
         let mut kinds = kinds.cloned().unwrap_or_default();
         kinds.sort_unstable();
         kinds.dedup();
-        let mut greatest = Tail::none(tolerated.as_nanos() / part);
+        let mut greatest = ExcessTail::none(tolerated.as_nanos() / part);
         for kind in kinds {
-            let mut job = Tail::none(tolerated.as_nanos() / part);
+            let mut job = ExcessTail::none(tolerated.as_nanos() / part);
             for (excess, count) in kind {
                 let excess = excesses.get(excess).ok_or(NoLateness::SeveralCpus)?;
-                job = job.sum(&Tail::of(excess, part, tolerated.as_nanos() / part).times(count));
+                job = job.sum(&ExcessTail::of(excess, part, tolerated.as_nanos() / part).times(count));
             }
             greatest.raise(&job);
         }
@@ -244,17 +244,17 @@ fn releases(task: &Task, window: Time) -> Option<u64> {
 }
 
 /// For each number of parts from 0, the greatest probability that an excess is above it.
-struct Tail {
+struct ExcessTail {
     above: Vec<f64>,
 }
 
-impl Tail {
-    fn none(parts: u64) -> Tail {
-        Tail { above: vec![0.0; parts as usize + 1] }
+impl ExcessTail {
+    fn none(parts: u64) -> ExcessTail {
+        ExcessTail { above: vec![0.0; parts as usize + 1] }
     }
 
-    fn of(excess: &Excess, part: u64, parts: u64) -> Tail {
-        let mut tail = Tail::none(parts);
+    fn of(excess: &Excess, part: u64, parts: u64) -> ExcessTail {
+        let mut tail = ExcessTail::none(parts);
         for (number, above) in (0..).zip(&mut tail.above) {
             let reached = excess.steps.iter().take_while(|(it, _)| it.as_nanos() <= number * part);
             *above = match excess.steps.is_empty() {
@@ -266,7 +266,7 @@ impl Tail {
     }
 
     /// The tail of the sum of two, the second one after the first.
-    fn sum(&self, other: &Tail) -> Tail {
+    fn sum(&self, other: &ExcessTail) -> ExcessTail {
         // P(X + Y > b) = P(X > b) + Σ P(X = a)·P(Y > b − a).
         let mut above = self.above.clone();
         let mut before = 1.0;
@@ -280,12 +280,12 @@ impl Tail {
             }
         }
         above.iter_mut().for_each(|it| *it = it.min(1.0));
-        Tail { above }
+        ExcessTail { above }
     }
 
-    fn times(&self, mut count: u64) -> Tail {
-        let mut sum = Tail::none(self.above.len() as u64 - 1);
-        let mut power = Tail { above: self.above.clone() };
+    fn times(&self, mut count: u64) -> ExcessTail {
+        let mut sum = ExcessTail::none(self.above.len() as u64 - 1);
+        let mut power = ExcessTail { above: self.above.clone() };
         while count > 0 {
             if count % 2 == 1 {
                 sum = power.sum(&sum);
@@ -303,7 +303,7 @@ impl Tail {
         (self.above.last().copied().unwrap_or(1.0) * (1.0 + 1e-9) + ROUNDED).min(1.0)
     }
 
-    fn raise(&mut self, other: &Tail) {
+    fn raise(&mut self, other: &ExcessTail) {
         self.above.iter_mut().zip(&other.above).for_each(|(it, other)| *it = it.max(*other));
     }
 }

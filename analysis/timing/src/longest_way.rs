@@ -78,7 +78,7 @@ impl Tasks {
         seed: u64,
         interrupt: &dyn Fn(),
     ) -> Option<Way> {
-        let mut search = Search::new(self, chain, edges, seed)?;
+        let mut search = WaySearch::new(self, chain, edges, seed)?;
         for start in 0..STARTS {
             // At first all are released together; in every other schedule, jobs take as long as possible.
             let mut phases: Vec<u64> = self.all().iter().map(|task| search.phase(task, start > 0)).collect();
@@ -102,7 +102,7 @@ impl Tasks {
     }
 }
 
-struct Search<'a> {
+struct WaySearch<'a> {
     tasks: &'a Tasks,
     chain: &'a [ChainStep],
     edges: &'a [Option<Vec<usize>>],
@@ -116,13 +116,13 @@ struct Search<'a> {
     best: Option<Way>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> WaySearch<'a> {
     fn new(
         tasks: &'a Tasks,
         chain: &'a [ChainStep],
         edges: &'a [Option<Vec<usize>>],
         seed: u64,
-    ) -> Option<Search<'a>> {
+    ) -> Option<WaySearch<'a>> {
         let mut length = 0_u64;
         for step in chain {
             let task = tasks.activities().get(step.task)?;
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
                 .checked_add(step.write.as_nanos())?;
         }
         let random = Random::new(seed);
-        let search = Search {
+        let search = WaySearch {
             tasks,
             chain,
             edges,

@@ -37,12 +37,12 @@ pub struct Edge {
 pub struct StateMachine {
     states: u32,
     // Shared: each activity of the component has a copy of the machine.
-    edges: Arc<Edges>,
+    edges: Arc<MachineEdges>,
 }
 
 /// The edges of a machine, with what follows from them.
 #[derive(Debug)]
-struct Edges {
+struct MachineEdges {
     all: Box<[Edge]>,
     greatest_cost: Time,
     /// Whether an edge of the greatest cost can be taken in every period.
@@ -51,11 +51,11 @@ struct Edges {
     mean: OnceLock<CycleMean>,
 }
 
-impl Edges {
-    fn new(all: Box<[Edge]>) -> Edges {
+impl MachineEdges {
+    fn new(all: Box<[Edge]>) -> MachineEdges {
         let greatest_cost = all.iter().map(|edge| edge.cost).max().unwrap_or_default();
         let repeats = |edge: &Edge| edge.cost == greatest_cost && edge.source == edge.target;
-        Edges { greatest_cost, greatest_repeats: all.iter().any(repeats), all, mean: OnceLock::new() }
+        MachineEdges { greatest_cost, greatest_repeats: all.iter().any(repeats), all, mean: OnceLock::new() }
     }
 }
 
@@ -104,14 +104,14 @@ impl StateMachine {
         if greatest.checked_mul(u64::from(states)).is_none() {
             return Err(MachineError::TooLarge);
         }
-        Ok(StateMachine { states, edges: Arc::new(Edges::new(edges.into())) })
+        Ok(StateMachine { states, edges: Arc::new(MachineEdges::new(edges.into())) })
     }
 
     /// Creates the machine of a classical task: one state and one edge of `cost`.
     pub fn single(cost: Time) -> StateMachine {
         StateMachine {
             states: 1,
-            edges: Arc::new(Edges::new(Box::new([Edge { source: 0, target: 0, cost }]))),
+            edges: Arc::new(MachineEdges::new(Box::new([Edge { source: 0, target: 0, cost }]))),
         }
     }
 

@@ -20,10 +20,10 @@ const MOST_CHOICES: usize = 10_000_000;
 /// The request functions of a machine for up to n jobs, as a tree.
 pub(crate) struct Requests {
     /// The root is the first.
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<PathNode>,
 }
 
-pub(crate) struct Node {
+pub(crate) struct PathNode {
     /// The totals of the first 1, 2, …, n edges.
     pub(crate) totals: Vec<u64>,
     pub(crate) children: Option<[usize; 2]>,
@@ -45,7 +45,7 @@ impl Requests {
         for function in functions {
             totals.iter_mut().zip(function).for_each(|(total, value)| *total = (*total).max(*value));
         }
-        self.nodes.push(Node { totals, children: None, leaves: functions.len() });
+        self.nodes.push(PathNode { totals, children: None, leaves: functions.len() });
         if functions.len() > 1 {
             let (left, right) = functions.split_at(functions.len() / 2);
             let children = [self.add(left), self.add(right)];
@@ -146,7 +146,7 @@ fn greatest(mut functions: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
 }
 
 /// The path of an interfering task in a window.
-pub(crate) struct Path {
+pub(crate) struct TaskPath {
     /// The index of the task.
     pub(crate) task: usize,
     /// See [`Window::delay`](crate::Window::delay).

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::rc::Rc;
 
-use crate::lane::{Lane, Member, Members};
+use crate::lane::{Lane, LaneMember, Members};
 use crate::{
     Analysis, Bound, CpuLoad, CpuRule, CpuSet, Options, Priority, Response, Task, Time, Utilisation,
 };
@@ -119,19 +119,20 @@ pub(crate) struct Lanes<'a> {
     pub(crate) options: &'a Options,
     pub(crate) interrupt: &'a dyn Fn(),
     /// One for each task that can be analysed, in their order.
-    pub(crate) members: Vec<Member<'a>>,
+    pub(crate) members: Vec<LaneMember<'a>>,
     /// The other real-time tasks.
     pub(crate) unknown: Vec<usize>,
     /// See [`linked_cpus`].
     linked: Vec<Option<CpuSet>>,
-    plans: Vec<Plan>,
+    plans: Vec<LanePlan>,
 }
 
 impl<'a> Lanes<'a> {
     pub(crate) fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Lanes<'a> {
-        let member = |(index, task): (usize, &'a Task)| Member::new(index, task, options.method, interrupt);
+        let member =
+            |(index, task): (usize, &'a Task)| LaneMember::new(index, task, options.method, interrupt);
         let known = tasks.iter().enumerate().filter(|(_, task)| task.is_known());
-        let mut members: Vec<Member<'a>> = known.filter_map(member).collect();
+        let mut members: Vec<LaneMember<'a>> = known.filter_map(member).collect();
         for thread in threads(&members) {
             thread.iter().for_each(|&member| members[member].thread = Rc::clone(&thread));
         }
@@ -156,7 +157,7 @@ impl<'a> Lanes<'a> {
     pub(crate) fn find(&self, of: usize, rule: CpuRule) -> Option<(usize, usize)> {
         let member = self.members.binary_search_by_key(&of, |member| member.index).ok()?;
         let priority = self.tasks[of].priority;
-        let is_it = |plan: &Plan| match rule {
+        let is_it = |plan: &LanePlan| match rule {
             // One of the CPUs.
             CpuRule::Global(_) => plan.members.binary_search(&member).is_ok(),
             _ => plan.rule == rule && plan.priority.is_none_or(|of_plan| of_plan == priority),
@@ -233,7 +234,7 @@ fn link(groups: &mut Vec<LinkedCpus>, cpus: CpuSet) {
 }
 
 /// Returns the threads that execute the jobs of several members, each with these in their order.
-fn threads(members: &[Member<'_>]) -> Vec<Rc<[usize]>> {
+fn threads(members: &[LaneMember<'_>]) -> Vec<Rc<[usize]>> {
     let mut threads: Vec<Vec<usize>> = Vec::new();
     for (index, member) in members.iter().enumerate().filter(|(_, member)| member.task.thread.is_some()) {
         let is_it = |thread: &&mut Vec<usize>| {
@@ -248,7 +249,7 @@ fn threads(members: &[Member<'_>]) -> Vec<Rc<[usize]>> {
 }
 
 /// The tasks of one lane.
-struct Plan {
+struct LanePlan {
     rule: CpuRule,
     /// Indices into the members, ascending.
     members: Vec<usize>,
@@ -258,17 +259,17 @@ struct Plan {
     priority: Option<Priority>,
 }
 
-impl Plan {
+impl LanePlan {
     fn new<'t>(
-        members: &[Member<'_>],
+        members: &[LaneMember<'_>],
         unknown: impl Iterator<Item = &'t Task>,
         rule: CpuRule,
         priority: Option<Priority>,
-    ) -> Plan {
+    ) -> LanePlan {
         let is_in = |task: &Task| {
             task.cpus().meets(rule.cpus()) && priority.is_none_or(|least| task.priority >= least)
         };
-        Plan {
+        LanePlan {
             rule,
             members: (0..members.len()).filter(|&member| is_in(members[member].task)).collect(),
             unknown: unknown.filter(|task| is_in(task)).map(|task| task.priority).max(),
@@ -288,13 +289,18 @@ impl Plan {
 }
 
 /// Returns the lanes: one for each CPU, and one for each priority of tasks on linked CPUs. CPUs with the same tasks have one lane.
-fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Option<CpuSet>]) -> Vec<Plan> {
+fn plans(
+    tasks: &[Task],
+    members: &[LaneMember<'_>],
+    unknown: &[usize],
+    linked: &[Option<CpuSet>],
+) -> Vec<LanePlan> {
     let unknown = || unknown.iter().map(|&task| &tasks[task]);
     let used: CpuSet = members.iter().map(|member| member.task.cpus()).collect();
-    let mut plans: Vec<Plan> = Vec::new();
+    let mut plans: Vec<LanePlan> = Vec::new();
     let mut seen = HashSet::new();
     for cpu in used.iter() {
-        let plan = Plan::new(members, unknown(), CpuRule::Cpu(cpu), None);
+        let plan = LanePlan::new(members, unknown(), CpuRule::Cpu(cpu), None);
         if seen.insert((plan.members.clone(), plan.unknown)) {
             plans.push(plan);
         }
@@ -304,10 +310,10 @@ fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Op
     of_linked.sort_unstable();
     of_linked.dedup();
     let of_linked = of_linked.into_iter();
-    plans.extend(
-        of_linked
-            .map(|(cpus, priority)| Plan::new(members, unknown(), CpuRule::Linked(cpus), Some(priority))),
-    );
+    plans
+        .extend(of_linked.map(|(cpus, priority)| {
+            LanePlan::new(members, unknown(), CpuRule::Linked(cpus), Some(priority))
+        }));
     plans
 }
 
@@ -331,14 +337,14 @@ pub(crate) fn better(one: Option<Response>, other: Response) -> Response {
 }
 
 /// Returns the utilisation of each CPU, or of the CPUs together that tasks of known demand link.
-fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
+fn loads(tasks: &[Task], members: &[LaneMember<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
     let groups = linked(members.iter().map(|member| member.task.cpus()));
     let mut groups: Vec<CpuSet> = groups.map(|group| group.cpus).collect();
     groups.sort_unstable_by_key(|group| group.first());
     let load = |cpus: CpuSet| CpuLoad {
         cpus,
         utilisation: Utilisation::sum(
-            members.iter().filter(|member| member.task.cpus().meets(cpus)).map(Member::executed_share),
+            members.iter().filter(|member| member.task.cpus().meets(cpus)).map(LaneMember::executed_share),
         ),
         complete: !unknown.iter().any(|&task| tasks[task].cpus().meets(cpus)),
     };

@@ -17,7 +17,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-use crate::lane::{Lane, Member, Members, least_common_multiple};
+use crate::lane::{Lane, LaneMember, Members, least_common_multiple};
 use crate::lane_analysis::LaneResponse;
 use crate::{Bound, Method, Options, Priority, Time};
 
@@ -46,7 +46,7 @@ pub(crate) enum Starts {
 fn starts(members: &Members<'_, '_>, least: Priority, clock: u32, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);
-    let with_offset: Vec<&Member<'_>> = counted().filter(|member| is_of(member, clock)).collect();
+    let with_offset: Vec<&LaneMember<'_>> = counted().filter(|member| is_of(member, clock)).collect();
     if with_offset.len() < 2 {
         return Starts::Any;
     }
@@ -78,19 +78,19 @@ fn starts(members: &Members<'_, '_>, least: Priority, clock: u32, options: &Opti
     if starts.iter().any(is_simultaneous) { Starts::Any } else { Starts::Known(starts) }
 }
 
-fn is_of(member: &Member<'_>, clock: u32) -> bool {
+fn is_of(member: &LaneMember<'_>, clock: u32) -> bool {
     member.task.instant().is_some() && member.task.clock == clock
 }
 
 /// The last instant, modulo T, at which a job may be released.
-fn last_release(member: &Member<'_>) -> u64 {
+fn last_release(member: &LaneMember<'_>) -> u64 {
     let offset = member.task.instant().unwrap_or_default().as_nanos();
     let sum = u128::from(offset) + u128::from(member.jitter);
     (sum % u128::from(member.period)) as u64
 }
 
 /// The delay of a task in a window that begins at `start`.
-fn delay(member: &Member<'_>, start: u64) -> u64 {
+fn delay(member: &LaneMember<'_>, start: u64) -> u64 {
     let (last, start) = (last_release(member), start % member.period);
     if last >= start { last - start } else { member.period - (start - last) }
 }

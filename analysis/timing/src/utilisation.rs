@@ -22,7 +22,7 @@ use crate::{CycleMean, Time};
 /// ```
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
 pub struct Utilisation {
-    shares: Vec<Share>,
+    shares: Vec<TaskShare>,
     /// The sum of the shares rounded down, in units of 2⁻⁶², saturating.
     lower: u128,
     /// The number of rounded shares: the sum is too low by less than this number of units.
@@ -31,7 +31,7 @@ pub struct Utilisation {
 
 /// λ/T of one task: `cost` / `denominator`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub(crate) struct Share {
+pub(crate) struct TaskShare {
     denominator: u128,
     cost: u64,
     lower: u128,
@@ -41,24 +41,24 @@ pub(crate) struct Share {
 const FRACTION_BITS: u32 = 62;
 const ONE: u128 = 1 << FRACTION_BITS;
 
-impl Share {
-    pub(crate) fn new(mean: CycleMean, period: Time) -> Share {
+impl TaskShare {
+    pub(crate) fn new(mean: CycleMean, period: Time) -> TaskShare {
         // The length is at most 2²⁴. A period is never 0; 1 keeps the division defined.
         let denominator = u128::from(mean.length).saturating_mul(u128::from(period.as_nanos())).max(1);
         let cost = mean.cost.as_nanos();
         let scaled = u128::from(cost) << FRACTION_BITS;
         let lower = scaled / denominator;
-        Share { denominator, cost, lower, is_rounded: lower * denominator != scaled }
+        TaskShare { denominator, cost, lower, is_rounded: lower * denominator != scaled }
     }
 }
 
 impl Utilisation {
     /// Returns Σ over `tasks` of λ / period, with periods > 0. The order does not matter.
     pub fn new(tasks: impl IntoIterator<Item = (CycleMean, Time)>) -> Utilisation {
-        Utilisation::sum(tasks.into_iter().map(|(mean, period)| Share::new(mean, period)))
+        Utilisation::sum(tasks.into_iter().map(|(mean, period)| TaskShare::new(mean, period)))
     }
 
-    pub(crate) fn sum(shares: impl Iterator<Item = Share>) -> Utilisation {
+    pub(crate) fn sum(shares: impl Iterator<Item = TaskShare>) -> Utilisation {
         let mut utilisation = Utilisation::default();
         for share in shares {
             utilisation.push(share);
@@ -69,7 +69,7 @@ impl Utilisation {
     }
 
     /// Adds a share, for comparisons with 1 only: the sum no longer compares equal to another of the same shares.
-    pub(crate) fn push(&mut self, share: Share) {
+    pub(crate) fn push(&mut self, share: TaskShare) {
         self.lower = self.lower.saturating_add(share.lower);
         self.rounded += u64::from(share.is_rounded);
         self.shares.push(share);
@@ -95,7 +95,7 @@ impl Utilisation {
     }
 
     /// Compares with 1, optionally without one of the shares; `None` if the fixed-point sum does not decide it.
-    pub(crate) fn compare_roughly(&self, without: Option<&Share>) -> Option<Ordering> {
+    pub(crate) fn compare_roughly(&self, without: Option<&TaskShare>) -> Option<Ordering> {
         // A saturated sum is far greater than 1, also without any single share, since each share fits.
         let (mut lower, mut doubt) = (self.lower, u128::from(self.rounded));
         if let Some(share) = without {
@@ -111,7 +111,7 @@ impl Utilisation {
     }
 
     /// Returns the sum without one of its shares.
-    pub(crate) fn without(&self, share: &Share) -> Utilisation {
+    pub(crate) fn without(&self, share: &TaskShare) -> Utilisation {
         let mut shares = self.shares.clone();
         if let Some(at) = shares.iter().position(|it| it == share) {
             shares.swap_remove(at);
@@ -162,7 +162,8 @@ mod tests {
         for left_out in 0..terms.len() {
             let others = tasks.clone().enumerate().filter(|(at, _)| *at != left_out).map(|(_, task)| task);
             let expected = Utilisation::new(others);
-            let share = tasks.clone().nth(left_out).map(|(mean, period)| Share::new(mean, period)).unwrap();
+            let share =
+                tasks.clone().nth(left_out).map(|(mean, period)| TaskShare::new(mean, period)).unwrap();
             assert_eq!(utilisation.without(&share), expected, "{terms:?} without {left_out}");
             let rough = utilisation.compare_roughly(Some(&share));
             assert!(rough.is_none_or(|it| it == expected.compare_with_one()), "{terms:?} without {left_out}");

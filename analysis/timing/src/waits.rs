@@ -10,8 +10,8 @@
 //!
 //! Neither of the two bounds is better than the other. The lesser counts, for each task.
 
-use crate::lane::{Counts, Lane};
-use crate::lane_analysis::{LaneResponse, Load, MOST_EXACT, compare};
+use crate::lane::{JobCounts, Lane};
+use crate::lane_analysis::{HigherLoad, LaneResponse, MOST_EXACT, compare};
 use crate::{Bound, CpuRule, Method, Time, Utilisation};
 
 /// The maximum number of passes. Another one makes bounds less only where tasks of equal priority wait.
@@ -56,7 +56,7 @@ impl Lane<'_, '_> {
         let method = self.options.method.min(Method::Psm);
         let wanted: Vec<bool> = of_place.iter().map(Option::is_some).collect();
         let (mut is_less, mut exact_left) = (false, MOST_EXACT);
-        self.walk(&self.by_priority(&wanted), &wanted, method, &mut |lane, place, counts: &mut Counts| {
+        self.walk(&self.by_priority(&wanted), &wanted, method, &mut |lane, place, counts: &mut JobCounts| {
             let known = of_place[place].as_mut()?;
             let is_of_thread = lane.members.get(place).task.thread.is_some();
             if is_of_thread || lane.late_members(place).is_empty() {
@@ -79,12 +79,12 @@ impl Lane<'_, '_> {
     }
 
     /// Compares the utilisation by hp(i) of the member at `place`, with and without it, with 1.
-    fn load_of(&self, place: usize, exact_left: &mut u32) -> Load {
+    fn load_of(&self, place: usize, exact_left: &mut u32) -> HigherLoad {
         let others = self.interfering(place).into_iter();
         let mut utilisation = Utilisation::sum(others.map(|it| self.members.get(it).interfering_share()));
         let others = compare(&utilisation, None, exact_left);
         utilisation.push(self.members.get(place).share);
-        Load { others, all: compare(&utilisation, None, exact_left), several_cpus: false }
+        HigherLoad { others, all: compare(&utilisation, None, exact_left), several_cpus: false }
     }
 }
 

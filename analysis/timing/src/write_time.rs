@@ -6,7 +6,7 @@
 //! it is J + t after the nominal release at most. The jobs before it in its thread count as execution of the job. In other cases
 //! the response time bounds it.
 
-use crate::lane::{Counts, Lane};
+use crate::lane::{JobCounts, Lane};
 use crate::lane_analysis::MOST_TIGHTENED;
 use crate::response_time::Lanes;
 use crate::{CpuRule, Method, Options, Tasks, Time};
@@ -71,7 +71,7 @@ fn write_time(lanes: &mut Lanes<'_>, write: &ChainWrite) -> Option<Time> {
 impl Lane<'_, '_> {
     /// Returns the end of a demand of a first job in a window that begins with the release of all tasks.
     fn first_window(&mut self, place: usize, others: &[usize], own: u64, method: Method) -> Option<u64> {
-        let mut counts = Counts::new(self.members.len());
+        let mut counts = JobCounts::new(self.members.len());
         others.iter().for_each(|&other| counts.include(other, &mut self.members, method));
         let mut budget = BUDGET;
         self.window(place, 1, own, &mut counts, method, &mut budget).ok()

@@ -12,18 +12,18 @@
 
 use std::collections::BTreeSet;
 
-use crate::certificate::{Lock, Protocol};
-use crate::demand::Check;
-use crate::tasks::{Member, Tasks};
+use crate::certificate::{CertifiedLock, CertifiedProtocol};
+use crate::demand::Checks;
+use crate::tasks::{CheckedTask, CheckedTasks};
 
-impl Tasks<'_> {
+impl CheckedTasks<'_> {
     /// Enters B of each task, and the priorities that users of locks on several CPUs may inherit.
-    pub(crate) fn enter_blocking(&mut self, locks: &[Lock]) -> Check<()> {
+    pub(crate) fn enter_blocking(&mut self, locks: &[CertifiedLock]) -> Checks<()> {
         for lock in locks {
             if lock.users.iter().any(|user| user.0 >= self.all.len()) {
                 return Err(format!("lock {} has a user that does not exist", lock.name));
             }
-            let inherits = lock.protocol != Protocol::None && self.cpu_of(lock).is_none();
+            let inherits = lock.protocol != CertifiedProtocol::None && self.cpu_of(lock).is_none();
             let highest = self.ranks(lock).max().filter(|_| inherits).unwrap_or(0);
             for user in &lock.users {
                 let of = &mut self.all[user.0];
@@ -38,7 +38,7 @@ impl Tasks<'_> {
     }
 
     /// Returns the locks that are held for an unknown time.
-    fn unknown_locks(&self, locks: &[Lock]) -> Check<BTreeSet<usize>> {
+    fn unknown_locks(&self, locks: &[CertifiedLock]) -> Checks<BTreeSet<usize>> {
         let shared = || locks.iter().enumerate().filter(|(_, lock)| lock.users.len() > 1);
         let is_unknown = |&(task, held): &(usize, Option<u64>)| {
             let of = &self.all[task];
@@ -62,40 +62,50 @@ impl Tasks<'_> {
     }
 
     /// Returns the CPU that all users of a lock run on.
-    fn cpu_of(&self, lock: &Lock) -> Option<u128> {
+    fn cpu_of(&self, lock: &CertifiedLock) -> Option<u128> {
         let all = lock.users.iter().fold(0, |all, user| all | self.all[user.0].cpus);
         Some(all).filter(|it| it.is_power_of_two())
     }
 
-    fn ranks<'l>(&'l self, lock: &'l Lock) -> impl Iterator<Item = u64> + 'l {
+    fn ranks<'l>(&'l self, lock: &'l CertifiedLock) -> impl Iterator<Item = u64> + 'l {
         lock.users.iter().map(|user| self.all[user.0].rank)
     }
 
     /// The users of a lock that may have a lower rank than this, each with the time that it holds the lock.
-    fn below<'l>(&'l self, lock: &'l Lock, rank: u64) -> impl Iterator<Item = (usize, Option<u64>)> + 'l {
+    fn below<'l>(
+        &'l self,
+        lock: &'l CertifiedLock,
+        rank: u64,
+    ) -> impl Iterator<Item = (usize, Option<u64>)> + 'l {
         let is_below = move |it: u64| it < rank || it == u64::MAX;
         lock.users.iter().filter(move |user| is_below(self.all[user.0].rank)).copied()
     }
 
     /// Returns B, and the part of it by the background.
-    fn blocking_of(&self, task: usize, locks: &[Lock], unknown: &BTreeSet<usize>) -> Check<(u64, u64)> {
+    fn blocking_of(
+        &self,
+        task: usize,
+        locks: &[CertifiedLock],
+        unknown: &BTreeSet<usize>,
+    ) -> Checks<(u64, u64)> {
         let of = &self.all[task];
         self.work.spend(locks.iter().map(|it| it.users.len() + 1).sum())?;
-        let is_user = |lock: &&Lock| lock.users.len() > 1 && lock.users.iter().any(|user| user.0 == task);
+        let is_user =
+            |lock: &&CertifiedLock| lock.users.len() > 1 && lock.users.iter().any(|user| user.0 == task);
         for lock in locks.iter().filter(is_user) {
             if self.cpu_of(lock).is_none() {
                 return Err(format!("lock {} is used on several CPUs", lock.name));
             }
             self.work.spend(self.all.len() * lock.users.len())?;
-            let mut holders = self.below(lock, of.rank).filter(|_| lock.protocol == Protocol::None);
+            let mut holders = self.below(lock, of.rank).filter(|_| lock.protocol == CertifiedProtocol::None);
             if holders.any(|(holder, _)| self.is_preempted(task, holder)) {
                 return Err(format!("lock {} is held by a job that others preempt", lock.name));
             }
         }
-        let is_here = |it: &&Lock| self.cpu_of(it).is_some_and(|cpu| cpu & of.cpus != 0);
-        let is_used_from = |lock: &Lock, rank: u64| self.ranks(lock).any(|it| it >= rank);
+        let is_here = |it: &&CertifiedLock| self.cpu_of(it).is_some_and(|cpu| cpu & of.cpus != 0);
+        let is_used_from = |lock: &CertifiedLock, rank: u64| self.ranks(lock).any(|it| it >= rank);
         // A job that holds a lock without a protocol keeps its rank: it is delayed by those with the locks of others above it.
-        let unraised = locks.iter().filter(|it| it.protocol == Protocol::None && is_here(it));
+        let unraised = locks.iter().filter(|it| it.protocol == CertifiedProtocol::None && is_here(it));
         let unraised = unraised.filter(|it| is_used_from(it, of.rank)).flat_map(|it| self.below(it, of.rank));
         let least = unraised.map(|user| self.all[user.0].rank).fold(of.rank, u64::min);
         let is_alone = of.is_pinned() && !self.is_as_one(task);
@@ -103,7 +113,7 @@ impl Tasks<'_> {
         // Of those without a ceiling, and of those in the background.
         let mut sums = [(0u64, vec![0; self.all.len()]), (0, vec![0; self.all.len()])];
         for (index, lock) in locks.iter().enumerate().filter(|it| is_here(&it.1)) {
-            let is_ceiling = lock.protocol == Protocol::Ceiling;
+            let is_ceiling = lock.protocol == CertifiedProtocol::Ceiling;
             let from = [of.rank, if is_ceiling { least } else { of.rank }];
             let Some(rank) = from.into_iter().find(|it| is_used_from(lock, *it)) else { continue };
             let mut of_lock = [0, 0];
@@ -136,7 +146,7 @@ impl Tasks<'_> {
     /// Whether others preempt `holder` while `task` waits for its lock without a protocol.
     fn is_preempted(&self, task: usize, holder: usize) -> bool {
         let (of, held_by) = (&self.all[task], &self.all[holder]);
-        let is_between = |(index, it): (usize, &Member<'_>)| {
+        let is_between = |(index, it): (usize, &CheckedTask<'_>)| {
             let is_other = index != task && !held_by.thread.contains(&index);
             let is_above = it.raised >= held_by.rank || held_by.rank == u64::MAX;
             let is_below = it.raised < of.rank || it.raised == u64::MAX;

@@ -11,28 +11,28 @@ pub(crate) struct Certificate {
     pub(crate) version: u32,
     #[serde(rename = "tool")]
     pub(crate) _tool: String,
-    pub(crate) systems: Vec<System>,
+    pub(crate) systems: Vec<CertifiedSystem>,
 }
 
 /// A deployment at one level.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct System {
+pub(crate) struct CertifiedSystem {
     pub(crate) deployment: String,
     pub(crate) significance: String,
-    pub(crate) tasks: Vec<Task>,
-    pub(crate) locks: Vec<Lock>,
-    pub(crate) operations: Vec<Operation>,
+    pub(crate) tasks: Vec<CertifiedTask>,
+    pub(crate) locks: Vec<CertifiedLock>,
+    pub(crate) operations: Vec<CertifiedOperation>,
     pub(crate) claims: Vec<Claim>,
     /// Activities and chains without a proof here, each with the reason. Chains have the word `chain` before their names.
     pub(crate) not_certified: Vec<(String, String)>,
     #[serde(default)]
-    pub(crate) chains: Vec<Chain>,
+    pub(crate) chains: Vec<CertifiedChain>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Task {
+pub(crate) struct CertifiedTask {
     pub(crate) name: String,
     /// Not: other work of the computer.
     pub(crate) is_activity: bool,
@@ -52,13 +52,13 @@ pub(crate) struct Task {
     /// None: unknown, so any.
     pub(crate) cpus: Option<Vec<u32>>,
     /// None: of unknown demand.
-    pub(crate) machine: Option<Machine>,
+    pub(crate) machine: Option<CertifiedMachine>,
 }
 
 /// A job takes one edge.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Machine {
+pub(crate) struct CertifiedMachine {
     pub(crate) states: usize,
     /// From, to, execution time, and wait.
     pub(crate) edges: Vec<(usize, usize, u64, u64)>,
@@ -72,7 +72,7 @@ pub(crate) struct Machine {
 
 #[derive(Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Protocol {
+pub(crate) enum CertifiedProtocol {
     Inheritance,
     Ceiling,
     None,
@@ -80,9 +80,9 @@ pub(crate) enum Protocol {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Lock {
+pub(crate) struct CertifiedLock {
     pub(crate) name: String,
-    pub(crate) protocol: Protocol,
+    pub(crate) protocol: CertifiedProtocol,
     /// Task, and how long it holds the lock; none if unknown.
     pub(crate) users: Vec<(usize, Option<u64>)>,
 }
@@ -90,7 +90,7 @@ pub(crate) struct Lock {
 /// Each job of the client sends so many calls, which the provider executes for `time` each.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Operation {
+pub(crate) struct CertifiedOperation {
     pub(crate) provider: usize,
     pub(crate) client: usize,
     pub(crate) sends: u64,
@@ -119,7 +119,7 @@ pub(crate) struct Claim {
 /// Data takes no longer than `latency` through these steps.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Chain {
+pub(crate) struct CertifiedChain {
     pub(crate) name: String,
     pub(crate) latency: u64,
     pub(crate) limit: Option<u64>,

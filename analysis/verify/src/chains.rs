@@ -6,12 +6,12 @@
 //! N is taken from the file: it belongs to the model. It holds while the instances are in the states of `while`, and if what is named in
 //! `answers` answers: both are in the file, and in the summary.
 
-use crate::certificate::Chain;
-use crate::demand::Check;
-use crate::tasks::{Member, Tasks};
+use crate::certificate::CertifiedChain;
+use crate::demand::Checks;
+use crate::tasks::{CheckedTask, CheckedTasks};
 
 /// Checks that the steps take no longer than the latency together.
-pub(crate) fn check_chain(tasks: &Tasks<'_>, chain: &Chain) -> Check<()> {
+pub(crate) fn check_chain(tasks: &CheckedTasks<'_>, chain: &CertifiedChain) -> Checks<()> {
     let mut sum = 0u128;
     for (index, &(task, releases)) in chain.steps.iter().enumerate() {
         let of = tasks.all.get(task).filter(|of| of.rank > 0 && of.period > 0);
@@ -38,7 +38,7 @@ pub(crate) fn check_chain(tasks: &Tasks<'_>, chain: &Chain) -> Check<()> {
 }
 
 /// Whether a reader that is released after the writer begins after the write.
-fn runs_before(tasks: &Tasks<'_>, writer: &Member<'_>, reader: &Member<'_>) -> bool {
+fn runs_before(tasks: &CheckedTasks<'_>, writer: &CheckedTask<'_>, reader: &CheckedTask<'_>) -> bool {
     // While a job of its thread waits, or a lock delays one, the reader may run before the writer.
     let is_delayed = |it: &usize| tasks.all[*it].waits > 0 || tasks.all[*it].has_locks;
     let is_higher = writer.rank > reader.rank && writer.rank < u64::MAX;

@@ -10,10 +10,10 @@
 
 use std::cell::Cell;
 
-use crate::certificate::Machine;
+use crate::certificate::CertifiedMachine;
 
 /// Why a check fails.
-pub(crate) type Check<T> = Result<T, String>;
+pub(crate) type Checks<T> = Result<T, String>;
 
 /// The work that each certificate may ask for, in values: some seconds.
 const MOST_WORK: u64 = 1 << 26;
@@ -23,31 +23,31 @@ const WORK_OF_BYTE: u64 = 1 << 6;
 const STORED: u64 = 16;
 
 /// The work that is left.
-pub(crate) struct Work(Cell<u64>);
+pub(crate) struct WorkLeft(Cell<u64>);
 
-impl Work {
-    pub(crate) fn of(json: &str) -> Work {
-        Work(Cell::new(MOST_WORK + WORK_OF_BYTE * json.len() as u64))
+impl WorkLeft {
+    pub(crate) fn of(json: &str) -> WorkLeft {
+        WorkLeft(Cell::new(MOST_WORK + WORK_OF_BYTE * json.len() as u64))
     }
 
-    pub(crate) fn spend(&self, work: usize) -> Check<()> {
+    pub(crate) fn spend(&self, work: usize) -> Checks<()> {
         let left = self.0.get().checked_sub(work as u64);
         self.0.set(left.ok_or("the certificate asks for too much work")?);
         Ok(())
     }
 }
 
-pub(crate) struct Curve<'c> {
-    machine: &'c Machine,
+pub(crate) struct TaskDemand<'c> {
+    machine: &'c CertifiedMachine,
     /// The longest edge out of each state.
     longest: Vec<u64>,
     /// zₙ, up to the second row of the closed form.
     rows: Vec<Vec<u64>>,
 }
 
-impl<'c> Curve<'c> {
+impl<'c> TaskDemand<'c> {
     /// Returns the demand of a machine whose edges take `extra` more.
-    pub(crate) fn new(machine: &'c Machine, extra: u64, work: &Work) -> Check<Curve<'c>> {
+    pub(crate) fn new(machine: &'c CertifiedMachine, extra: u64, work: &WorkLeft) -> Checks<TaskDemand<'c>> {
         let states = machine.states;
         if machine.period == 0 || machine.gains.len() != states {
             return Err("the closed form of the demand does not fit the states".to_owned());
@@ -86,11 +86,11 @@ impl<'c> Curve<'c> {
                 return Err(format!("closed form: state {state} gains {found}, more than {gain}"));
             }
         }
-        Ok(Curve { machine, longest, rows })
+        Ok(TaskDemand { machine, longest, rows })
     }
 
     /// The demand of n jobs, if the last one executes for at most `last`.
-    pub(crate) fn of_jobs(&self, n: u64, last: u128, work: &Work) -> Check<u128> {
+    pub(crate) fn of_jobs(&self, n: u64, last: u128, work: &WorkLeft) -> Checks<u128> {
         work.spend(self.longest.len())?;
         let Some(before) = n.checked_sub(1) else { return Ok(0) };
         let (from, period) = (self.machine.from as u64, self.machine.period as u64);

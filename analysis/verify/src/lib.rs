@@ -30,9 +30,9 @@ mod windows;
 
 use std::collections::BTreeSet;
 
-use certificate::{Certificate, Claim, System, VERSION};
-use demand::{Check, Work};
-use tasks::Tasks;
+use certificate::{Certificate, CertifiedSystem, Claim, VERSION};
+use demand::{Checks, WorkLeft};
+use tasks::CheckedTasks;
 
 /// What was checked of a deployment at one level.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -84,14 +84,14 @@ pub fn verify(json: &str) -> Result<Vec<Summary>, Refusal> {
         let why = format!("version {found} of certificates is unknown: this is {VERSION}");
         return Err(Refusal::Unreadable(why));
     }
-    let work = Work::of(json);
+    let work = WorkLeft::of(json);
     certificate.systems.iter().map(|system| check(system, &work)).collect()
 }
 
-fn check(system: &System, work: &Work) -> Result<Summary, Refusal> {
+fn check(system: &CertifiedSystem, work: &WorkLeft) -> Result<Summary, Refusal> {
     let deployment = &system.deployment;
     let refuse = |of: &str, why: String| Refusal::False(format!("{of}{deployment}: {why}"));
-    let tasks = Tasks::new(system, work).map_err(|why| refuse("", why))?;
+    let tasks = CheckedTasks::new(system, work).map_err(|why| refuse("", why))?;
     for claim in &system.claims {
         let of = format!("{} of ", tasks.name(claim.task));
         check_claim(&tasks, claim).map_err(|why| refuse(&of, why))?;
@@ -125,7 +125,7 @@ fn check(system: &System, work: &Work) -> Result<Summary, Refusal> {
     Ok(found)
 }
 
-fn check_claim(tasks: &Tasks<'_>, claim: &Claim) -> Check<()> {
+fn check_claim(tasks: &CheckedTasks<'_>, claim: &Claim) -> Checks<()> {
     let of = &tasks.all[claim.task];
     if of.task.cpus.is_none() || of.rank == u64::MAX {
         return Err("its CPUs or its priority are unknown".to_owned());

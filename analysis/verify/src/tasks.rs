@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::certificate::{Claim, Machine, Operation, System, Task};
-use crate::demand::{Check, Curve, Work};
+use crate::certificate::{CertifiedMachine, CertifiedOperation, CertifiedSystem, CertifiedTask, Claim};
+use crate::demand::{Checks, TaskDemand, WorkLeft};
 
 const MOST_TASKS: usize = 4096;
 
 /// A task, as the checks need it.
-pub(crate) struct Member<'c> {
-    pub(crate) task: &'c Task,
+pub(crate) struct CheckedTask<'c> {
+    pub(crate) task: &'c CertifiedTask,
     pub(crate) period: u64,
     pub(crate) burst: u64,
     /// 0 in the background; the priority plus 1; the highest if it is unknown.
@@ -19,7 +19,7 @@ pub(crate) struct Member<'c> {
     /// The CPUs on which it may run, by bit.
     pub(crate) cpus: u128,
     /// What a job demands, with its waits and the calls that it executes; none if that is unknown.
-    pub(crate) demand: Option<Curve<'c>>,
+    pub(crate) demand: Option<TaskDemand<'c>>,
     /// How often a job waits at most.
     pub(crate) waits: u64,
     pub(crate) has_calls: bool,
@@ -27,16 +27,16 @@ pub(crate) struct Member<'c> {
     /// The tasks of its thread, with itself; only itself without one.
     pub(crate) thread: Vec<usize>,
     /// B, and the part by the background each time that tasks are throttled; or why locks leave it without a bound.
-    pub(crate) blocking: Check<(u64, u64)>,
+    pub(crate) blocking: Checks<(u64, u64)>,
 }
 
-pub(crate) struct Tasks<'c> {
-    pub(crate) all: Vec<Member<'c>>,
+pub(crate) struct CheckedTasks<'c> {
+    pub(crate) all: Vec<CheckedTask<'c>>,
     pub(crate) claims: BTreeMap<usize, &'c Claim>,
-    pub(crate) work: &'c Work,
+    pub(crate) work: &'c WorkLeft,
 }
 
-impl Member<'_> {
+impl CheckedTask<'_> {
     pub(crate) fn is_pinned(&self) -> bool {
         self.cpus.is_power_of_two()
     }
@@ -51,11 +51,11 @@ impl Member<'_> {
     }
 }
 
-impl<'c> Tasks<'c> {
-    pub(crate) fn new(system: &'c System, work: &'c Work) -> Check<Tasks<'c>> {
+impl<'c> CheckedTasks<'c> {
+    pub(crate) fn new(system: &'c CertifiedSystem, work: &'c WorkLeft) -> Checks<CheckedTasks<'c>> {
         let number = system.tasks.len();
         let mut names = BTreeSet::new();
-        let is_new = |it: &Task| !it.is_activity || names.insert(it.name.clone());
+        let is_new = |it: &CertifiedTask| !it.is_activity || names.insert(it.name.clone());
         if number > MOST_TASKS || !system.tasks.iter().all(is_new) {
             return Err(format!("more than {MOST_TASKS} tasks, or two activities of one name"));
         }
@@ -65,8 +65,8 @@ impl<'c> Tasks<'c> {
                 return Err(format!("task {} has two claims, or does not exist", claim.task));
             }
         }
-        let all = (0..number).map(|index| member(system, index, work)).collect::<Check<Vec<_>>>()?;
-        let mut tasks = Tasks { all, claims, work };
+        let all = (0..number).map(|index| member(system, index, work)).collect::<Checks<Vec<_>>>()?;
+        let mut tasks = CheckedTasks { all, claims, work };
         tasks.enter_blocking(&system.locks)?;
         system.operations.iter().try_for_each(|it| tasks.check_calls(it))?;
         Ok(tasks)
@@ -74,7 +74,7 @@ impl<'c> Tasks<'c> {
 
     /// R, as it is claimed. Claims may rely on each other: until the first job that ends late, all jobs keep to them, so that
     /// each claim holds for that job too.
-    pub(crate) fn response(&self, task: usize) -> Check<u64> {
+    pub(crate) fn response(&self, task: usize) -> Checks<u64> {
         let of = self.claims.get(&task).map(|claim| claim.response);
         of.ok_or_else(|| format!("relies on the response time of {}, which has no claim", self.name(task)))
     }
@@ -105,7 +105,7 @@ impl<'c> Tasks<'c> {
 
     /// Checks how many calls of an operation a job of the provider executes: those that are sent from R before the job to the end of
     /// its period, by jobs that end R later.
-    fn check_calls(&self, of: &Operation) -> Check<()> {
+    fn check_calls(&self, of: &CertifiedOperation) -> Checks<()> {
         let (Some(provider), Some(client)) = (self.all.get(of.provider), self.all.get(of.client)) else {
             return Err("an operation of a task that does not exist".to_owned());
         };
@@ -129,7 +129,7 @@ impl<'c> Tasks<'c> {
     }
 }
 
-fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>> {
+fn member<'c>(system: &'c CertifiedSystem, index: usize, work: &WorkLeft) -> Checks<CheckedTask<'c>> {
     let task = &system.tasks[index];
     let rank = match task.priority {
         _ if !task.is_real_time => 0,
@@ -143,19 +143,19 @@ fn member<'c>(system: &'c System, index: usize, work: &Work) -> Check<Member<'c>
     // On unknown CPUs, it may delay others in more ways than by its demand.
     let extra = extra.filter(|_| task.cpus.is_some());
     let demand =
-        task.machine.as_ref().zip(extra).map(|(of, extra)| Curve::new(of, extra, work)).transpose()?;
+        task.machine.as_ref().zip(extra).map(|(of, extra)| TaskDemand::new(of, extra, work)).transpose()?;
     // An edge that waits does so once at least.
-    let least = |of: &Machine| of.edges.iter().any(|edge| edge.3 > 0).into();
-    let waits = |of: &Machine| of.waits.unwrap_or(u64::MAX).max(least(of));
-    let is_mate = |of: &Task| task.thread.is_some() && task.thread == of.thread;
+    let least = |of: &CertifiedMachine| of.edges.iter().any(|edge| edge.3 > 0).into();
+    let waits = |of: &CertifiedMachine| of.waits.unwrap_or(u64::MAX).max(least(of));
+    let is_mate = |of: &CertifiedTask| task.thread.is_some() && task.thread == of.thread;
     let thread = (0..system.tasks.len()).filter(|it| *it == index || is_mate(&system.tasks[*it]));
     let thread: Vec<usize> = thread.collect();
-    let released = |of: &Task| (of.period, of.jitter, of.is_real_time, of.priority, of.cpus.clone());
-    let is_alike = |of: &Task| released(of) == released(task) && !of.sporadic && of.burst <= 1;
+    let released = |of: &CertifiedTask| (of.period, of.jitter, of.is_real_time, of.priority, of.cpus.clone());
+    let is_alike = |of: &CertifiedTask| released(of) == released(task) && !of.sporadic && of.burst <= 1;
     if thread.len() > 1 && !thread.iter().all(|it| is_alike(&system.tasks[*it])) {
         return Err(format!("the tasks in the thread of `{}` differ", task.name));
     }
-    Ok(Member {
+    Ok(CheckedTask {
         task,
         period: task.period.unwrap_or(0),
         burst: task.burst.max(1),

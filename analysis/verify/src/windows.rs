@@ -6,19 +6,19 @@
 //! the next one is released. The times may be any that satisfy it: no search is repeated.
 
 use crate::certificate::Claim;
-use crate::demand::Check;
-use crate::tasks::{Member, Tasks, mask};
+use crate::demand::Checks;
+use crate::tasks::{CheckedTask, CheckedTasks, mask};
 
 /// What is checked for one claim.
-struct Window<'t, 'c> {
-    tasks: &'t Tasks<'c>,
+struct ClaimWindow<'t, 'c> {
+    tasks: &'t CheckedTasks<'c>,
     claim: &'t Claim,
-    of: &'t Member<'c>,
+    of: &'t CheckedTask<'c>,
     /// The task, its thread, and the tasks that delay it.
     everyone: Vec<usize>,
 }
 
-pub(crate) fn check_window(tasks: &Tasks<'_>, claim: &Claim) -> Check<()> {
+pub(crate) fn check_window(tasks: &CheckedTasks<'_>, claim: &Claim) -> Checks<()> {
     let of = &tasks.all[claim.task];
     let cpus = match claim.cpu {
         Some(cpu) => mask(&[cpu]).filter(|it| it & of.cpus != 0 && !tasks.is_as_one(claim.task)),
@@ -30,11 +30,11 @@ pub(crate) fn check_window(tasks: &Tasks<'_>, claim: &Claim) -> Check<()> {
     if let Some(unknown) = everyone.iter().find(|it| !tasks.all[**it].is_known()) {
         return Err(format!("{} delays it, and its demand is unknown", tasks.name(*unknown)));
     }
-    Window { tasks, claim, of, everyone }.check()
+    ClaimWindow { tasks, claim, of, everyone }.check()
 }
 
-impl Window<'_, '_> {
-    fn check(&self) -> Check<()> {
+impl ClaimWindow<'_, '_> {
+    fn check(&self) -> Checks<()> {
         let (jitter, response) = (u128::from(self.of.task.jitter), self.claim.response);
         let release = |job: u64| u128::from((job - 1) / self.of.burst) * u128::from(self.of.period);
         for (job, &end) in (1..).zip(&self.claim.ends) {
@@ -59,7 +59,7 @@ impl Window<'_, '_> {
     }
 
     /// What has to be executed in `end` so that this job of the task ends; with `whole`, that of all of its thread.
-    fn demand(&self, job: u64, whole: bool, end: u64) -> Check<u128> {
+    fn demand(&self, job: u64, whole: bool, end: u64) -> Checks<u128> {
         let mut sum = self.blocking(job, end)?;
         for &index in &self.everyone {
             let of = &self.tasks.all[index];
@@ -83,7 +83,7 @@ impl Window<'_, '_> {
 
     /// B once, and once more for each wait in the window, in which another job may take a lock; and for each further job, if a
     /// task may run on another CPU meanwhile. The part by the background once more for each throttling.
-    fn blocking(&self, job: u64, end: u64) -> Check<u128> {
+    fn blocking(&self, job: u64, end: u64) -> Checks<u128> {
         let (blocking, in_background) = self.of.blocking.clone()?;
         if blocking == 0 {
             return Ok(0);
@@ -109,7 +109,7 @@ impl Window<'_, '_> {
     }
 
     /// The most releases of a task in the first `end`.
-    fn jobs(&self, index: usize, end: u64) -> Check<u64> {
+    fn jobs(&self, index: usize, end: u64) -> Checks<u64> {
         let of = &self.tasks.all[index];
         let since = u128::from(end) + u128::from(of.task.jitter);
         let jobs = since.div_ceil(of.period.into()).saturating_mul(of.burst.into());

@@ -212,12 +212,12 @@ struct DeclaredChain<'db> {
     index: usize,
     limit: Option<Time>,
     /// Its way, or what is wrong, and where.
-    way: Result<Way<'db>, (Option<Location<'db>>, ChainProblem)>,
+    way: Result<ChainWay<'db>, (Option<Location<'db>>, ChainProblem)>,
 }
 
 /// A way of data through instances.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-struct Way<'db> {
+struct ChainWay<'db> {
     name: Name,
     ends: [ChainEnd<'db>; 2],
     steps: Vec<WayStep<'db>>,

@@ -7,7 +7,7 @@ use mauve_timing::{Excess, Executions, Lateness, Level, NoLateness, Tasks, laten
 use rustc_hash::FxHashMap;
 
 use crate::gateway::moved;
-use crate::path_fold::{Figure, folded};
+use crate::path_fold::{PathFigure, folded};
 use crate::reason::Timed;
 use crate::system::{ResolvedActivity, System};
 use crate::table_set::TableSet;
@@ -23,7 +23,7 @@ pub(crate) struct JobExecutions<'db> {
 /// Finds, for each entry, how often it is executed.
 struct Multiset<'a, 'db>(&'a FxHashMap<Timed<'db>, usize>);
 
-impl<'db> Figure<'db> for Multiset<'_, 'db> {
+impl<'db> PathFigure<'db> for Multiset<'_, 'db> {
     type Value = BTreeMap<usize, u64>;
 
     fn of(&self, timed: &Timed<'db>) -> Option<Self::Value> {

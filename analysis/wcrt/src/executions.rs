@@ -19,7 +19,7 @@ use rustc_hash::FxHashMap;
 use crate::fact::{LackingLevel, TimingFact, TimingFactKind};
 use crate::gateway::moved;
 use crate::locks::{DeclaredLock, codels_of, declared_locks};
-use crate::path_fold::{Figure, Folded, folded};
+use crate::path_fold::{Folded, PathFigure, folded};
 use crate::reason::Timed;
 use crate::sends::{sends_of, sends_of_operation};
 use crate::served::MOST_OPERATIONS;
@@ -157,7 +157,7 @@ fn operation_of<'a>(program: &'a TimedProgram<'_>) -> Option<&'a Name> {
 
 /// How many executions of a component may exceed their times.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub(crate) struct Counts {
+pub(crate) struct ExecutionCounts {
     /// The greatest mean along a cycle of its state machine: in so many executions, so many jobs.
     mean: (u64, u64),
     /// The greatest number in one job.
@@ -168,7 +168,7 @@ pub(crate) struct Counts {
     operations: Vec<(Name, u64)>,
 }
 
-impl Counts {
+impl ExecutionCounts {
     /// Returns the greatest number in so many consecutive jobs: a path consists of cycles, and of less edges than there are states.
     fn of_jobs(&self, jobs: f64) -> f64 {
         let (executions, of_jobs) = self.mean;
@@ -197,7 +197,7 @@ fn levelled<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'d
     Levelled { entries, of_job }
 }
 
-impl<'db> Figure<'db> for Levelled<'db> {
+impl<'db> PathFigure<'db> for Levelled<'db> {
     type Value = u64;
 
     fn of(&self, timed: &Timed<'db>) -> Option<u64> {
@@ -215,7 +215,11 @@ impl<'db> Figure<'db> for Levelled<'db> {
 
 /// Returns the counts of a component; `None` if none of its times depends on the level, or what it executes is unknown.
 #[salsa::tracked(returns(ref))]
-fn counts_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'db>) -> Option<Counts> {
+fn counts_of<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    component: Decl<'db>,
+) -> Option<ExecutionCounts> {
     let levelled = levelled(db, tables, component);
     if levelled.of_job == 0 && levelled.entries.values().all(|it| *it == 0) {
         return None;
@@ -236,7 +240,7 @@ fn counts_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, component: Decl<'
     // Between two jobs, a call wakes the thread.
     let of_call = |count: u64| count.saturating_add(levelled.of_job);
     let operations = behaviour.operations.iter().zip(operations);
-    Some(Counts {
+    Some(ExecutionCounts {
         mean: (mean.cost.as_nanos(), mean.length),
         greatest: machine.greatest_cost().as_nanos(),
         states: product.states.len() as u64,

@@ -8,7 +8,7 @@ use mauve_hir::{
 use crate::reason::Timed;
 
 /// A figure that adds up along paths.
-pub(crate) trait Figure<'db> {
+pub(crate) trait PathFigure<'db> {
     /// Its values.
     type Value: Clone;
     /// Returns that of one execution of a subject of the tables; `None` where they have no entry for it.
@@ -28,7 +28,7 @@ pub(crate) struct Folded<V> {
 }
 
 /// Folds what a component executes; `None` if that is unknown.
-pub(crate) fn folded<'db, F: Figure<'db>>(
+pub(crate) fn folded<'db, F: PathFigure<'db>>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
@@ -38,7 +38,7 @@ pub(crate) fn folded<'db, F: Figure<'db>>(
     let behaviour = behaviour_of(db, project, core);
     let nothing = Folding::both(figure.sum(&[]));
     let mut folder =
-        Folder { component, behaviour, figure, operations: vec![nothing; behaviour.operations.len()] };
+        PathFolder { component, behaviour, figure, operations: vec![nothing; behaviour.operations.len()] };
     // Callees first.
     for &index in &behaviour.order {
         if let Some(operation) = behaviour.operations.get(index) {
@@ -67,14 +67,14 @@ impl<V: Clone> Folding<V> {
     }
 }
 
-struct Folder<'a, 'db, F: Figure<'db>> {
+struct PathFolder<'a, 'db, F: PathFigure<'db>> {
     component: Decl<'db>,
     behaviour: &'a Behaviour<'db>,
     figure: &'a F,
     operations: Vec<Folding<F::Value>>,
 }
 
-impl<'db, F: Figure<'db>> Folder<'_, 'db, F> {
+impl<'db, F: PathFigure<'db>> PathFolder<'_, 'db, F> {
     /// Joins parts with a function of the figure.
     fn joined(
         &self,

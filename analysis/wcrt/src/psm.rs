@@ -54,7 +54,7 @@ pub struct Psm<'db> {
 
 /// What a program takes along its worst paths: each figure is that of the path with the greatest one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Taken {
+struct TakenPaths {
     /// The execution time.
     execution: Time,
     /// The time that codels wait.
@@ -65,17 +65,17 @@ struct Taken {
     waits: Option<u64>,
 }
 
-impl Taken {
-    const NOTHING: Taken =
-        Taken { execution: Time::ZERO, wait: Time::ZERO, total: Time::ZERO, waits: Some(0) };
+impl TakenPaths {
+    const NOTHING: TakenPaths =
+        TakenPaths { execution: Time::ZERO, wait: Time::ZERO, total: Time::ZERO, waits: Some(0) };
 
-    fn executing(execution: Time) -> Taken {
-        Taken { execution, total: execution, ..Taken::NOTHING }
+    fn executing(execution: Time) -> TakenPaths {
+        TakenPaths { execution, total: execution, ..TakenPaths::NOTHING }
     }
 
     /// Returns what one after the other takes; `None` if that is too long.
-    fn then(self, other: Taken) -> Option<Taken> {
-        Some(Taken {
+    fn then(self, other: TakenPaths) -> Option<TakenPaths> {
+        Some(TakenPaths {
             execution: self.execution.checked_add(other.execution)?,
             wait: self.wait.checked_add(other.wait)?,
             total: self.total.checked_add(other.total)?,
@@ -84,8 +84,8 @@ impl Taken {
     }
 
     /// Returns the greatest figures of the two.
-    fn or(self, other: Taken) -> Taken {
-        Taken {
+    fn or(self, other: TakenPaths) -> TakenPaths {
+        TakenPaths {
             execution: self.execution.max(other.execution),
             wait: self.wait.max(other.wait),
             total: self.total.max(other.total),
@@ -103,7 +103,7 @@ struct Machines {
 }
 
 /// What the jobs of a component execute.
-struct Executed {
+struct ExecutedJobs {
     machines: Machines,
     /// The longest time of each program.
     programs: Vec<Time>,
@@ -244,7 +244,7 @@ pub(crate) fn write_costs<'db>(
     let project = tables.project(db);
     let Some(core) = core_of(db, project, of) else { return Vec::new() };
     let Ok(behaviour) = behaviour_behind(db, project, of) else { return Vec::new() };
-    let mut evaluator = Evaluator::new(db, of, behaviour, times_of(db, tables, of), level, &|_| None);
+    let mut evaluator = PsmEvaluator::new(db, of, behaviour, times_of(db, tables, of), level, &|_| None);
     let programs = evaluator.programs();
     let Some(overhead) = evaluator.overhead() else { return Vec::new() };
     let is_call = |end: &PassageEnd<'db>| matches!(end, PassageEnd::Operation(_));
@@ -275,7 +275,7 @@ pub(crate) fn psm_with<'db>(
     }
     let project = tables.project(db);
     let Some(core) = core_of(db, project, of) else { return Err(Vec::new()) };
-    Evaluator::new(db, of, behaviour, times, level, what_if).psm(product_of(db, project, core))
+    PsmEvaluator::new(db, of, behaviour, times, level, what_if).psm(product_of(db, project, core))
 }
 
 /// Returns what a component executes, without times, or why that is not known.
@@ -345,7 +345,7 @@ pub(crate) fn operation_with<'db>(
     let is_it = |program: &TimedProgram<'db>| matches!(&program.id, ProgramId::Operation(it) if it == name);
     let index = behaviour.operations.iter().position(is_it)?;
     let times = times_of(db, tables, of);
-    let (time, waits) = Evaluator::new(db, of, behaviour, times, level, what_if).operation(index);
+    let (time, waits) = PsmEvaluator::new(db, of, behaviour, times, level, what_if).operation(index);
     Some(ExecutedOperation { time, waits, sends: sends_of_operation(behaviour, index) })
 }
 
@@ -369,25 +369,25 @@ fn errors_behind<'db>(
 }
 
 /// What a part of a cost takes that has no parts.
-type OfPart<'c, 'a, 'db> = &'c dyn Fn(&mut Evaluator<'a, 'db>, &Execution<'db>) -> Option<Taken>;
+type OfPart<'c, 'a, 'db> = &'c dyn Fn(&mut PsmEvaluator<'a, 'db>, &Execution<'db>) -> Option<TakenPaths>;
 
-struct Evaluator<'a, 'db> {
+struct PsmEvaluator<'a, 'db> {
     db: &'db dyn ModelDb,
     component: Decl<'db>,
     behaviour: &'db Behaviour<'db>,
     times: &'db Timetable<'db>,
     level: Level,
     what_if: OtherTimes<'a, 'db>,
-    operations: Vec<Option<Taken>>,
+    operations: Vec<Option<TakenPaths>>,
     /// What the codels so far take.
-    codels: FxHashMap<Decl<'db>, Option<Taken>>,
+    codels: FxHashMap<Decl<'db>, Option<TakenPaths>>,
     refusals: Vec<Refusal<'db>>,
     missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
     is_extrapolated: bool,
 }
 
-impl<'a, 'db> Evaluator<'a, 'db> {
+impl<'a, 'db> PsmEvaluator<'a, 'db> {
     fn new(
         db: &'db dyn ModelDb,
         component: Decl<'db>,
@@ -395,8 +395,8 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         times: &'db Timetable<'db>,
         level: Level,
         what_if: OtherTimes<'a, 'db>,
-    ) -> Evaluator<'a, 'db> {
-        Evaluator {
+    ) -> PsmEvaluator<'a, 'db> {
+        PsmEvaluator {
             db,
             component,
             behaviour,
@@ -441,7 +441,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns what each program takes that an edge executes.
-    fn programs(&mut self) -> Vec<Option<Taken>> {
+    fn programs(&mut self) -> Vec<Option<TakenPaths>> {
         let behaviour = self.behaviour;
         // Only programs of edges need a time: unreachable states, and transitions after one without a guard, are
         // never executed.
@@ -453,11 +453,16 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns what a job takes up to the end of a write at most; none if that is not known.
-    fn until(&mut self, programs: &[Option<Taken>], overhead: Time, written: &Written<'db>) -> Option<Time> {
+    fn until(
+        &mut self,
+        programs: &[Option<TakenPaths>],
+        overhead: Time,
+        written: &Written<'db>,
+    ) -> Option<Time> {
         let behaviour = self.behaviour;
         let edge = behaviour.edges.all.get(written.edge)?;
         let mut executed = behaviour.edges.programs(edge);
-        let mut sum = Taken::executing(overhead);
+        let mut sum = TakenPaths::executing(overhead);
         for _ in 0..written.programs {
             sum = sum.then(programs.get(executed.next()?).copied().flatten()?)?;
         }
@@ -473,13 +478,13 @@ impl<'a, 'db> Evaluator<'a, 'db> {
 
     /// Returns the context switches of the waits; none if they take too long. To leave the CPU is one, to return another, for each wait:
     /// a wait lasts until the thread would run again at once. If it is unknown how often codels wait, the waits have to contain them.
-    fn switches_of(&self, taken: &Taken) -> Option<Time> {
+    fn switches_of(&self, taken: &TakenPaths) -> Option<Time> {
         let Some(waits) = taken.waits.filter(|waits| *waits > 0) else { return Some(Time::ZERO) };
         self.times.switches(self.level)?.checked_mul(waits)
     }
 
     /// Returns what takes so long, with the context switches of its waits; none if that is too long.
-    fn with_switches(&self, taken: &Taken) -> Option<Time> {
+    fn with_switches(&self, taken: &TakenPaths) -> Option<Time> {
         taken.total.checked_add(self.switches_of(taken)?)
     }
 
@@ -495,7 +500,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             return Err(self.refusals);
         }
         let overhead = overhead.unwrap_or_default();
-        let Executed { machines, programs, greatest } = self.executed(product, overhead)?;
+        let ExecutedJobs { machines, programs, greatest } = self.executed(product, overhead)?;
         let whole = self.times.time(&Timed::Component(self.component), self.level);
         let component_time = whole.time();
         let unusable_component_time = if let Lookup::Unusable(why) = whole { Some(why) } else { None };
@@ -521,18 +526,22 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns the machine whose states have values of variables.
-    fn executed(&mut self, product: &Product<'db>, overhead: Time) -> Result<Executed, Vec<Refusal<'db>>> {
+    fn executed(
+        &mut self,
+        product: &Product<'db>,
+        overhead: Time,
+    ) -> Result<ExecutedJobs, Vec<Refusal<'db>>> {
         // It also has programs that no period executes.
         let (assumed, is_extrapolated) = (self.assumed.clone(), self.is_extrapolated);
         let costs = self.parts(&product.costs);
         (self.assumed, self.is_extrapolated) = (assumed, is_extrapolated);
         let cost = |of: u32| costs.get(of as usize).copied().flatten();
-        let taken = product.edges.iter().map(|edge| Taken::executing(overhead).then(cost(edge.cost)?));
+        let taken = product.edges.iter().map(|edge| TakenPaths::executing(overhead).then(cost(edge.cost)?));
         let too_long = || {
             let reason = Reason::TooLong(TooLong::Program);
             vec![Refusal::new(reason, Location::name_of(self.component))]
         };
-        let taken = taken.collect::<Option<Vec<Taken>>>().ok_or_else(too_long)?;
+        let taken = taken.collect::<Option<Vec<TakenPaths>>>().ok_or_else(too_long)?;
         let ends: Vec<(usize, usize)> = product.edges.iter().map(|edge| edge.ends()).collect();
         let machines = self.machines(product.states.len(), &ends, &taken)?;
         let mut programs = vec![Time::ZERO; self.behaviour.programs.len()];
@@ -550,35 +559,35 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             Some(Cost::Program(program, _)) => Some((*program, cost(index)?.execution)),
             _ => None,
         });
-        Ok(Executed { greatest: greatest.collect(), machines, programs })
+        Ok(ExecutedJobs { greatest: greatest.collect(), machines, programs })
     }
 
     /// Returns what each part of a cost takes, where an edge needs it.
-    fn parts(&mut self, parts: &[Cost<'db>]) -> Vec<Option<Taken>> {
+    fn parts(&mut self, parts: &[Cost<'db>]) -> Vec<Option<TakenPaths>> {
         let behaviour = self.behaviour;
         let mut timed = |it: &TimedProgram<'db>| self.in_table(&it.id).time();
         let programs: Vec<Option<Time>> = behaviour.programs.iter().map(&mut timed).collect();
         let operations: Vec<Option<Time>> = behaviour.operations.iter().map(&mut timed).collect();
         // What each takes, and what codels wait in it: they count where a table has the time of a program, but none of its codels.
-        type Both = (Option<Taken>, Option<Taken>);
+        type Both = (Option<TakenPaths>, Option<TakenPaths>);
         let found = fold(parts, |part, known: &[Both]| {
             let of = |index: &u32| known.get(*index as usize).copied().unwrap_or_default();
-            let both = |one: &u32, other: &u32, join: fn(Taken, Taken) -> Option<Taken>| {
+            let both = |one: &u32, other: &u32, join: fn(TakenPaths, TakenPaths) -> Option<TakenPaths>| {
                 let (one, other) = (of(one), of(other));
-                let joined = |one: Option<Taken>, other: Option<Taken>| join(one?, other?);
+                let joined = |one: Option<TakenPaths>, other: Option<TakenPaths>| join(one?, other?);
                 (joined(one.0, other.0), joined(one.1, other.1))
             };
             let program = |time: Option<&Option<Time>>, inner: &u32| {
                 let (all, waits) = of(inner);
-                let timed = time.copied().flatten().map(|time| Taken::executing(time).then(waits?));
+                let timed = time.copied().flatten().map(|time| TakenPaths::executing(time).then(waits?));
                 (timed.unwrap_or(all), waits)
             };
             match part {
-                Cost::Sum(one, other) => both(one, other, Taken::then),
+                Cost::Sum(one, other) => both(one, other, TakenPaths::then),
                 Cost::Greatest(one, other) => both(one, other, |one, other| Some(one.or(other))),
                 Cost::Program(index, inner) => program(programs.get(*index), inner),
                 Cost::Operation(index, inner) => program(operations.get(*index), inner),
-                Cost::Nothing => (Some(Taken::NOTHING), Some(Taken::NOTHING)),
+                Cost::Nothing => (Some(TakenPaths::NOTHING), Some(TakenPaths::NOTHING)),
                 Cost::One(one) => (self.part(one), self.wait_in(one)),
             }
         });
@@ -590,7 +599,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         &self,
         states: usize,
         ends: &[(usize, usize)],
-        taken: &[Taken],
+        taken: &[TakenPaths],
     ) -> Result<Machines, Vec<Refusal<'db>>> {
         let machine = |costs: &[Time]| {
             let edges = ends.iter().zip(costs).map(|(&(source, target), &cost)| mauve_timing::Edge {
@@ -602,7 +611,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                 vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
             })
         };
-        let with_switches = |it: &Taken| {
+        let with_switches = |it: &TakenPaths| {
             let too_long = Refusal::new(Reason::TooLong(TooLong::Program), Location::name_of(self.component));
             self.with_switches(it).ok_or_else(|| vec![too_long])
         };
@@ -625,16 +634,16 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns the program of each edge at which the sum of `overhead` and of what the programs take is too long.
-    fn too_long(&self, times: &[Option<Taken>], overhead: Option<Time>) -> Vec<&'db ProgramId> {
+    fn too_long(&self, times: &[Option<TakenPaths>], overhead: Option<Time>) -> Vec<&'db ProgramId> {
         let behaviour = self.behaviour;
         // The error is none if a time is unknown.
-        let add = |sum: Result<Taken, Option<&'db ProgramId>>, index: usize| {
+        let add = |sum: Result<TakenPaths, Option<&'db ProgramId>>, index: usize| {
             let sum = sum?;
             let time = times.get(index).copied().flatten();
             let (program, time) = behaviour.programs.get(index).zip(time).ok_or(None)?;
             sum.then(time).ok_or(Some(&program.id))
         };
-        let sums = behaviour.edges.sums(overhead.map(Taken::executing).ok_or(None), add);
+        let sums = behaviour.edges.sums(overhead.map(TakenPaths::executing).ok_or(None), add);
         sums.into_iter().filter_map(|sum| sum.err().flatten()).collect()
     }
 
@@ -689,7 +698,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         self.time(&Timed::Program(self.component, program.in_table()))
     }
 
-    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Taken> {
+    fn program(&mut self, program: &TimedProgram<'db>) -> Option<TakenPaths> {
         match self.in_table(&program.id) {
             Lookup::Known(time) | Lookup::Assumed(time) => self.with_waits(time, &program.cost),
             Lookup::Absent => self.cost(&program.cost),
@@ -701,38 +710,38 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns what a program takes that executes for this time: its codels need no times, but they may wait.
-    fn with_waits(&mut self, execution: Time, cost: &CostGraph<'db>) -> Option<Taken> {
-        let Taken { wait, waits, .. } = self.waits_in(cost)?;
+    fn with_waits(&mut self, execution: Time, cost: &CostGraph<'db>) -> Option<TakenPaths> {
+        let TakenPaths { wait, waits, .. } = self.waits_in(cost)?;
         let total = execution.checked_add(wait);
         if total.is_none() {
             self.refuse(Reason::TooLong(TooLong::Program));
         }
-        Some(Taken { execution, wait, total: total?, waits })
+        Some(TakenPaths { execution, wait, total: total?, waits })
     }
 
     /// Returns the waits along the worst paths of a program.
-    fn waits_in(&mut self, cost: &CostGraph<'db>) -> Option<Taken> {
+    fn waits_in(&mut self, cost: &CostGraph<'db>) -> Option<TakenPaths> {
         self.folded(cost, &|evaluator, part| evaluator.wait_in(part))
     }
 
     /// Returns the waits in a part that has no parts.
-    fn wait_in(&mut self, part: &Execution<'db>) -> Option<Taken> {
+    fn wait_in(&mut self, part: &Execution<'db>) -> Option<TakenPaths> {
         match part {
             Execution::Codel(codel) => self.wait(*codel),
             Execution::Operation(index) => {
                 let taken = self.operations.get(*index).copied().flatten()?;
-                Some(Taken { execution: Time::ZERO, total: taken.wait, ..taken })
+                Some(TakenPaths { execution: Time::ZERO, total: taken.wait, ..taken })
             }
-            _ => Some(Taken::NOTHING),
+            _ => Some(TakenPaths::NOTHING),
         }
     }
 
     /// Returns the wait of a call of a codel.
-    fn wait(&mut self, codel: Decl<'db>) -> Option<Taken> {
+    fn wait(&mut self, codel: Decl<'db>) -> Option<TakenPaths> {
         match self.time(&Timed::Wait(codel)) {
-            Lookup::Absent | Lookup::Known(Time::ZERO) => Some(Taken::NOTHING),
+            Lookup::Absent | Lookup::Known(Time::ZERO) => Some(TakenPaths::NOTHING),
             Lookup::Known(wait) | Lookup::Assumed(wait) => {
-                Some(Taken { execution: Time::ZERO, wait, total: wait, waits: self.times.waits(codel) })
+                Some(TakenPaths { execution: Time::ZERO, wait, total: wait, waits: self.times.waits(codel) })
             }
             Lookup::Unusable(why) => {
                 self.add(Refusal::new(Reason::Table(why), Location::name_of(codel)));
@@ -742,10 +751,10 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns what a read or a write of a port takes: nothing, unless a table says so.
-    fn access(&mut self, port: &Name) -> Option<Taken> {
+    fn access(&mut self, port: &Name) -> Option<TakenPaths> {
         match self.time(&Timed::Access(self.component, port.clone())) {
-            Lookup::Absent => Some(Taken::NOTHING),
-            Lookup::Known(time) | Lookup::Assumed(time) => Some(Taken::executing(time)),
+            Lookup::Absent => Some(TakenPaths::NOTHING),
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(TakenPaths::executing(time)),
             Lookup::Unusable(why) => {
                 self.refuse(Reason::Table(why));
                 None
@@ -753,25 +762,25 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn cost(&mut self, cost: &CostGraph<'db>) -> Option<Taken> {
+    fn cost(&mut self, cost: &CostGraph<'db>) -> Option<TakenPaths> {
         self.folded(cost, &|evaluator, part| evaluator.part(part))
     }
 
     /// Returns what a part takes that has no parts.
-    fn part(&mut self, part: &Execution<'db>) -> Option<Taken> {
+    fn part(&mut self, part: &Execution<'db>) -> Option<TakenPaths> {
         match part {
             Execution::Codel(codel) => self.codel(*codel),
             Execution::Operation(index) => self.operations.get(*index).copied().flatten(),
             Execution::Access(port) => self.access(port),
-            _ => Some(Taken::NOTHING),
+            _ => Some(TakenPaths::NOTHING),
         }
     }
 
     /// Returns what a cost takes whose parts take what `of` returns. All parts are visited, so that all missing times are reported
     /// together.
-    fn folded(&mut self, cost: &CostGraph<'db>, of: OfPart<'_, 'a, 'db>) -> Option<Taken> {
+    fn folded(&mut self, cost: &CostGraph<'db>, of: OfPart<'_, 'a, 'db>) -> Option<TakenPaths> {
         let mut is_too_long = false;
-        let found = cost.folded(|part, known: &[Option<Taken>]| {
+        let found = cost.folded(|part, known: &[Option<TakenPaths>]| {
             let known = |index: &u32| known.get(*index as usize).copied().flatten();
             match part {
                 Cost::Sum(one, other) => {
@@ -781,7 +790,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
                     sum
                 }
                 Cost::Greatest(one, other) => Some(known(one)?.or(known(other)?)),
-                Cost::Nothing => Some(Taken::NOTHING),
+                Cost::Nothing => Some(TakenPaths::NOTHING),
                 Cost::One(one) => of(self, one),
                 Cost::Program(_, inner) | Cost::Operation(_, inner) => known(inner),
             }
@@ -792,13 +801,13 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         found.flatten()
     }
 
-    fn codel(&mut self, codel: Decl<'db>) -> Option<Taken> {
+    fn codel(&mut self, codel: Decl<'db>) -> Option<TakenPaths> {
         if let Some(&taken) = self.codels.get(&codel) {
             return taken;
         }
         let (time, wait) = (self.look_up(codel), self.wait(codel));
         let taken = time.zip(wait).and_then(|(time, wait)| {
-            let taken = Taken::executing(time).then(wait);
+            let taken = TakenPaths::executing(time).then(wait);
             if taken.is_none() {
                 self.refuse(Reason::TooLong(TooLong::Program));
             }
@@ -850,7 +859,7 @@ pub fn worst_path<'db>(
     if behaviour.programs.get(program).is_none_or(|it| is_in_table(&it.id)) {
         return Vec::new();
     }
-    let mut evaluator = Evaluator::new(db, component, behaviour, times, level, &|_| None);
+    let mut evaluator = PsmEvaluator::new(db, component, behaviour, times, level, &|_| None);
     let product = product_of(db, project, core);
     let costs = evaluator.parts(&product.costs);
     let cost = |of: u32| costs.get(of as usize).copied().flatten();

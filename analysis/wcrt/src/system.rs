@@ -264,7 +264,7 @@ impl<'db> SystemReader<'db> {
         self.found.not_analysed.push(Refusal::new(reason, at));
     }
 
-    fn activities(&mut self, target: Decl<'db>, entries: &[Entry<'_>]) {
+    fn activities(&mut self, target: Decl<'db>, entries: &[ActivityEntry<'_>]) {
         let flat = flat_of(self.db, self.project, target);
         self.found.not_analysed.extend(flat.refusals.iter().map(Refusal::of_model));
         if flat.cycle {
@@ -345,7 +345,7 @@ impl<'db> SystemReader<'db> {
     fn repeated_names<'a>(
         &mut self,
         flat: &Flat<'db>,
-        entries: &[Entry<'a>],
+        entries: &[ActivityEntry<'a>],
         misspelt: &mut FxHashSet<Name>,
     ) -> FxHashMap<&'a Name, Refusal<'db>> {
         let mut refused = FxHashMap::default();
@@ -431,7 +431,7 @@ impl<'db> SystemReader<'db> {
     }
 
     /// Reads an instance of an activity. The facts about the fields are those of the first one.
-    fn entry(&mut self, instance: Option<&FlatInstance<'db>>, entry: &Entry<'_>) {
+    fn entry(&mut self, instance: Option<&FlatInstance<'db>>, entry: &ActivityEntry<'_>) {
         let known = self.found.facts.len();
         self.activity(instance, entry);
         if entry.number > 0 {
@@ -439,7 +439,7 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, entry: &Entry<'_>) {
+    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, entry: &ActivityEntry<'_>) {
         let activity = entry.activity;
         let NameRef { name, id } = entry.instance.unwrap_or(&activity.name);
         let at = self.at(*id);
@@ -459,7 +459,7 @@ impl<'db> SystemReader<'db> {
             Some(_) => {}
         }
         let of_instance = found.refusals.len();
-        let mut fields = Fields::default();
+        let mut fields = WrittenFields::default();
         for field in &activity.fields {
             self.field((&mut found, instance), &mut fields, activity, field);
         }
@@ -531,7 +531,7 @@ impl<'db> SystemReader<'db> {
         TimingFactKind::MissingPriority { of, activity: name, free, period }
     }
 
-    fn deadline(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+    fn deadline(&mut self, found: &mut ResolvedActivity<'db>, fields: &WrittenFields<'_>) {
         let Some(written) = fields.written.get(&ActivityField::Deadline) else {
             found.task.deadline = found.period;
             return;
@@ -556,7 +556,7 @@ impl<'db> SystemReader<'db> {
     }
 
     /// Reports fields that exclude each other, and fields that only a trigger gives a meaning.
-    fn conflicts(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+    fn conflicts(&mut self, found: &mut ResolvedActivity<'db>, fields: &WrittenFields<'_>) {
         let mut reported: FxHashSet<ActivityField> = FxHashSet::default();
         for pair in EXCLUSIVE_FIELDS {
             let [Some(one), Some(other)] = pair.map(|it| fields.written.get(&it)) else { continue };
@@ -615,7 +615,7 @@ impl<'db> SystemReader<'db> {
     }
 
     /// Resolves the name of a CPU set.
-    fn cpu_set(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'_>, set: &NameRef) {
+    fn cpu_set(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut WrittenFields<'_>, set: &NameRef) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         found.task.cpus = platform.cpu_sets.get(&set.name).copied();
         if found.cpus.is_some() {
@@ -632,7 +632,7 @@ impl<'db> SystemReader<'db> {
     }
 
     /// Checks the offset, and whether the clock is synchronised. An invalid configuration may lack the instance.
-    fn offset(&mut self, found: &mut ResolvedActivity<'db>, activity: &Activity, fields: &Fields<'_>) {
+    fn offset(&mut self, found: &mut ResolvedActivity<'db>, activity: &Activity, fields: &WrittenFields<'_>) {
         let workspace = self.project.workspace(self.db);
         let platform = platform_of(self.db, workspace);
         let Some(written) = fields.written.get(&ActivityField::Offset) else { return };
@@ -661,7 +661,7 @@ impl<'db> SystemReader<'db> {
     fn field<'a>(
         &mut self,
         (found, of_instance): (&mut ResolvedActivity<'db>, Option<&FlatInstance<'db>>),
-        fields: &mut Fields<'a>,
+        fields: &mut WrittenFields<'a>,
         activity: &Activity,
         written: &'a Field,
     ) {
@@ -811,7 +811,7 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    fn cpus(&mut self, entries: &[Entry<'_>]) {
+    fn cpus(&mut self, entries: &[ActivityEntry<'_>]) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         let named: CpuSet = self.found.activities.iter().filter_map(|it| it.cpus).collect();
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
@@ -899,7 +899,7 @@ pub(crate) fn others_of(db: &dyn ModelDb, workspace: Workspace, all: CpuSet) -> 
 }
 
 /// An instance that an activity executes.
-struct Entry<'a> {
+struct ActivityEntry<'a> {
     activity: &'a Activity,
     /// None where its list names none.
     instance: Option<&'a NameRef>,
@@ -909,7 +909,7 @@ struct Entry<'a> {
     thread: Option<u32>,
 }
 
-impl Entry<'_> {
+impl ActivityEntry<'_> {
     fn is_list(&self) -> bool {
         self.activity.field(ActivityField::Instances).is_some()
     }
@@ -920,20 +920,25 @@ impl Entry<'_> {
 }
 
 /// Returns what the activities execute, in the order of the text.
-fn entries(data: &Deployment) -> Vec<Entry<'_>> {
+fn entries(data: &Deployment) -> Vec<ActivityEntry<'_>> {
     let mut entries = Vec::new();
     let named = data.activities.iter().filter(|it| !it.name.name.is_empty());
     for (thread, activity) in (0..).zip(named) {
         let thread = Some(thread).filter(|_| activity.instances.len() > 1);
         let none = activity.instances.is_empty().then_some(None);
         let instances = activity.instances.iter().map(Some).chain(none).enumerate();
-        entries.extend(instances.map(|(number, instance)| Entry { activity, instance, number, thread }));
+        entries.extend(instances.map(|(number, instance)| ActivityEntry {
+            activity,
+            instance,
+            number,
+            thread,
+        }));
     }
     entries
 }
 
 #[derive(Default)]
-struct Fields<'a> {
+struct WrittenFields<'a> {
     /// The last field of each name.
     written: FxHashMap<ActivityField, &'a Field>,
     /// Whether an activity cannot have one of the fields: it may be a misspelt one.

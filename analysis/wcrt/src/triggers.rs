@@ -24,18 +24,18 @@ pub fn trigger_facts<'db>(
     else {
         return Vec::new();
     };
-    let checker = Checker { db, project, of, flat };
+    let checker = TriggerChecker { db, project, of, flat };
     triggered.flat_map(|activity| checker.activity(activity)).collect()
 }
 
-struct Checker<'db> {
+struct TriggerChecker<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     flat: &'db Flat<'db>,
 }
 
-impl<'db> Checker<'db> {
+impl<'db> TriggerChecker<'db> {
     fn activity(&self, activity: &ResolvedActivity<'db>) -> Vec<TimingFact<'db>> {
         let Some(port) = &activity.trigger else { return Vec::new() };
         let activities = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);

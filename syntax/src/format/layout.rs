@@ -19,7 +19,7 @@ const LOOK_AHEAD: usize = 2;
 
 /// The white space before a piece.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Gap {
+enum PieceGap {
     AsIs,
     /// The same line breaks, and new indentation after the last one.
     Indented(usize),
@@ -39,7 +39,7 @@ struct Paren {
 }
 
 /// The tokens and comments of a text, each with its new white space.
-pub(super) struct Layout<'a> {
+pub(super) struct TextLayout<'a> {
     text: &'a str,
     /// The offset of the first gap: after a byte order mark.
     origin: usize,
@@ -48,16 +48,17 @@ pub(super) struct Layout<'a> {
     lists: Vec<List>,
     /// The indentation of each piece if it began a line.
     indents: Vec<usize>,
-    gaps: Vec<Gap>,
+    gaps: Vec<PieceGap>,
     interrupt: &'a dyn Fn(),
 }
 
-impl<'a> Layout<'a> {
-    pub(super) fn new(root: &SyntaxNode, text: &'a str, interrupt: &'a dyn Fn()) -> Layout<'a> {
+impl<'a> TextLayout<'a> {
+    pub(super) fn new(root: &SyntaxNode, text: &'a str, interrupt: &'a dyn Fn()) -> TextLayout<'a> {
         let origin = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
         let (pieces, lists) = read(root, text, interrupt);
         let (indents, gaps) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
-        let mut layout = Layout { text, origin, line_break: "\n", pieces, lists, indents, gaps, interrupt };
+        let mut layout =
+            TextLayout { text, origin, line_break: "\n", pieces, lists, indents, gaps, interrupt };
         layout.lay_out();
         layout.line_break = layout.most_line_breaks();
         layout.align_activities();
@@ -73,19 +74,19 @@ impl<'a> Layout<'a> {
 
     fn breaks(&self, piece: usize) -> bool {
         match self.gaps[piece] {
-            Gap::AsIs => breaks(self.white(piece)) > 0,
-            Gap::Spaces(_) => false,
-            Gap::Indented(_) | Gap::Line { .. } => true,
+            PieceGap::AsIs => breaks(self.white(piece)) > 0,
+            PieceGap::Spaces(_) => false,
+            PieceGap::Indented(_) | PieceGap::Line { .. } => true,
         }
     }
 
     fn new_text(&self, piece: usize) -> String {
         let white = self.white(piece);
         match self.gaps[piece] {
-            Gap::AsIs => white.to_owned(),
-            Gap::Indented(indent) => white[..last_line(white)].to_owned() + &" ".repeat(indent),
-            Gap::Spaces(count) => " ".repeat(count),
-            Gap::Line { blank, indent } => {
+            PieceGap::AsIs => white.to_owned(),
+            PieceGap::Indented(indent) => white[..last_line(white)].to_owned() + &" ".repeat(indent),
+            PieceGap::Spaces(count) => " ".repeat(count),
+            PieceGap::Line { blank, indent } => {
                 self.line_break.repeat(1 + usize::from(blank)) + &" ".repeat(indent)
             }
         }
@@ -123,10 +124,10 @@ impl<'a> Layout<'a> {
             (self.interrupt)();
             let white = self.white(piece);
             let kept = match gap {
-                Gap::Spaces(_) => "",
+                PieceGap::Spaces(_) => "",
                 // Any number of line breaks.
-                Gap::Line { .. } => white.find('\n').and_then(|at| white.get(..=at)).unwrap_or_default(),
-                Gap::AsIs | Gap::Indented(_) => white,
+                PieceGap::Line { .. } => white.find('\n').and_then(|at| white.get(..=at)).unwrap_or_default(),
+                PieceGap::AsIs | PieceGap::Indented(_) => white,
             };
             windows += kept.matches("\r\n").count();
             all += kept.matches('\n').count();
@@ -186,18 +187,18 @@ impl<'a> Layout<'a> {
             let white = self.white(gap);
             let count = breaks(white);
             let choice = match self.pieces[gap].keep {
-                Keep::All => Gap::AsIs,
-                Keep::Breaks if count == 0 => Gap::AsIs,
+                Keep::All => PieceGap::AsIs,
+                Keep::Breaks if count == 0 => PieceGap::AsIs,
                 // A continuation after an error is part of the error.
-                Keep::Breaks if token.item.is_none() && !closes => Gap::AsIs,
-                Keep::Breaks => Gap::Indented(here),
-                Keep::Nothing if gap == 0 => Gap::Spaces(0),
-                Keep::Nothing if self.pieces[gap].kind == EOF => Gap::Line { blank: false, indent: 0 },
+                Keep::Breaks if token.item.is_none() && !closes => PieceGap::AsIs,
+                Keep::Breaks => PieceGap::Indented(here),
+                Keep::Nothing if gap == 0 => PieceGap::Spaces(0),
+                Keep::Nothing if self.pieces[gap].kind == EOF => PieceGap::Line { blank: false, indent: 0 },
                 Keep::Nothing if !join && (count > 0 || force && gap == forced) => {
                     let at_edge = opened.is_some() && is_first_line || closes && gap == next;
-                    Gap::Line { blank: count > 1 && !at_edge, indent: here }
+                    PieceGap::Line { blank: count > 1 && !at_edge, indent: here }
                 }
-                Keep::Nothing => Gap::Spaces(self.spaces(gap)),
+                Keep::Nothing => PieceGap::Spaces(self.spaces(gap)),
             };
             self.gaps.push(choice);
             self.indents.push(here);
@@ -284,11 +285,11 @@ impl<'a> Layout<'a> {
 
     fn advance(&self, pen: &mut Pen, piece: usize) {
         match self.gaps[piece] {
-            Gap::Spaces(count) => pen.column += count,
-            Gap::Line { indent, .. } | Gap::Indented(indent) => {
+            PieceGap::Spaces(count) => pen.column += count,
+            PieceGap::Line { indent, .. } | PieceGap::Indented(indent) => {
                 (pen.column, pen.indent) = (indent, indent);
             }
-            Gap::AsIs => {
+            PieceGap::AsIs => {
                 let white = self.white(piece);
                 let width = width(&white[last_line(white)..]);
                 if breaks(white) > 0 {

@@ -65,8 +65,8 @@ pub(super) struct List {
 
 impl List {
     /// Returns the list of a node whose opening brace is the piece `open`.
-    fn new(frame: &Frame, outer: usize, open: usize) -> List {
-        let Frame { kind, first: owner, whole, .. } = *frame;
+    fn new(frame: &PieceFrame, outer: usize, open: usize) -> List {
+        let PieceFrame { kind, first: owner, whole, .. } = *frame;
         List { kind, outer, owner, open, close: usize::MAX, whole, last_whole: true, lines: false }
     }
 }
@@ -86,7 +86,7 @@ pub(super) fn read<'a>(
         }
     }
     let pieces = Vec::with_capacity(text.len() / 6);
-    let file = Frame { kind: SOURCE_FILE, first: 0, whole: errors.is_empty(), list: None };
+    let file = PieceFrame { kind: SOURCE_FILE, first: 0, whole: errors.is_empty(), list: None };
     let file = List { lines: true, ..List::new(&file, 0, 0) };
     let mut reader = PieceReader {
         text,
@@ -117,7 +117,7 @@ struct PieceReader<'a> {
     conflicts: Vec<Region>,
 }
 
-struct Frame {
+struct PieceFrame {
     kind: SyntaxKind,
     first: usize,
     whole: bool,
@@ -126,7 +126,7 @@ struct Frame {
 
 impl<'a> PieceReader<'a> {
     fn walk(&mut self, root: &SyntaxNode, interrupt: &dyn Fn()) {
-        let mut frames: Vec<Frame> = Vec::new();
+        let mut frames: Vec<PieceFrame> = Vec::new();
         for event in root.preorder_with_tokens() {
             interrupt();
             match event {
@@ -141,7 +141,7 @@ impl<'a> PieceReader<'a> {
                         self.keep = self.keep.max(Keep::Breaks);
                     }
                     let list = (node.kind() == SOURCE_FILE).then_some(0);
-                    frames.push(Frame { kind: node.kind(), first: self.pieces.len(), whole, list });
+                    frames.push(PieceFrame { kind: node.kind(), first: self.pieces.len(), whole, list });
                 }
                 WalkEvent::Leave(NodeOrToken::Node(_)) => {
                     let Some(frame) = frames.pop() else { continue };
@@ -175,7 +175,7 @@ impl<'a> PieceReader<'a> {
         self.push(EOF, self.text.len()..self.text.len(), SOURCE_FILE);
     }
 
-    fn token(&mut self, frame: &mut Frame, kind: SyntaxKind, range: Range<usize>) {
+    fn token(&mut self, frame: &mut PieceFrame, kind: SyntaxKind, range: Range<usize>) {
         if kind == WHITESPACE {
             return;
         }

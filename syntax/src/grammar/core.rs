@@ -1,7 +1,7 @@
 //! `core C(S) { … }`: the behaviour of a component, and the state machines in it.
 
 use super::*;
-use crate::foreign::{Foreign, Word};
+use crate::foreign::{Foreign, ForeignWord};
 
 // test core
 // core PilotCore(PilotShell): {
@@ -158,7 +158,7 @@ fn transition(p: &mut Parser<'_>) {
 
 /// Returns whether the guard or the target is at the position of the name.
 fn at_nameless(p: &Parser<'_>) -> bool {
-    let is_guard = p.nth_is_foreign(0, Word::Guard);
+    let is_guard = p.nth_is_foreign(0, ForeignWord::Guard);
     match p.nth(1) {
         IF_KW | TO_KW => false,
         _ if p.nth_begins_line(1) => false,
@@ -170,7 +170,7 @@ fn at_nameless(p: &Parser<'_>) -> bool {
 }
 
 fn opt_guard(p: &mut Parser<'_>) {
-    let is_foreign = !p.begins_line() && p.nth_is_foreign(0, Word::Guard) && p.nth(1) != TO_KW;
+    let is_foreign = !p.begins_line() && p.nth_is_foreign(0, ForeignWord::Guard) && p.nth(1) != TO_KW;
     if is_foreign {
         let m = p.start();
         p.foreign(Foreign::Spelling { tokens: 1, written: "if" });

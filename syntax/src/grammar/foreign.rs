@@ -4,7 +4,7 @@
 //! models parse as before.
 
 use super::*;
-use crate::foreign::{Foreign, Word};
+use crate::foreign::{Foreign, ForeignWord};
 use crate::parser::Checkpoint;
 
 /// Takes `tokens` tokens as one error.
@@ -38,12 +38,12 @@ fn item_as(
 }
 
 /// An operator of another language: the operator of MAUVE, and the number of tokens.
-pub(super) struct Operator {
+pub(super) struct ForeignOperator {
     pub(super) kind: SyntaxKind,
     tokens: u8,
 }
 
-impl Operator {
+impl ForeignOperator {
     /// Reports the operator, and takes its first token as the operator of MAUVE.
     pub(super) fn take(&self, p: &mut Parser<'_>) {
         p.foreign(Foreign::Spelling { tokens: self.tokens, written: self.kind.text().unwrap_or_default() });
@@ -61,7 +61,7 @@ impl Operator {
 //   x = a and (b);
 // } }
 /// Returns the binary operator of another language behind an operand.
-pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
+pub(super) fn operator(p: &Parser<'_>) -> Option<ForeignOperator> {
     let (kind, tokens) = match (p.current(), p.nth(1)) {
         (LT, GT) => (NEQ, 2),
         (EQ2, EQ) => (EQ2, 2),
@@ -74,7 +74,7 @@ pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
         (IDENT, L_PAREN) if p.begins_line() && !p.in_condition => return None,
         (IDENT, next) if begins_operand(next) && !p.nth_begins_line(1) && !p.at_item() => {
             let operator = |word| match word {
-                Word::Operator(kind) => Some(kind),
+                ForeignWord::Operator(kind) => Some(kind),
                 _ => None,
             };
             (p.nth_foreign(0, operator)?, 1)
@@ -83,7 +83,7 @@ pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
         (ERROR_CHARACTERS, _) if p.at_characters("|") => (PIPE2, 1),
         _ => return None,
     };
-    Some(Operator { kind, tokens })
+    Some(ForeignOperator { kind, tokens })
 }
 
 fn begins_operand(kind: SyntaxKind) -> bool {
@@ -96,12 +96,12 @@ pub(super) fn at_not(p: &Parser<'_>) -> bool {
         && !p.nth_begins_line(1)
         && !matches!(p.nth(1), L_PAREN | MINUS | THEN_KW | TO_KW)
         && begins_operand(p.nth(1))
-        && p.nth_is_foreign(0, Word::Not)
+        && p.nth_is_foreign(0, ForeignWord::Not)
 }
 
 /// Takes `not` as `!`.
 pub(super) fn not(p: &mut Parser<'_>) {
-    Operator { kind: BANG, tokens: 1 }.take(p);
+    ForeignOperator { kind: BANG, tokens: 1 }.take(p);
 }
 
 /// Takes `.5`.
@@ -127,7 +127,7 @@ pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
         && !p.begins_line()
         && !is_hertz
         && !matches!(p.nth(1), EQ | COLON | L_PAREN | DOT)
-        && p.nth_is_foreign(0, Word::Unit)
+        && p.nth_is_foreign(0, ForeignWord::Unit)
     {
         drop_as(p, Foreign::Unit, 1);
     }
@@ -169,15 +169,15 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
         (word, PLUS, PLUS) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
         (IDENT, ..) if at_brace(p) => superfluous(p, 1),
         (IDENT, L_CURLY, _) if p.nth_foreign(0, section).is_some() => foreign_section(p),
-        (IDENT, SEMICOLON | R_CURLY, _) if p.nth_is_foreign(0, Word::Jump) => {
+        (IDENT, SEMICOLON | R_CURLY, _) if p.nth_is_foreign(0, ForeignWord::Jump) => {
             p.skip_foreign(Foreign::Loop, ends_statement);
         }
-        (IDENT, COLON, _) if p.nth_is_foreign(0, Word::Switch) => {
+        (IDENT, COLON, _) if p.nth_is_foreign(0, ForeignWord::Switch) => {
             p.skip_foreign(Foreign::Switch, ends_statement);
         }
         (IDENT, INT_NUMBER, _) if on_line && p.nth_foreign(0, section).is_some() => foreign_section(p),
         (IDENT, ty, name)
-            if p.nth_is_foreign(0, Word::Const)
+            if p.nth_is_foreign(0, ForeignWord::Const)
                 && on_line
                 && ty.is_word()
                 && name.is_word()
@@ -215,7 +215,7 @@ fn assignment(p: &mut Parser<'_>, form: Foreign) {
 // }
 /// Takes `int n = 3` or `let n = 3`: a variable of unknown type.
 pub(super) fn variable(p: &mut Parser<'_>) {
-    let is_untyped = p.nth_is_foreign(0, Word::Untyped);
+    let is_untyped = p.nth_is_foreign(0, ForeignWord::Untyped);
     variable_as(p, if is_untyped { Foreign::Untyped } else { Foreign::TypeFirst }, 1);
 }
 
@@ -229,10 +229,10 @@ fn variable_as(p: &mut Parser<'_>, form: Foreign, before: u8) {
 }
 
 /// Returns the form of a statement that is taken with its body: a loop or a `switch`.
-fn section(word: Word) -> Option<Foreign> {
+fn section(word: ForeignWord) -> Option<Foreign> {
     match word {
-        Word::Loop => Some(Foreign::Loop),
-        Word::Switch => Some(Foreign::Switch),
+        ForeignWord::Loop => Some(Foreign::Loop),
+        ForeignWord::Switch => Some(Foreign::Switch),
         _ => None,
     }
 }
@@ -251,24 +251,24 @@ pub(super) fn is_decrement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
 /// Reads a failed statement again as one error, if it is a form of another language.
 pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
     let form = p.from(before, |p| match (p.current(), p.nth(1), p.nth(2)) {
-        (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(Word::Loop),
-        (IDENT, ..) if p.nth_is_foreign(0, Word::ElseIf) => Some(Word::ElseIf),
-        (word, MINUS, MINUS) if word.is_word() => Some(Word::Jump),
-        (MINUS, MINUS, word) if word.is_word() => Some(Word::Jump),
-        (ELSE_KW, L_CURLY | IF_KW, _) => Some(Word::Brace),
+        (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(ForeignWord::Loop),
+        (IDENT, ..) if p.nth_is_foreign(0, ForeignWord::ElseIf) => Some(ForeignWord::ElseIf),
+        (word, MINUS, MINUS) if word.is_word() => Some(ForeignWord::Jump),
+        (MINUS, MINUS, word) if word.is_word() => Some(ForeignWord::Jump),
+        (ELSE_KW, L_CURLY | IF_KW, _) => Some(ForeignWord::Brace),
         _ => None,
     });
     let Some(form) = form else { return false };
     p.rewind(before);
     match form {
-        Word::Loop => foreign_section(p),
-        Word::ElseIf => {
+        ForeignWord::Loop => foreign_section(p),
+        ForeignWord::ElseIf => {
             let m = p.start();
             drop_as(p, Foreign::Spelling { tokens: 1, written: "else if" }, 1);
             statement::if_rest(p, true);
             m.complete(p, IF_STATEMENT);
         }
-        Word::Brace => superfluous(p, 1),
+        ForeignWord::Brace => superfluous(p, 1),
         _ => p.skip_foreign(Foreign::Increment, ends_statement),
     }
     true
@@ -277,7 +277,7 @@ pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bo
 /// Returns whether this is a word that opens or closes a block in other languages, and is neither assigned nor called.
 pub(super) fn at_brace(p: &Parser<'_>) -> bool {
     let next = p.nth(1);
-    p.nth_is_foreign(0, Word::Brace)
+    p.nth_is_foreign(0, ForeignWord::Brace)
         && (next.is_word() || matches!(next, SEMICOLON | L_CURLY | R_CURLY | EOF))
 }
 
@@ -292,7 +292,7 @@ pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
 /// Returns whether a statement with a block ends here. The block may begin the next line.
 fn ends_section(p: &Parser<'_>) -> bool {
     let goes_on = p.at(L_CURLY) && p.begins_line()
-        || p.previous() == R_CURLY && !p.begins_line() && p.nth_is_foreign(0, Word::Loop);
+        || p.previous() == R_CURLY && !p.begins_line() && p.nth_is_foreign(0, ForeignWord::Loop);
     !goes_on && ends_statement(p)
 }
 
@@ -310,11 +310,11 @@ pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
     match (p.current(), p.nth(1), p.nth(2)) {
         (IMPORT_KW, STRING, _) if on_line => item_as(p, (1, INCLUDE_KW), INCLUDE, |p| p.bump()),
         (IMPORT_KW, next, _) if next.is_word() && on_line => item_as(p, (1, USE_KW), USE, package),
-        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::Using) && p.nth(1).is_word() => {
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, ForeignWord::Using) && p.nth(1).is_word() => {
             let has_namespace = u8::from(p.nth(2).is_word() && !p.nth_begins_line(2));
             item_as(p, (1 + has_namespace, USE_KW), USE, package);
         }
-        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::From) => {
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, ForeignWord::From) => {
             p.skip_foreign(Foreign::ImportFrom, |p| p.begins_line());
         }
         (IDENT, next, L_PAREN) if next.is_word() && on_line => {
@@ -395,9 +395,9 @@ pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
     true
 }
 
-fn keyword(word: Word) -> Option<SyntaxKind> {
+fn keyword(word: ForeignWord) -> Option<SyntaxKind> {
     match word {
-        Word::Keyword(kind) => Some(kind),
+        ForeignWord::Keyword(kind) => Some(kind),
         _ => None,
     }
 }
@@ -410,7 +410,7 @@ pub(super) fn opt_core_item(p: &mut Parser<'_>) -> bool {
     match p.nth(2) {
         EQ | SEMICOLON => variable(p),
         L_PAREN => p.skip_foreign(Foreign::Function, ends_section),
-        _ if p.nth_is_foreign(0, Word::Untyped) => superfluous(p, 1),
+        _ if p.nth_is_foreign(0, ForeignWord::Untyped) => superfluous(p, 1),
         _ => return false,
     }
     true
@@ -546,7 +546,7 @@ pub(super) fn opt_behind_use(p: &mut Parser<'_>) {
             p.drop_tokens(1);
             name_ref(p, Expected::PackageName);
         }
-    } else if p.at(DOT) && p.nth_is_foreign(1, Word::FileEnding) {
+    } else if p.at(DOT) && p.nth_is_foreign(1, ForeignWord::FileEnding) {
         drop_as(p, Foreign::UsedFile, 2);
     }
 }
@@ -590,7 +590,7 @@ pub(super) fn opt_instance_values(p: &mut Parser<'_>) {
 
 /// Takes `machine` between `state` and the list of a state machine.
 pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
-    let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, Word::Machine) && p.nth(2) == L_CURLY;
+    let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, ForeignWord::Machine) && p.nth(2) == L_CURLY;
     if is_machine {
         item_as(p, (2, STATEMACHINE_KW), STATE_MACHINE, |p| list(p, List::StateMachine));
     }
@@ -604,14 +604,14 @@ pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
 // codel bool d(in n: int)
 /// Takes `void` in `(void)`.
 pub(super) fn opt_no_parameters(p: &mut Parser<'_>) {
-    if p.nth(1) == R_PAREN && p.nth_is_foreign(0, Word::NoParameters) {
+    if p.nth(1) == R_PAREN && p.nth_is_foreign(0, ForeignWord::NoParameters) {
         superfluous(p, 1);
     }
 }
 
 /// Takes a parameter of C++: `const Pose& goal`, or a type without a name.
 pub(super) fn opt_parameter(p: &mut Parser<'_>) -> bool {
-    let is_const = p.nth_is_foreign(0, Word::Const) && p.nth(1).is_word();
+    let is_const = p.nth_is_foreign(0, ForeignWord::Const) && p.nth(1).is_word();
     let mut tokens = usize::from(is_const) + 1;
     while p.nth(tokens) == COLON2 && p.nth(tokens + 1).is_word() {
         tokens += 2;
@@ -671,7 +671,7 @@ pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
     let tokens = match (expected, p.current(), p.nth(1)) {
         (TO_KW, ARROW | THEN_KW, next) if next != TO_KW => 1,
         (TO_KW | ARROW, EQ, GT) => 2,
-        (TO_KW, IDENT, next) if next.is_word() && p.nth_is_foreign(0, Word::Target) => 1,
+        (TO_KW, IDENT, next) if next.is_word() && p.nth_is_foreign(0, ForeignWord::Target) => 1,
         (ARROW, MINUS, ARROW) => 2,
         (ARROW, TO_KW | COMMA | GT | COLON | EQ, next) if next.is_word() || next == L_BRACK => 1,
         (EQ, COLON, EQ) => 2,
@@ -747,7 +747,8 @@ pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
 
 /// Takes `: S`, `extends S` or `for S` after the name of a core.
 pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
-    let is_word = p.at(IDENT) && (p.nth_is_foreign(0, Word::ForShell) || p.nth_is_foreign(0, Word::Loop));
+    let is_word =
+        p.at(IDENT) && (p.nth_is_foreign(0, ForeignWord::ForShell) || p.nth_is_foreign(0, ForeignWord::Loop));
     let is_header =
         !p.begins_line() && p.nth(1).is_word() && (matches!(p.current(), COLON | EXTENDS_KW) || is_word);
     if is_header {

@@ -1,7 +1,7 @@
 //! `{ … }`: programs, and the statements in them.
 
 use super::*;
-use crate::foreign::{Foreign, Word};
+use crate::foreign::{Foreign, ForeignWord};
 use crate::parser::Checkpoint;
 
 // test block
@@ -159,7 +159,7 @@ pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
     }
     if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
         else_(p, needs_braces && has_braces);
-    } else if p.nth_is_foreign(0, Word::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON) {
+    } else if p.nth_is_foreign(0, ForeignWord::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON) {
         let m = p.start();
         p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
         p.bump_as(ELSE_KW);
@@ -175,7 +175,7 @@ pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
 /// Returns whether the branch of an `if` begins here, on its line, without braces.
 fn at_branch(p: &Parser<'_>) -> bool {
     let is_statement =
-        matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW) || p.nth_is_foreign(0, Word::Brace);
+        matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW) || p.nth_is_foreign(0, ForeignWord::Brace);
     !p.begins_line() && p.current().is_word() && is_statement
 }
 

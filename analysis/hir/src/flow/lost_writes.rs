@@ -5,10 +5,10 @@ use crate::item_tree::{HookKind, MethodKind, Name};
 use crate::structure::{StateStructure, Structure};
 
 use super::program::{ProgramFlow, Write};
-use super::programs::Programs;
+use super::programs::CoreFlow;
 
 /// Returns the writes of a core that every path overwrites in the same period.
-pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {
+pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &CoreFlow<'a, 'db>) -> Vec<&'a Write> {
     let operations = (0..core.operations.len()).map(|index| BodyId::Operation(index as u32));
     let bodies = operations.chain(core.hook(HookKind::Update));
     let mut lost: Vec<&Write> =
@@ -39,7 +39,7 @@ fn lost_after(
 fn lost_in_state<'a, 'db>(
     index: usize,
     state: &StateStructure,
-    programs: &Programs<'a, 'db>,
+    programs: &CoreFlow<'a, 'db>,
     lost: &mut Vec<&'a Write>,
 ) {
     let method = |kind| programs.method(index, kind);

@@ -37,7 +37,7 @@ impl ProgramFlow {
     pub(super) fn of(
         graph: &ProgramGraph<'_>,
         shared: usize,
-        effects: &[Effects],
+        effects: &[OperationEffects],
         is_conditional: bool,
     ) -> ProgramFlow {
         let number = |register| graph.variable(register).map(|it| it.number(shared));
@@ -99,7 +99,7 @@ impl ProgramFlow {
 
 /// The effects of a call of an operation.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct Effects {
+pub(super) struct OperationEffects {
     /// The shared variables that it may assign, directly or through its callees.
     pub(super) assigns: Indices,
     /// The ports that it writes on every path, sorted.
@@ -122,7 +122,7 @@ pub(super) struct Writes {
 
 impl Writes {
     /// Returns the writes of a program whose operations have these effects.
-    pub(super) fn of<'a>(graph: &'a ProgramGraph<'_>, effects: &'a [Effects]) -> Writes {
+    pub(super) fn of<'a>(graph: &'a ProgramGraph<'_>, effects: &'a [OperationEffects]) -> Writes {
         let is_write = |call: &Call<'_>| {
             call.callee == Some(Callee::Builtin(Builtin::Write)) && !call.operand.is_empty()
         };

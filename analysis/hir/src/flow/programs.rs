@@ -20,7 +20,7 @@ use crate::types::Type;
 
 use super::indices::Indices;
 use super::operations::effects_of;
-use super::program::{Effects, ProgramFlow, Read};
+use super::program::{OperationEffects, ProgramFlow, Read};
 
 /// The data flow through the programs of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -35,7 +35,7 @@ pub(super) struct GroupFlow<'db> {
 }
 
 /// The data flow through all programs of a core.
-pub(super) struct Programs<'a, 'db> {
+pub(super) struct CoreFlow<'a, 'db> {
     scope: &'db CoreScope,
     groups: &'a [Cow<'db, GroupFlow<'db>>],
     /// The states of its only state machine.
@@ -43,14 +43,14 @@ pub(super) struct Programs<'a, 'db> {
     indices: OnceCell<FxHashMap<&'db Name, usize>>,
 }
 
-impl<'a, 'db> Programs<'a, 'db> {
+impl<'a, 'db> CoreFlow<'a, 'db> {
     pub(super) fn new(
         core: &'db Structure,
         scope: &'db CoreScope,
         groups: &'a [Cow<'db, GroupFlow<'db>>],
-    ) -> Programs<'a, 'db> {
+    ) -> CoreFlow<'a, 'db> {
         let states = core.machine().map_or_else(Vec::new, |(_, states)| states);
-        Programs { scope, groups, states, indices: OnceCell::new() }
+        CoreFlow { scope, groups, states, indices: OnceCell::new() }
     }
 
     pub(super) fn groups(&self) -> impl Iterator<Item = &'a GroupFlow<'db>> {
@@ -98,7 +98,7 @@ pub(super) fn groups_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    effects: &[Effects],
+    effects: &[OperationEffects],
 ) -> Vec<Cow<'db, GroupFlow<'db>>> {
     let of_group = |group| flow_of_group(db, project, of, group);
     by_group(db, of, || flow_in(db, project, of, effects, 0), of_group)
@@ -120,7 +120,7 @@ fn flow_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    effects: &[Effects],
+    effects: &[OperationEffects],
     group: u32,
 ) -> GroupFlow<'db> {
     let shared = shared_variables(db, project, of);

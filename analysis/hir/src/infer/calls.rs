@@ -1,6 +1,6 @@
 //! Resolves calls, and checks their arguments against the parameters of the callee.
 
-use super::context::Role;
+use super::context::NameRole;
 use super::*;
 
 impl<'db> InferenceContext<'_, 'db> {
@@ -25,7 +25,7 @@ impl<'db> InferenceContext<'_, 'db> {
                             _ = self.bind(name);
                         }
                         // If `read` is misspelt, a port is correct here.
-                        Expr::Name(name) => _ = self.value(name, Role::Value),
+                        Expr::Name(name) => _ = self.value(name, NameRole::Value),
                         argument => _ = self.expr(argument),
                     }
                 }
@@ -268,7 +268,7 @@ impl<'db> InferenceContext<'_, 'db> {
             self.report(id, no_variable);
             return;
         };
-        match self.value(name, Role::Target) {
+        match self.value(name, NameRole::Target) {
             Some(Binding::Variable(variable)) => {
                 let Some(variable) = self.variable(variable) else { return };
                 if matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In)) {

@@ -271,7 +271,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn target(&mut self, target: &NameRef) -> Type {
-        let is = match self.value(target, Role::Target) {
+        let is = match self.value(target, NameRole::Target) {
             Some(Binding::Variable(id)) => {
                 let Some(variable) = self.variable(id) else { return Type::Unknown };
                 if variable.kind != VariableKind::Parameter(Direction::In) {
@@ -311,7 +311,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     /// Resolves the name of a value. Reports an unresolved name, and a call without parentheses.
-    pub(super) fn value(&mut self, name: &NameRef, role: Role) -> Option<Binding<'db>> {
+    pub(super) fn value(&mut self, name: &NameRef, role: NameRole) -> Option<Binding<'db>> {
         let binding = self.bind(name);
         if name.name.is_empty() {
             return binding;
@@ -328,7 +328,7 @@ impl<'db> InferenceContext<'_, 'db> {
         binding
     }
 
-    fn unresolved_value(&mut self, NameRef { name, id }: &NameRef, role: Role) {
+    fn unresolved_value(&mut self, NameRef { name, id }: &NameRef, role: NameRole) {
         match self.resolver.resolve_codel(name) {
             found @ (Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated)) => {
                 let data = found.ok().and_then(|of| codel(self.db, of));
@@ -350,7 +350,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     /// Returns the name in scope that `name` is most likely a misspelling of, and that may stand in its place.
-    fn similar_value(&self, name: &Name, role: Role) -> Option<Name> {
+    fn similar_value(&self, name: &Name, role: NameRole) -> Option<Name> {
         let is_variable = |name: &&Name| match self.resolver.resolve_name(name) {
             Some(Binding::Variable(id)) => self.variable(id).is_some_and(|it| role.takes(it.kind)),
             _ => false,
@@ -360,7 +360,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let shared = self.shared.iter().filter(of_core).chain(self.shared.iter().filter(of_machine));
         let names = shared.map(|it| &it.name.name).chain(self.resolver.scope.names());
         let variables = names.filter(is_variable);
-        let features = self.resolver.features.by_name.iter().filter(|_| role == Role::Value);
+        let features = self.resolver.features.by_name.iter().filter(|_| role == NameRole::Value);
         let values = features.filter(|(_, found)| found.iter().any(|it| it.kind.is_value()));
         similar(name, variables.chain(values.map(|(name, _)| name)))
     }
@@ -376,7 +376,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn name(&mut self, name: &NameRef) -> Type {
-        match self.value(name, Role::Value) {
+        match self.value(name, NameRole::Value) {
             Some(Binding::Variable(id)) => {
                 self.variable(id).map_or(Type::Unknown, |variable| variable.ty.clone())
             }
@@ -449,19 +449,19 @@ impl<'db> InferenceContext<'_, 'db> {
 
 /// The role of a name in a program.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum NameRole {
     /// It is read.
     Value,
     /// It is assigned.
     Target,
 }
 
-impl Role {
+impl NameRole {
     /// Returns whether a variable of this kind may have the role.
     fn takes(self, kind: VariableKind) -> bool {
         match self {
-            Role::Value => kind != VariableKind::Handler,
-            Role::Target => kind != VariableKind::Parameter(Direction::In),
+            NameRole::Value => kind != VariableKind::Handler,
+            NameRole::Target => kind != VariableKind::Parameter(Direction::In),
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Where data may flow in a core, whatever its conditions are: which passages there are.
 
-use super::graph::{Graph, Node, Operand, SHARED_SLOTS, Slots, Step, bits};
+use super::graph::{JobGraph, JobNode, NodeOperand, NodeStep, SHARED_SLOTS, Slots, bits};
 
 const SHARED: Slots = (1 << SHARED_SLOTS) - 1;
 
-impl<'db> Graph<'db> {
+impl<'db> JobGraph<'db> {
     /// Returns the nodes after a node, with the slots that are kept.
-    pub(super) fn next(&self, node: &Node) -> impl Iterator<Item = (usize, Slots)> + use<> {
+    pub(super) fn next(&self, node: &JobNode) -> impl Iterator<Item = (usize, Slots)> + use<> {
         let (next, kept) = match node.step {
-            Step::End(state) => ([self.starts.get(state).copied(), None], SHARED),
+            NodeStep::End(state) => ([self.starts.get(state).copied(), None], SHARED),
             _ => (node.next, Slots::MAX),
         };
         next.into_iter().flatten().map(move |next| (next as usize, kept))
@@ -35,7 +35,7 @@ impl<'db> Graph<'db> {
 
     /// Finds the cells whose values matter.
     pub(super) fn find_live(&mut self) {
-        let used = |operand| if let Operand::Cell(cell) = operand { bits(cell) } else { 0 };
+        let used = |operand| if let NodeOperand::Cell(cell) = operand { bits(cell) } else { 0 };
         // Those of shared variables and ports.
         let shared = (0..self.domains.len() as u8).fold(0, |all, cell| all | bits(cell));
         let mut before: Vec<u128> = vec![0; self.nodes.len()];
@@ -44,10 +44,10 @@ impl<'db> Graph<'db> {
             for (index, node) in self.nodes.iter().enumerate().rev() {
                 let after = |(next, _): (usize, _)| before.get(next).copied().unwrap_or_default();
                 let mut live = self.next(node).map(after).fold(0, |live, it| live | it);
-                if let Step::End(_) = node.step {
+                if let NodeStep::End(_) = node.step {
                     live &= shared;
                 }
-                if let Step::Read(Some(cell)) = node.step {
+                if let NodeStep::Read(Some(cell)) = node.step {
                     live &= !bits(cell);
                 }
                 if let Some((cell, operand)) = node.value
@@ -55,7 +55,7 @@ impl<'db> Graph<'db> {
                 {
                     live = live & !bits(cell) | used(operand);
                 }
-                if let Step::Branch(left, right) = node.step {
+                if let NodeStep::Branch(left, right) = node.step {
                     live |= used(left) | used(right);
                 }
                 if let Some(before) = before.get_mut(index) {
@@ -74,13 +74,13 @@ impl<'db> Graph<'db> {
             let [next, other] = node.next.map(|next| next.and_then(|next| skips.get(next as usize)).copied());
             let live = next.and_then(|next| self.live.get(next as usize)).copied().unwrap_or_default();
             let cell = match node.step {
-                Step::Read(cell) => cell,
+                NodeStep::Read(cell) => cell,
                 _ => node.value.map(|(cell, _)| cell),
             };
             let matters = match node.step {
-                Step::End(_) => true,
-                Step::Branch(..) => next != other,
-                Step::Plain | Step::Read(_) => {
+                NodeStep::End(_) => true,
+                NodeStep::Branch(..) => next != other,
+                NodeStep::Plain | NodeStep::Read(_) => {
                     cell.is_some_and(|cell| live & bits(cell) != 0)
                         || source.is_some() && node.source == source
                         || sink.is_some() && node.sink == sink
@@ -117,16 +117,16 @@ impl<'db> Graph<'db> {
     }
 }
 
-impl Node {
+impl JobNode {
     /// Returns the slots that may carry data after it.
     fn after(&self, before: Slots, is_source: bool) -> Slots {
-        let kept = if matches!(self.step, Step::Read(_)) { before } else { before & !self.to };
+        let kept = if matches!(self.step, NodeStep::Read(_)) { before } else { before & !self.to };
         if is_source || before & self.from != 0 { kept | self.to } else { kept }
     }
 
     /// Returns the slots before it whose data comes to any of the slots `after` it.
     fn before(&self, after: Slots) -> Slots {
-        let kept = if matches!(self.step, Step::Read(_)) { after } else { after & !self.to };
+        let kept = if matches!(self.step, NodeStep::Read(_)) { after } else { after & !self.to };
         if after & self.to != 0 { kept | self.from } else { kept }
     }
 }

@@ -27,7 +27,7 @@ use super::types::PassageEnd;
 /// A set of slots.
 pub(super) type Slots = u128;
 /// A set of the values that a cell may have: `false` and `true`, or the statuses.
-pub(super) type Values = u8;
+pub(super) type CellValues = u8;
 
 /// The slots of shared variables; those from here on are parameters, local variables and results of calls.
 pub(super) const SHARED_SLOTS: u32 = 96;
@@ -41,17 +41,17 @@ const MAX_CALLS: usize = 64;
 /// The most executions of operations in all programs: each may call the next one twice.
 const MAX_OPERATIONS: usize = 10_000;
 
-pub(super) const FALSE: Values = 1;
-pub(super) const TRUE: Values = 2;
-const BOOL: Values = FALSE | TRUE;
-pub(super) const ANY: Values = 7;
+pub(super) const FALSE: CellValues = 1;
+pub(super) const TRUE: CellValues = 2;
+const BOOL: CellValues = FALSE | TRUE;
+pub(super) const ANY: CellValues = 7;
 /// The first of three statuses: `no_data`, or `failure`.
-pub(super) const NO_DATA: Values = 1;
-pub(super) const NEW_DATA: Values = 4;
+pub(super) const NO_DATA: CellValues = 1;
+pub(super) const NEW_DATA: CellValues = 4;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub(super) enum Operand {
-    Known(Values),
+pub(super) enum NodeOperand {
+    Known(CellValues),
     Cell(u8),
 }
 
@@ -65,12 +65,12 @@ pub(super) fn shift(cell: u8) -> u32 {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) enum Step {
+pub(super) enum NodeStep {
     /// Does what its `from`, `to` and `value` say.
     #[default]
     Plain,
     /// Continues at the first successor if both may be equal, at the second one if they may differ.
-    Branch(Operand, Operand),
+    Branch(NodeOperand, NodeOperand),
     /// The end of a job. The next one begins in this state.
     End(usize),
     /// Reads a source, a port or the results of an operation. The cell gets the status.
@@ -79,30 +79,30 @@ pub(super) enum Step {
 
 /// What a core does at one point of a job.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct Node {
-    pub(super) step: Step,
+pub(super) struct JobNode {
+    pub(super) step: NodeStep,
     /// If any of these carries data, each of `to` does afterwards; otherwise none of them does.
     pub(super) from: Slots,
     pub(super) to: Slots,
     /// What a cell becomes.
-    pub(super) value: Option<(u8, Operand)>,
-    /// It takes data from here: an index in [`Graph::sources`].
+    pub(super) value: Option<(u8, NodeOperand)>,
+    /// It takes data from here: an index in [`JobGraph::sources`].
     pub(super) source: Option<u16>,
-    /// It gives what `from` carries to here: an index in [`Graph::sinks`].
+    /// It gives what `from` carries to here: an index in [`JobGraph::sinks`].
     pub(super) sink: Option<u16>,
     /// Of a branch on a condition at `at` of a job's programs: the successor where it holds.
     pub(super) holds: Option<u8>,
     pub(super) at: SourceId,
     /// The call in the program that does it: of an operation, or itself.
     pub(super) call: SourceId,
-    /// Its program: an index in [`Graph::places`].
+    /// Its program: an index in [`JobGraph::places`].
     pub(super) place: u32,
     pub(super) next: [Option<u32>; 2],
 }
 
 /// A program of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-pub(super) struct Place {
+pub(super) struct JobPlace {
     /// The state in which the job begins.
     pub(super) state: usize,
     /// Its edge; none for the first programs, which the edges of the state share.
@@ -115,7 +115,7 @@ pub(super) struct Place {
     pub(super) program: Option<usize>,
 }
 
-impl Place {
+impl JobPlace {
     /// Returns whether it is an operation that a client calls before the job.
     pub(super) fn is_called(&self, behaviour: &Behaviour<'_>) -> bool {
         self.program.is_some_and(|program| program >= behaviour.programs.len())
@@ -123,11 +123,11 @@ impl Place {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct Graph<'db> {
-    pub(super) nodes: Vec<Node>,
+pub(super) struct JobGraph<'db> {
+    pub(super) nodes: Vec<JobNode>,
     /// The first node of a job, by state.
     pub(super) starts: Vec<u32>,
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<JobPlace>,
     pub(super) sources: Vec<PassageEnd<'db>>,
     pub(super) sinks: Vec<PassageEnd<'db>>,
     /// For each codel that is a sink, whether it passes what it takes to a handle.
@@ -137,7 +137,7 @@ pub(super) struct Graph<'db> {
     /// The ports whose statuses are in cells.
     pub(super) statuses: FxHashMap<u8, Name>,
     /// The values that each shared cell may have.
-    pub(super) domains: Vec<Values>,
+    pub(super) domains: Vec<CellValues>,
     /// The bits of the cells whose values matter before each node.
     pub(super) live: Vec<u128>,
     /// The core has more variables or calls than are followed.
@@ -150,21 +150,21 @@ struct Storage {
     slot: Slots,
     cell: Option<u8>,
     /// The values that it may have.
-    values: Values,
+    values: CellValues,
 }
 
 /// The value of an expression.
 #[derive(Debug, Clone, Copy)]
 struct Computed {
     from: Slots,
-    operand: Operand,
+    operand: NodeOperand,
 }
 
 /// Nodes, each with which of its successors is not known yet.
 type Exits = Vec<(u32, usize)>;
 
 /// The program whose nodes are added: its graph, and the places of its registers.
-struct Frame<'db> {
+struct ProgramFrame<'db> {
     graph: &'db ProgramGraph<'db>,
     registers: Vec<Storage>,
     /// The first free slot and cell above them.
@@ -188,7 +188,7 @@ pub(super) struct Builder<'a, 'db> {
     through_handles: bool,
     /// The external types of handles.
     is_handle: Box<dyn Fn(&Type) -> bool + 'db>,
-    graph: Graph<'db>,
+    graph: JobGraph<'db>,
     open: Exits,
     /// The places of shared variables.
     variables: FxHashMap<VariableId, Storage>,
@@ -230,7 +230,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             shared: shared_variables(db, project, of),
             through_handles,
             is_handle: Box::new(is_handle),
-            graph: Graph::default(),
+            graph: JobGraph::default(),
             open: Vec::new(),
             variables: FxHashMap::default(),
             statuses: FxHashMap::default(),
@@ -246,15 +246,15 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Returns the flow graph of all jobs.
-    pub(super) fn build(mut self) -> Graph<'db> {
+    pub(super) fn build(mut self) -> JobGraph<'db> {
         let edges = self.behaviour.edges.clone();
         let operations = self.scope.operations.len();
         self.graph.too_large = operations.saturating_mul(edges.first.len()) > MAX_OPERATIONS;
         for (state, (first, fired)) in edges.first.iter().zip(self.behaviour.fired()).enumerate() {
             let start = self.graph.nodes.len() as u32;
             self.graph.starts.push(start);
-            self.place(Place { state, edge: None, target: None, before: 0, program: None });
-            self.push(Step::Plain, SourceId::default());
+            self.place(JobPlace { state, edge: None, target: None, before: 0, program: None });
+            self.push(NodeStep::Plain, SourceId::default());
             self.open = vec![(start, 0)];
             // Of a core that is too large, the ends are known all the same.
             for operation in
@@ -263,7 +263,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                 self.called(operation, state, start);
             }
             for (before, (&program, edge)) in first.iter().zip(fired.by_guards).enumerate() {
-                self.place(Place { state, edge: None, target: None, before, program: Some(program) });
+                self.place(JobPlace { state, edge: None, target: None, before, program: Some(program) });
                 let Ends { holds, others } = self.program(program);
                 if let Some(edge) = edge {
                     self.open = holds;
@@ -287,10 +287,10 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn called(&mut self, index: usize, state: usize, start: u32) {
         let Some(operation) = self.scope.operations.get(index) else { return };
         let program = self.behaviour.programs.len() + index;
-        self.place(Place { state, edge: None, target: None, before: 0, program: Some(program) });
-        let any = Computed { from: 0, operand: Operand::Known(ANY) };
+        self.place(JobPlace { state, edge: None, target: None, before: 0, program: Some(program) });
+        let any = Computed { from: 0, operand: NodeOperand::Known(ANY) };
         // The branch that is first in a search does not call it.
-        let (not_called, called) = self.branch(any.operand, Operand::Known(TRUE), operation.name.id);
+        let (not_called, called) = self.branch(any.operand, NodeOperand::Known(TRUE), operation.name.id);
         self.open = called;
         let mut bound = Vec::new();
         for parameter in &operation.parameters {
@@ -306,7 +306,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         self.open = not_called;
     }
 
-    fn place(&mut self, place: Place) {
+    fn place(&mut self, place: JobPlace) {
         self.graph.places.push(place);
         (self.slots, self.cells) = (SHARED_SLOTS, SHARED_CELLS);
     }
@@ -317,13 +317,13 @@ impl<'a, 'db> Builder<'a, 'db> {
         for (number, &program) in edge.then.iter().enumerate() {
             let before = edge.first + number;
             let (state, target) = (edge.source, Some(edge.target));
-            self.place(Place { state, edge: Some(index), target, before, program: Some(program) });
+            self.place(JobPlace { state, edge: Some(index), target, before, program: Some(program) });
             self.open = self.program(program).others;
         }
         // Also an edge without such programs has a place: its end leads to other values of counters.
         let (before, target) = (edge.first + edge.then.len(), Some(edge.target));
-        self.place(Place { state: edge.source, edge: Some(index), target, before, program: None });
-        self.emit(Step::End(edge.target), SourceId::default());
+        self.place(JobPlace { state: edge.source, edge: Some(index), target, before, program: None });
+        self.emit(NodeStep::End(edge.target), SourceId::default());
         self.open.clear();
     }
 
@@ -372,7 +372,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     ) -> Ends {
         let (slots, cells) = (self.slots, self.cells);
         let registers = self.registers(graph, body, &bound);
-        let frame = Frame { graph, registers, top: (self.slots, self.cells) };
+        let frame = ProgramFrame { graph, registers, top: (self.slots, self.cells) };
         let mut arriving: Vec<Exits> = vec![Vec::new(); graph.nodes.len()];
         if let Some(start) = arriving.get_mut(graph.start as usize) {
             *start = std::mem::take(&mut self.open);
@@ -390,7 +390,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                     (self.open, fails) = self.condition(&frame, *condition, node.at);
                 }
                 Action::Assign { to, value } => {
-                    let nothing = Computed { from: 0, operand: Operand::Known(ANY) };
+                    let nothing = Computed { from: 0, operand: NodeOperand::Known(ANY) };
                     let value = value.map_or(nothing, |value| self.value(&frame, value, node.at));
                     self.set(frame.place(*to), value, node.at);
                 }
@@ -495,15 +495,15 @@ impl<'a, 'db> Builder<'a, 'db> {
         }
     }
 
-    fn push(&mut self, step: Step, at: SourceId) -> u32 {
+    fn push(&mut self, step: NodeStep, at: SourceId) -> u32 {
         let place = self.graph.places.len().saturating_sub(1) as u32;
         let call = self.call.unwrap_or(at);
-        self.graph.nodes.push(Node { step, at, call, place, ..Node::default() });
+        self.graph.nodes.push(JobNode { step, at, call, place, ..JobNode::default() });
         self.graph.nodes.len() as u32 - 1
     }
 
     /// Adds a node after the open ones; none where the program does not come here.
-    fn emit(&mut self, step: Step, at: SourceId) -> Option<&mut Node> {
+    fn emit(&mut self, step: NodeStep, at: SourceId) -> Option<&mut JobNode> {
         if self.graph.nodes.len() >= MAX_NODES {
             self.graph.too_large = true;
             self.open.clear();
@@ -522,8 +522,8 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Returns where both operands are equal, and where they differ.
-    fn branch(&mut self, left: Operand, right: Operand, at: SourceId) -> (Exits, Exits) {
-        if self.emit(Step::Branch(left, right), at).is_none() {
+    fn branch(&mut self, left: NodeOperand, right: NodeOperand, at: SourceId) -> (Exits, Exits) {
+        if self.emit(NodeStep::Branch(left, right), at).is_none() {
             return (Vec::new(), Vec::new());
         }
         let exits = std::mem::take(&mut self.open);
@@ -532,7 +532,13 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Does so for a condition, which holds at the successor `holds`. Its variables may differ where a client calls an operation.
-    fn decision(&mut self, left: Operand, right: Operand, at: Option<SourceId>, holds: u8) -> (Exits, Exits) {
+    fn decision(
+        &mut self,
+        left: NodeOperand,
+        right: NodeOperand,
+        at: Option<SourceId>,
+        holds: u8,
+    ) -> (Exits, Exits) {
         let exits = self.branch(left, right, at.unwrap_or_default());
         let is_of_job = self.graph.places.last().is_some_and(|it| !it.is_called(self.behaviour));
         if let Some(node) = exits.0.first().and_then(|(node, _)| self.graph.nodes.get_mut(*node as usize)) {
@@ -544,11 +550,11 @@ impl<'a, 'db> Builder<'a, 'db> {
     fn set(&mut self, to: Storage, value: Computed, at: SourceId) {
         if to.slot != 0 || to.cell.is_some() {
             let operand = match value.operand {
-                Operand::Known(values) => Operand::Known(values & to.values),
-                Operand::Cell(_) => value.operand,
+                NodeOperand::Known(values) => NodeOperand::Known(values & to.values),
+                NodeOperand::Cell(_) => value.operand,
             };
             let cell = to.cell.map(|cell| (cell, operand));
-            if let Some(node) = self.emit(Step::Plain, at) {
+            if let Some(node) = self.emit(NodeStep::Plain, at) {
                 (node.from, node.to, node.value) = (value.from, to.slot, cell);
             }
         }
@@ -577,7 +583,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         !matches!(ty, Type::Handle(_) | Type::Void) && (self.through_handles || !(self.is_handle)(ty))
     }
 
-    fn shared_cell(&mut self, values: Values) -> Option<u8> {
+    fn shared_cell(&mut self, values: CellValues) -> Option<u8> {
         let cell = self.graph.domains.len() as u8;
         if cell >= SHARED_CELLS {
             return None;
@@ -613,7 +619,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Returns where a condition holds, and where it does not.
-    fn condition(&mut self, frame: &Frame<'db>, condition: u32, at: SourceId) -> (Exits, Exits) {
+    fn condition(&mut self, frame: &ProgramFrame<'db>, condition: u32, at: SourceId) -> (Exits, Exits) {
         if let Term::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right) =
             frame.graph.term(condition)
         {
@@ -623,14 +629,14 @@ impl<'a, 'db> Builder<'a, 'db> {
             return if holds == 0 { (equal, differ) } else { (differ, equal) };
         }
         let value = self.value(frame, condition, at);
-        self.decision(value.operand, Operand::Known(TRUE), Some(at), 0)
+        self.decision(value.operand, NodeOperand::Known(TRUE), Some(at), 0)
     }
 
-    fn value(&mut self, frame: &Frame<'db>, term: u32, at: SourceId) -> Computed {
-        let unknown = |from| Computed { from, operand: Operand::Known(ANY) };
+    fn value(&mut self, frame: &ProgramFrame<'db>, term: u32, at: SourceId) -> Computed {
+        let unknown = |from| Computed { from, operand: NodeOperand::Known(ANY) };
         match frame.graph.term(term) {
-            Term::Bool(value) => Computed { from: 0, operand: Operand::Known(FALSE << u8::from(value)) },
-            Term::Status(value) => Computed { from: 0, operand: Operand::Known(NO_DATA << value) },
+            Term::Bool(value) => Computed { from: 0, operand: NodeOperand::Known(FALSE << u8::from(value)) },
+            Term::Status(value) => Computed { from: 0, operand: NodeOperand::Known(NO_DATA << value) },
             Term::Missing | Term::Other | Term::Feature | Term::Int(_) => unknown(0),
             Term::Register(register, _) => computed(frame.place(register)),
             Term::Incomplete(inner) | Term::Unary(UnaryOperator::Minus, inner) => {
@@ -638,11 +644,11 @@ impl<'a, 'db> Builder<'a, 'db> {
             }
             Term::Decided(value, by) => {
                 let from = self.value(frame, by, at).from;
-                Computed { from, operand: Operand::Known(FALSE << u8::from(value)) }
+                Computed { from, operand: NodeOperand::Known(FALSE << u8::from(value)) }
             }
             Term::Unary(UnaryOperator::Not, inner) => {
                 let inner = self.value(frame, inner, at);
-                self.truth(inner.operand, Operand::Known(FALSE), inner.from, at)
+                self.truth(inner.operand, NodeOperand::Known(FALSE), inner.from, at)
             }
             Term::Binary(..) => {
                 let (first, operands) = frame.graph.spine(term);
@@ -654,7 +660,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                         BinaryOperator::Equal => self.truth(left.operand, right.operand, from, at),
                         BinaryOperator::NotEqual => {
                             let equal = self.truth(left.operand, right.operand, from, at);
-                            self.truth(equal.operand, Operand::Known(FALSE), from, at)
+                            self.truth(equal.operand, NodeOperand::Known(FALSE), from, at)
                         }
                         _ => unknown(from),
                     }
@@ -664,18 +670,18 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Returns whether two operands are equal.
-    fn truth(&mut self, left: Operand, right: Operand, from: Slots, at: SourceId) -> Computed {
+    fn truth(&mut self, left: NodeOperand, right: NodeOperand, from: Slots, at: SourceId) -> Computed {
         let result = self.stack(&Type::Bool);
         let (equal, differ) = self.branch(left, right, at);
         self.open = equal;
-        self.set(result, Computed { from, operand: Operand::Known(TRUE) }, at);
+        self.set(result, Computed { from, operand: NodeOperand::Known(TRUE) }, at);
         let after = std::mem::replace(&mut self.open, differ);
-        self.set(result, Computed { from, operand: Operand::Known(FALSE) }, at);
+        self.set(result, Computed { from, operand: NodeOperand::Known(FALSE) }, at);
         self.open.extend(after);
         computed(result)
     }
 
-    fn call_of(&mut self, frame: &Frame<'db>, call: &Call<'db>, at: SourceId) {
+    fn call_of(&mut self, frame: &ProgramFrame<'db>, call: &Call<'db>, at: SourceId) {
         match call.callee {
             Some(Callee::Codel(codel)) => self.codel(frame, codel, call, at),
             Some(Callee::Operation(index)) => self.operation_call(frame, index, call, at),
@@ -684,7 +690,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         }
     }
 
-    fn codel(&mut self, frame: &Frame<'db>, of: Decl<'db>, call: &Call<'db>, at: SourceId) {
+    fn codel(&mut self, frame: &ProgramFrame<'db>, of: Decl<'db>, call: &Call<'db>, at: SourceId) {
         let data = codel(self.db, of);
         let (db, project) = (self.db, self.project);
         let ty = |ty: Option<&_>| type_of(db, project, of, ty);
@@ -709,8 +715,8 @@ impl<'a, 'db> Builder<'a, 'db> {
         }
         let source = (to != 0).then(|| self.source(PassageEnd::Codel(of)));
         let sink = takes.then(|| self.sink(PassageEnd::Codel(of), has_handle));
-        let value = result.cell.map(|cell| (cell, Operand::Known(result.values)));
-        if let Some(node) = self.emit(Step::Plain, at) {
+        let value = result.cell.map(|cell| (cell, NodeOperand::Known(result.values)));
+        if let Some(node) = self.emit(NodeStep::Plain, at) {
             (node.from, node.to, node.value, node.source, node.sink) = (from, to, value, source, sink);
             let id = self.graph.nodes.len() as u32 - 1;
             self.graph.calls.insert(id, of);
@@ -719,7 +725,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 
     /// Executes an operation of the core. Parameters that it changes are the variables of the caller.
-    fn operation_call(&mut self, frame: &Frame<'db>, index: usize, call: &Call<'db>, at: SourceId) {
+    fn operation_call(&mut self, frame: &ProgramFrame<'db>, index: usize, call: &Call<'db>, at: SourceId) {
         self.operations += 1;
         let fits = self.depth < MAX_CALLS && self.operations <= MAX_OPERATIONS && !self.graph.too_large;
         let Some(operation) = self.scope.operations.get(index).filter(|_| fits) else {
@@ -747,7 +753,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         self.call = outer;
     }
 
-    fn builtin(&mut self, frame: &Frame<'db>, builtin: Builtin, call: &Call<'db>, at: SourceId) {
+    fn builtin(&mut self, frame: &ProgramFrame<'db>, builtin: Builtin, call: &Call<'db>, at: SourceId) {
         let operand = &call.operand;
         match builtin {
             Builtin::Status => {}
@@ -771,7 +777,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                     _ => PassageEnd::Operation(operand.clone()),
                 };
                 let sink = self.sink(end, false);
-                if let Some(node) = self.emit(Step::Plain, at) {
+                if let Some(node) = self.emit(NodeStep::Plain, at) {
                     (node.from, node.sink) = (from, Some(sink));
                 }
             }
@@ -780,7 +786,7 @@ impl<'a, 'db> Builder<'a, 'db> {
 
     fn read(
         &mut self,
-        frame: &Frame<'db>,
+        frame: &ProgramFrame<'db>,
         end: PassageEnd<'db>,
         cell: Option<u8>,
         call: &Call<'db>,
@@ -790,7 +796,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         let changed = call.arguments.iter().skip(1).filter_map(|it| it.variable);
         let changed: Vec<Storage> = changed.map(|variable| frame.place(variable)).collect();
         let slots = changed.iter().fold(0, |slots, it| slots | it.slot);
-        if let Some(node) = self.emit(Step::Read(cell), at) {
+        if let Some(node) = self.emit(NodeStep::Read(cell), at) {
             (node.to, node.source) = (slots, Some(source));
         }
         self.forget(changed, at);
@@ -799,7 +805,7 @@ impl<'a, 'db> Builder<'a, 'db> {
     /// Any value may be in these variables from here on.
     fn forget(&mut self, changed: Vec<Storage>, at: SourceId) {
         for storage in changed {
-            let value = Computed { from: 0, operand: Operand::Known(ANY) };
+            let value = Computed { from: 0, operand: NodeOperand::Known(ANY) };
             self.set(Storage { slot: 0, ..storage }, value, at);
         }
     }
@@ -822,18 +828,18 @@ impl<'a, 'db> Builder<'a, 'db> {
     }
 }
 
-impl Frame<'_> {
+impl ProgramFrame<'_> {
     fn place(&self, register: u32) -> Storage {
         self.registers.get(register as usize).copied().unwrap_or_default()
     }
 }
 
 fn computed(storage: Storage) -> Computed {
-    Computed { from: storage.slot, operand: storage.cell.map_or(Operand::Known(ANY), Operand::Cell) }
+    Computed { from: storage.slot, operand: storage.cell.map_or(NodeOperand::Known(ANY), NodeOperand::Cell) }
 }
 
 /// Returns the values of a type whose variables decide branches.
-fn values_of(ty: &Type) -> Option<Values> {
+fn values_of(ty: &Type) -> Option<CellValues> {
     match ty {
         Type::Bool => Some(BOOL),
         Type::PortStatus | Type::CallStatus => Some(ANY),

@@ -10,7 +10,8 @@ use crate::product::Interpreted;
 use crate::source::Decl;
 
 use super::graph::{
-    ANY, Graph, NEW_DATA, NO_DATA, Node, Operand, SHARED_SLOTS, Slots, Step, TRUE, Values, bits, shift,
+    ANY, CellValues, JobGraph, JobNode, NEW_DATA, NO_DATA, NodeOperand, NodeStep, SHARED_SLOTS, Slots, TRUE,
+    bits, shift,
 };
 use super::types::{PassageEnd, SkipCause};
 
@@ -34,22 +35,22 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    fn get(&self, operand: Operand) -> Values {
+    fn get(&self, operand: NodeOperand) -> CellValues {
         match operand {
-            Operand::Known(values) => values,
-            Operand::Cell(cell) => (self.values >> shift(cell)) as Values & ANY,
+            NodeOperand::Known(values) => values,
+            NodeOperand::Cell(cell) => (self.values >> shift(cell)) as CellValues & ANY,
         }
     }
 
-    fn set(&mut self, cell: u8, values: Values) {
+    fn set(&mut self, cell: u8, values: CellValues) {
         self.values = self.values & !bits(cell) | u128::from(values) << shift(cell);
     }
 }
 
 /// What is followed, and what is assumed meanwhile.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Search<'a, 'db> {
-    pub(super) graph: &'a Graph<'db>,
+pub(super) struct PassageSearch<'a, 'db> {
+    pub(super) graph: &'a JobGraph<'db>,
     /// What counters and modes decide, if they are followed.
     pub(super) interpreted: Option<&'a Interpreted<'db>>,
     /// Where the data comes from.
@@ -71,7 +72,7 @@ pub(super) struct Search<'a, 'db> {
 
 /// All moments that a search finds.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FoundMoments {
     pub(super) moments: Vec<Moment>,
     pub(super) successors: Vec<Vec<usize>>,
     /// Whether each is a goal.
@@ -79,13 +80,13 @@ pub(super) struct Found {
 }
 
 /// A repeated part of a path.
-pub(super) type Cycle = Vec<usize>;
+pub(super) type PathCycle = Vec<usize>;
 
-impl<'a, 'db> Search<'a, 'db> {
+impl<'a, 'db> PassageSearch<'a, 'db> {
     /// Follows and assumes nothing.
-    pub(super) fn new(graph: &'a Graph<'db>, states: &'a [bool]) -> Search<'a, 'db> {
+    pub(super) fn new(graph: &'a JobGraph<'db>, states: &'a [bool]) -> PassageSearch<'a, 'db> {
         let (wanted, skips, answers, new_data) = (&[][..], &[][..], &[][..], &[][..]);
-        Search {
+        PassageSearch {
             graph,
             interpreted: None,
             source: None,
@@ -99,7 +100,7 @@ impl<'a, 'db> Search<'a, 'db> {
         }
     }
 
-    pub(super) fn node(&self, moment: &Moment) -> Option<&'a Node> {
+    pub(super) fn node(&self, moment: &Moment) -> Option<&'a JobNode> {
         self.graph.nodes.get(moment.node as usize)
     }
 
@@ -154,7 +155,7 @@ impl<'a, 'db> Search<'a, 'db> {
     pub(super) fn taken(&self, mut moment: Moment) -> Vec<Moment> {
         let mut found = Vec::new();
         (moment.carry, moment.newer) = (0, 0);
-        let followed = Search { is_age: false, ..*self };
+        let followed = PassageSearch { is_age: false, ..*self };
         moment.is_taken = true;
         followed.after(moment, &mut found);
         found.retain(|it| it.carry != 0);
@@ -168,17 +169,17 @@ impl<'a, 'db> Search<'a, 'db> {
             return;
         }
         match node.step {
-            Step::End(state) => self.next_job(moment, node, state, found),
-            Step::Branch(left, right) => self.branch(moment, node, left, right, found),
-            Step::Read(cell) => self.read(moment, node, cell, found),
-            Step::Plain => {
+            NodeStep::End(state) => self.next_job(moment, node, state, found),
+            NodeStep::Branch(left, right) => self.branch(moment, node, left, right, found),
+            NodeStep::Read(cell) => self.read(moment, node, cell, found),
+            NodeStep::Plain => {
                 let is_source = node.source.is_some() && node.source == self.source;
                 found.extend(self.copied(moment, node, is_source));
             }
         }
     }
 
-    fn next_job(&self, mut moment: Moment, node: &Node, state: usize, found: &mut Vec<Moment>) {
+    fn next_job(&self, mut moment: Moment, node: &JobNode, state: usize, found: &mut Vec<Moment>) {
         let Some(&start) = self.graph.starts.get(state) else { return };
         if self.states.get(state) != Some(&true) {
             return;
@@ -202,12 +203,19 @@ impl<'a, 'db> Search<'a, 'db> {
         }
     }
 
-    fn branch(&self, moment: Moment, node: &Node, left: Operand, right: Operand, found: &mut Vec<Moment>) {
+    fn branch(
+        &self,
+        moment: Moment,
+        node: &JobNode,
+        left: NodeOperand,
+        right: NodeOperand,
+        found: &mut Vec<Moment>,
+    ) {
         let (a, b) = (moment.get(left), moment.get(right));
-        let go = |which: usize, known: [(Operand, Values); 2]| {
+        let go = |which: usize, known: [(NodeOperand, CellValues); 2]| {
             let mut moment = Moment { node: (*node.next.get(which)?)?, ..moment };
             for (operand, values) in known.into_iter().filter(|_| left != right) {
-                if let Operand::Cell(cell) = operand {
+                if let NodeOperand::Cell(cell) = operand {
                     moment.set(cell, values);
                 }
             }
@@ -221,12 +229,12 @@ impl<'a, 'db> Search<'a, 'db> {
         // They differ if they cannot be equal; if one is known, the other is none of its values.
         if (a != b || a.count_ones() != 1) && excluded != Some(1) {
             let without =
-                |own: Values, other: Values| if other.count_ones() == 1 { own & !other } else { own };
+                |own: CellValues, other: CellValues| if other.count_ones() == 1 { own & !other } else { own };
             found.extend(go(1, [(left, without(a, b)), (right, without(b, a))]));
         }
     }
 
-    fn read(&self, mut moment: Moment, node: &Node, cell: Option<u8>, found: &mut Vec<Moment>) {
+    fn read(&self, mut moment: Moment, node: &JobNode, cell: Option<u8>, found: &mut Vec<Moment>) {
         let is_source = node.source == self.source;
         let source = node.source.and_then(|source| self.graph.sources.get(usize::from(source)));
         // With these statuses, the variables keep their values.
@@ -253,7 +261,7 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns the moment after a node that copies data.
-    fn copied(&self, mut moment: Moment, node: &Node, is_source: bool) -> Option<Moment> {
+    fn copied(&self, mut moment: Moment, node: &JobNode, is_source: bool) -> Option<Moment> {
         let wanted = self.wanted.get(moment.node as usize).copied().unwrap_or_default();
         if let Some((cell, operand)) = node.value {
             let is_true =
@@ -274,12 +282,12 @@ impl<'a, 'db> Search<'a, 'db> {
     pub(super) fn explore(
         &self,
         starts: impl IntoIterator<Item = Moment>,
-        is_goal: impl Fn(&Moment, &Node) -> bool,
+        is_goal: impl Fn(&Moment, &JobNode) -> bool,
         stops: bool,
-    ) -> Option<Found> {
+    ) -> Option<FoundMoments> {
         let limit = MAX_STATES.max(self.graph.nodes.len() * 4);
-        let (mut found, mut numbers) = (Found::default(), FxHashMap::default());
-        let mut number = |found: &mut Found, moment: Moment| match numbers.entry(moment) {
+        let (mut found, mut numbers) = (FoundMoments::default(), FxHashMap::default());
+        let mut number = |found: &mut FoundMoments, moment: Moment| match numbers.entry(moment) {
             Entry::Occupied(entry) => *entry.get(),
             Entry::Vacant(entry) => {
                 found.moments.push(moment);
@@ -309,20 +317,21 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns what may follow the goals, up to writes to `sink` that carry less.
-    pub(super) fn explore_after(&self, found: &Found, sink: u16) -> Option<Found> {
+    pub(super) fn explore_after(&self, found: &FoundMoments, sink: u16) -> Option<FoundMoments> {
         let goals = found.moments.iter().zip(&found.goals).filter(|(_, is_goal)| **is_goal);
         let mut after = Vec::new();
         goals.for_each(|(moment, _)| self.after(*moment, &mut after));
-        let is_less = |moment: &Moment, node: &Node| node.sink == Some(sink) && node.from & moment.carry == 0;
+        let is_less =
+            |moment: &Moment, node: &JobNode| node.sink == Some(sink) && node.from & moment.carry == 0;
         self.explore(after, is_less, true)
     }
 
     /// Returns the most ends of jobs on a path to a goal; none if no path comes to one. A path that may miss all goals for ever is
     /// an error.
-    pub(super) fn longest(&self, found: &Found) -> Result<Option<u32>, Cycle> {
+    pub(super) fn longest(&self, found: &FoundMoments) -> Result<Option<u32>, PathCycle> {
         let ends = |index: usize| {
             let node = found.moments.get(index).and_then(|it| self.node(it));
-            node.is_some_and(|node| matches!(node.step, Step::End(_)))
+            node.is_some_and(|node| matches!(node.step, NodeStep::End(_)))
         };
         // Calls of operations before a job may repeat, and take no job.
         let all = components(&found.successors);
@@ -363,18 +372,22 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns whether a cycle that was found without the values of counters and modes may repeat for ever with them.
-    pub(super) fn may_repeat(&self, found: &Found, cycle: &Cycle) -> bool {
+    pub(super) fn may_repeat(&self, found: &FoundMoments, cycle: &PathCycle) -> bool {
         let all: FxHashSet<Moment> = cycle.iter().filter_map(|it| found.moments.get(*it)).copied().collect();
         let first = cycle.first().and_then(|it| found.moments.get(*it));
         let place = first.and_then(|it| self.graph.places.get(self.node(it)?.place as usize));
         let products = place.into_iter().flat_map(|it| self.products(it.state));
         let starts = products.flat_map(|product| first.map(|it| Moment { product, ..*it }));
-        let leaves = |moment: &Moment, _: &Node| !all.contains(&Moment { product: 0, ..*moment });
+        let leaves = |moment: &Moment, _: &JobNode| !all.contains(&Moment { product: 0, ..*moment });
         self.explore(starts, leaves, true).is_none_or(|found| self.longest(&found).is_err())
     }
 
     /// Returns which branch of a cycle avoids a goal, and why it may.
-    pub(super) fn skipped(&self, found: &Found, cycle: &Cycle) -> Option<(&'a Node, SkipCause<'db>)> {
+    pub(super) fn skipped(
+        &self,
+        found: &FoundMoments,
+        cycle: &PathCycle,
+    ) -> Option<(&'a JobNode, SkipCause<'db>)> {
         let reaches = reaches_goal(found);
         let mut far = None;
         for (position, &index) in cycle.iter().enumerate() {
@@ -384,7 +397,7 @@ impl<'a, 'db> Search<'a, 'db> {
                 continue;
             };
             let Some(node) = self.node(moment) else { continue };
-            let Step::Branch(left, right) = node.step else { continue };
+            let NodeStep::Branch(left, right) = node.step else { continue };
             let Some(&other) = successors.iter().find(|it| Some(*it) != taken) else { continue };
             let of = |operand| self.cause(found, cycle, position, operand);
             let cause = || (node, of(left).or_else(|| of(right)).unwrap_or(SkipCause::Condition));
@@ -401,17 +414,17 @@ impl<'a, 'db> Search<'a, 'db> {
     /// Returns why a cell has no known value at a position of a cycle: by what sets it last.
     fn cause(
         &self,
-        found: &Found,
-        cycle: &Cycle,
+        found: &FoundMoments,
+        cycle: &PathCycle,
         position: usize,
-        operand: Operand,
+        operand: NodeOperand,
     ) -> Option<SkipCause<'db>> {
-        let Operand::Cell(mut cell) = operand else { return None };
+        let NodeOperand::Cell(mut cell) = operand else { return None };
         let before = cycle.iter().take(position).rev().chain(cycle.iter().skip(position).rev());
         for moment in before.filter_map(|index| found.moments.get(*index)) {
             match self.node(moment).and_then(|node| node.value).filter(|(set, _)| *set == cell) {
-                Some((_, Operand::Cell(other))) => cell = other,
-                Some((_, Operand::Known(_))) => {
+                Some((_, NodeOperand::Cell(other))) => cell = other,
+                Some((_, NodeOperand::Known(_))) => {
                     return self.graph.calls.get(&moment.node).map(|codel| SkipCause::Answer(*codel));
                 }
                 None => {}
@@ -424,10 +437,10 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns whether a goal follows in the same job.
-    fn in_job(&self, found: &Found, from: usize) -> bool {
+    fn in_job(&self, found: &FoundMoments, from: usize) -> bool {
         let ends = |index: usize| {
             let node = found.moments.get(index).and_then(|it| self.node(it));
-            node.is_none_or(|node| matches!(node.step, Step::End(_)))
+            node.is_none_or(|node| matches!(node.step, NodeStep::End(_)))
         };
         let within = |index: usize| {
             let next =
@@ -438,17 +451,17 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns the states in which the jobs of a cycle begin, in order.
-    pub(super) fn states_of(&self, found: &Found, cycle: &Cycle) -> Vec<usize> {
+    pub(super) fn states_of(&self, found: &FoundMoments, cycle: &PathCycle) -> Vec<usize> {
         let ends = cycle.iter().filter_map(|index| {
             let node = self.node(found.moments.get(*index)?)?;
             let place = self.graph.places.get(node.place as usize)?;
-            matches!(node.step, Step::End(_)).then_some(place.state)
+            matches!(node.step, NodeStep::End(_)).then_some(place.state)
         });
         ends.collect()
     }
 }
 
-impl Found {
+impl FoundMoments {
     /// Removes the paths that come to no goal.
     pub(super) fn keep_to_goals(&mut self) {
         let reaches = reaches_goal(self);
@@ -459,13 +472,13 @@ impl Found {
 }
 
 /// Returns whether each moment may come to a goal.
-fn reaches_goal(found: &Found) -> Vec<bool> {
+fn reaches_goal(found: &FoundMoments) -> Vec<bool> {
     let goals = (0..).zip(&found.goals).filter(|(_, is_goal)| **is_goal).map(|(index, _)| index);
     reachable(&predecessors_by(&found.successors), goals)
 }
 
 /// Returns a cycle among the moments that are not in `order`: all others reach none.
-fn cycle(found: &Found, order: &[usize]) -> Cycle {
+fn cycle(found: &FoundMoments, order: &[usize]) -> PathCycle {
     let mut is_open = vec![true; found.moments.len()];
     for &index in order {
         is_open.get_mut(index).into_iter().for_each(|it| *it = false);
@@ -480,11 +493,11 @@ fn cycle(found: &Found, order: &[usize]) -> Cycle {
         }
         current = found.successors.get(index).and_then(|it| it.iter().copied().find(is_open));
     }
-    Cycle::new()
+    PathCycle::new()
 }
 
 /// Returns the shortest cycle through a moment.
-fn shortest(found: &Found, first: usize, is_open: impl Fn(&usize) -> bool) -> Cycle {
+fn shortest(found: &FoundMoments, first: usize, is_open: impl Fn(&usize) -> bool) -> PathCycle {
     let mut before: FxHashMap<usize, usize> = FxHashMap::default();
     let mut open = VecDeque::from([first]);
     while let Some(index) = open.pop_front().filter(|_| !before.contains_key(&first)) {
@@ -496,7 +509,7 @@ fn shortest(found: &Found, first: usize, is_open: impl Fn(&usize) -> bool) -> Cy
         }
     }
     let up = |index: &usize| before.get(index).copied().filter(|it| *it != first);
-    let mut path: Cycle = std::iter::successors(before.get(&first).copied(), up).collect();
+    let mut path: PathCycle = std::iter::successors(before.get(&first).copied(), up).collect();
     path.retain(|it| *it != first);
     path.push(first);
     path.reverse();
@@ -504,7 +517,7 @@ fn shortest(found: &Found, first: usize, is_open: impl Fn(&usize) -> bool) -> Cy
 }
 
 /// Returns the shortest cycle that leads from `last` to `first`, through some moments.
-fn cycle_of(found: &Found, first: usize, last: usize, is_in: &dyn Fn(usize) -> bool) -> Cycle {
+fn cycle_of(found: &FoundMoments, first: usize, last: usize, is_in: &dyn Fn(usize) -> bool) -> PathCycle {
     let mut before: FxHashMap<usize, usize> = FxHashMap::from_iter([(first, first)]);
     closure([first], |index| {
         let next = found.successors.get(index).into_iter().flatten().copied().filter(|it| is_in(*it));

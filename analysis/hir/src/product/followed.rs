@@ -20,7 +20,7 @@ use crate::types::Type;
 
 /// The variables that are followed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub(super) struct Followed {
+pub(super) struct FollowedVariables {
     pub(super) variables: Vec<VariableId>,
     /// Those that operations assign, which clients may call between two jobs.
     pub(super) by_operations: Vec<VariableId>,
@@ -30,7 +30,7 @@ pub(super) struct Followed {
 
 /// How the programs of a group of bodies use variables of few values.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-struct Uses {
+struct VariableUses {
     /// The variables of each comparison or other operand of a condition, whose value may be known if all of them are.
     deciding: Vec<Vec<VariableId>>,
     /// The target and the source of an assignment: the value of the first one depends on the second one.
@@ -49,7 +49,11 @@ pub(super) fn is_small(ty: &Type) -> bool {
 
 /// Returns the followed variables of a core. An edit of a program computes the uses of its group, and seldom changes the result.
 #[salsa::tracked(returns(ref))]
-pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Followed {
+pub(super) fn followed_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> FollowedVariables {
     let in_group = |group| uses_in_group(db, project, of, group);
     let all = by_group(db, of, || uses_in(db, project, of, 0), in_group);
     let mut sources: FxHashMap<VariableId, Vec<VariableId>> = FxHashMap::default();
@@ -70,7 +74,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     let deciding: FxHashSet<VariableId> = deciding.into_iter().collect();
     let mut variables: Vec<VariableId> = variables.intersection(&deciding).copied().collect();
     if variables.is_empty() {
-        return Followed::default();
+        return FollowedVariables::default();
     }
     variables.sort_unstable();
     let mut by_operations: Vec<VariableId> =
@@ -78,7 +82,7 @@ pub(super) fn followed_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
     by_operations.sort_unstable();
     by_operations.dedup();
     let greatest = all.iter().map(|uses| uses.greatest).max().unwrap_or_default();
-    Followed { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(4) }
+    FollowedVariables { variables, by_operations, farthest: greatest.saturating_mul(2).saturating_add(4) }
 }
 
 /// Returns the shared variables with their identities.
@@ -87,15 +91,20 @@ pub(super) fn shared(all: &[VariableOf]) -> impl Iterator<Item = (VariableId, &V
 }
 
 #[salsa::tracked(returns(ref))]
-fn uses_in_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Uses {
+fn uses_in_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
+) -> VariableUses {
     uses_in(db, project, of, group)
 }
 
-fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Uses {
-    let Some(scope) = core_scope(db, of) else { return Uses::default() };
+fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> VariableUses {
+    let Some(scope) = core_scope(db, of) else { return VariableUses::default() };
     let inference = inference_of(db, project, of, group);
     let shared = shared_variables(db, project, of);
-    let mut found = Uses::default();
+    let mut found = VariableUses::default();
     let bodies = scope.bodies_in(group).zip(graphs_of_group(db, project, of, group));
     for (id, programs) in bodies {
         let is_operation = matches!(id, BodyId::Operation(_));
@@ -106,14 +115,14 @@ fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, grou
             }
             let first = found.assigned.len();
             let results = FxHashMap::default();
-            Reader { inference, shared, graph, found: &mut found, results }.program(is_operation);
+            DependenceReader { inference, shared, graph, found: &mut found, results }.program(is_operation);
             if is_operation {
                 let of_operation = found.assigned.iter().skip(first).map(|(variable, _)| *variable);
                 found.by_operations.extend(of_operation.filter(|it| it.group.is_none()));
             }
         }
     }
-    let Uses { deciding, sources, assigned, .. } = &mut found;
+    let VariableUses { deciding, sources, assigned, .. } = &mut found;
     deciding.sort_unstable();
     deciding.dedup();
     sources.sort_unstable();
@@ -125,33 +134,33 @@ fn uses_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, grou
 
 /// The variables that a value depends on, and whether the value is known if theirs are.
 #[derive(Debug, Clone, Default)]
-struct Dependence {
+struct ValueDependence {
     variables: Vec<VariableId>,
     is_unknown: bool,
 }
 
-impl Dependence {
-    fn and(mut self, other: Dependence) -> Dependence {
+impl ValueDependence {
+    fn and(mut self, other: ValueDependence) -> ValueDependence {
         self.variables.extend(other.variables);
         self.is_unknown |= other.is_unknown;
         self
     }
 
-    fn unknown(self) -> Dependence {
-        Dependence { is_unknown: true, ..self }
+    fn unknown(self) -> ValueDependence {
+        ValueDependence { is_unknown: true, ..self }
     }
 }
 
-struct Reader<'a, 'db> {
+struct DependenceReader<'a, 'db> {
     inference: &'a Inference<'db>,
     shared: &'a [VariableOf],
     graph: &'a ProgramGraph<'db>,
-    found: &'a mut Uses,
+    found: &'a mut VariableUses,
     /// What the registers of results depend on.
-    results: FxHashMap<u32, Dependence>,
+    results: FxHashMap<u32, ValueDependence>,
 }
 
-impl<'db> Reader<'_, 'db> {
+impl<'db> DependenceReader<'_, 'db> {
     fn program(&mut self, is_operation: bool) {
         for node in &self.graph.nodes {
             match &node.action {
@@ -177,14 +186,14 @@ impl<'db> Reader<'_, 'db> {
         all.get(id.index as usize).is_some_and(|it| is_small(&it.ty)).then_some(id)
     }
 
-    fn dependence(&self, term: u32) -> Dependence {
+    fn dependence(&self, term: u32) -> ValueDependence {
         match self.graph.term(term) {
-            Term::Bool(_) | Term::Int(_) | Term::Status(_) | Term::Other => Dependence::default(),
-            Term::Missing | Term::Feature => Dependence::default().unknown(),
+            Term::Bool(_) | Term::Int(_) | Term::Status(_) | Term::Other => ValueDependence::default(),
+            Term::Missing | Term::Feature => ValueDependence::default().unknown(),
             Term::Register(register, _) => match (self.results.get(&register), self.small(register)) {
                 (Some(of_result), _) => of_result.clone(),
-                (None, Some(variable)) => Dependence { variables: vec![variable], is_unknown: false },
-                (None, None) => Dependence::default().unknown(),
+                (None, Some(variable)) => ValueDependence { variables: vec![variable], is_unknown: false },
+                (None, None) => ValueDependence::default().unknown(),
             },
             Term::Incomplete(inner) => self.dependence(inner).unknown(),
             Term::Unary(_, inner) | Term::Decided(_, inner) => self.dependence(inner),
@@ -217,7 +226,7 @@ impl<'db> Reader<'_, 'db> {
     /// Notes what a call assigns.
     fn call(&mut self, call: &Call<'db>) {
         let is_own = call.operation().is_some();
-        let mut result = Dependence { is_unknown: !is_own, ..Dependence::default() };
+        let mut result = ValueDependence { is_unknown: !is_own, ..ValueDependence::default() };
         for argument in &call.arguments {
             result = result.and(self.dependence(argument.value));
             if argument.direction != Direction::In

@@ -58,21 +58,21 @@ pub(super) struct ReducedOperation<'db> {
 
 /// A program, reduced to what the followed variables depend on.
 #[derive(Debug, salsa::SalsaValue)]
-pub(super) struct Program<'db> {
+pub(super) struct ReducedProgram<'db> {
     reduced: Reduced<'db>,
     /// The outcomes so far.
-    known: Mutex<Known>,
+    known: Mutex<KnownOutcomes>,
 }
 
 /// Outcomes by valuation, for each set of variables that are widened.
-type Known = Vec<(Vec<VariableId>, FxHashMap<Valuation, Arc<Outcomes>>)>;
+type KnownOutcomes = Vec<(Vec<VariableId>, FxHashMap<Valuation, Arc<Outcomes>>)>;
 
 /// The only path of a program from a valuation, whose conditions are all known.
 #[derive(Debug, Default)]
 pub(super) struct OnlyPath {
-    /// The values of registers; the first ones are those of [`Program::variables`].
+    /// The values of registers; the first ones are those of [`ReducedProgram::variables`].
     pub(super) registers: Vec<i32>,
-    /// The calls, in their order: see [`Program::cost_of`].
+    /// The calls, in their order: see [`ReducedProgram::cost_of`].
     pub(super) calls: Vec<u32>,
     /// The values that variables get.
     pub(super) seen: Vec<(VariableId, i32)>,
@@ -80,20 +80,20 @@ pub(super) struct OnlyPath {
     pub(super) steps: usize,
 }
 
-impl PartialEq for Program<'_> {
+impl PartialEq for ReducedProgram<'_> {
     fn eq(&self, other: &Self) -> bool {
         self.reduced == other.reduced
     }
 }
 
-impl Eq for Program<'_> {}
+impl Eq for ReducedProgram<'_> {}
 
 /// What a program may do from a valuation.
 #[derive(Debug, Default)]
 pub(super) struct Outcomes {
     /// At most one for each end with the same values.
-    pub(super) all: Vec<Outcome>,
-    /// The parts of their costs; each refers to earlier ones only. An execution is that of a call: see [`Program::cost_of`].
+    pub(super) all: Vec<ProgramOutcome>,
+    /// The parts of their costs; each refers to earlier ones only. An execution is that of a call: see [`ReducedProgram::cost_of`].
     pub(super) costs: Vec<CostOf<u32>>,
     /// The values that variables get.
     pub(super) seen: Vec<(VariableId, i32)>,
@@ -106,10 +106,10 @@ pub(super) struct Outcomes {
 }
 
 #[derive(Debug)]
-pub(super) struct Outcome {
+pub(super) struct ProgramOutcome {
     /// Whether a guard holds; false for other programs.
     pub(super) holds: bool,
-    /// Those of [`Program::variables`].
+    /// Those of [`ReducedProgram::variables`].
     pub(super) values: Valuation,
     /// An index in [`Outcomes::costs`].
     pub(super) cost: u32,
@@ -117,8 +117,8 @@ pub(super) struct Outcome {
 
 #[derive(Debug, PartialEq, Eq, salsa::SalsaValue)]
 struct Reduced<'db> {
-    steps: Vec<Step<'db>>,
-    values: Vec<Operand>,
+    steps: Vec<OutcomeStep<'db>>,
+    values: Vec<ReducedOperand>,
     /// The shared variables that it uses: the first registers.
     variables: Vec<VariableId>,
     /// The number of registers.
@@ -130,7 +130,7 @@ struct Reduced<'db> {
 }
 
 #[derive(Debug, PartialEq, Eq, salsa::SalsaValue)]
-struct Step<'db> {
+struct OutcomeStep<'db> {
     kind: StepKind<'db>,
     next: u32,
     /// The registers whose values matter before it.
@@ -168,7 +168,7 @@ enum StepKind<'db> {
 
 /// A value that is reduced to what followed variables depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Operand {
+enum ReducedOperand {
     Any,
     Known(i32),
     /// A register, and its variable, whose value conditions tell; none for a parameter or a result.
@@ -179,17 +179,17 @@ enum Operand {
 
 const UNKNOWN: u32 = 0;
 
-impl<'db> Program<'db> {
+impl<'db> ReducedProgram<'db> {
     pub(super) fn new(
         place: ProgramIn,
         graph: &ProgramGraph<'db>,
         reduction: &Reduction<'_, 'db>,
-    ) -> Program<'db> {
+    ) -> ReducedProgram<'db> {
         let mut reducer = Reducer {
             reduction,
             found: Reduced {
                 steps: Vec::new(),
-                values: vec![Operand::Any],
+                values: vec![ReducedOperand::Any],
                 variables: Vec::new(),
                 width: 0,
                 farthest: reduction.farthest,
@@ -205,7 +205,7 @@ impl<'db> Program<'db> {
         reducer.graph(graph, FxHashMap::default(), None);
         reducer.found.find_live();
         reducer.found.find_order();
-        Program { reduced: reducer.found, known: Mutex::default() }
+        ReducedProgram { reduced: reducer.found, known: Mutex::default() }
     }
 
     /// The followed variables that it uses.
@@ -304,7 +304,7 @@ struct Reducer<'a, 'db> {
 }
 
 /// The registers of a graph; none where nothing is followed.
-type Bound = FxHashMap<u32, Option<u32>>;
+type FollowedRegisters = FxHashMap<u32, Option<u32>>;
 
 /// The call of an operation: the register of its result, and whether it has few values.
 type Called = (Option<u32>, bool);
@@ -341,8 +341,8 @@ impl<'db> Reducer<'_, 'db> {
         })
     }
 
-    fn value(&mut self, operand: Operand) -> u32 {
-        if operand == Operand::Any {
+    fn value(&mut self, operand: ReducedOperand) -> u32 {
+        if operand == ReducedOperand::Any {
             return UNKNOWN;
         }
         self.found.values.push(operand);
@@ -351,12 +351,12 @@ impl<'db> Reducer<'_, 'db> {
 
     fn push(&mut self, kind: StepKind<'db>) -> u32 {
         let next = self.found.steps.len() as u32 + 1;
-        self.found.steps.push(Step { kind, next, live: 0, order: [0; 2] });
+        self.found.steps.push(OutcomeStep { kind, next, live: 0, order: [0; 2] });
         next - 1
     }
 
     /// Adds the steps of a graph. Its registers are those of `bound`, or own ones. The returns of an operation assign its result.
-    fn graph(&mut self, graph: &ProgramGraph<'db>, mut bound: Bound, called: Option<Called>) {
+    fn graph(&mut self, graph: &ProgramGraph<'db>, mut bound: FollowedRegisters, called: Option<Called>) {
         if self.found.steps.len() + graph.nodes.len() > MAX_NODES || self.calls > MAX_CALLS {
             self.found.is_too_large = true;
             return;
@@ -441,7 +441,7 @@ impl<'db> Reducer<'_, 'db> {
     }
 
     /// Adds the steps of a call; returns the last one.
-    fn call(&mut self, graph: &ProgramGraph<'db>, call: &Call<'db>, bound: &Bound) -> u32 {
+    fn call(&mut self, graph: &ProgramGraph<'db>, call: &Call<'db>, bound: &FollowedRegisters) -> u32 {
         let register = |number: u32| bound.get(&number).copied().flatten();
         let operations = self.reduction.operations;
         let called = call.operation().and_then(|index| Some((index, operations.get(index)?)));
@@ -480,7 +480,7 @@ impl<'db> Reducer<'_, 'db> {
         // The registers of an operation end with it.
         self.registers.truncate(outer);
         let last = self.push(StepKind::Nothing);
-        if let Some(Step { kind: StepKind::Operation { end, .. }, .. }) =
+        if let Some(OutcomeStep { kind: StepKind::Operation { end, .. }, .. }) =
             self.found.steps.get_mut(enter as usize)
         {
             *end = last;
@@ -488,35 +488,36 @@ impl<'db> Reducer<'_, 'db> {
         last
     }
 
-    fn term(&mut self, graph: &ProgramGraph<'db>, term: u32, bound: &Bound) -> u32 {
+    fn term(&mut self, graph: &ProgramGraph<'db>, term: u32, bound: &FollowedRegisters) -> u32 {
         let operand = match graph.term(term) {
-            Term::Bool(value) | Term::Decided(value, _) => Operand::Known(value.into()),
-            Term::Int(value) => Operand::Known(value),
-            Term::Status(value) => Operand::Known(value.into()),
-            Term::Missing | Term::Other | Term::Feature | Term::Incomplete(_) => Operand::Any,
+            Term::Bool(value) | Term::Decided(value, _) => ReducedOperand::Known(value.into()),
+            Term::Int(value) => ReducedOperand::Known(value),
+            Term::Status(value) => ReducedOperand::Known(value.into()),
+            Term::Missing | Term::Other | Term::Feature | Term::Incomplete(_) => ReducedOperand::Any,
             Term::Register(register, _) => match bound.get(&register).copied().flatten() {
-                Some(register) => {
-                    Operand::Register(register, self.registers.get(register as usize).copied().flatten())
-                }
-                None => Operand::Any,
+                Some(register) => ReducedOperand::Register(
+                    register,
+                    self.registers.get(register as usize).copied().flatten(),
+                ),
+                None => ReducedOperand::Any,
             },
             Term::Unary(operator, inner) => match self.term(graph, inner, bound) {
-                UNKNOWN => Operand::Any,
-                inner => Operand::Unary(operator, inner),
+                UNKNOWN => ReducedOperand::Any,
+                inner => ReducedOperand::Unary(operator, inner),
             },
             Term::Binary(..) => return self.binary(graph, term, bound),
         };
         self.value(operand)
     }
 
-    fn binary(&mut self, graph: &ProgramGraph<'db>, term: u32, bound: &Bound) -> u32 {
+    fn binary(&mut self, graph: &ProgramGraph<'db>, term: u32, bound: &FollowedRegisters) -> u32 {
         let (first, operands) = graph.spine(term);
         let mut value = self.term(graph, first, bound);
         for (operator, right) in operands {
             let right = self.term(graph, right, bound);
             value = match (value, right) {
                 (UNKNOWN, _) | (_, UNKNOWN) => UNKNOWN,
-                _ => self.value(Operand::Binary(operator, value, right)),
+                _ => self.value(ReducedOperand::Binary(operator, value, right)),
             };
         }
         value
@@ -528,11 +529,11 @@ fn bit(register: u32) -> Registers {
 }
 
 /// A path: the values of the registers, and the cost so far.
-type Path = (Valuation, u32);
+type RegisterPath = (Valuation, u32);
 
 impl<'db> Reduced<'db> {
-    fn operand(&self, value: u32) -> Operand {
-        self.values.get(value as usize).copied().unwrap_or(Operand::Any)
+    fn operand(&self, value: u32) -> ReducedOperand {
+        self.values.get(value as usize).copied().unwrap_or(ReducedOperand::Any)
     }
 
     /// Finds the registers whose values matter. At the end, those of shared variables do.
@@ -583,10 +584,10 @@ impl<'db> Reduced<'db> {
         let (mut open, mut used) = (vec![value], 0);
         while let Some(value) = open.pop() {
             match self.operand(value) {
-                Operand::Any | Operand::Known(_) => {}
-                Operand::Register(register, _) => used |= bit(register),
-                Operand::Unary(_, inner) => open.push(inner),
-                Operand::Binary(_, one, other) => open.extend([one, other]),
+                ReducedOperand::Any | ReducedOperand::Known(_) => {}
+                ReducedOperand::Register(register, _) => used |= bit(register),
+                ReducedOperand::Unary(_, inner) => open.push(inner),
+                ReducedOperand::Binary(_, one, other) => open.extend([one, other]),
             }
         }
         used
@@ -594,18 +595,18 @@ impl<'db> Reduced<'db> {
 
     fn value(&self, value: u32, registers: &[i32]) -> i32 {
         match self.operand(value) {
-            Operand::Any => ANY,
-            Operand::Known(value) => value,
-            Operand::Register(register, _) => registers.get(register as usize).copied().unwrap_or(ANY),
-            Operand::Unary(operator, inner) => match (operator, self.value(inner, registers)) {
+            ReducedOperand::Any => ANY,
+            ReducedOperand::Known(value) => value,
+            ReducedOperand::Register(register, _) => registers.get(register as usize).copied().unwrap_or(ANY),
+            ReducedOperand::Unary(operator, inner) => match (operator, self.value(inner, registers)) {
                 (_, ANY) => ANY,
                 (UnaryOperator::Not, value) => i32::from(value == 0),
                 (UnaryOperator::Minus, value) => value.checked_neg().unwrap_or(ANY),
             },
-            Operand::Binary(operator, left, right) => {
+            ReducedOperand::Binary(operator, left, right) => {
                 // A long sum is no deep recursion.
                 let (mut first, mut operands) = (left, vec![(operator, right)]);
-                while let Operand::Binary(operator, left, right) = self.operand(first) {
+                while let ReducedOperand::Binary(operator, left, right) = self.operand(first) {
                     operands.push((operator, right));
                     first = left;
                 }
@@ -624,7 +625,7 @@ impl<'db> Reduced<'db> {
     /// if they are far from 0.
     fn change(
         &self,
-        step: &Step<'db>,
+        step: &OutcomeStep<'db>,
         widened: &[VariableId],
         registers: &mut [i32],
         seen: &mut Vec<(VariableId, i32)>,
@@ -653,12 +654,12 @@ impl<'db> Reduced<'db> {
         let mut registers = vec![ANY; self.width];
         registers.iter_mut().zip(values).for_each(|(register, value)| *register = *value);
         let (costs, found) = (Costs::new(), Outcomes::default());
-        let mut run = Run { program: self, widened, costs, found, ends: Vec::new() };
+        let mut run = ProgramRun { program: self, widened, costs, found, ends: Vec::new() };
         run.found.is_too_large = self.is_too_large;
         if !self.is_too_large {
             run.run(0, self.steps.len() as u32, registers.into());
         }
-        let Run { mut costs, mut found, mut ends, .. } = run;
+        let ProgramRun { mut costs, mut found, mut ends, .. } = run;
         ends.sort_by_key(|(order, _)| *order);
         for (_, end) in ends {
             match found.all.iter_mut().find(|it| it.holds == end.holds && it.values == end.values) {
@@ -675,19 +676,19 @@ impl<'db> Reduced<'db> {
 }
 
 /// The execution of a program from one valuation, along all paths.
-struct Run<'a, 'db> {
+struct ProgramRun<'a, 'db> {
     program: &'a Reduced<'db>,
     widened: &'a [VariableId],
     costs: Costs<u32>,
     found: Outcomes,
     /// What paths end with, each with its place in their order.
-    ends: Vec<(u32, Outcome)>,
+    ends: Vec<(u32, ProgramOutcome)>,
 }
 
-impl Run<'_, '_> {
+impl ProgramRun<'_, '_> {
     /// Executes the steps from one on up to another. Returns the paths that come to the latter.
-    fn run(&mut self, from: u32, to: u32, registers: Valuation) -> Vec<Path> {
-        let mut at: Vec<Vec<(u32, Path)>> = vec![Vec::new(); (to - from) as usize];
+    fn run(&mut self, from: u32, to: u32, registers: Valuation) -> Vec<RegisterPath> {
+        let mut at: Vec<Vec<(u32, RegisterPath)>> = vec![Vec::new(); (to - from) as usize];
         at.insert(0, vec![(0, (registers, NOTHING))]);
         for index in from..=to {
             let paths = at.get_mut((index - from) as usize).map(std::mem::take).unwrap_or_default();
@@ -708,10 +709,10 @@ impl Run<'_, '_> {
     }
 
     /// Joins the paths that come to a step. Of those with the same values, the greatest cost counts.
-    fn merged(&mut self, step: u32, mut paths: Vec<(u32, Path)>) -> Vec<Path> {
+    fn merged(&mut self, step: u32, mut paths: Vec<(u32, RegisterPath)>) -> Vec<RegisterPath> {
         paths.sort_by_key(|(order, _)| *order);
         let live = self.program.steps.get(step as usize).map_or(Registers::MAX, |it| it.live);
-        let mut found: Vec<Path> = Vec::with_capacity(paths.len());
+        let mut found: Vec<RegisterPath> = Vec::with_capacity(paths.len());
         for (_, (mut registers, cost)) in paths {
             let dead = (0..).zip(&mut registers).filter(|(register, _)| live & bit(*register) == 0);
             dead.for_each(|(_, value)| *value = ANY);
@@ -726,10 +727,15 @@ impl Run<'_, '_> {
     }
 
     /// Executes a step. Calls `add` with each step after it, the place in the order of paths, and the path.
-    fn step(&mut self, index: u32, (mut registers, cost): Path, add: &mut dyn FnMut(u32, u32, Path)) {
+    fn step(
+        &mut self,
+        index: u32,
+        (mut registers, cost): RegisterPath,
+        add: &mut dyn FnMut(u32, u32, RegisterPath),
+    ) {
         let program = self.program;
         let Some(step) = program.steps.get(index as usize) else { return };
-        let Step { kind, next, order: [first, second], .. } = step;
+        let OutcomeStep { kind, next, order: [first, second], .. } = step;
         match kind {
             StepKind::Nothing => add(*next, *first, (registers, cost)),
             StepKind::Branch { condition, fails, at } => {
@@ -763,7 +769,7 @@ impl Run<'_, '_> {
                 let holds = value.map_or(0, |value| program.value(value, &registers));
                 let ends = if holds == ANY { vec![true, false] } else { vec![holds != 0] };
                 let values: Valuation = registers.iter().take(program.variables.len()).copied().collect();
-                let end = |holds| (*first, Outcome { holds, values: values.clone(), cost });
+                let end = |holds| (*first, ProgramOutcome { holds, values: values.clone(), cost });
                 self.ends.extend(ends.into_iter().map(end));
             }
         }
@@ -780,14 +786,20 @@ impl Run<'_, '_> {
     fn narrow(&self, condition: u32, holds: bool, registers: &mut [i32]) {
         let program = self.program;
         let (register, variable, value) = match program.operand(condition) {
-            Operand::Register(register, Some(variable)) => (register, variable, i32::from(holds)),
-            Operand::Binary(operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual), left, right)
-                if holds == (operator == BinaryOperator::Equal) =>
-            {
-                let Operand::Register(register, Some(variable)) = program.operand(left) else { return };
+            ReducedOperand::Register(register, Some(variable)) => (register, variable, i32::from(holds)),
+            ReducedOperand::Binary(
+                operator @ (BinaryOperator::Equal | BinaryOperator::NotEqual),
+                left,
+                right,
+            ) if holds == (operator == BinaryOperator::Equal) => {
+                let ReducedOperand::Register(register, Some(variable)) = program.operand(left) else {
+                    return;
+                };
                 let value = match program.operand(right) {
-                    Operand::Known(value) => value,
-                    Operand::Register(right, _) => registers.get(right as usize).copied().unwrap_or(ANY),
+                    ReducedOperand::Known(value) => value,
+                    ReducedOperand::Register(right, _) => {
+                        registers.get(right as usize).copied().unwrap_or(ANY)
+                    }
                     _ => return,
                 };
                 (register, variable, value)

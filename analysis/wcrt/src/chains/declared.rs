@@ -9,40 +9,42 @@ use mauve_hir::{
 };
 use rustc_hash::FxHashSet;
 
-use super::network::{MOST_WAYS, Network, Place};
-use super::{ChainProblem, DeclaredChain, Way, WayStep};
+use super::network::{DataPlace, MOST_WAYS, Network};
+use super::{ChainProblem, ChainWay, DeclaredChain, WayStep};
 
 /// A name with its range in `mauve.toml`.
-type Located = (String, Range<usize>);
+type LocatedName = (String, Range<usize>);
 
 /// What is wrong, and the name.
-type Problem<'a> = (Option<&'a Range<usize>>, ChainProblem);
+type ChainFault<'a> = (Option<&'a Range<usize>>, ChainProblem);
 
 /// What a name in a chain means.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Named<'db> {
+enum NamedInChain<'db> {
     Instance(usize),
     /// A port or an operation.
-    Feature(Place<'db>),
+    Feature(DataPlace<'db>),
     /// A codel, in the instances that call it.
     Codel(Decl<'db>, Vec<usize>),
 }
 
-impl<'db> Named<'db> {
+impl<'db> NamedInChain<'db> {
     /// Returns the instances that it can mean.
     fn instances(&self) -> &[usize] {
         match self {
-            Named::Instance(instance) | Named::Feature((instance, _)) => std::slice::from_ref(instance),
-            Named::Codel(_, instances) => instances,
+            NamedInChain::Instance(instance) | NamedInChain::Feature((instance, _)) => {
+                std::slice::from_ref(instance)
+            }
+            NamedInChain::Codel(_, instances) => instances,
         }
     }
 
     /// Returns whether a way that has this step goes through it; whether one that ends with it leads to it if `is_end`.
     fn has(&self, step: &WayStep<'db>, is_end: bool) -> bool {
         let is_there = match self {
-            Named::Feature((_, end)) => step.ends.contains(end),
-            Named::Codel(codel, _) if is_end => step.ends[1] == PassageEnd::Codel(*codel),
-            Named::Instance(_) | Named::Codel(..) => true,
+            NamedInChain::Feature((_, end)) => step.ends.contains(end),
+            NamedInChain::Codel(codel, _) if is_end => step.ends[1] == PassageEnd::Codel(*codel),
+            NamedInChain::Instance(_) | NamedInChain::Codel(..) => true,
         };
         is_there && self.instances().contains(&step.instance)
     }
@@ -62,7 +64,7 @@ pub(super) fn declared_chains<'db>(
     for (index, chain) in config_of(db, workspace).chains.iter().enumerate() {
         // Data may be in a device, or a library, on its way.
         let way = [false, true].into_iter().try_fold(None, |_, through_handles| {
-            let resolver = Resolver::new(db, project, architecture, chain, through_handles);
+            let resolver = ChainResolver::new(db, project, architecture, chain, through_handles);
             match resolver.way() {
                 Err(found @ (_, ChainProblem::NotConnected { .. } | ChainProblem::NotPassed { .. })) => {
                     Ok(Some(found))
@@ -92,27 +94,27 @@ fn is_of_another<'db>(db: &'db dyn ModelDb, own: Project<'db>, except: Decl<'db>
     });
     let targets: FxHashSet<(Project<'db>, Decl<'db>)> = targets.filter(|it| *it != (own, except)).collect();
     targets.into_iter().any(|(project, target)| {
-        let resolver = Resolver::new(db, project, target, chain, false);
+        let resolver = ChainResolver::new(db, project, target, chain, false);
         chain.ends().all(|(name, _)| resolver.named(name).is_some())
     })
 }
 
-struct Resolver<'a, 'db> {
+struct ChainResolver<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     chain: &'a Chain,
     network: Network<'db>,
 }
 
-impl<'a, 'db> Resolver<'a, 'db> {
+impl<'a, 'db> ChainResolver<'a, 'db> {
     fn new(
         db: &'db dyn ModelDb,
         project: Project<'db>,
         architecture: Decl<'db>,
         chain: &'a Chain,
         through_handles: bool,
-    ) -> Resolver<'a, 'db> {
-        let of = |all: &[Located], instance: &str| -> Vec<Name> {
+    ) -> ChainResolver<'a, 'db> {
+        let of = |all: &[LocatedName], instance: &str| -> Vec<Name> {
             let named = all.iter().filter_map(|(name, _)| name.split_once('.'));
             named.filter(|(it, _)| *it == instance).map(|(_, name)| name.into()).collect()
         };
@@ -129,12 +131,12 @@ impl<'a, 'db> Resolver<'a, 'db> {
             Assumption::new(db, states, answers, of(&chain.answers, instance), through_handles)
         };
         let network = Network::new(db, project, flat_of(db, project, architecture), assumption);
-        Resolver { db, project, chain, network }
+        ChainResolver { db, project, chain, network }
     }
 
-    fn way(&self) -> Result<Way<'db>, Problem<'a>> {
+    fn way(&self) -> Result<ChainWay<'db>, ChainFault<'a>> {
         let chain = self.chain;
-        let mut points: Vec<(Named<'db>, &Located)> = Vec::new();
+        let mut points: Vec<(NamedInChain<'db>, &LocatedName)> = Vec::new();
         let from = chain.from.as_ref().ok_or((None, ChainProblem::Missing("from")))?;
         let to = chain.to.as_ref().ok_or((None, ChainProblem::Missing("to")))?;
         for located in std::iter::once(from).chain(&chain.through).chain([to]) {
@@ -142,8 +144,9 @@ impl<'a, 'db> Resolver<'a, 'db> {
             let named = self.named(name);
             let named = named.ok_or((Some(span), ChainProblem::Unresolved(name.as_str().into())))?;
             // As far as the names say that.
-            let instance =
-                |it: &Named<'db>| it.instances().first().copied().filter(|_| it.instances().len() == 1);
+            let instance = |it: &NamedInChain<'db>| {
+                it.instances().first().copied().filter(|_| it.instances().len() == 1)
+            };
             let own = instance(&named);
             let earlier = points.iter().rev().skip(1).any(|(it, _)| own.is_some() && instance(it) == own);
             let is_next = points.last().is_some_and(|(it, _)| instance(it) == own);
@@ -162,14 +165,14 @@ impl<'a, 'db> Resolver<'a, 'db> {
         let steps = if ways.is_empty() { Err(self.not_connected(&points)) } else { self.only(ways, from) }?;
         self.check_assumptions(&steps)?;
         let ends = self.network.ends(&steps).ok_or((None, ChainProblem::NoWay))?;
-        Ok(Way { name: chain.name.as_str().into(), ends, steps })
+        Ok(ChainWay { name: chain.name.as_str().into(), ends, steps })
     }
 
     /// Returns what a name means: `instance`, `instance.port`, `instance.codel`, or a codel that an instance calls.
-    fn named(&self, name: &str) -> Option<Named<'db>> {
+    fn named(&self, name: &str) -> Option<NamedInChain<'db>> {
         let network = &self.network;
         let Some((instance, feature)) = name.split_once('.') else {
-            return network.instance(name).map(Named::Instance).or_else(|| self.codel(name, None));
+            return network.instance(name).map(NamedInChain::Instance).or_else(|| self.codel(name, None));
         };
         let Some(instance) = network.instance(instance) else { return self.codel(name, None) };
         let features = network.flat.instances.get(instance)?.features(self.db, self.project);
@@ -179,11 +182,11 @@ impl<'a, 'db> Resolver<'a, 'db> {
             Some(Some(_)) | None => PassageEnd::Port(feature.into()),
             Some(None) => return self.codel(feature, Some(instance)),
         };
-        Some(Named::Feature((instance, end)))
+        Some(NamedInChain::Feature((instance, end)))
     }
 
     /// Returns the codel of a name that instances call; of `instance` alone, its library need not be named.
-    fn codel(&self, name: &str, instance: Option<usize>) -> Option<Named<'db>> {
+    fn codel(&self, name: &str, instance: Option<usize>) -> Option<NamedInChain<'db>> {
         let called = |index: usize| {
             let component = self.network.flat.instances.get(index)?.component?;
             Some(&uses_of(self.db, self.project, core_of(self.db, self.project, component)?).codels)
@@ -195,7 +198,7 @@ impl<'a, 'db> Resolver<'a, 'db> {
         let mut calling: Vec<usize> = (0..self.network.flat.instances.len()).collect();
         calling.retain(|&it| instance.is_none_or(|only| only == it));
         calling.retain(|&it| called(it).is_some_and(|codels| codels.contains(&codel)));
-        (!calling.is_empty()).then_some(Named::Codel(codel, calling))
+        (!calling.is_empty()).then_some(NamedInChain::Codel(codel, calling))
     }
 
     fn name(&self, instance: Option<usize>) -> Name {
@@ -204,7 +207,7 @@ impl<'a, 'db> Resolver<'a, 'db> {
     }
 
     /// Checks that `while` and `answers` are about instances on the way, and that these have such states, codels and ports.
-    fn check_assumptions(&self, steps: &[WayStep<'db>]) -> Result<(), Problem<'a>> {
+    fn check_assumptions(&self, steps: &[WayStep<'db>]) -> Result<(), ChainFault<'a>> {
         for (name, span) in &self.chain.states {
             let (instance, state) = name.split_once('.').unwrap_or((name, ""));
             let (instance, state) = (Name::from(instance), Name::from(state));
@@ -216,7 +219,7 @@ impl<'a, 'db> Resolver<'a, 'db> {
             }
         }
         for (name, span) in &self.chain.answers {
-            let named = self.named(name).filter(|it| !matches!(it, Named::Instance(_)));
+            let named = self.named(name).filter(|it| !matches!(it, NamedInChain::Instance(_)));
             if !named.is_some_and(|it| steps.iter().any(|step| it.instances().contains(&step.instance))) {
                 return Err((Some(span), ChainProblem::NoAnswer(name.as_str().into())));
             }
@@ -227,24 +230,26 @@ impl<'a, 'db> Resolver<'a, 'db> {
     /// Returns the ways from one end to the other through these, and the last instance that data comes to.
     fn ways(
         &self,
-        from: &Named<'db>,
-        through: &[(Named<'db>, &Located)],
-        to: &Named<'db>,
+        from: &NamedInChain<'db>,
+        through: &[(NamedInChain<'db>, &LocatedName)],
+        to: &NamedInChain<'db>,
     ) -> (Vec<Vec<WayStep<'db>>>, Option<usize>) {
         let network = &self.network;
-        let entering = |place: &Place<'db>| {
+        let entering = |place: &DataPlace<'db>| {
             let steps = network.entering(None, place, true).into_iter();
             steps.filter(|step| !step.passages.is_empty()).collect::<Vec<_>>()
         };
         let first = match from {
-            Named::Codel(codel, instances) => {
+            NamedInChain::Codel(codel, instances) => {
                 instances.iter().flat_map(|&it| entering(&(it, PassageEnd::Codel(*codel)))).collect()
             }
-            Named::Feature(place) if network.after(place).is_empty() && !entering(place).is_empty() => {
+            NamedInChain::Feature(place)
+                if network.after(place).is_empty() && !entering(place).is_empty() =>
+            {
                 entering(place)
             }
-            Named::Feature(place) => network.leaving(place, true).into_iter().collect(),
-            Named::Instance(instance) => network.leaving_instance(*instance),
+            NamedInChain::Feature(place) => network.leaving(place, true).into_iter().collect(),
+            NamedInChain::Instance(instance) => network.leaving_instance(*instance),
         };
         let leading = network.leading(to.instances());
         let is_end = |step: &WayStep<'db>| to.has(step, true);
@@ -269,8 +274,8 @@ impl<'a, 'db> Resolver<'a, 'db> {
     fn only(
         &self,
         ways: Vec<Vec<WayStep<'db>>>,
-        from: &'a Located,
-    ) -> Result<Vec<WayStep<'db>>, Problem<'a>> {
+        from: &'a LocatedName,
+    ) -> Result<Vec<WayStep<'db>>, ChainFault<'a>> {
         let mut found: Vec<WayStep<'db>> = Vec::new();
         for way in ways {
             if found.is_empty() {
@@ -303,7 +308,7 @@ impl<'a, 'db> Resolver<'a, 'db> {
     }
 
     /// Returns why there is no way.
-    fn not_connected(&self, points: &[(Named<'db>, &'a Located)]) -> Problem<'a> {
+    fn not_connected(&self, points: &[(NamedInChain<'db>, &'a LocatedName)]) -> ChainFault<'a> {
         for pair in points.windows(2) {
             let [(from, (from_name, _)), (to, (to_name, span))] = pair else { continue };
             let (ways, last) = self.ways(from, &[], to);

@@ -14,8 +14,8 @@ use rustc_hash::FxHashMap;
 use super::declared::declared_chains;
 use super::network::Network;
 use super::{
-    ChainProblem, ChainReason, ChainReport, ChainStepReport, Chains, ConnectionReport, DeclaredChain, Way,
-    WayStep,
+    ChainProblem, ChainReason, ChainReport, ChainStepReport, ChainWay, Chains, ConnectionReport,
+    DeclaredChain, WayStep,
 };
 use crate::priorities::is_stale;
 use crate::psm::{is_readable, write_costs};
@@ -107,7 +107,7 @@ fn ways_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     architecture: Decl<'db>,
-) -> (Vec<Way<'db>>, usize) {
+) -> (Vec<ChainWay<'db>>, usize) {
     network_of(db, project, architecture).ways()
 }
 
@@ -156,7 +156,7 @@ fn hops_of<'db>(
 
 /// What is known of a component under an assumption.
 #[derive(Clone, Copy)]
-struct Known<'db> {
+struct KnownComponent<'db> {
     component: Decl<'db>,
     core: Decl<'db>,
     passages: &'db Passages<'db>,
@@ -187,7 +187,7 @@ struct Sums<'db> {
     /// The activity of each instance, by its name, and by its index.
     activities: FxHashMap<&'db Name, usize>,
     of_instances: Vec<Option<usize>>,
-    known: FxHashMap<(usize, Assumption<'db>), Option<Known<'db>>>,
+    known: FxHashMap<(usize, Assumption<'db>), Option<KnownComponent<'db>>>,
     /// The response times to writes, by activity and by what a job executes up to the write.
     writes: FxHashMap<(usize, Time), Time>,
 }
@@ -220,7 +220,7 @@ impl<'db> Sums<'db> {
         }
     }
 
-    fn known(&mut self, step: &WayStep<'db>) -> Option<Known<'db>> {
+    fn known(&mut self, step: &WayStep<'db>) -> Option<KnownComponent<'db>> {
         let key = (step.instance, step.assumption);
         if let Some(known) = self.known.get(&key) {
             return *known;
@@ -230,14 +230,14 @@ impl<'db> Sums<'db> {
         known
     }
 
-    fn read(&self, step: &WayStep<'db>) -> Option<Known<'db>> {
+    fn read(&self, step: &WayStep<'db>) -> Option<KnownComponent<'db>> {
         let instance = self.flat.instances.get(step.instance)?;
         let component = instance.component.filter(|it| *is_readable(self.db, self.project, *it))?;
         let core = core_of(self.db, self.project, component)?;
         let passages = passages_of(self.db, self.project, core, step.assumption);
         let tables = self.system.activities.get((*self.of_instances.get(step.instance)?)?)?.tables;
         let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
-        Some(Known { component, core, passages, costs })
+        Some(KnownComponent { component, core, passages, costs })
     }
 
     fn activity(&self, step: &WayStep<'db>) -> Option<(usize, &'db ActivityReport<'db>)> {
@@ -257,7 +257,7 @@ impl<'db> Sums<'db> {
     }
 
     /// Returns the declared chains, then those of these ways.
-    fn all(&mut self, declared: &[DeclaredChain<'db>], ways: &[Way<'db>]) -> Vec<ChainReport<'db>> {
+    fn all(&mut self, declared: &[DeclaredChain<'db>], ways: &[ChainWay<'db>]) -> Vec<ChainReport<'db>> {
         let known = declared.iter().filter_map(|chain| chain.way.as_ref().ok());
         self.find_writes(known.chain(ways).flat_map(|way| &way.steps));
         let mut all: Vec<ChainReport<'db>> = declared.iter().map(|chain| self.declared(chain)).collect();
@@ -300,7 +300,7 @@ impl<'db> Sums<'db> {
         ChainReport { declared: Some(chain.index), limit: chain.limit, ..found }
     }
 
-    fn way(&mut self, way: &Way<'db>) -> ChainReport<'db> {
+    fn way(&mut self, way: &ChainWay<'db>) -> ChainReport<'db> {
         let mut reasons = Vec::new();
         self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
         let stages = self.stages(&way.steps.iter().collect::<Vec<_>>(), true);
@@ -600,7 +600,7 @@ impl<'db> Sums<'db> {
         });
         match (of_port, known) {
             (Some((_, releases)), _) => releases.clone(),
-            (None, Some(Known { core, .. })) => {
+            (None, Some(KnownComponent { core, .. })) => {
                 Err(Skip { core, states: Vec::new(), at: None, cause: SkipCause::NoWrite })
             }
             (None, None) => Ok(1),

@@ -16,25 +16,25 @@ use mauve_hir::{
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{ChainEnd, Way, WayStep};
+use super::{ChainEnd, ChainWay, WayStep};
 use crate::psm::is_readable;
 
 /// Where data is: the instance, by its index in [`Flat::instances`], and where it enters or leaves that.
-pub(super) type Place<'db> = (usize, PassageEnd<'db>);
+pub(super) type DataPlace<'db> = (usize, PassageEnd<'db>);
 
 /// The instances and connections of an architecture.
 pub(super) struct Network<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     pub(super) flat: &'db Flat<'db>,
-    nodes: Vec<Node<'db>>,
+    nodes: Vec<InstanceNode<'db>>,
     by_name: FxHashMap<&'db str, usize>,
     /// Where data goes that leaves an instance: the connection, and where it enters the next one.
-    leaving: FxHashMap<Place<'db>, Vec<(usize, Place<'db>)>>,
+    leaving: FxHashMap<DataPlace<'db>, Vec<(usize, DataPlace<'db>)>>,
 }
 
 /// An instance.
-struct Node<'db> {
+struct InstanceNode<'db> {
     assumption: Assumption<'db>,
     /// None where its component has errors, or is unknown.
     core: Option<Decl<'db>>,
@@ -78,7 +78,7 @@ impl<'db> Network<'db> {
             let known = component.filter(|&component| *is_readable(db, project, component));
             let core = known.and_then(|component| core_of(db, project, component));
             let assumption = core.map_or(nothing, |core| assumption(name, core));
-            Node { assumption, core, through: OnceCell::new() }
+            InstanceNode { assumption, core, through: OnceCell::new() }
         };
         let nodes = flat.instances.iter().map(|it| node(&it.name, it.component)).collect();
         let mut found = Network {
@@ -138,7 +138,7 @@ impl<'db> Network<'db> {
     }
 
     /// Returns where data goes that leaves an instance here.
-    pub(super) fn after(&self, place: &Place<'db>) -> &[(usize, Place<'db>)] {
+    pub(super) fn after(&self, place: &DataPlace<'db>) -> &[(usize, DataPlace<'db>)] {
         self.leaving.get(place).map_or(&[], Vec::as_slice)
     }
 
@@ -159,7 +159,7 @@ impl<'db> Network<'db> {
     pub(super) fn entering(
         &self,
         connection: Option<usize>,
-        (instance, from): &Place<'db>,
+        (instance, from): &DataPlace<'db>,
         all: bool,
     ) -> Vec<WayStep<'db>> {
         let through = self.through(*instance);
@@ -179,7 +179,7 @@ impl<'db> Network<'db> {
     /// Returns the first step of data that comes from an output of an instance, or from an operation that it sends to: of all
     /// codels that are its sources. Where an input reaches it too, they are those that look at the world; without any, `or_input`
     /// decides whether that input is the source. Without passages, what is written is the source.
-    pub(super) fn leaving(&self, (instance, end): &Place<'db>, or_input: bool) -> Option<WayStep<'db>> {
+    pub(super) fn leaving(&self, (instance, end): &DataPlace<'db>, or_input: bool) -> Option<WayStep<'db>> {
         let through = self.through(*instance);
         let passages = through.into_iter().flat_map(|it| it.passages.all.iter().enumerate());
         let to_end: Vec<_> =
@@ -221,11 +221,11 @@ impl<'db> Network<'db> {
 
     /// Returns the first steps of all chains, in the order of the instances and of their connections.
     pub(super) fn sources(&self) -> Vec<WayStep<'db>> {
-        let mut places: Vec<&Place<'db>> = self.leaving.keys().collect();
-        let first = |place: &Place<'db>| self.after(place).first().map(|(connection, _)| *connection);
+        let mut places: Vec<&DataPlace<'db>> = self.leaving.keys().collect();
+        let first = |place: &DataPlace<'db>| self.after(place).first().map(|(connection, _)| *connection);
         places.sort_by_key(|&place| (place.0, first(place)));
         // Of an operation, only what is sent, or given back.
-        let is_left = |(instance, end): &Place<'db>| {
+        let is_left = |(instance, end): &DataPlace<'db>| {
             matches!(end, PassageEnd::Port(_))
                 || self.through(*instance).is_none_or(|it| it.passages.all.iter().any(|it| it.to == *end))
         };
@@ -250,7 +250,7 @@ impl<'db> Network<'db> {
 
     /// Returns the first steps of data that leaves an instance anywhere.
     pub(super) fn leaving_instance(&self, instance: usize) -> Vec<WayStep<'db>> {
-        let mut places: Vec<&Place<'db>> = self.leaving.keys().filter(|it| it.0 == instance).collect();
+        let mut places: Vec<&DataPlace<'db>> = self.leaving.keys().filter(|it| it.0 == instance).collect();
         places.sort_by_key(|&place| self.after(place).first().map(|(connection, _)| *connection));
         places.into_iter().filter_map(|place| self.leaving(place, true)).collect()
     }
@@ -337,7 +337,7 @@ impl<'db> Network<'db> {
 
     /// Returns the ways from all sources to all ends, and how many are left out, at least: of too many, the shortest from each
     /// source to each end are kept.
-    pub(super) fn ways(&self) -> (Vec<Way<'db>>, usize) {
+    pub(super) fn ways(&self) -> (Vec<ChainWay<'db>>, usize) {
         let (mut all, mut steps, mut left_out) = (Vec::new(), 0, 0);
         for first in self.sources() {
             self.walk(first, None, &mut |way, is_end| {
@@ -376,14 +376,14 @@ impl<'db> Network<'db> {
     }
 
     /// Returns ways with their names. The source is the port, whatever codels fill it.
-    fn named(&self, ways: Vec<Vec<WayStep<'db>>>) -> Vec<Way<'db>> {
+    fn named(&self, ways: Vec<Vec<WayStep<'db>>>) -> Vec<ChainWay<'db>> {
         let way = |steps: Vec<WayStep<'db>>| {
             let [mut from, to] = self.ends(&steps)?;
             from.end = steps.first()?.ends[1].clone();
             let name = format!("{} -> {}", from.shown(self.db), to.shown(self.db)).into();
-            Some(Way { name, ends: [from, to], steps })
+            Some(ChainWay { name, ends: [from, to], steps })
         };
-        let mut all: Vec<Way<'db>> = ways.into_iter().filter_map(way).collect();
+        let mut all: Vec<ChainWay<'db>> = ways.into_iter().filter_map(way).collect();
         let mut count: FxHashMap<Name, usize> = FxHashMap::default();
         all.iter().for_each(|way| *count.entry(way.name.clone()).or_default() += 1);
         for way in all.iter_mut().filter(|way| count.get(&way.name) > Some(&1)) {

@@ -14,7 +14,7 @@ struct Trailing {
     tight: bool,
 }
 
-impl Layout<'_> {
+impl TextLayout<'_> {
     /// Aligns the one-line activities of each deployment as a table.
     pub(super) fn align_activities(&mut self) {
         // For each row, the pieces that end its cells, except for the last cell.
@@ -55,7 +55,7 @@ impl Layout<'_> {
             }
         }
         for (piece, padding) in padded {
-            if let Gap::Spaces(count) = &mut self.gaps[piece] {
+            if let PieceGap::Spaces(count) = &mut self.gaps[piece] {
                 *count += padding;
             }
         }
@@ -64,7 +64,7 @@ impl Layout<'_> {
     /// Returns the width of the pieces `first..end` on their line.
     fn cell_width(&self, first: usize, end: usize) -> usize {
         let gap = |piece: usize| match self.gaps[piece] {
-            Gap::Spaces(count) if piece > first => count,
+            PieceGap::Spaces(count) if piece > first => count,
             _ => 0,
         };
         (first..end).map(|piece| gap(piece) + width(self.pieces[piece].text)).sum()
@@ -79,9 +79,9 @@ impl Layout<'_> {
         for piece in 0..self.pieces.len() {
             (self.interrupt)();
             line += match self.gaps[piece] {
-                Gap::AsIs | Gap::Indented(_) => breaks(self.white(piece)),
-                Gap::Spaces(_) => 0,
-                Gap::Line { blank, .. } => 1 + usize::from(blank),
+                PieceGap::AsIs | PieceGap::Indented(_) => breaks(self.white(piece)),
+                PieceGap::Spaces(_) => 0,
+                PieceGap::Line { blank, .. } => 1 + usize::from(blank),
             };
             let before = pen.column;
             self.advance(&mut pen, piece);
@@ -93,7 +93,7 @@ impl Layout<'_> {
             let column = self.column_of(piece);
             let follows = !row.is_empty() && here == last + 1;
             match self.gaps[piece] {
-                Gap::Spaces(_) if piece > 0 => {
+                PieceGap::Spaces(_) if piece > 0 => {
                     if !follows || pen.indent != indent {
                         self.align_row(&mut row);
                         indent = pen.indent;
@@ -106,7 +106,7 @@ impl Layout<'_> {
                     });
                 }
                 // It continues the comment above it.
-                Gap::Line { blank: false, .. } if follows && column == was_at => {
+                PieceGap::Line { blank: false, .. } if follows && column == was_at => {
                     row.push(Trailing { piece, least: 0, column, tight: false });
                 }
                 _ => continue,
@@ -126,8 +126,8 @@ impl Layout<'_> {
         }
         for it in row.drain(..) {
             match &mut self.gaps[it.piece] {
-                Gap::Spaces(count) => *count = 1 + column - it.least,
-                Gap::Line { indent, .. } => *indent = column,
+                PieceGap::Spaces(count) => *count = 1 + column - it.least,
+                PieceGap::Line { indent, .. } => *indent = column,
                 _ => {}
             }
         }
