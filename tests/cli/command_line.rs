@@ -578,13 +578,6 @@ fn pages_completions_and_measurements() {
     for part in ["parse", "names", "behaviours", "types", "response times", "checks", "memory"] {
         assert!(stats.out.lines().any(|line| line.starts_with(part)), "{part} in {}", stats.out);
     }
-    // A comment costs less than a period: the most executed queries are before those that are verified, and the nodes.
-    let queries = |edit: &str| -> usize {
-        let line = stats.out.lines().find(|line| line.trim().starts_with(edit)).unwrap();
-        line.split_whitespace().rev().nth(2).unwrap().parse().unwrap()
-    };
-    assert!(queries("a comment") < queries("a period"), "{}", stats.out);
-    assert!(queries("a literal") > 0 && queries("a time") > 0, "{}", stats.out);
     let graphs = run(&["analysis-stats", "p3dx", "--graph"]).out;
     assert!(graphs.contains("\n   0  branch ") && graphs.contains("  return"), "{graphs}");
 }

@@ -333,7 +333,7 @@ struct Keys {
 }
 
 impl Database {
-    /// Returns a database that logs its queries, for tests and for `mauve analysis-stats`.
+    /// Returns a database that logs its queries, for tests.
     pub fn with_log() -> Database {
         let log: Arc<Mutex<Keys>> = Arc::default();
         let kept = log.clone();

@@ -1,6 +1,4 @@
-//! `mauve analysis-stats [PATH]`: measures the stages of the analysis, and the analysis after an edit.
-
-mod edits;
+//! `mauve analysis-stats [PATH]`: measures the stages of the analysis.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -10,8 +8,8 @@ use crate::text::counted;
 use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Database, Project, Workspace, behaviour_of, graphs_as_text, inference_of_core, item_tree_of, names_of,
-    parse, projects,
+    Database, File, Project, Workspace, behaviour_of, graphs_as_text, inference_of_core, item_tree_of,
+    names_of, parse, project_files, projects,
 };
 use mauve_projects::load::load;
 use mauve_projects::memory::resident;
@@ -41,8 +39,6 @@ impl AnalysisStats {
         if let Some(bytes) = resident() {
             let _ = writeln!(out, "{:<16} {:>10.1} MB", "memory", bytes as f64 / 1e6);
         }
-        drop(db);
-        let _ = write!(out, "\n{}", edits::table(paths)?);
         Ok(Output::escaped(out, 0))
     }
 }
@@ -68,7 +64,10 @@ fn line(stage: &str, start: Instant, result: &str) -> String {
 fn stages(db: &Database, workspaces: &[Workspace]) -> String {
     let projects: Vec<Project<'_>> =
         workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect();
-    let files = edits::models(db, workspaces);
+    let mut files: Vec<File> =
+        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
+    files.sort_by_key(|file| file.path(db).clone());
+    files.dedup();
     let names = || projects.iter().flat_map(|&it| names_of(db, it).all.iter().map(move |&decl| (it, decl)));
     let of_kind = |kind| names().filter(move |(_, decl)| decl.kind(db) == kind);
     let measured = |stage: &str, run: &dyn Fn() -> String| {
