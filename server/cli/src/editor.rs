@@ -2,10 +2,8 @@
 //!
 //! The files are in the binary (`embedded.rs`); only the package for VS Code, which is built by npm, is beside it. Each editor
 //! has a file that says what it needs; `installation.rs` compares that with the disk and writes what differs. Nothing of the
-//! user's is overwritten: a file that mauve wrote has a line that says so (`mark.rs`), and so have its lines in settings
-//! (`block.rs`).
+//! user's is overwritten: a file that mauve wrote has a line that says so (`mark.rs`), and settings are written where there are none.
 
-mod block;
 mod emacs;
 mod embedded;
 mod helix;

@@ -1,31 +1,28 @@
 //! Compares the files that an editor needs with the disk, and writes those that differ.
 //!
-//! Our files have a marked line, and our lines in files of the user stand between marked lines. A file without the mark is the
-//! user's, and stays without `--force`. Nothing else says what is installed, so a run that was interrupted can be repeated.
+//! Our files have a marked line. A file without the mark is the user's, and stays without `--force`; settings of the user always stay.
+//! Nothing else says what is installed, so a run that was interrupted can be repeated.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use mauve_projects::destination::behind_links;
 use mauve_projects::disk::{LONGEST, bytes_of};
 use mauve_projects::folder::{Kind, above};
 use mauve_projects::output::Output;
 use mauve_projects::replace::{create, replace};
 
 use super::embedded::Embedded;
+use super::mark;
 use super::options::Options;
-use super::{block, mark};
 
 /// The files that an editor needs.
 #[derive(Default)]
 pub(super) struct Wanted {
     /// Files of our own, without their marks. Links in the folders above are resolved.
     pub(super) files: BTreeMap<PathBuf, String>,
-    /// Files of the user, with our lines in them.
+    /// Files that the user may have.
     pub(super) settings: Vec<Settings>,
-    /// Settings of the user that cannot be combined with ours: nothing is installed.
-    pub(super) refused: Vec<String>,
     /// What the user may want to know after the installation.
     pub(super) notes: Vec<String>,
 }
@@ -49,53 +46,19 @@ impl Wanted {
     }
 }
 
-/// A configuration file of the user.
+/// A configuration file of the user. It is written where there is none, and never changed.
 pub(super) struct Settings {
-    path: PathBuf,
-    /// The text on the disk; none if there is no file.
-    old: Option<String>,
-    /// The text without our lines.
-    pub(super) rest: String,
-    /// Our lines, and the offset in `rest` where they go.
-    lines: Option<(usize, String)>,
+    /// Links in it are resolved.
+    pub(super) path: PathBuf,
+    pub(super) text: String,
 }
 
 impl Settings {
-    /// Reads a configuration file, which may be a link.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or is not UTF-8.
-    pub(super) fn read(path: &Path) -> Result<Settings, String> {
-        let path = behind_links(path)?;
-        let old = match state(&path)? {
-            State::Missing => None,
-            State::File(bytes) => Some(String::from_utf8(bytes).map_err(|_| {
-                format!("`{}` is not UTF-8: correct it first; nothing was written", path.display())
-            })?),
-            State::Other(kind) => return Err(format!("`{}` is {kind}; nothing was written", path.display())),
-        };
-        let rest = block::without(old.as_deref().unwrap_or_default())
-            .map_err(|why| format!("`{}` {why}: correct it first; nothing was written", path.display()))?;
-        Ok(Settings { path, old, rest, lines: None })
-    }
-
-    /// Puts our lines at an offset of `rest`: its end, or the end of a line that is not blank.
-    pub(super) fn put(&mut self, at: usize, lines: String) {
-        self.lines = Some((at, lines));
-    }
-
-    /// Returns the path for messages.
-    pub(super) fn shown(&self) -> std::path::Display<'_> {
-        self.path.display()
-    }
-
-    /// Returns the text with our lines.
-    pub(super) fn text(&self) -> String {
-        match &self.lines {
-            Some((at, lines)) => block::insert(&self.rest, *at, lines),
-            None => self.rest.clone(),
-        }
+    /// Returns whether a file of the user has each of our lines, in any order.
+    fn are_in(&self, file: &[u8]) -> bool {
+        let file = String::from_utf8_lossy(file);
+        let mut lines = self.text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+        lines.all(|line| file.lines().any(|it| it.trim() == line))
     }
 }
 
@@ -111,7 +74,7 @@ enum State {
 pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, String> {
     // Each path with its new text, and whether it replaces another.
     let mut writes: Vec<(PathBuf, String, bool)> = Vec::new();
-    let mut refused = wanted.refused;
+    let (mut refused, mut notes) = (Vec::new(), wanted.notes);
     for (path, text) in wanted.files {
         let new = mark::marked(&path, &text);
         match state(&path)? {
@@ -131,9 +94,17 @@ pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, Strin
         }
     }
     for settings in wanted.settings {
-        let text = settings.text();
-        if settings.old.as_deref().unwrap_or_default() != text {
-            writes.push((settings.path, text, settings.old.is_some()));
+        match state(&settings.path)? {
+            State::Missing => writes.push((settings.path, settings.text, false)),
+            State::File(old) if settings.are_in(&old) => {}
+            State::File(_) => notes.push(format!(
+                "`{}` is yours, and stays as it is; add these lines to it:\n{}",
+                settings.path.display(),
+                settings.text.trim_end()
+            )),
+            State::Other(kind) => {
+                refused.push(format!("`{}` is {kind}: remove or rename it", settings.path.display()))
+            }
         }
     }
     let line = |label: &str, text: &String| format!("{label}: {text}\n");
@@ -155,7 +126,7 @@ pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, Strin
         };
         out += &format!("{done} {}\n", path.display());
     }
-    out.extend(wanted.notes.iter().map(|note| line("note", note)));
+    out.extend(notes.iter().map(|note| line("note", note)));
     if writes.is_empty() {
         out += "up to date: nothing was changed\n";
     }
