@@ -165,8 +165,6 @@ fn run(
                 let (outbox, client) = (Arc::clone(&outbox), client.clone());
                 tokio::spawn(async move { outbox.have_asked(what, client).await });
             }
-            let (sender, told) = (Arc::clone(&outbox), client.clone());
-            tokio::spawn(async move { sender.send_to(told).await });
             Backend::new(client, events, shown)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();

@@ -1,17 +1,16 @@
 //! The messages of the server that wait to be sent.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::Notify;
 use tokio::time::timeout;
 use tower_lsp::Client;
-use tower_lsp::jsonrpc::Request;
-use tower_lsp::lsp_types::notification::{Notification, PublishDiagnostics};
-use tower_lsp::lsp_types::{MessageType, Url};
+use tower_lsp::lsp_types::MessageType;
+use tower_lsp::lsp_types::notification::{Notification as _, PublishDiagnostics, ShowMessage};
 
-use super::items::{DiagnosticsByFile, Items};
+use super::items::DiagnosticsByFile;
 
 /// A client that does not answer a question for so long is not waited for.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
@@ -27,23 +26,10 @@ pub(crate) struct Outbox {
 #[derive(Default)]
 pub(crate) struct Waiting {
     pub(crate) diagnostics: DiagnosticsByFile,
-    pub(crate) warnings: Vec<String>,
+    pub(crate) warnings: VecDeque<String>,
     pub(crate) refreshes: BTreeSet<Refresh>,
     /// How many diagnostics and refresh requests were sent.
     sent: usize,
-    /// The parameters of [`Announcement`]s on their way to the client, as JSON, by their numbers.
-    announced: BTreeMap<u64, String>,
-    /// The number of the next [`Announcement`].
-    next: u64,
-}
-
-/// `textDocument/publishDiagnostics`, with the number of its parameters in [`Waiting::announced`]: `tower-lsp` makes a tree of
-/// values of parameters, which takes several times as long as writing them, and unchanged diagnostics are written already.
-enum Announcement {}
-
-impl Notification for Announcement {
-    type Params = u64;
-    const METHOD: &'static str = PublishDiagnostics::METHOD;
 }
 
 /// The kinds of data that the client can be requested to refresh.
@@ -108,53 +94,34 @@ impl Outbox {
         (waiting.diagnostics.is_empty() && waiting.refreshes.is_empty()).then_some(waiting.sent)
     }
 
-    /// Keeps the parameters of an [`Announcement`]; returns their number.
-    fn announce(&self, url: &Url, version: Option<i32>, items: &Items) -> Option<u64> {
-        let uri = serde_json::to_string(url).ok()?;
-        let version = version.map_or_else(String::new, |version| format!(r#""version":{version},"#));
-        let mut waiting = self.lock();
-        let number = waiting.next;
-        waiting.next += 1;
-        let params = format!(r#"{{"uri":{uri},{version}"diagnostics":{}}}"#, items.json());
-        waiting.announced.insert(number, params);
-        Some(number)
-    }
-
-    /// Returns a message to the client as JSON.
-    pub(crate) fn message(&self, request: &Request) -> String {
-        let number = request.params().filter(|_| request.method() == Announcement::METHOD);
-        let announced = number.and_then(|number| {
-            let number = number.as_u64()?;
-            let mut waiting = self.lock();
-            let params = waiting.announced.remove(&number);
-            // Earlier ones were not sent.
-            waiting.announced = waiting.announced.split_off(&number);
-            params
-        });
-        match announced {
-            Some(params) => {
-                format!(r#"{{"jsonrpc":"2.0","method":"{}","params":{params}}}"#, Announcement::METHOD)
-            }
-            None => serde_json::to_string(request).unwrap_or_default(),
-        }
-    }
-
-    /// Sends messages as fast as the client reads.
-    pub(crate) async fn send_to(&self, client: Client) {
+    /// Waits for the next message to the client, and returns it as JSON: a warning, or the diagnostics of a file.
+    pub(crate) async fn next(&self) -> String {
         loop {
+            if let Some(message) = self.pop() {
+                return message;
+            }
             self.more.notified().await;
-            let (diagnostics, warnings) = {
-                let mut waiting = self.lock();
-                waiting.sent += waiting.diagnostics.len();
-                (std::mem::take(&mut waiting.diagnostics), std::mem::take(&mut waiting.warnings))
-            };
-            for message in warnings {
-                client.show_message(MessageType::WARNING, message).await;
-            }
-            for (url, (version, items)) in diagnostics {
-                let Some(number) = self.announce(&url, version, &items) else { continue };
-                client.send_notification::<Announcement>(number).await;
-            }
         }
     }
+
+    fn pop(&self) -> Option<String> {
+        let mut waiting = self.lock();
+        if let Some(message) = waiting.warnings.pop_front() {
+            let params = serde_json::json!({"type": MessageType::WARNING, "message": message});
+            return Some(notification(ShowMessage::METHOD, &params.to_string()));
+        }
+        let (url, (version, items)) = waiting.diagnostics.pop_first()?;
+        waiting.sent += 1;
+        let uri = serde_json::to_string(&url).ok()?;
+        let version = version.map_or_else(String::new, |version| format!(r#""version":{version},"#));
+        // `tower-lsp` makes a tree of values of parameters, which takes several times as long as writing them, and unchanged
+        // diagnostics are written already.
+        let params = format!(r#"{{"uri":{uri},{version}"diagnostics":{}}}"#, items.json());
+        Some(notification(PublishDiagnostics::METHOD, &params))
+    }
+}
+
+/// Returns a notification with these parameters as JSON.
+pub(crate) fn notification(method: &str, params: &str) -> String {
+    format!(r#"{{"jsonrpc":"2.0","method":"{method}","params":{params}}}"#)
 }

@@ -27,7 +27,7 @@ pub(crate) struct Publisher {
 }
 
 impl Publisher {
-    /// Creates a publisher of messages that [`Outbox::send_to`] sends.
+    /// Creates a publisher of messages that [`Outbox::next`] returns.
     pub(crate) fn new(outbox: Arc<Outbox>) -> Publisher {
         Publisher { outbox, ..Publisher::default() }
     }
@@ -148,7 +148,7 @@ impl Publisher {
         let message = harmless(message);
         tracing::warn!("{message}");
         if self.warnings.insert(message.clone()) {
-            self.outbox.put(|waiting| waiting.warnings.push(message));
+            self.outbox.put(|waiting| waiting.warnings.push_back(message));
         }
     }
 }

@@ -18,12 +18,13 @@ use tokio::task::JoinSet;
 use tower::Service as _;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::lsp_types::MessageType;
+use tower_lsp::lsp_types::notification::{Notification as _, ShowMessage};
 use tower_lsp::{ClientSocket, LspService};
 
 use super::answering::{Answering, REQUEST};
 use super::backend::Backend;
 use super::frame::Frame;
-use super::outbox::Outbox;
+use super::outbox::{Outbox, notification};
 use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
 
 /// The two directions, and the signal that the main loop has ended.
@@ -34,7 +35,7 @@ pub(crate) struct Streams {
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
     /// The number of messages that are not yet written.
     pub(crate) backlog: Arc<Backlog>,
-    /// Has the texts of messages that the server initiates.
+    /// Has messages that the server initiates, apart from requests.
     pub(crate) outbox: Arc<Outbox>,
     /// The client's process, if the command line names it.
     pub(crate) client: Option<u32>,
@@ -53,7 +54,7 @@ pub(crate) async fn serve(
     mut streams: Streams,
 ) -> u8 {
     let (mut to_client, mut from_client) = socket.split();
-    let mut tasks: JoinSet<Answered> = JoinSet::new();
+    let mut tasks: JoinSet<Option<Answer>> = JoinSet::new();
     let mut heartbeat = tokio::time::interval(HEARTBEAT);
     let mut clients: Vec<u32> = streams.client.into_iter().filter(|&client| is_alive(client)).collect();
     let mut is_shut_down = false;
@@ -76,11 +77,10 @@ pub(crate) async fn serve(
                 let is_shutdown = request.method() == "shutdown";
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
-                    std::task::Poll::Ready(answered) => {
+                    std::task::Poll::Ready(answer) => {
                         // A request before `initialize` is refused, and the session continues.
-                        let is_accepted = !answered.is_refused();
-                        is_shut_down |= is_shutdown && is_accepted;
-                        answered.send(&streams);
+                        is_shut_down |= is_shutdown && answer.as_ref().is_some_and(|it| !it.is_refused);
+                        send(&streams, answer.and_then(|it| it.message));
                     }
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);
@@ -88,17 +88,16 @@ pub(crate) async fn serve(
                 }
             }
             Some(answered) = tasks.join_next() => {
-                answered.into_iter().for_each(|it| it.send(&streams));
+                send(&streams, answered.ok().flatten().and_then(|it| it.message));
             }
             Some(request) = to_client.next(), if writing.is_none() => {
                 // After `shutdown`, requests that a refresh causes would be refused.
-                if is_shut_down {
-                    continue;
+                if !is_shut_down {
+                    writing = Some(put_one(&streams, serde_json::to_string(&request).unwrap_or_default()));
                 }
-                let (written, wait) = oneshot::channel();
-                let message = streams.outbox.message(&request);
-                put(&streams, Outgoing { message, written: Some(written) });
-                writing = Some(wait);
+            }
+            message = streams.outbox.next(), if writing.is_none() && !is_shut_down => {
+                writing = Some(put_one(&streams, message));
             }
             _ = async { if let Some(wait) = &mut writing { let _ = wait.await; } }, if writing.is_some() => {
                 writing = None;
@@ -128,7 +127,7 @@ pub(crate) async fn serve(
 fn last_words(why: &str) -> String {
     let message = harmless(&format!("mauve ends after a second defect: {why}. Please report it."));
     let params = serde_json::json!({"type": MessageType::ERROR, "message": message});
-    serde_json::json!({"jsonrpc": "2.0", "method": "window/showMessage", "params": params}).to_string()
+    notification(ShowMessage::METHOD, &params.to_string())
 }
 
 /// Returns the request or notification of a frame. Handles all other frames.
@@ -167,45 +166,21 @@ async fn received(
             Response::from_error(Id::Null, error)
         }
     };
-    send(streams, &refusal);
+    send(streams, json(&refusal));
     None
-}
-
-/// A request or notification that was handled.
-struct Answered {
-    method: String,
-    time: Duration,
-    /// None for a notification.
-    answer: Option<Answer>,
 }
 
 /// An answer as JSON: that of 300 MB is made beside the thread that takes messages.
 struct Answer {
-    id: Id,
-    error: Option<Error>,
+    is_refused: bool,
     message: Option<String>,
 }
 
-impl Answered {
-    fn is_refused(&self) -> bool {
-        self.answer.as_ref().is_none_or(|answer| answer.error.is_some())
-    }
-
-    fn send(self, streams: &Streams) {
-        let Some(Answer { id, error, message }) = self.answer else { return };
-        if let Some(message) = message {
-            put(streams, Outgoing { message, written: None });
-        }
-        let outcome = error.map_or_else(String::new, |error| format!("{error}, "));
-        tracing::debug!("request {id}, {}: {outcome}{:.1?}", self.method, self.time);
-    }
-}
-
-/// Calls the service and returns its answer: an error after a panic.
+/// Calls the service and returns its answer: an error after a panic, and none to a notification.
 fn answer(
     service: &mut LspService<Backend>,
     request: Request,
-) -> impl Future<Output = Answered> + Send + use<> {
+) -> impl Future<Output = Option<Answer>> + Send + use<> {
     let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
     let answering = Arc::new(request.params().map_or_else(Answering::default, Answering::with));
     let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
@@ -215,25 +190,21 @@ fn answer(
             Ok(answer) => answer.ok().flatten(),
             Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
         };
-        let time = begin.elapsed();
-        match response.as_ref().map(Response::error) {
-            Some(Some(error)) => tracing::debug!("{method}: {error} ({time:?})"),
-            _ => tracing::debug!("{method} ({time:?})"),
-        }
-        let answer = response.map(|response| Answer {
-            id: response.id().clone(),
-            error: response.error().cloned(),
+        let outcome = response.as_ref().and_then(Response::error);
+        let outcome = outcome.map_or_else(String::new, |error| format!("{error}, "));
+        tracing::debug!("{method}: {outcome}{:.1?}", begin.elapsed());
+        response.map(|response| Answer {
+            is_refused: response.error().is_some(),
             message: match answering.result.get().filter(|_| response.is_ok()) {
                 Some(result) => with_result(response.id(), result),
                 None => json(&response),
             },
-        });
-        Answered { method, time, answer }
+        })
     }
 }
 
-fn send(streams: &Streams, response: &Response) {
-    if let Some(message) = json(response) {
+fn send(streams: &Streams, message: Option<String>) {
+    if let Some(message) = message {
         put(streams, Outgoing { message, written: None });
     }
 }
@@ -246,6 +217,13 @@ fn with_result(id: &Id, result: &str) -> Option<String> {
 fn json(response: &Response) -> Option<String> {
     let message = serde_json::to_string(response);
     message.inspect_err(|error| tracing::error!("an answer that is not JSON: {error}")).ok()
+}
+
+/// Sends a message that the server initiates; returns the signal that it is written.
+fn put_one(streams: &Streams, message: String) -> oneshot::Receiver<()> {
+    let (written, wait) = oneshot::channel();
+    put(streams, Outgoing { message, written: Some(written) });
+    wait
 }
 
 fn put(streams: &Streams, message: Outgoing) {
