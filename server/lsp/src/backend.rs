@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock, mpsc};
 use mauve_projects::address::file_at;
 use mauve_projects::json::object;
 use salsa::{CancellationToken, Database as _};
-use serde::{Deserialize as _, Serialize};
+use serde::Serialize;
 use serde_json::{Value, from_value, json};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
@@ -284,7 +284,7 @@ impl Backend {
         probability(DrawingParams) -> Value => probability::probability;
         schedule(DrawingParams) -> Value => schedule::schedule;
         state_machine(DrawingParams) -> Value => state_machine::state_machine;
-        syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
+        syntax_tree(DrawingParams) -> String => syntax_tree::syntax_tree;
         what_if(DrawingParams) -> Value => what_if::what_if;
     }
 
@@ -575,9 +575,6 @@ language_server! {
 impl Backend {
     async fn initialize(&self, _: InitializeParams) -> Result<InitializeResult> {
         let params = self.raw.get().unwrap_or(&Value::Null);
-        for odd in odd_fields(params) {
-            tracing::warn!("an odd field of `initialize`: {odd}");
-        }
         let (capabilities, folders) = (Capabilities::of(params), folders_of(params));
         let (settings, problems) = Settings::read(&params["initializationOptions"], Settings::default());
         let _ = self.session.set((capabilities, settings));
@@ -720,28 +717,4 @@ fn folders_of(params: &Value) -> Vec<PathBuf> {
         None => params["rootPath"].as_str().map(PathBuf::from).filter(|path| path.is_absolute()),
     };
     root.into_iter().collect()
-}
-
-/// Returns the fields of `initialize` that the protocol does not have like this, each with the reason. Those of the capabilities are
-/// `textDocument.hover` and the like.
-fn odd_fields(params: &Value) -> Vec<String> {
-    let fields = |value: &Value| value.as_object().cloned().unwrap_or_default().into_iter();
-    let others = fields(params).filter(|(name, _)| name != "capabilities").map(|(name, value)| {
-        let alone = json!({"capabilities": {}, (&*name): value});
-        (name, alone)
-    });
-    let capabilities = fields(&params["capabilities"]).flat_map(|(section, value)| {
-        let parts: Vec<(String, Value)> = match value.is_object() {
-            true => fields(&value)
-                .map(|(name, value)| (format!("{section}.{name}"), json!({(name): value})))
-                .collect(),
-            false => vec![(section.clone(), value)],
-        };
-        parts.into_iter().map(move |(path, value)| (path, json!({"capabilities": {(&*section): value}})))
-    });
-    let odd = |(path, alone): (String, Value)| {
-        let error = InitializeParams::deserialize(alone).err()?;
-        Some(format!("`{path}`: {error}"))
-    };
-    others.chain(capabilities).filter_map(odd).collect()
 }

@@ -40,7 +40,7 @@ use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
-/// The parameters of the methods that draw: each says which of them it takes.
+/// The parameters of the methods that draw, or show a tree: each says which of them it takes.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct DrawingParams {

@@ -4,21 +4,13 @@
 
 use mauve_hir::parse;
 use salsa::Database as _;
-use serde::Deserialize;
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::TextDocumentIdentifier;
 
+use super::DrawingParams;
 use crate::snapshot::Snapshot;
 
-/// The parameters of `mauve/syntaxTree`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct SyntaxTreeParams {
-    text_document: TextDocumentIdentifier,
-}
-
 /// The tree of a model.
-pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Result<String> {
+pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &DrawingParams) -> Result<String> {
     let (file, _) = snapshot.file(&params.text_document)?;
     if !mauve_hir::is_model(file.path(&snapshot.db)) {
         let uri = &params.text_document.uri;
