@@ -35,11 +35,6 @@ pub(crate) struct Compared {
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
-/// Returns the diagnostics of each open file, and of each other file that has any, without those that wait until the user pauses.
-pub(crate) fn diagnostics(snapshot: &Snapshot) -> DiagnosticsByFile {
-    shown(snapshot).0
-}
-
 /// Gives `found` the diagnostics that each of these open documents has by itself: a user who opens it sees them before the whole
 /// project is analysed. Nothing while included files are not read.
 pub(crate) fn look(snapshot: &Snapshot, documents: &[Url], mut found: impl FnMut(DiagnosticsByFile)) {
@@ -58,8 +53,9 @@ pub(crate) fn look(snapshot: &Snapshot, documents: &[Url], mut found: impl FnMut
     }
 }
 
-/// Returns the diagnostics, and whether some wait until the user pauses.
-fn shown(snapshot: &Snapshot) -> (DiagnosticsByFile, bool) {
+/// Returns the diagnostics of each open file, and of each other file that has any, without those that wait until the user pauses; and
+/// whether there are some.
+pub(crate) fn shown(snapshot: &Snapshot) -> (DiagnosticsByFile, bool) {
     without_waiting(snapshot, found(snapshot))
 }
 

@@ -6,6 +6,6 @@ use std::path::PathBuf;
 /// of `XDG_CACHE_HOME` says, a relative path is ignored.
 pub fn cache_folder() -> Option<PathBuf> {
     let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let cache = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
-    Some(cache.or_else(|| Some(variable("HOME")?.join(".cache")))?.join("mauve"))
+    let cache = variable("XDG_CACHE_HOME").or_else(|| Some(variable("HOME")?.join(".cache")));
+    Some(cache?.join("mauve"))
 }

@@ -27,10 +27,7 @@ impl Output {
 /// Returns the columns of the terminal that standard output goes to; none if it goes elsewhere. The variable `COLUMNS` overrides them.
 pub fn terminal_columns() -> Option<usize> {
     let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    #[cfg(unix)]
     let of_terminal = || rustix::termios::tcgetwinsize(std::io::stdout()).ok().map(|size| size.ws_col.into());
-    #[cfg(not(unix))]
-    let of_terminal = || None;
     set.or_else(of_terminal).filter(|columns: &usize| *columns > 0)
 }
 

@@ -11,7 +11,7 @@ use tower_lsp::lsp_types::{
     WorkspaceUnchangedDocumentDiagnosticReport,
 };
 
-use crate::check::{diagnostics, diagnostics_of};
+use crate::check::{diagnostics_of, shown};
 use crate::diagnostics::defect;
 use crate::items::{DiagnosticsByFile, Items, OfFile};
 use crate::pulls::Given;
@@ -54,7 +54,7 @@ pub(crate) fn workspace_diagnostic(
 ) -> Result<Diagnosed<WorkspaceDiagnosticReportResult>> {
     let given_before: BTreeMap<&Url, &str> =
         params.previous_result_ids.iter().map(|known| (&known.uri, known.value.as_str())).collect();
-    let mut found = known(snapshot, diagnostics)?;
+    let mut found = known(snapshot, |snapshot| shown(snapshot).0)?;
     for &url in given_before.keys() {
         found.entry(url.clone()).or_default();
     }
