@@ -51,73 +51,48 @@ impl<'db> Effects<'db> {
     }
 }
 
-/// The names that are declared in a block and in those around it.
+/// What is declared in a block.
 #[derive(Default)]
-pub(super) struct Scope<'c> {
-    pub(super) names: CppNames<'c>,
+struct Block {
+    names: Vec<String>,
     /// Names of values that never change.
     kept: FxHashSet<String>,
     /// Variables for the values of `&&` and `||`, which the next operator of the chain uses again.
     chained: FxHashMap<String, BinaryOperator>,
     /// The next number for each name of a temporary.
     numbers: FxHashMap<String, usize>,
-    /// What was added, so that the end of a block costs what the block has, and not what the blocks around it have.
-    added: Vec<Added>,
 }
 
-/// An addition to a scope.
-enum Added {
-    Name(String),
-    Kept(String),
-    /// With the operator that was there before.
-    Chained(String, Option<BinaryOperator>),
-    /// With the number that was there before.
-    Number(String, Option<usize>),
+/// The names that are declared in a block and in those around it.
+#[derive(Default)]
+pub(super) struct Scope<'c> {
+    pub(super) names: CppNames<'c>,
+    block: Block,
+    /// The blocks around it, the innermost last.
+    outer: Vec<Block>,
 }
-
-/// The beginning of a block.
-pub(super) struct BlockStart(usize);
 
 impl Scope<'_> {
     /// Declares a name: see [`CppNames::declare`].
     pub(super) fn declare(&mut self, name: &str) -> String {
         let name = self.names.declare(name);
-        self.added.push(Added::Name(name.clone()));
+        self.block.names.push(name.clone());
         name
     }
 
-    fn keep(&mut self, name: &str) {
-        if self.kept.insert(name.to_owned()) {
-            self.added.push(Added::Kept(name.to_owned()));
-        }
+    /// Returns the blocks, the innermost first.
+    fn blocks(&self) -> impl Iterator<Item = &Block> {
+        std::iter::once(&self.block).chain(self.outer.iter().rev())
     }
 
-    fn chain(&mut self, name: &str, operator: BinaryOperator) {
-        let before = self.chained.insert(name.to_owned(), operator);
-        self.added.push(Added::Chained(name.to_owned(), before));
+    pub(super) fn begin_block(&mut self) {
+        self.outer.push(std::mem::take(&mut self.block));
     }
 
-    fn number(&mut self, name: &str, next: usize) {
-        let before = self.numbers.insert(name.to_owned(), next);
-        self.added.push(Added::Number(name.to_owned(), before));
-    }
-
-    pub(super) fn begin_block(&self) -> BlockStart {
-        BlockStart(self.added.len())
-    }
-
-    /// Forgets what was declared since the beginning of a block.
-    pub(super) fn end_block(&mut self, start: BlockStart) {
-        for added in self.added.drain(start.0..).rev() {
-            match added {
-                Added::Name(name) => self.names.free(&name),
-                Added::Kept(name) => _ = self.kept.remove(&name),
-                Added::Chained(name, Some(before)) => _ = self.chained.insert(name, before),
-                Added::Chained(name, None) => _ = self.chained.remove(&name),
-                Added::Number(name, Some(before)) => _ = self.numbers.insert(name, before),
-                Added::Number(name, None) => _ = self.numbers.remove(&name),
-            }
-        }
+    /// Forgets what was declared since the beginning of the block.
+    pub(super) fn end_block(&mut self) {
+        let block = std::mem::replace(&mut self.block, self.outer.pop().unwrap_or_default());
+        block.names.iter().for_each(|name| self.names.free(name));
     }
 }
 
@@ -358,12 +333,13 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
             let value = constant(operator, &lhs, &right);
             return Code { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
         }
-        let name = if self.scope.chained.get(&lhs.text) == Some(&operator) {
+        let chained = self.scope.blocks().find_map(|block| block.chained.get(&lhs.text));
+        let name = if chained == Some(&operator) {
             lhs.text
         } else {
             let name = self.temporary(name);
             self.line(format!("bool {name} = {};", lhs.text));
-            self.scope.chain(&name, operator);
+            self.scope.block.chained.insert(name.clone(), operator);
             name
         };
         self.line(format!("if ({}{name}) {{", if is_and { "" } else { "!" }));
@@ -372,7 +348,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         self.line(format!("{name} = {};", right.text));
         self.depth -= 1;
         self.line("}");
-        self.scope.keep(&name);
+        self.scope.block.kept.insert(name.clone());
         Code::primary(name, Type::Bool)
     }
 
@@ -400,12 +376,12 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
 
     /// Stores a value in a constant.
     fn keep(&mut self, code: Code, name: &str) -> Code {
-        if code.is_literal || self.scope.kept.contains(&code.text) {
+        if code.is_literal || self.scope.blocks().any(|block| block.kept.contains(&code.text)) {
             return code;
         }
         let name = self.temporary(name);
         self.line(format!("const auto {name} = {};", code.at_least(Level::Or)));
-        self.scope.keep(&name);
+        self.scope.block.kept.insert(name.clone());
         Code { text: name, level: Level::Primary, ..code }
     }
 
@@ -414,12 +390,13 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         // A number is appended before the name is checked: a reserved name with a number is valid.
         let name = as_identifier(name);
         let name = name.trim_end_matches('_');
-        let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
+        let next = self.scope.blocks().find_map(|block| block.numbers.get(name)).copied();
+        let numbers = next.unwrap_or(1)..;
         for number in numbers {
             let wanted = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
             let found = self.scope.declare(&wanted);
             if found == wanted {
-                self.scope.number(name, number + 1);
+                self.scope.block.numbers.insert(name.to_owned(), number + 1);
                 return found;
             }
         }

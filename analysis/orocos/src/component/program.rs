@@ -45,11 +45,11 @@ impl<'db> ExpressionWriter<'_, '_, 'db> {
 
     /// Writes the statements of a block, one level deeper. Their declarations end with the block.
     fn block(&mut self, statements: &'db [Statement], result: &Type) {
-        let start = self.scope.begin_block();
+        self.scope.begin_block();
         self.depth += 1;
         self.statements(statements, result);
         self.depth -= 1;
-        self.scope.end_block(start);
+        self.scope.end_block();
     }
 
     fn statement(&mut self, statement: &'db Statement, result: &Type) {
@@ -98,7 +98,7 @@ impl<'db> ExpressionWriter<'_, '_, 'db> {
         match otherwise {
             None | Some([]) => self.line("}"),
             Some([Statement::If { condition, then, otherwise, .. }]) => {
-                let start = self.scope.begin_block();
+                self.scope.begin_block();
                 let (condition, needed) = self.expr_apart(condition);
                 if needed.is_empty() {
                     self.branches("} else ", condition.text, then, otherwise.as_deref(), result);
@@ -110,7 +110,7 @@ impl<'db> ExpressionWriter<'_, '_, 'db> {
                     self.depth -= 1;
                     self.line("}");
                 }
-                self.scope.end_block(start);
+                self.scope.end_block();
             }
             Some(otherwise) => {
                 self.line("} else {");
