@@ -12,7 +12,7 @@ use crate::fact::{Checker, Defined, Fact, FactKind, Reserved, repeated};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef, Variable, types_in_core};
+use crate::item_tree::{Data, Kind, Name, NameRef, SignatureOf, SourceId, TypeRef, Variable, types_of};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::{Project, file_groups, files_in_group};
@@ -30,7 +30,7 @@ impl<'db> Checker<'db> {
                 self.report(ty.id, FactKind::VoidValue);
             }
         }
-        for parameters in declared.parameters() {
+        for SignatureOf { parameters, .. } in declared.signatures() {
             self.found.extend(repeated(self.of, parameters.iter().map(|it| (&it.name, Defined::Parameter))));
         }
     }
@@ -153,56 +153,44 @@ impl<'db> DeclaredIn<'db> {
         }
     }
 
-    /// Returns the types of values, as [`Data::types`].
-    fn types(&self) -> Vec<(&TypeRef, bool)> {
+    fn signatures(&self) -> Vec<SignatureOf<'_>> {
         match self {
             DeclaredIn::Core(core) => {
                 let heads = core.scope.operations.iter();
-                let operations = heads.map(|it| (it.parameters.as_slice(), it.result.as_ref()));
-                types_in_core(operations, core.variables()).collect()
+                heads.map(|it| SignatureOf::of(&it.parameters, it.result.as_ref())).collect()
             }
-            DeclaredIn::Other(data) => data.types(),
+            DeclaredIn::Other(data) => data.signatures(),
             DeclaredIn::Nothing => Vec::new(),
         }
     }
 
-    /// Returns the lists of parameters.
-    fn parameters(&self) -> Vec<&[Parameter]> {
-        match self {
-            DeclaredIn::Core(core) => {
-                core.scope.operations.iter().map(|it| it.parameters.as_slice()).collect()
-            }
-            DeclaredIn::Other(Data::Codel(codel)) => vec![&codel.parameters],
-            DeclaredIn::Other(Data::Shell(shell)) => {
-                shell.features.iter().map(|it| it.parameters.as_slice()).collect()
-            }
+    /// Returns the types of values, as [`Data::types`].
+    fn types(&self) -> Vec<(&TypeRef, bool)> {
+        let variables = match self {
+            DeclaredIn::Core(core) => core.variables().collect(),
             _ => Vec::new(),
-        }
+        };
+        types_of(self.signatures(), variables.into_iter()).collect()
     }
 
     /// Returns the names that generated C++ contains, with the reserved names for their kind.
     fn names(&self) -> Vec<(&NameRef, ReservedNames)> {
-        let parameters = self.parameters().into_iter().flatten();
-        let mut names: Vec<(&NameRef, ReservedNames)> = Vec::new();
+        let parameters = self.signatures().into_iter().flat_map(|it| it.parameters);
+        let mut names: Vec<(&NameRef, ReservedNames)> = parameters.map(|it| (&it.name, None)).collect();
         match self {
             DeclaredIn::Other(Data::Shell(shell)) => {
-                for feature in &shell.features {
-                    let reserved = match feature.kind {
-                        kind if kind.is_port() => PORTS,
-                        kind if kind.is_value() => PROPERTIES,
-                        _ => None,
-                    };
-                    names.push((&feature.name, reserved));
-                    names.extend(feature.parameters.iter().map(|it| (&it.name, None)));
-                }
+                names.extend(shell.features.iter().map(|feature| match feature.kind {
+                    kind if kind.is_port() => (&feature.name, PORTS),
+                    kind if kind.is_value() => (&feature.name, PROPERTIES),
+                    _ => (&feature.name, None),
+                }));
             }
             DeclaredIn::Core(core) => {
-                names.extend(parameters.map(|it| (&it.name, None)));
                 names.extend(core.variables().map(|it| (&it.name, None)));
                 names.extend(core.structure.handlers.iter().map(|handler| (&handler.name, None)));
                 names.extend(core.structure.states().map(|state| (&state.name, None)));
             }
-            _ => names.extend(parameters.map(|it| (&it.name, None))),
+            _ => {}
         }
         names
     }

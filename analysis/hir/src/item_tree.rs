@@ -221,44 +221,59 @@ pub enum Data {
 }
 
 impl Data {
+    /// Returns the signatures of its codel, features or operations.
+    pub(crate) fn signatures(&self) -> Vec<SignatureOf<'_>> {
+        fn of_feature(it: &Feature) -> SignatureOf<'_> {
+            SignatureOf {
+                may_be_void: it.kind.is_operation(),
+                ..SignatureOf::of(&it.parameters, it.ty.as_ref())
+            }
+        }
+        match self {
+            Data::Codel(it) => vec![SignatureOf::of(&it.parameters, it.result.as_ref())],
+            Data::Shell(it) => it.features.iter().map(of_feature).collect(),
+            Data::Core(it) => {
+                it.operations.iter().map(|it| SignatureOf::of(&it.parameters, it.result.as_ref())).collect()
+            }
+            Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => Vec::new(),
+        }
+    }
+
     /// Returns the types of the values that it declares, each with whether `void` is allowed.
     pub fn types(&self) -> Vec<(&TypeRef, bool)> {
-        let mut types = Vec::new();
-        match self {
-            Data::Codel(codel) => {
-                types.extend(of_parameters(&codel.parameters));
-                types.extend(codel.result.as_ref().map(|ty| (ty, true)));
-            }
-            Data::Shell(shell) => {
-                for feature in &shell.features {
-                    types.extend(of_parameters(&feature.parameters));
-                    types.extend(feature.ty.as_ref().map(|ty| (ty, feature.kind.is_operation())));
-                }
-            }
-            Data::Core(core) => {
-                let operations =
-                    core.operations.iter().map(|it| (it.parameters.as_slice(), it.result.as_ref()));
-                types.extend(types_in_core(operations, core.all_variables()));
-            }
-            Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
-        }
-        types
+        let variables = match self {
+            Data::Core(core) => core.all_variables().collect(),
+            _ => Vec::new(),
+        };
+        types_of(self.signatures(), variables.into_iter()).collect()
     }
 }
 
-fn of_parameters(parameters: &[Parameter]) -> impl Iterator<Item = (&TypeRef, bool)> {
-    parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)))
+/// The parameters of a codel, an operation or another feature, and its result or its type.
+pub(crate) struct SignatureOf<'a> {
+    pub(crate) parameters: &'a [Parameter],
+    ty: Option<&'a TypeRef>,
+    may_be_void: bool,
 }
 
-/// Returns the types of the operations, by their parameters and results, and of the variables of a core; as [`Data::types`].
-pub(crate) fn types_in_core<'a>(
-    operations: impl Iterator<Item = (&'a [Parameter], Option<&'a TypeRef>)>,
+impl<'a> SignatureOf<'a> {
+    /// Returns the signature of a codel or an operation.
+    pub(crate) fn of(parameters: &'a [Parameter], result: Option<&'a TypeRef>) -> SignatureOf<'a> {
+        SignatureOf { parameters, ty: result, may_be_void: true }
+    }
+}
+
+/// Returns the types in signatures and of variables; as [`Data::types`].
+pub(crate) fn types_of<'a>(
+    signatures: Vec<SignatureOf<'a>>,
     variables: impl Iterator<Item = &'a Variable>,
 ) -> impl Iterator<Item = (&'a TypeRef, bool)> {
-    let of_operation = |(parameters, result): (&'a [Parameter], Option<&'a TypeRef>)| {
-        of_parameters(parameters).chain(result.map(|ty| (ty, true)))
+    let in_signature = |it: SignatureOf<'a>| {
+        let parameters = it.parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)));
+        parameters.chain(it.ty.map(|ty| (ty, it.may_be_void)))
     };
-    operations.flat_map(of_operation).chain(variables.filter_map(|it| Some((it.ty.as_ref()?, false))))
+    let of_variables = variables.filter_map(|it| Some((it.ty.as_ref()?, false)));
+    signatures.into_iter().flat_map(in_signature).chain(of_variables)
 }
 
 /// The path of a type, shell, component, …, as written: one or several segments.

@@ -158,7 +158,8 @@ pub use size::too_large;
 pub use skeleton::operation_skeleton;
 pub use source::{
     CoreInterface, Decl, Declarations, Location, architecture, codel, component, core, core_interface, data,
-    declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
+    declaration_at, declaration_map, declarations, deployment, item_tree_of, node_around, parse, shell,
+    source_map,
 };
 pub use structure::structure_of;
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};

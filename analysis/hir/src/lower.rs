@@ -259,32 +259,18 @@ impl Lowering<'_> {
                     self.outline.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
-                ast::Item::Use(it) => {
-                    self.declare(it.syntax(), Kind::Use, library, |_| Data::Use);
-                }
-                ast::Item::Codel(it) => {
-                    self.declare(it.syntax(), Kind::Codel, library, |this| Data::Codel(this.codel(&it)));
-                }
-                ast::Item::Shell(it) => {
-                    self.declare(it.syntax(), Kind::Shell, library, |this| Data::Shell(this.shell(&it)));
-                }
-                ast::Item::Core(it) => {
-                    self.declare(it.syntax(), Kind::Core, library, |this| Data::Core(this.core(&it)));
-                }
+                ast::Item::Use(it) => self.declare(&it, Kind::Use, library, |_, _| (), |()| Data::Use),
+                ast::Item::Codel(it) => self.declare(&it, Kind::Codel, library, Self::codel, Data::Codel),
+                ast::Item::Shell(it) => self.declare(&it, Kind::Shell, library, Self::shell, Data::Shell),
+                ast::Item::Core(it) => self.declare(&it, Kind::Core, library, Self::core, Data::Core),
                 ast::Item::Component(it) => {
-                    self.declare(it.syntax(), Kind::Component, library, |this| {
-                        Data::Component(this.component(&it))
-                    });
+                    self.declare(&it, Kind::Component, library, Self::component, Data::Component);
                 }
                 ast::Item::Architecture(it) => {
-                    self.declare(it.syntax(), Kind::Architecture, library, |this| {
-                        Data::Architecture(this.architecture(&it))
-                    });
+                    self.declare(&it, Kind::Architecture, library, Self::architecture, Data::Architecture);
                 }
                 ast::Item::Deployment(it) => {
-                    self.declare(it.syntax(), Kind::Deployment, library, |this| {
-                        Data::Deployment(this.deployment(&it))
-                    });
+                    self.declare(&it, Kind::Deployment, library, Self::deployment, Data::Deployment);
                 }
             }
         }
@@ -351,13 +337,15 @@ impl Lowering<'_> {
         self.map.includes.push(range);
     }
 
-    fn declare(
+    fn declare<N: AstNode, T>(
         &mut self,
-        node: &SyntaxNode,
+        declaration: &N,
         kind: Kind,
         library: Option<&Name>,
-        lower: impl FnOnce(&mut Self) -> Data,
+        lower: impl FnOnce(&mut Self, &N) -> T,
+        data: impl FnOnce(T) -> Data,
     ) {
+        let node = declaration.syntax();
         let range = node.text_range();
         // A `use` has the name of a library or a package.
         let is_name = |child: &SyntaxNode| matches!(child.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF);
@@ -366,7 +354,7 @@ impl Lowering<'_> {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
             self.sources = Sources::of_declaration(range.start());
             self.sources.add(name.as_ref().map_or(keyword, SyntaxNode::text_range));
-            let data = Arc::new(lower(self));
+            let data = Arc::new(data(lower(self, declaration)));
             let (sources, shared) = (self.sources.end(), std::mem::take(&mut self.shared));
             Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, sources, shared })
         });

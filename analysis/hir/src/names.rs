@@ -60,19 +60,13 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         }
     }
     // If the salvaged name is declared elsewhere, the broken declaration's own name is unknown.
-    let declared: FxHashSet<&Name> = if names.possible_names.is_empty() {
-        FxHashSet::default()
-    } else {
-        names.all.iter().map(|it| it.name(db)).collect()
-    };
-    let is_declared = |name: &Option<Name>| name.as_ref().is_some_and(|name| declared.contains(name));
-    let any_name: Vec<(Option<Name>, Option<Name>)> = names
-        .possible_names
-        .iter()
-        .filter(|(_, name)| is_declared(name))
-        .map(|(of, _)| (of.clone(), None))
-        .collect();
-    names.possible_names.extend(any_name);
+    if !names.possible_names.is_empty() {
+        let declared: FxHashSet<Option<&Name>> = names.all.iter().map(|it| Some(it.name(db))).collect();
+        let salvaged = names.possible_names.iter().filter(|(_, name)| declared.contains(&name.as_ref()));
+        let any_name: Vec<(Option<Name>, Option<Name>)> =
+            salvaged.map(|(of, _)| (of.clone(), None)).collect();
+        names.possible_names.extend(any_name);
+    }
     names
 }
 

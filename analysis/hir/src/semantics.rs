@@ -3,7 +3,9 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use mauve_syntax::SyntaxKind::{BLOCK, CORE, HOOK, METHOD, OPERATION_DEFINITION, STATE_MACHINE, TRANSITION};
+use mauve_syntax::SyntaxKind::{
+    BLOCK, CORE, HANDLER, HOOK, METHOD, OPERATION_DEFINITION, STATE_MACHINE, TRANSITION, VAR,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -90,12 +92,9 @@ impl<'db> Semantics<'db> {
                     // All variables of the core and the machine are in scope, and of a block the preceding ones.
                     let is_block = node.kind() == BLOCK;
                     let is_seen = |child: &SyntaxNode| !is_block || child.text_range().end() <= end;
-                    all.extend(node.children().filter(is_seen).filter_map(|child| match ast::Handler::cast(
-                        child.clone(),
-                    ) {
-                        Some(handler) => named(handler.name()),
-                        None => named(ast::Var::cast(child)?.name()),
-                    }));
+                    let is_variable = |child: &SyntaxNode| matches!(child.kind(), VAR | HANDLER);
+                    let variables = node.children().filter(|child| is_variable(child) && is_seen(child));
+                    all.extend(variables.filter_map(|it| named(it.children().find_map(ast::Name::cast))));
                 }
                 OPERATION_DEFINITION => {
                     let parameters = ast::OperationDefinition::cast(node).and_then(|it| it.param_list());

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{
-    Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, next_significant, next_token,
-    previous_token, token_at,
+    Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comments_above, next_significant,
+    next_token, previous_token, token_at,
 };
 use rustc_hash::FxHashMap;
 
@@ -78,6 +78,13 @@ pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
 /// Returns the ranges of a declaration and its sources; `None` if the file no longer contains it.
 pub fn declaration_map<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db DeclarationMap> {
     source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?)
+}
+
+/// Returns the innermost node around `range` that is more than a name: of the name of a declaration, the declaration.
+pub fn node_around(db: &dyn ModelDb, file: File, range: TextRange) -> Option<SyntaxNode> {
+    let root = parse(db, file).syntax();
+    let element = root.text_range().contains_range(range).then(|| root.covering_element(range))?;
+    element.ancestors().find(|node| !matches!(node.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF))
 }
 
 /// Returns the declaration that contains `range`. An empty range, such as a cursor, may also be at the end of the
@@ -220,8 +227,8 @@ impl<'db> Location<'db> {
             Location::Before(decl, it) => id(decl, it).map(|range| TextRange::empty(range.start())),
             Location::Behind(decl, it) => id(decl, it).map(|range| TextRange::empty(range.end())),
             Location::Library(decl) => map(decl).and_then(|map| {
-                let token = token_at(&parse(db, decl.file(db)).syntax(), map.range.start())?;
-                let library = token.parent_ancestors().find_map(ast::Library::cast)?;
+                let node = node_around(db, decl.file(db), map.range)?;
+                let library = node.ancestors().find_map(ast::Library::cast)?;
                 Some(library.name()?.syntax().text_range())
             }),
             Location::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
@@ -289,16 +296,8 @@ fn deletion_range(root: &SyntaxNode, source: TextRange) -> TextRange {
     let next = token_at(root, line_end).filter(|token| token.text_range().start() >= line_end);
     let is_last = next.as_ref().is_none_or(|next| is_white(next) && ends_line(next));
 
-    // The comments above it, each on its own lines, without empty lines between.
-    let mut start = first;
-    let begins = previous_token(&start).is_none_or(|white| is_white(&white) && ends_line(&white));
-    while begins
-        && let Some(white) = previous_token(&start).filter(|white| white.text().matches('\n').count() == 1)
-        && let Some(comment) = previous_token(&white).filter(|it| it.kind().is_comment())
-        && previous_token(&comment).is_none_or(|white| is_white(&white) && ends_line(&white))
-    {
-        start = comment;
-    }
+    let begins = previous_token(&first).is_none_or(|white| is_white(&white) && ends_line(&white));
+    let start = comments_above(&node).filter(|_| begins).last().unwrap_or(first);
     let white = previous_token(&start).filter(is_white);
     let blanks = white.as_ref().map_or(0, |white| {
         let text = white.text();
@@ -342,12 +341,7 @@ pub(crate) fn deployment_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -
         let (name, instances, completeness) = (name.clone(), instances.clone(), *completeness);
         Arc::new(Activity { name, instances, fields: Vec::new(), completeness })
     };
-    Some(Deployment {
-        targets: data.targets.clone(),
-        activities: data.activities.iter().map(without_fields).collect(),
-        settings: data.settings.clone(),
-        completeness: data.completeness,
-    })
+    Some(Deployment { activities: data.activities.iter().map(without_fields).collect(), ..data.clone() })
 }
 
 macro_rules! data_of {
