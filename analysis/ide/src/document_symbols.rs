@@ -1,8 +1,9 @@
 //! The outline of a file: its declarations as a tree.
 
 use mauve_hir::{File, ModelDb, parse};
-use mauve_syntax::ast::{self, AstNode};
-use mauve_syntax::{SyntaxNode, TextRange};
+use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
 
 /// A declaration in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,133 +66,66 @@ pub fn document_symbols(db: &dyn ModelDb, file: File) -> Vec<Symbol> {
     if !mauve_hir::is_model(file.path(db)) {
         return Vec::new();
     }
-    parse(db, file).file().items().filter_map(|item| symbol_of_item(db, &item)).collect()
+    symbols_in(db, parse(db, file).file().syntax())
 }
 
-fn symbol_of_item(db: &dyn ModelDb, item: &ast::Item) -> Option<Symbol> {
-    db.unwind_if_revision_cancelled();
-    use SymbolKind as Kind;
-    let symbol = match item {
-        ast::Item::Include(_) | ast::Item::Use(_) => return None,
-        ast::Item::Library(it) => named(it, it.name(), Kind::Library)
-            .with("", it.items().filter_map(|item| symbol_of_item(db, &item))),
-        ast::Item::Codel(it) => {
-            let result = it.ty().map(|ty| format!(": {}", line(ty.syntax()))).unwrap_or_default();
-            let parameters = it.param_list().map(|it| line(it.syntax())).unwrap_or_default();
-            named(it, it.name(), Kind::Codel).with(&(parameters + &result), [])
-        }
-        ast::Item::Shell(it) => {
-            let detail = it.extends().map(|it| line(it.syntax())).unwrap_or_default();
-            named(it, it.name(), Kind::Shell).with(&detail, it.shell_items().map(|item| feature(db, &item)))
-        }
-        ast::Item::Core(it) => {
-            let detail = it.ty().map(|ty| format!("for {}", line(ty.syntax()))).unwrap_or_default();
-            named(it, it.name(), Kind::Core)
-                .with(&detail, it.core_items().flat_map(|item| of_core(db, &item)))
-        }
-        ast::Item::Component(it) => {
-            let parts = [it.shell(), it.core()].into_iter().flatten().map(|ty| line(ty.syntax()));
-            named(it, it.name(), Kind::Component).with(&parts.collect::<Vec<_>>().join(", "), [])
-        }
-        ast::Item::Architecture(it) => {
-            let instances = it.syntax().children().filter_map(ast::Instance::cast).map(|it| {
-                db.unwind_if_revision_cancelled();
-                named(&it, it.name(), Kind::Instance).with(&typed(it.ty()), [])
-            });
-            named(it, it.name(), Kind::Architecture).with("", instances)
-        }
-        ast::Item::Deployment(it) => {
-            let activities = it.syntax().children().filter_map(ast::Activity::cast).map(|it| {
-                db.unwind_if_revision_cancelled();
-                let fields: Vec<String> = it.fields().map(|field| line(field.syntax())).collect();
-                let name = it.name_ref().map(|name| name.syntax().clone());
-                symbol(it.syntax(), name, Kind::Activity).with(&fields.join(" "), [])
-            });
-            let target = it.target().and_then(|target| target.ty());
-            let detail = target.map(|ty| format!("of {}", line(ty.syntax()))).unwrap_or_default();
-            named(it, it.name(), Kind::Deployment).with(&detail, activities)
+/// Returns the declarations directly in `list`, those of a state machine with those of its core.
+fn symbols_in(db: &dyn ModelDb, list: &SyntaxNode) -> Vec<Symbol> {
+    let of_node = |node: SyntaxNode| {
+        db.unwind_if_revision_cancelled();
+        match node.kind() {
+            STATE_MACHINE => symbols_in(db, &node),
+            _ => Vec::from_iter(symbol(db, &node)),
         }
     };
-    Some(symbol)
+    list.children().flat_map(of_node).collect()
 }
 
-fn feature(db: &dyn ModelDb, item: &ast::ShellItem) -> Symbol {
-    db.unwind_if_revision_cancelled();
-    match item {
-        ast::ShellItem::Property(it) => {
-            let is_constant = it.constant_token().is_some();
-            let kind = if is_constant { SymbolKind::Constant } else { SymbolKind::Property };
-            named(it, it.name(), kind).with(&typed(it.ty()), [])
+fn symbol(db: &dyn ModelDb, node: &SyntaxNode) -> Option<Symbol> {
+    use SymbolKind as Kind;
+    let has = |token| node.children_with_tokens().any(|it| it.kind() == token);
+    let either = |token, present: &str, absent: &str| if has(token) { present } else { absent }.to_owned();
+    let parts = |kind| node.children().filter(move |it| it.kind() == kind).map(|it| line(&it));
+    let part = |before: &str, kind| parts(kind).next().map_or_else(String::new, |it| format!("{before}{it}"));
+    let (kind, detail) = match node.kind() {
+        LIBRARY => (Kind::Library, String::new()),
+        CODEL => (Kind::Codel, part("", PARAM_LIST) + &part(": ", TYPE)),
+        SHELL => (Kind::Shell, part("", EXTENDS)),
+        PROPERTY => (if has(CONSTANT_KW) { Kind::Constant } else { Kind::Property }, part("", TYPE)),
+        PORT => (Kind::Port, either(INPUT_KW, "input ", "output ") + &part("", TYPE)),
+        OPERATION_DECLARATION => (Kind::Operation, either(REQUIRE_KW, "required", "provided")),
+        CORE => (Kind::Core, part("for ", TYPE)),
+        VAR => (Kind::Variable, part("", TYPE)),
+        HANDLER => (Kind::Handler, part("", TYPE)),
+        OPERATION_DEFINITION => (Kind::Operation, String::new()),
+        HOOK => (Kind::Hook, String::new()),
+        STATE => (Kind::State, either(INITIAL_KW, "initial", "")),
+        TRANSITION => (Kind::Transition, part("to ", NAME_REF)),
+        COMPONENT => (Kind::Component, parts(TYPE).take(2).collect::<Vec<_>>().join(", ")),
+        ARCHITECTURE => (Kind::Architecture, String::new()),
+        INSTANCE => (Kind::Instance, part("", TYPE)),
+        DEPLOYMENT => {
+            let target = ast::Deployment::cast(node.clone())?.target().and_then(|it| it.ty());
+            (Kind::Deployment, target.map(|it| format!("of {}", line(it.syntax()))).unwrap_or_default())
         }
-        ast::ShellItem::Port(it) => {
-            let direction = if it.input_token().is_some() { "input" } else { "output" };
-            named(it, it.name(), SymbolKind::Port).with(&format!("{direction} {}", typed(it.ty())), [])
-        }
-        ast::ShellItem::OperationDeclaration(it) => {
-            let direction = if it.require_token().is_some() { "required" } else { "provided" };
-            named(it, it.name(), SymbolKind::Operation).with(direction, [])
-        }
-    }
-}
-
-fn of_core(db: &dyn ModelDb, item: &ast::CoreItem) -> Vec<Symbol> {
-    db.unwind_if_revision_cancelled();
-    match item {
-        ast::CoreItem::Var(it) => vec![variable(it)],
-        ast::CoreItem::Handler(it) => {
-            vec![named(it, it.name(), SymbolKind::Handler).with(&typed(it.ty()), [])]
-        }
-        ast::CoreItem::OperationDefinition(it) => vec![named(it, it.name(), SymbolKind::Operation)],
-        ast::CoreItem::Hook(it) => {
-            let mut hook = symbol(it.syntax(), None, SymbolKind::Hook);
-            if let Some(keyword) = it.keyword() {
-                (hook.name, hook.name_range) = (keyword.text().to_owned(), keyword.text_range());
-            }
-            vec![hook]
-        }
-        ast::CoreItem::StateMachine(it) => it
-            .state_machine_items()
-            .map(|item| match item {
-                ast::StateMachineItem::Var(it) => variable(&it),
-                ast::StateMachineItem::State(it) => {
-                    db.unwind_if_revision_cancelled();
-                    let transitions = it.syntax().children().filter_map(ast::Transition::cast).map(|it| {
-                        let to = it.name_ref().map(|to| format!("to {}", to.syntax().text()));
-                        named(&it, it.name(), SymbolKind::Transition).with(&to.unwrap_or_default(), [])
-                    });
-                    let initial = if it.initial_token().is_some() { "initial" } else { "" };
-                    named(&it, it.name(), SymbolKind::State).with(initial, transitions)
-                }
-            })
-            .collect(),
-    }
-}
-
-fn variable(it: &ast::Var) -> Symbol {
-    named(it, it.name(), SymbolKind::Variable).with(&typed(it.ty()), [])
-}
-
-fn typed(ty: Option<ast::Type>) -> String {
-    ty.map(|ty| line(ty.syntax())).unwrap_or_default()
-}
-
-fn named(node: &impl AstNode, name: Option<ast::Name>, kind: SymbolKind) -> Symbol {
-    symbol(node.syntax(), name.map(|name| name.syntax().clone()), kind)
-}
-
-fn symbol(node: &SyntaxNode, name: Option<SyntaxNode>, kind: SymbolKind) -> Symbol {
+        ACTIVITY => (Kind::Activity, parts(FIELD).collect::<Vec<_>>().join(" ")),
+        _ => return None,
+    };
+    let name = match kind {
+        Kind::Hook => ast::Hook::cast(node.clone())?.keyword().map(NodeOrToken::Token),
+        // The name of an activity is that of an instance.
+        Kind::Activity => node.children_with_tokens().find(|it| it.kind() == NAME_REF),
+        _ => node.children_with_tokens().find(|it| it.kind() == NAME),
+    };
     let range = node.text_range();
-    let name_range = name.as_ref().map_or(TextRange::empty(range.start()), SyntaxNode::text_range);
-    let name = name.map(|name| name.text().to_string()).unwrap_or_default();
-    Symbol { name, detail: String::new(), kind, range, name_range, children: Vec::new() }
-}
-
-impl Symbol {
-    fn with(mut self, detail: &str, children: impl IntoIterator<Item = Symbol>) -> Symbol {
-        self.detail = detail.trim().to_owned();
-        self.children = children.into_iter().collect();
-        self
-    }
+    Some(Symbol {
+        name: name.as_ref().map(ToString::to_string).unwrap_or_default(),
+        detail: detail.trim().to_owned(),
+        kind,
+        range,
+        name_range: name.map_or(TextRange::empty(range.start()), |it| it.text_range()),
+        children: symbols_in(db, node),
+    })
 }
 
 fn line(node: &SyntaxNode) -> String {
