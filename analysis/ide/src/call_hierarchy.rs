@@ -5,13 +5,14 @@
 //! of a core, which is an operation, a hook, a method or a transition.
 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, SourceId};
-use mauve_hir::{Decl, File, Location, ModelDb, Project, core, declarations, flat_of, names_of, shell};
+use mauve_hir::{
+    Decl, File, Location, ModelDb, Project, core, declarations, flat_of, names_of, node_around, shell,
+};
 use mauve_syntax::{TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
-use crate::hover::declaration_in;
 use crate::occurrences::{
     Definition, FoundName, Role, each_once, grouped, in_declaration, names_at, occurrences_of,
 };
@@ -67,7 +68,9 @@ pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
     };
     let Some(called) = called else { return Vec::new() };
     // Calls in any core, and in its own core.
-    let mut anywhere: FxHashSet<&Definition<'_>> = requirers(db, project, called).collect();
+    let pairs = connected_operations(db, project).iter();
+    let requirers = pairs.filter(|(_, provided)| provided == called).map(|(required, _)| required);
+    let mut anywhere: FxHashSet<&Definition<'_>> = requirers.collect();
     anywhere.extend(own.is_none().then_some(called));
     let mut found = Vec::new();
     for core in names_of(db, project).of_kind(db, Kind::Core) {
@@ -153,7 +156,7 @@ impl<'db> Member<'db> {
 fn range_of(db: &dyn ModelDb, place: &Location<'_>) -> Option<TextRange> {
     match place {
         Location::Source(of, _) if of.kind(db) == Kind::Core => {
-            declaration_in(db, place.file(db), place.range(db)).map(|it| it.text_range())
+            node_around(db, place.file(db), place.range(db)).map(|it| it.text_range())
         }
         _ => Some(place.range(db)),
     }
@@ -247,7 +250,7 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Definition<'d
     if decl.kind(db) == Kind::Codel {
         return Some(Definition::Declaration(decl));
     }
-    let named = members_of(db, decl).into_iter().find(|it| rest == [it.name.as_str()]);
+    let named = members_of(db, decl).into_iter().find(|it| rest == it.name);
     named.map(|it| Definition::At(it.place()))
 }
 
@@ -308,15 +311,6 @@ pub(crate) fn providers<'db>(
 ) -> impl Iterator<Item = &'db Definition<'db>> {
     let pairs = connected_operations(db, project).iter();
     pairs.filter(move |(of, _)| of == required).map(|(_, provided)| provided)
-}
-
-fn requirers<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    provided: &Definition<'db>,
-) -> impl Iterator<Item = &'db Definition<'db>> {
-    let pairs = connected_operations(db, project).iter();
-    pairs.filter(move |(_, of)| of == provided).map(|(required, _)| required)
 }
 
 /// Returns the required and the provided operations that are connected, each pair once.

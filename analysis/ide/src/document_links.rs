@@ -1,7 +1,5 @@
 //! Links to files: includes and imports of a model, roots and tables of `mauve.toml`.
 
-use std::ops::Range;
-
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     File, Location, ModelDb, Project, Workspace, architecture, config_file, config_of, declarations,
@@ -10,7 +8,7 @@ use mauve_hir::{
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{observed_files, table_files, table_pattern};
 
-use crate::occurrences::range_of;
+use crate::occurrences::{range_of, unquoted};
 
 /// A link in a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -102,13 +100,10 @@ fn link(
     quoted: TextRange,
     target: File,
 ) -> Option<DocumentLink> {
-    let text = file.text(db).get(Range::<usize>::from(quoted))?;
-    let inner = text.trim_end_matches(['"', '\'']);
-    let before = inner.len() - inner.trim_start_matches(['"', '\'']).len();
-    let inner = TextRange::new(TextSize::new(before as u32), TextSize::of(inner)) + quoted.start();
+    let range = unquoted(file.text(db), quoted);
     let path = target.path(db);
     let shown = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
-    (!inner.is_empty()).then_some(DocumentLink { range: inner, target, at: None, tooltip: shown })
+    (!range.is_empty()).then_some(DocumentLink { range, target, at: None, tooltip: shown })
 }
 
 #[cfg(test)]

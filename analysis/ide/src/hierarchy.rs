@@ -45,21 +45,15 @@ pub(crate) fn id_of(db: &dyn ModelDb, decl: Decl<'_>) -> String {
     format!("{} {library} {} {}", decl.kind(db), decl.name(db), decl.nth(db))
 }
 
+/// Returns the declaration of an item with this id, and what follows in the id: the name of an item in the declaration.
 pub(crate) fn declaration_of<'db, 'a>(
     db: &'db dyn ModelDb,
     file: File,
     id: &'a str,
-) -> Option<(Decl<'db>, Vec<&'a str>)> {
-    let mut words = id.split(' ');
-    let (kind, library) = (words.next()?, words.next()?);
-    let (name, nth) = (words.next()?, words.next()?.parse::<u32>().ok()?);
-    let is_it = |decl: &Decl<'db>| {
-        decl.kind(db) != Kind::Use
-            && decl.kind(db).to_string() == kind
-            && decl.library(db).as_ref().map_or("-", Name::as_str) == library
-            && decl.name(db) == name
-            && decl.nth(db) == nth
-    };
-    let found = declarations(db, file).all.iter().copied().find(is_it)?;
-    Some((found, words.collect()))
+) -> Option<(Decl<'db>, &'a str)> {
+    let mut all = declarations(db, file).all.iter().filter(|decl| decl.kind(db) != Kind::Use);
+    all.find_map(|&decl| {
+        let rest = id.strip_prefix(&id_of(db, decl))?;
+        (rest.is_empty() || rest.starts_with(' ')).then(|| (decl, rest.trim_start()))
+    })
 }

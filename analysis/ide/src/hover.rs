@@ -18,9 +18,9 @@ use mauve_diagnostics::{
     late_at_most, miss_conditions, miss_rule, not_independent, supported, unusable_time,
 };
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, parse};
+use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, node_around, parse};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_wcrt::{
     ActivityReport, Lookup, Query, TableSet, level_shown, probabilities_of, response_times, support,
     system_of, timetable_of,
@@ -139,7 +139,7 @@ fn of_name<'db>(
     let found = definition_of(db, project, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
-        let Some(node) = declaration_in(db, target.file, target.name) else { continue };
+        let Some(node) = node_around(db, target.file, target.name) else { continue };
         // The blocks of a library have the same head, and comments of their own.
         let (head, comment) = head_and_comment(&node);
         for part in [head, comment] {
@@ -193,13 +193,6 @@ pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String
         Some(path) => format!("{out}\nfrom {}\n", markdown::code(&path.display().to_string())),
         None => out + "\nbuilt-in definition: the package is not installed on this machine\n",
     }
-}
-
-/// Returns the innermost node around `range` that is more than a name.
-pub(crate) fn declaration_in(db: &dyn ModelDb, file: File, range: TextRange) -> Option<SyntaxNode> {
-    let root = parse(db, file).syntax();
-    let element = root.text_range().contains_range(range).then(|| root.covering_element(range))?;
-    element.ancestors().find(|node| !matches!(node.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF))
 }
 
 /// Returns a declaration up to its block on one line, and the comment above it.

@@ -11,7 +11,7 @@ use mauve_wcrt::table_files;
 use crate::call_hierarchy::{definitions, providers};
 use crate::definition::{Navigation, Target, destination, of_declaration};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, FoundName, names_at, names_in};
+use crate::occurrences::{Definition, FoundName, names_at, names_of_definition};
 
 /// Returns the implementations of the name at `offset`. Includes the file of a codel even if it does not exist.
 ///
@@ -40,10 +40,7 @@ pub fn implementation(
         }
         _ => Vec::new(),
     };
-    destination(&names, found, |name| match name.definition {
-        Definition::Declaration(decl) => codel_file(db, project, decl),
-        _ => None,
-    })
+    destination(&names, found, |name| codel_file(db, project, name.definition.declaration(db, Kind::Codel)?))
 }
 
 fn of_declared<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Target> {
@@ -64,13 +61,10 @@ fn of_declared<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>
 }
 
 fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> Vec<Target> {
-    let mut found = Vec::new();
-    for &file in &table_files(db, project.workspace(db)).files {
-        let names = names_in(db, project, file).into_iter();
-        let names = names.filter(|it| it.definition == Definition::Declaration(codel));
-        found.extend(names.map(|it| Target::of_name(file, it.range)));
-    }
-    found
+    let codel = Definition::Declaration(codel);
+    let files = table_files(db, project.workspace(db)).files.iter();
+    let names = files.flat_map(|&file| names_of_definition(db, project, file, &codel));
+    names.map(|it| Target::of_name(it.file, it.range)).collect()
 }
 
 /// Returns the definitions of an operation in the cores of its shell.

@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(crate) use mauve_diagnostics::each_once;
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
-    Parameter, Setting, Shell, SourceId, Statement, Transition, TypeRef,
+    Parameter, Setting, Shell, SourceId, Statement, Transition, TypeRef, Variable,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, CoreInference, Decl, File, Location, ModelDb, Project, Type, VariableKind,
@@ -41,6 +41,25 @@ pub(crate) enum Definition<'db> {
     /// A built-in type, or a type from `mauve.toml`.
     Type(Name),
     File(File),
+}
+
+impl<'db> Definition<'db> {
+    /// Returns the location of its name; none for libraries, which may have several, and for definitions outside models.
+    pub(crate) fn place(&self) -> Option<Location<'db>> {
+        match self {
+            Definition::Declaration(decl) => Some(Location::name_of(*decl)),
+            Definition::At(place) => Some(place.clone()),
+            _ => None,
+        }
+    }
+
+    /// Returns the declaration, if it is one of this kind.
+    pub(crate) fn declaration(&self, db: &'db dyn ModelDb, kind: Kind) -> Option<Decl<'db>> {
+        match self {
+            Definition::Declaration(decl) if decl.kind(db) == kind => Some(*decl),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -174,7 +193,8 @@ fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: Symbo
     FoundName { file, of: None, range, definition, kind, role: Role::Mention }
 }
 
-fn unquoted(text: &str, range: TextRange) -> TextRange {
+/// Returns the range of a string without its quotes.
+pub(crate) fn unquoted(text: &str, range: TextRange) -> TextRange {
     let quoted = text.get(Range::<usize>::from(range)).filter(|quoted| quoted.len() >= 2);
     let is_quoted = quoted.is_some_and(|it| it.starts_with(['"', '\'']) && it.ends_with(['"', '\'']));
     let quote = TextSize::of('"');
@@ -224,10 +244,7 @@ impl<'db> Finder<'db> {
                 let (definition, kind) = self.library(&name.name);
                 return self.add(&name, definition, kind, Role::Mention);
             }
-            Data::Codel(codel) => {
-                self.parameters(&codel.parameters);
-                self.value_type(codel.result.as_ref());
-            }
+            Data::Codel(_) => {}
             Data::Shell(shell) => self.shell(shell),
             Data::Core(data) => self.core(data),
             Data::Component(component) => {
@@ -236,6 +253,14 @@ impl<'db> Finder<'db> {
             }
             Data::Architecture(data) => self.architecture(data),
             Data::Deployment(data) => self.deployment(data),
+        }
+        data.types().into_iter().for_each(|(ty, _)| self.value_type(ty));
+        // An operation of a core is declared by its shell, an activity by its instance.
+        let is_declared = |kind| !matches!(kind, SymbolKind::Operation | SymbolKind::Activity);
+        for (kind, name) in name_spaces(data).into_iter().flatten() {
+            if is_declared(kind) || matches!(data, Data::Shell(_)) {
+                self.declares(name, kind);
+            }
         }
         let kind = kind_of(self.of.kind(self.db));
         self.add(&name, Definition::Declaration(self.of), kind, Role::Declaration);
@@ -266,8 +291,7 @@ impl<'db> Finder<'db> {
         }
     }
 
-    fn value_type(&mut self, ty: Option<&TypeRef>) {
-        let Some(ty) = ty else { return };
+    fn value_type(&mut self, ty: &TypeRef) {
         let Some((name, before)) = ty.path.split_last() else { return };
         let last = before.len();
         match type_of(self.db, self.project, self.of, Some(ty)) {
@@ -283,13 +307,6 @@ impl<'db> Finder<'db> {
         }
     }
 
-    fn parameters(&mut self, parameters: &[Parameter]) {
-        for parameter in parameters {
-            self.declares(&parameter.name, SymbolKind::Parameter);
-            self.value_type(parameter.ty.as_ref());
-        }
-    }
-
     fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
         let found = features_of(self.db, self.project, of).get(&name.name);
         if let Some((feature, at)) = found.and_then(|found| Some((found, found.name(self.db)?))) {
@@ -302,9 +319,6 @@ impl<'db> Finder<'db> {
             self.names_type(Kind::Shell, Some(base));
         }
         for feature in &shell.features {
-            self.declares(&feature.name, kind_of_feature(feature.kind));
-            self.value_type(feature.ty.as_ref());
-            self.parameters(&feature.parameters);
             let interval = feature.interval.iter().flat_map(|interval| [&interval.low, &interval.high]);
             for value in interval.chain(&feature.value) {
                 // A name that is not a constant of the shell is an error.
@@ -322,7 +336,6 @@ impl<'db> Finder<'db> {
             self.names_type(Kind::Architecture, import.as_ref());
         }
         for instance in &data.instances {
-            self.declares(&instance.name, SymbolKind::Instance);
             self.names_type(Kind::Component, instance.component.as_ref());
         }
         for link in data.connections.iter().chain(&data.operations) {
@@ -342,9 +355,7 @@ impl<'db> Finder<'db> {
             activity.instances.iter().for_each(|instance| self.instance(target, instance));
             let trigger = activity.field(ActivityField::Trigger).and_then(|it| it.value.as_name());
             if let Some((port, instance)) = trigger.zip(activity.instances.first()) {
-                let instance = flat_of(self.db, self.project, target).instance(&instance.name);
-                let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
-                shell.into_iter().for_each(|shell| self.feature(shell, port, Role::Read));
+                self.feature_of_instance(target, instance, port, Role::Read);
             }
         }
         self.settings(target, &data.settings);
@@ -366,8 +377,11 @@ impl<'db> Finder<'db> {
     /// `instance.feature` of an architecture.
     fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: Role) {
         self.instance(of, &end.instance);
-        let Some(feature) = &end.feature else { return };
-        let instance = flat_of(self.db, self.project, of).instance(&end.instance.name);
+        end.feature.iter().for_each(|feature| self.feature_of_instance(of, &end.instance, feature, role));
+    }
+
+    fn feature_of_instance(&mut self, of: Decl<'db>, instance: &NameRef, feature: &NameRef, role: Role) {
+        let instance = flat_of(self.db, self.project, of).instance(&instance.name);
         let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
         shell.into_iter().for_each(|shell| self.feature(shell, feature, role));
     }
@@ -392,7 +406,6 @@ impl<'db> Programs<'_, 'db> {
     fn core(&mut self) {
         let core = self.core;
         for handler in &core.handlers {
-            self.finder.declares(&handler.name, SymbolKind::Handler);
             if let (Some(shell), Some(operation)) = (self.shell, &handler.operation)
                 && let [name] = operation.path.as_slice()
             {
@@ -400,22 +413,15 @@ impl<'db> Programs<'_, 'db> {
                 self.finder.feature(shell, &name, Role::Mention);
             }
         }
-        for variable in core.all_variables() {
-            self.finder.declares(&variable.name, SymbolKind::Variable);
-            self.finder.value_type(variable.ty.as_ref());
-        }
         for operation in &core.operations {
             self.operation(&operation.name, Role::Definition);
-            self.finder.parameters(&operation.parameters);
-            self.finder.value_type(operation.result.as_ref());
         }
-        for state in core.states() {
-            self.finder.declares(&state.name, SymbolKind::State);
-            state.transitions.iter().for_each(|transition| self.transition(transition));
-        }
+        core.states().flat_map(|state| &state.transitions).for_each(|it| self.transition(it));
         for statement in core.statements() {
-            if let Statement::Assign(target, _) = statement {
-                self.value(target, Role::Write);
+            match statement {
+                Statement::Assign(target, _) => self.value(target, Role::Write),
+                Statement::Variable(it) => self.finder.declares(&it.name, SymbolKind::Variable),
+                _ => {}
             }
         }
         core.expressions().for_each(|value| self.expr(value));
@@ -437,7 +443,6 @@ impl<'db> Programs<'_, 'db> {
     }
 
     fn transition(&mut self, transition: &Transition) {
-        self.finder.declares(&transition.name, SymbolKind::Transition);
         if let Some(target) = &transition.target
             && let Some(state) = self.core.state(&target.name)
         {
@@ -513,6 +518,42 @@ impl<'db> Programs<'_, 'db> {
             Some(Binding::Feature(feature)) => self.finder.feature(feature.shell, name, role),
             None => {}
         }
+    }
+}
+
+/// Returns the names that a declaration declares inside, but not in its programs, by namespace: within each, names must differ.
+pub(crate) fn name_spaces(data: &Data) -> Vec<Vec<(SymbolKind, &NameRef)>> {
+    fn all<'a, T: 'a>(
+        kind: SymbolKind,
+        items: impl IntoIterator<Item = &'a T>,
+        name: fn(&T) -> &NameRef,
+    ) -> Vec<(SymbolKind, &'a NameRef)> {
+        items.into_iter().map(|it| (kind, name(it))).collect()
+    }
+    let parameters = |list| all(SymbolKind::Parameter, list, |it: &Parameter| &it.name);
+    let variables = |list| all(SymbolKind::Variable, list, |it: &Variable| &it.name);
+    match data {
+        Data::Use | Data::Component(_) => Vec::new(),
+        Data::Codel(codel) => vec![parameters(&codel.parameters)],
+        Data::Shell(Shell { features, .. }) => {
+            let own = features.iter().map(|it| (kind_of_feature(it.kind), &it.name)).collect();
+            std::iter::once(own).chain(features.iter().map(|it| parameters(&it.parameters))).collect()
+        }
+        Data::Core(core) => {
+            let handlers = all(SymbolKind::Handler, &core.handlers, |it| &it.name);
+            let operations = all(SymbolKind::Operation, &core.operations, |it| &it.name);
+            let mut spaces = vec![[variables(&core.variables), handlers].concat(), operations];
+            spaces.extend(core.operations.iter().map(|it| parameters(&it.parameters)));
+            for machine in &core.machines {
+                spaces.push(variables(&machine.variables));
+                spaces.push(all(SymbolKind::State, &machine.states, |it| &it.name));
+                let transitions = machine.states.iter().map(|it| &it.transitions);
+                spaces.extend(transitions.map(|it| all(SymbolKind::Transition, it, |it| &it.name)));
+            }
+            spaces
+        }
+        Data::Architecture(data) => vec![all(SymbolKind::Instance, &data.instances, |it| &it.name)],
+        Data::Deployment(data) => vec![all(SymbolKind::Activity, &data.activities, |it| &it.name)],
     }
 }
 

@@ -3,7 +3,7 @@
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{observed_files, table_files};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::occurrences::{Definition, FoundName, Role, grouped, names_at, names_of_definition};
 use crate::project::projects_with;
@@ -77,22 +77,17 @@ pub fn highlights(db: &dyn ModelDb, project: Project<'_>, file: File, offset: Te
 
 /// Removes duplicates; a location is a write if any project writes there.
 fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a FoundName<'db>>) -> Vec<Reference> {
-    let mut places: Vec<Reference> = Vec::new();
-    let mut index: FxHashMap<(File, TextRange), usize> = FxHashMap::default();
-    for FoundName { file, range, role, .. } in all {
-        let access = match role {
-            Role::Declaration | Role::Definition | Role::Write | Role::ReadWrite => Access::Write,
-            Role::Read | Role::Call => Access::Read,
-            Role::Mention => Access::Mention,
-        };
-        let known = *index.entry((*file, *range)).or_insert(places.len());
-        match places.get_mut(known) {
-            Some(known) if access == Access::Write => known.access = access,
-            Some(_) => {}
-            None => places.push(Reference { file: *file, range: *range, access }),
-        }
-    }
-    places
+    let access = |role| match role {
+        Role::Declaration | Role::Definition | Role::Write | Role::ReadWrite => Access::Write,
+        Role::Read | Role::Call => Access::Read,
+        Role::Mention => Access::Mention,
+    };
+    let places = grouped(all.into_iter().map(|it| ((it.file, it.range), access(it.role))));
+    let reference = |((file, range), found): ((File, TextRange), Vec<Access>)| {
+        let write = found.iter().find(|it| **it == Access::Write);
+        Some(Reference { file, range, access: *write.or(found.first())? })
+    };
+    places.into_iter().filter_map(reference).collect()
 }
 
 /// Returns all references of these definitions, by file and location, each once per project.
@@ -105,21 +100,26 @@ pub(crate) fn occurrences<'db>(
     let mut found = Vec::new();
     let mut known: FxHashSet<(Project<'db>, FoundName<'db>)> = FxHashSet::default();
     for (definition, asked) in asked {
-        let mut open = match definition {
-            Definition::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
-            Definition::At(place) => projects_with(db, workspaces, place.file(db)),
+        let mut open = match (definition, definition.place()) {
+            (_, Some(place)) => projects_with(db, workspaces, place.file(db)),
             // A library includes its blocks in files that projects share.
-            Definition::Library(_) => asked,
-            Definition::File(_) | Definition::Package(_) | Definition::Message(..) | Definition::Type(_) => {
-                workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect()
-            }
+            (Definition::Library(_), _) => asked,
+            _ => workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect(),
         };
+        let word = word_of(db, definition);
         let mut opened: FxHashSet<Project<'db>> = open.iter().copied().collect();
         let mut shared: FxHashSet<File> = FxHashSet::default();
         let mut next = 0;
         while let Some(&project) = open.get(next) {
             next += 1;
-            let of_project = in_project(db, project, definition);
+            let mut of_project = Vec::new();
+            // Reads only files that contain the word.
+            for file in files_of(db, project) {
+                db.unwind_if_revision_cancelled();
+                if word.as_ref().is_none_or(|word| file.text(db).contains(word)) {
+                    of_project.extend(names_of_definition(db, project, file, definition));
+                }
+            }
             if matches!(definition, Definition::Library(_)) {
                 for file in of_project.iter().map(|it| it.file).filter(|file| is_model(file.path(db))) {
                     if shared.insert(file) {
@@ -133,23 +133,6 @@ pub(crate) fn occurrences<'db>(
         }
     }
     found.sort_by_key(|(_, it)| (it.file.path(db), it.range.start()));
-    found
-}
-
-/// Returns the references in a project. Reads only files that contain the word.
-fn in_project<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    definition: &Definition<'db>,
-) -> Vec<FoundName<'db>> {
-    let word = word_of(db, definition);
-    let mut found = Vec::new();
-    for file in files_of(db, project) {
-        db.unwind_if_revision_cancelled();
-        if word.as_ref().is_none_or(|word| file.text(db).contains(word)) {
-            found.extend(names_of_definition(db, project, file, definition));
-        }
-    }
     found
 }
 

@@ -6,7 +6,7 @@
 
 mod check;
 
-use mauve_hir::item_tree::{Core, Data, Kind, NameRef, SourceId, Statement};
+use mauve_hir::item_tree::{Data, Kind, NameRef, SourceId, Statement};
 use mauve_hir::{
     Builtin, Decl, File, Location, ModelDb, Project, Workspace, data, features_of, flat_of, is_model,
     line_of, names_of,
@@ -17,7 +17,7 @@ use mauve_syntax::{TextRange, TextSize};
 
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, FoundName, each_once};
+use crate::occurrences::{Definition, FoundName, each_once, name_spaces};
 use crate::project::projects_with;
 use crate::references::{names, occurrences, word_of};
 
@@ -242,47 +242,17 @@ impl<'db> Renaming<'_, 'db> {
     }
 }
 
-fn sibling(db: &dyn ModelDb, of: Decl<'_>, id: SourceId, name: &str) -> Option<SourceId> {
+/// Returns the other name that equals `name` in the namespace of the name with this source, if there is one.
+fn sibling<'a>(db: &'a dyn ModelDb, of: Decl<'a>, id: SourceId, name: &str) -> Option<SourceId> {
     let data = data(db, of).as_deref()?;
-    let spaces = name_spaces(data).into_iter();
-    let mut own = spaces.filter(|names| names.iter().any(|it| it.id == id));
+    let names = |space: Vec<(_, &'a NameRef)>| space.into_iter().map(|(_, it)| it).collect();
+    let mut spaces: Vec<Vec<&NameRef>> = name_spaces(data).into_iter().map(names).collect();
+    if let Data::Core(core) = data {
+        let own = |block: &'a [Statement]| block.iter().filter_map(|it| Some(&it.variable()?.name)).collect();
+        spaces.extend(core.blocks().map(own));
+    }
+    let mut own = spaces.into_iter().filter(|names| names.iter().any(|it| it.id == id));
     own.find_map(|names| names.into_iter().find(|it| it.name == name).map(|it| it.id))
-}
-
-/// Returns the namespaces of a declaration: within each, names must differ.
-fn name_spaces(data: &Data) -> Vec<Vec<&NameRef>> {
-    match data {
-        Data::Codel(codel) => vec![codel.parameters.iter().map(|it| &it.name).collect()],
-        Data::Shell(shell) => {
-            let own = shell.features.iter().map(|it| &it.name).collect();
-            let of_operations =
-                shell.features.iter().map(|it| it.parameters.iter().map(|it| &it.name).collect());
-            std::iter::once(own).chain(of_operations).collect()
-        }
-        Data::Core(core) => of_core(core),
-        Data::Architecture(data) => vec![data.instances.iter().map(|it| &it.name).collect()],
-        Data::Use | Data::Component(_) | Data::Deployment(_) => Vec::new(),
-    }
-}
-
-fn of_core<'a>(core: &'a Core) -> Vec<Vec<&'a NameRef>> {
-    let mut spaces: Vec<Vec<&'a NameRef>> = Vec::new();
-    let own = core.variables.iter().map(|it| &it.name).chain(core.handlers.iter().map(|it| &it.name));
-    spaces.push(own.collect());
-    spaces.push(core.operations.iter().map(|it| &it.name).collect());
-    for operation in &core.operations {
-        spaces.push(operation.parameters.iter().map(|it| &it.name).collect());
-    }
-    for machine in &core.machines {
-        spaces.push(machine.variables.iter().map(|it| &it.name).collect());
-        spaces.push(machine.states.iter().map(|it| &it.name).collect());
-        for state in &machine.states {
-            spaces.push(state.transitions.iter().map(|it| &it.name).collect());
-        }
-    }
-    let own = |block: &'a [Statement]| block.iter().filter_map(|it| Some(&it.variable()?.name)).collect();
-    spaces.extend(core.blocks().map(own));
-    spaces
 }
 
 fn text_of(db: &dyn ModelDb, file: File, range: TextRange) -> &str {

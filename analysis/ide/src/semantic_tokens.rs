@@ -2,7 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_hir::item_tree::{FeatureKind, SourceId};
+use mauve_hir::item_tree::FeatureKind;
 use mauve_hir::{
     Builtin, Decl, File, Location, ModelDb, Project, built_in_type, declarations, is_model, parse, projects,
     shell, source_map,
@@ -73,7 +73,7 @@ pub enum TokenModifier {
 }
 
 /// A set of modifiers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, salsa::SalsaValue)]
 pub struct TokenModifiers(u16);
 
 impl TokenModifiers {
@@ -142,7 +142,10 @@ pub fn meanings_of_names(db: &dyn ModelDb, project: Project<'_>, file: File) -> 
     for project in resolving(db, project, file) {
         if is_model(file.path(db)) {
             for &decl in &declarations(db, file).all {
-                tokens_of(db, project, decl).hash(&mut hasher);
+                for it in occurrences_of(db, project, decl) {
+                    (it.id, it.segment, it.kind).hash(&mut hasher);
+                }
+                modifiers_in(db, project, decl).hash(&mut hasher);
             }
         } else {
             names_in(db, project, file).iter().for_each(|it| (it.range, it.kind).hash(&mut hasher));
@@ -160,24 +163,11 @@ fn touches(range: TextRange, token: TextRange) -> bool {
     token.start() < range.end() && range.start() < token.end()
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
-struct NameToken {
-    id: SourceId,
-    segment: Option<usize>,
-    kind: SymbolKind,
-    modifiers: TokenModifiers,
-}
-
-/// Returns the tokens of a declaration with relative locations, so that edits elsewhere recompute nothing.
+/// Returns the modifiers of the names of a declaration, in their order. An edit elsewhere recomputes none of them.
 #[salsa::tracked(returns(ref))]
-fn tokens_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<NameToken> {
-    let token = |it: &crate::occurrences::Occurrence<'db>| NameToken {
-        id: it.id,
-        segment: it.segment,
-        kind: it.kind,
-        modifiers: modifiers(db, &it.definition, it.kind, it.role),
-    };
-    occurrences_of(db, project, of).iter().map(token).collect()
+fn modifiers_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TokenModifiers> {
+    let names = occurrences_of(db, project, of).iter();
+    names.map(|it| modifiers(db, &it.definition, it.kind, it.role)).collect()
 }
 
 fn names(
@@ -204,10 +194,11 @@ fn names(
         if !is_asked(map.range) {
             continue;
         }
-        found.extend(tokens_of(db, project, decl).iter().filter_map(|it| {
+        let names = occurrences_of(db, project, decl).iter().zip(modifiers_in(db, project, decl));
+        found.extend(names.filter_map(|(it, &modifiers)| {
             db.unwind_if_revision_cancelled();
             let range = segment(text, map.range_of(it.id)?, it.segment)?;
-            Some(SemanticToken { range, kind: TokenKind::Name(it.kind), modifiers: it.modifiers })
+            Some(SemanticToken { range, kind: TokenKind::Name(it.kind), modifiers })
         }));
     }
 }

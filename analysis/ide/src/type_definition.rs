@@ -1,13 +1,12 @@
 //! Go to type definition: the message file of a value, the component of an instance, the operation of a handler, the shell of a
 //! component or a core, the architecture of a deployment.
 
-use mauve_hir::{File, Location, ModelDb, Project, package};
+use mauve_hir::{File, Location, ModelDb, Project, node_around, package};
 use mauve_syntax::SyntaxKind::{RESULT_TYPE, TARGET, TYPE};
 use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use crate::definition::{Navigation, destination, targets};
-use crate::hover::declaration_in;
 use crate::occurrences::{Definition, FoundName, definition_of_type, names_at};
 
 /// Returns the type definition of the name at `offset`; `None` for built-in types.
@@ -54,13 +53,9 @@ fn type_of<'db>(
     project: Project<'db>,
     definition: &Definition<'db>,
 ) -> Option<Definition<'db>> {
-    let name = match definition {
-        Definition::Declaration(decl) => Location::name_of(*decl),
-        Definition::At(place @ Location::Source(..)) => place.clone(),
-        _ => return None,
-    };
+    let name = definition.place().filter(|it| matches!(it, Location::Source(..)))?;
     let file = name.file(db);
-    let node = declaration_in(db, file, name.range(db))?;
+    let node = node_around(db, file, name.range(db))?;
     let mut parts = node.children().filter(|it| matches!(it.kind(), TYPE | RESULT_TYPE | TARGET));
     let part = parts.next()?;
     let ty = ast::Type::cast(part.clone()).or_else(|| part.children().find_map(ast::Type::cast))?;

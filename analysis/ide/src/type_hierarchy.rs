@@ -5,7 +5,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, bases_of, names_of};
 use mauve_syntax::TextSize;
 
 use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
-use crate::occurrences::{Definition, each_once, names_at};
+use crate::occurrences::{each_once, names_at};
 
 /// Returns the shell at `offset`.
 pub fn type_items(
@@ -15,11 +15,7 @@ pub fn type_items(
     offset: TextSize,
 ) -> Vec<HierarchyItem> {
     let names = names_at(db, project, file, offset);
-    let shells = names.iter().filter_map(|name| match name.definition {
-        Definition::Declaration(decl) if decl.kind(db) == Kind::Shell => Some(decl),
-        _ => None,
-    });
-    items(db, shells)
+    items(db, names.iter().filter_map(|name| name.definition.declaration(db, Kind::Shell)))
 }
 
 /// Returns the shells that an item's shell extends.

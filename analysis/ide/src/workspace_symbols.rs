@@ -3,12 +3,12 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use mauve_hir::item_tree::{Data, Kind};
+use mauve_hir::item_tree::{Data, Kind, NameRef};
 use mauve_hir::{Decl, File, Location, ModelDb, Workspace, declarations, is_model, item_tree_of};
 use mauve_syntax::TextRange;
 
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{kind_of, kind_of_feature, libraries};
+use crate::occurrences::{kind_of, libraries, name_spaces};
 
 /// A found declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -146,33 +146,9 @@ impl<'db> SymbolSearch<'_, 'db> {
     }
 
     fn parts(&mut self, decl: Decl<'db>, data: &'db Data, containers: [&'db str; 2]) {
-        let mut add = |name: &'db mauve_hir::item_tree::NameRef, kind| {
-            self.add(name.name.as_str(), kind, containers, || Location::Source(decl, name.id));
-        };
-        match data {
-            Data::Use | Data::Codel(_) | Data::Component(_) => {}
-            Data::Shell(shell) => {
-                for feature in &shell.features {
-                    add(&feature.name, kind_of_feature(feature.kind));
-                }
-            }
-            Data::Core(core) => {
-                core.variables.iter().for_each(|it| add(&it.name, SymbolKind::Variable));
-                core.handlers.iter().for_each(|it| add(&it.name, SymbolKind::Handler));
-                core.operations.iter().for_each(|it| add(&it.name, SymbolKind::Operation));
-                for machine in &core.machines {
-                    machine.variables.iter().for_each(|it| add(&it.name, SymbolKind::Variable));
-                    for state in &machine.states {
-                        add(&state.name, SymbolKind::State);
-                        state.transitions.iter().for_each(|it| add(&it.name, SymbolKind::Transition));
-                    }
-                }
-            }
-            Data::Architecture(it) => {
-                it.instances.iter().for_each(|it| add(&it.name, SymbolKind::Instance));
-            }
-            Data::Deployment(it) => {
-                it.activities.iter().for_each(|it| add(&it.name, SymbolKind::Activity));
+        for (kind, NameRef { name, id }) in name_spaces(data).into_iter().flatten() {
+            if kind != SymbolKind::Parameter {
+                self.add(name.as_str(), kind, containers, || Location::Source(decl, *id));
             }
         }
     }

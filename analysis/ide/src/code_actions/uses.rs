@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 use mauve_hir::fact::{Fact, FactKind};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, ModelDb, Project, declaration_facts, declarations, names_of, package, parse, project_files,
+    Decl, Location, ModelDb, Project, declaration_facts, declarations, names_of, package, parse,
+    project_files,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -116,15 +117,13 @@ fn needed_by<'db>(
         }
         for name in occurrences_of(db, project, decl) {
             match &name.definition {
-                Definition::Declaration(of) => needed.extend(of.library(db).clone()),
-                Definition::At(place) => {
-                    let mauve_hir::Location::Source(of, _) = place else { continue };
+                Definition::Declaration(of) | Definition::At(Location::Source(of, _)) => {
                     needed.extend(of.library(db).clone());
                 }
                 Definition::Library(of) | Definition::Package(of) | Definition::Message(of, _) => {
                     needed.insert(of.clone());
                 }
-                Definition::Type(_) | Definition::File(_) => {}
+                Definition::At(_) | Definition::Type(_) | Definition::File(_) => {}
             }
         }
     }

@@ -5,12 +5,12 @@
 use std::path::PathBuf;
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, source_map};
+use mauve_hir::{Decl, ModelDb, Workspace, declarations, node_around, package, source_map};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::SyntaxNode;
 use serde::{Deserialize, Serialize};
 
-use crate::hover::{declaration_in, fields, head_and_comment, shown};
+use crate::hover::{fields, head_and_comment, shown};
 use crate::program::Callable;
 
 /// The subject of an item's documentation.
@@ -79,7 +79,7 @@ fn node_of(db: &dyn ModelDb, workspace: Workspace, subject: &Subject) -> Option<
         |decl: &Decl<'_>| decl.kind(db) == *kind && decl.library(db) == library && decl.name(db) == name;
     let mut found = declarations(db, file).all.iter().zip(maps);
     let (_, map) = found.find(|(decl, _)| is_it(decl))?;
-    let all = declaration_in(db, file, map.range)?;
+    let all = node_around(db, file, map.range)?;
     match member {
         Some(member) => member_of(&all, member),
         None => Some(all),

@@ -258,7 +258,19 @@ impl<'db> Renaming<'_, 'db> {
             let word = text_of(scratch, new_file, *range);
             return Err(format!("{}, line {line}: `{word}` would refer to a definition", shown(db, file)));
         }
-        self.check_errors((project, file), (scratch, new_project, new_file), shift)?;
+        let known: FxHashSet<(&str, File, TextSize)> = errors(db, project, file)
+            .map(|it| {
+                let (file, start) = (it.at.file(db), it.at.range(db).start());
+                (it.code.name, file, shift.moved(file, start))
+            })
+            .collect();
+        for error in errors(scratch, new_project, new_file) {
+            let (at, start) = (error.at.file(scratch), error.at.range(scratch).start());
+            if at == new_file && !known.contains(&(error.code.name, file, start)) {
+                let line = line_of(scratch, new_file, start);
+                return Err(format!("{}, line {line}: {}", shown(db, file), error.message));
+            }
+        }
         let errors = |db: &dyn ModelDb, file: File| match is_model(file.path(db)) {
             true => parse(db, file).errors().len(),
             false => table(db, file).errors.len(),
@@ -266,30 +278,6 @@ impl<'db> Renaming<'_, 'db> {
         let is_config = config_file(db, project.workspace(db)) == Some(file);
         if !is_config && errors(db, file) != errors(scratch, new_file) {
             return Err(format!("the errors of {} would change", shown(db, file)));
-        }
-        Ok(())
-    }
-
-    fn check_errors<'new>(
-        &self,
-        (project, file): (Project<'db>, File),
-        (scratch, new_project, new_file): (&'new Database, Project<'new>, File),
-        shift: &Shift,
-    ) -> Result<(), String> {
-        let db = self.db;
-        let old: FxHashSet<(&str, File, TextSize)> = errors(db, project, file)
-            .map(|it| {
-                let (file, start) = (it.at.file(db), it.at.range(db).start());
-                (it.code.name, file, shift.moved(file, start))
-            })
-            .collect();
-        for error in errors(scratch, new_project, new_file) {
-            let (at, range) = (error.at.file(scratch), error.at.range(scratch));
-            let place = (error.code.name, range.start());
-            if at == new_file && !old.contains(&(place.0, file, place.1)) {
-                let line = line_of(scratch, new_file, range.start());
-                return Err(format!("{}, line {line}: {}", shown(db, file), error.message));
-            }
         }
         Ok(())
     }
