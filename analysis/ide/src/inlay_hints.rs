@@ -23,8 +23,8 @@ use mauve_timing::CpuSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};
 
 use mauve_hir::ProgramId;
-use mauve_hir::item_tree::{HookKind, Name};
-use mauve_syntax::TextSize;
+use mauve_hir::item_tree::Name;
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize};
 
 use self::label::Texts;
 use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
@@ -130,9 +130,8 @@ impl Subject {
 /// What a label of a core is about.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 enum Place {
-    Update,
+    Program(ProgramId),
     State(Name),
-    Method(ProgramId),
     /// The names of its state and of itself.
     Transition((Name, Name)),
 }
@@ -141,10 +140,10 @@ impl Place {
     /// Returns its keyword or name.
     fn name(&self) -> &str {
         match self {
-            Place::Update => HookKind::Update.keyword(),
+            Place::Program(ProgramId::Hook(kind)) => kind.keyword(),
+            Place::Program(ProgramId::Method { kind, .. }) => kind.keyword(),
+            Place::Program(_) => "",
             Place::State(name) | Place::Transition((_, name)) => name,
-            Place::Method(ProgramId::Method { kind, .. }) => kind.keyword(),
-            Place::Method(_) => "",
         }
     }
 }
@@ -173,6 +172,19 @@ fn hash_of(shown: impl Hash) -> u64 {
 fn column(text: &str, offset: TextSize) -> usize {
     let before = text.get(..usize::from(offset)).unwrap_or_default();
     before.chars().rev().take_while(|it| *it != '\n').count()
+}
+
+/// Returns the end of the line with the end of `node` if it is on one line of the text, otherwise that with its opening brace.
+fn beside(text: &str, node: &SyntaxNode) -> Option<TextSize> {
+    let brace = |of: &SyntaxNode| of.children_with_tokens().find(|it| it.kind() == SyntaxKind::L_CURLY);
+    // The brace of a program is in its block.
+    let block = || node.children().find(|it| it.kind() == SyntaxKind::BLOCK);
+    let range = node.text_range();
+    let offset = match text.get(std::ops::Range::<usize>::from(range))?.contains('\n') {
+        true => brace(node).or_else(|| brace(&block()?))?.text_range().end(),
+        false => range.end(),
+    };
+    Some(end_of_line(text, offset))
 }
 
 /// Returns the end of the line with `offset`, behind its spaces: a hint there moves no text, nor the cursor.

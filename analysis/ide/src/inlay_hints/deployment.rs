@@ -3,16 +3,16 @@
 
 use std::collections::HashMap;
 
-use mauve_hir::{Decl, Location, ModelDb, Project, parse};
+use mauve_hir::{Decl, Location, ModelDb, Project, node_around};
+use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, CpuSet, Status};
 use mauve_wcrt::{
     ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
 };
 
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line};
+use super::{Figure, HintOf, HintOptions, InlayHint, Subject, beside, column};
 use crate::cpu_budget::cpu_status;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
@@ -34,12 +34,12 @@ pub(super) fn of_deployment<'db>(
         return;
     }
     let name = Location::name_of(deployment);
-    let Some(node) = deployment_at(db, &name) else { return };
+    let Some(node) = node_around(db, deployment.file(db), name.range(db)) else { return };
     let query = Query::shown(db, project, deployment);
     let report = response_times(db, project, deployment, query);
     let text = deployment.file(db).text(db);
     let activities = &system_of(db, project, deployment).activities;
-    let nodes = node.syntax().children().filter_map(ast::Activity::cast);
+    let nodes = node.children().filter_map(ast::Activity::cast);
     let named = |it: ast::Activity| Some((it.name_ref()?.syntax().text_range().start(), it));
     let nodes: HashMap<TextSize, ast::Activity> = nodes.filter_map(named).collect();
     let offset_of = |resolved: &ResolvedActivity<'_>| {
@@ -56,7 +56,7 @@ pub(super) fn of_deployment<'db>(
     let shown = figures.map(|(activity, footing)| Shown::of(db, activity, footing, options.tight_slack));
     let shown: Vec<Shown> = shown.collect();
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Status::Background;
-    if let Some(offset) = beside(text, node.syntax())
+    if let Some(offset) = beside(text, &node)
         && report.activities.iter().any(is_real_time)
     {
         let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
@@ -162,23 +162,4 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
         let figure = Some(Figure { texts: texts.clone(), missing });
         (cpu.cpus, Shown { texts, status, figure }, load)
     })
-}
-
-/// Returns the syntax node of the deployment with this name.
-fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
-    let root: SyntaxNode = parse(db, name.file(db)).syntax();
-    let token = tokens_at(&root, name.range(db).start()).right_biased()?;
-    token.parent_ancestors().find_map(ast::Deployment::cast)
-}
-
-/// Returns the end of the line with the end of `node` if it is on one line of the text, otherwise that with its opening brace.
-fn beside(text: &str, node: &SyntaxNode) -> Option<TextSize> {
-    let range = node.text_range();
-    let offset = if text.get(std::ops::Range::<usize>::from(range))?.contains('\n') {
-        let mut tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-        tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end()
-    } else {
-        range.end()
-    };
-    Some(end_of_line(text, offset))
 }

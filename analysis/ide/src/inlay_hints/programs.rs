@@ -2,19 +2,18 @@
 
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
-    structure_of,
+    Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group,
+    node_around, structure_of,
 };
 use mauve_syntax::SyntaxKind::{HOOK, METHOD, NAME, STATE, STATE_MACHINE, TRANSITION};
-use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
+use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{TableSet, level_shown, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::figures::{Figures, with_earlier};
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, InlayHint, Place, Subject, column, end_of_line, hash_of};
+use super::{Figure, HintOf, InlayHint, Place, Subject, beside, column, hash_of};
 use mauve_diagnostics::figure::{HintStatus, short};
 
 /// Returns the hints of a core in `range`.
@@ -107,12 +106,12 @@ fn texts_of(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> Tex
     let longest = short(greatest);
     let figure = match place {
         Place::State(_) | Place::Transition(_) => format!("≤ {longest}"),
-        Place::Update | Place::Method(_) if least == greatest => longest,
-        Place::Update | Place::Method(_) => format!("{} to {longest}", short(least)),
+        Place::Program(_) if least == greatest => longest,
+        Place::Program(_) => format!("{} to {longest}", short(least)),
     };
     let after = match place {
         Place::State(_) | Place::Transition(_) => " per period",
-        Place::Update | Place::Method(_) => "",
+        Place::Program(_) => "",
     };
     let assumed = if is_assumed { " · assumed" } else { "" };
     Texts::of([format!("{figure}{after}{assumed}"), format!("{figure}{assumed}")])
@@ -123,16 +122,13 @@ fn texts_of(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> Tex
 fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, Place)> {
     let Some(core) = structure_of(db, of) else { return Vec::new() };
     let updates = core.hooks.iter().filter(|(kind, _)| *kind == HookKind::Update);
-    let mut places: Vec<(SourceId, Place)> = updates.map(|(_, id)| (*id, Place::Update)).collect();
+    let mut places: Vec<(SourceId, Place)> =
+        updates.map(|(_, id)| (*id, Place::Program(ProgramId::UPDATE))).collect();
     for state in core.states() {
         let name = &state.name.name;
         places.push((state.name.id, Place::State(name.clone())));
-        places.extend(
-            state
-                .methods
-                .iter()
-                .map(|&(kind, id)| (id, Place::Method(ProgramId::Method { state: name.clone(), kind }))),
-        );
+        let method = |kind| Place::Program(ProgramId::Method { state: name.clone(), kind });
+        places.extend(state.methods.iter().map(|&(kind, id)| (id, method(kind))));
         places.extend(state.transitions.iter().map(|transition| {
             let of = (name.clone(), transition.name.name.clone());
             (transition.name.id, Place::Transition(of))
@@ -165,9 +161,7 @@ fn costs_of<'db>(
     }
     let programs = psm.edges.executed().filter_map(|index| psm.programs.get(index));
     for (program, time) in programs.filter(|(_, time)| *time > Time::ZERO) {
-        let is_update = *program == ProgramId::UPDATE;
-        let place = if is_update { Place::Update } else { Place::Method(program.clone()) };
-        costs.times.entry(place).or_insert(*time);
+        costs.times.entry(Place::Program(program.clone())).or_insert(*time);
     }
     for (time, described) in psm.longest_times().zip(&psm.edges.all) {
         let (Some(time), source) = (time, described.source) else { continue };
@@ -223,13 +217,9 @@ fn cores_in_group<'db>(
 /// takes long in a large tree.
 fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
     let mut heads = FxHashMap::default();
-    let root = parse(db, of.file(db)).syntax();
-    let name = tokens_at(&root, Location::name_of(of).range(db).start()).right_biased();
-    let Some(core) = name.and_then(|name| name.parent_ancestors().find_map(ast::Core::cast)) else {
-        return heads;
-    };
+    let core = node_around(db, of.file(db), Location::name_of(of).range(db));
     let text = of.file(db).text(db);
-    let mut lists = vec![core.syntax().clone()];
+    let mut lists = Vec::from_iter(core);
     while let Some(list) = lists.pop() {
         for node in list.children().filter(|it| it.text_range().intersect(range).is_some()) {
             if matches!(node.kind(), STATE_MACHINE | STATE) {
@@ -241,21 +231,8 @@ fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize
                 _ => None,
             };
             let Some(begins) = begins else { continue };
-            let whole = node.text_range();
-            let offset = match text.get(std::ops::Range::<usize>::from(whole)) {
-                Some(text) if !text.contains('\n') => Some(whole.end()),
-                _ => first_brace(&node).map(|brace| brace.text_range().end()),
-            };
-            heads.extend(offset.map(|offset| (begins.start(), end_of_line(text, offset))));
+            heads.extend(beside(text, &node).map(|offset| (begins.start(), offset)));
         }
     }
     heads
-}
-
-/// Returns the first brace of a program, a state or a transition.
-fn first_brace(node: &SyntaxNode) -> Option<SyntaxToken> {
-    match ast::State::cast(node.clone()) {
-        Some(state) => state.l_curly_token(),
-        None => node.children().find_map(ast::Block::cast)?.l_curly_token(),
-    }
 }
