@@ -34,8 +34,12 @@ pub struct FileChange {
 impl Change {
     /// Returns a change of one file, or `None` if replacements overlap.
     pub fn of(file: File, edits: impl IntoIterator<Item = Replacement>) -> Option<Change> {
+        Change::of_all(edits.into_iter().map(|edit| (file, edit)))
+    }
+
+    fn of_all(edits: impl IntoIterator<Item = (File, Replacement)>) -> Option<Change> {
         let mut change = Change::default();
-        edits.into_iter().all(|edit| change.replace(file, edit)).then_some(change)
+        edits.into_iter().all(|(file, edit)| change.replace(file, edit)).then_some(change)
     }
 
     /// Adds a replacement and returns `true`, also if it is already present. If it overlaps another, returns `false`: the
@@ -82,14 +86,10 @@ impl Change {
 
     /// Returns the change of a fix, or `None` if its edits overlap.
     pub fn of_fix(db: &dyn ModelDb, fix: &Fix<'_>) -> Option<Change> {
-        let mut change = Change::default();
-        for (place, text) in &fix.edits {
-            let edit = Replacement { range: place.range(db), text: text.clone() };
-            if !change.replace(place.file(db), edit) {
-                return None;
-            }
-        }
-        Some(change)
+        let edits = fix.edits.iter();
+        Change::of_all(edits.map(|(place, text)| {
+            (place.file(db), Replacement { range: place.range(db), text: text.clone() })
+        }))
     }
 
     /// Adapts the line ends of the new texts to those of each file.

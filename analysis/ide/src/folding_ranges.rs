@@ -2,9 +2,10 @@
 
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{
-    NodeOrToken, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, WalkEvent, begins_line,
-    is_gap,
+    NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, WalkEvent, begins_line, is_gap,
 };
+
+use crate::selection_ranges::siblings_behind;
 
 /// A range of several lines that an editor can fold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,17 +138,12 @@ fn brackets(node: &SyntaxNode) -> Option<(SyntaxToken, SyntaxToken)> {
 }
 
 fn follower(node: &SyntaxNode) -> Option<SyntaxNode> {
-    let mut next = node.next_sibling_or_token();
-    while let Some(SyntaxElement::Token(token)) = &next {
-        let is_gap = is_gap(token)
+    let is_gap = |token: &SyntaxToken| {
+        is_gap(token)
             || token.kind() == SyntaxKind::SEMICOLON
-            || token.kind() == SyntaxKind::LINE_COMMENT && !begins_line(token);
-        if !is_gap {
-            return None;
-        }
-        next = token.next_sibling_or_token();
-    }
-    next.and_then(NodeOrToken::into_node)
+            || token.kind() == SyntaxKind::LINE_COMMENT && !begins_line(token)
+    };
+    siblings_behind(node.clone()).find(|it| !it.as_token().is_some_and(is_gap))?.into_node()
 }
 
 fn comment_below(comment: &SyntaxToken) -> Option<SyntaxToken> {

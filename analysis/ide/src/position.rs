@@ -109,7 +109,8 @@ impl Position {
     }
 }
 
-fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
+/// Returns whether `offset` is in a token in which no item begins: a comment, a string or a number.
+pub(crate) fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
     let range = token.text_range();
     if offset <= range.start() {
         return false;
@@ -135,12 +136,8 @@ pub(crate) fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken
 }
 
 fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
-    let is_list = |kind| {
-        matches!(
-            kind,
-            LIBRARY | SHELL | CORE | STATE_MACHINE | STATE | ARCHITECTURE | DEPLOYMENT | ACTIVITY | BLOCK
-        )
-    };
+    const LISTS: [SyntaxKind; 9] =
+        [LIBRARY, SHELL, CORE, STATE_MACHINE, STATE, ARCHITECTURE, DEPLOYMENT, ACTIVITY, BLOCK];
     let is_open = |node: &SyntaxNode| {
         let mut braces = node.children_with_tokens().filter_map(|it| it.into_token());
         let opens = braces
@@ -148,7 +145,7 @@ fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
         opens && !(left.kind() == R_CURLY && left.parent().as_ref() == Some(node))
     };
     let mut nodes = left.parent_ancestors();
-    nodes.find(|node| is_list(node.kind()) && is_open(node)).unwrap_or_else(|| root.clone())
+    nodes.find(|node| LISTS.contains(&node.kind()) && is_open(node)).unwrap_or_else(|| root.clone())
 }
 
 /// Returns whether this may be the last token of an item that has no closing token.

@@ -2,8 +2,8 @@
 
 use mauve_hir::item_tree::{Direction, Feature, FeatureKind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Builtin, Decl, LikelyCallee, ModelDb, Project, Type, VariableKind, VariableOf, VisibleScope, codel,
-    type_of,
+    Builtin, Decl, FeaturesByName, LikelyCallee, ModelDb, Project, Type, VariableKind, VariableOf,
+    VisibleScope, codel, type_of,
 };
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -70,6 +70,15 @@ impl Callable<'_> {
     }
 }
 
+/// Returns the features of this kind, each with the shell that declares it.
+pub(crate) fn of_kind<'a, 'db>(
+    features: &'a FeaturesByName<'db>,
+    kind: FeatureKind,
+) -> impl Iterator<Item = (&'a Name, Decl<'db>, &'db Feature)> {
+    let all = features.iter().filter(move |(_, (_, feature))| feature.kind == kind);
+    all.map(|(name, (shell, feature))| (name, *shell, *feature))
+}
+
 /// `(in a: int, b: int)`
 pub(crate) fn parameters_text(parameters: &[Parameter]) -> String {
     let all: Vec<String> = parameters.iter().map(parameter_text).collect();
@@ -112,8 +121,7 @@ impl<'db> Scope<'db> {
         &self,
         kind: FeatureKind,
     ) -> impl Iterator<Item = (&Name, Decl<'db>, &'db Feature)> {
-        let all = self.visible.features.iter().filter(move |(_, (_, feature))| feature.kind == kind);
-        all.map(|(name, (shell, feature))| (name, *shell, *feature))
+        of_kind(&self.visible.features, kind)
     }
 
     pub(crate) fn handlers(&self) -> impl Iterator<Item = &'db VariableOf> {
@@ -135,24 +143,29 @@ impl<'db> Scope<'db> {
     pub(crate) fn operation(&self, shell: Decl<'db>, feature: &Feature) -> Callable<'db> {
         let name = &feature.name.name;
         let declared = self.visible.definer_of(name).unwrap_or(shell);
-        Callable {
-            name: name.to_string(),
-            parameters: self.parameters(shell, &feature.parameters),
-            result: self.type_of(shell, feature.ty.as_ref()),
-            result_text: feature.ty.as_ref().map_or_else(String::new, ToString::to_string),
-            declared: Some((declared, Some(name.clone()))),
-        }
+        self.declared(shell, &feature.parameters, feature.ty.as_ref(), (declared, Some(name.clone())))
     }
 
     pub(crate) fn codel(&self, of: Decl<'db>) -> Option<Callable<'db>> {
         let data = codel(self.db, of)?;
-        Some(Callable {
-            name: of.name(self.db).to_string(),
-            parameters: self.parameters(of, &data.parameters),
-            result: self.type_of(of, data.result.as_ref()),
-            result_text: data.result.as_ref().map_or_else(String::new, ToString::to_string),
-            declared: Some((of, None)),
-        })
+        Some(self.declared(of, &data.parameters, data.result.as_ref(), (of, None)))
+    }
+
+    /// Returns the callable of a codel or an operation that `of` declares.
+    fn declared(
+        &self,
+        of: Decl<'db>,
+        parameters: &[Parameter],
+        result: Option<&TypeRef>,
+        declared: (Decl<'db>, Option<Name>),
+    ) -> Callable<'db> {
+        Callable {
+            name: declared.1.as_ref().unwrap_or(of.name(self.db)).to_string(),
+            parameters: self.parameters(of, parameters),
+            result: self.type_of(of, result),
+            result_text: result.map_or_else(String::new, ToString::to_string),
+            declared: Some(declared),
+        }
     }
 
     fn parameters(&self, of: Decl<'db>, parameters: &[Parameter]) -> Vec<CallParameter> {

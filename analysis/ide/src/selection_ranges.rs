@@ -2,8 +2,8 @@
 
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{
-    NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, begins_line, comments_above,
-    is_gap, next_token, previous_token, tokens_at,
+    NodeOrToken, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, begins_line,
+    comments_above, is_gap, next_token, previous_token, tokens_at,
 };
 
 /// Returns the selection ranges around `offset`, from the smallest to the whole file, each larger than the one before.
@@ -147,15 +147,9 @@ fn is_item(node: &SyntaxNode) -> bool {
 }
 
 fn with_separator(item: &SyntaxNode) -> TextRange {
-    let mut next = item.next_sibling_or_token();
-    while let Some(NodeOrToken::Token(token)) = next {
-        match token.kind() {
-            SyntaxKind::SEMICOLON => return item.text_range().cover(token.text_range()),
-            SyntaxKind::WHITESPACE => next = token.next_sibling_or_token(),
-            _ => break,
-        }
-    }
-    item.text_range()
+    let sign = siblings_behind(item.clone()).find(|it| it.kind() != SyntaxKind::WHITESPACE);
+    let sign = sign.filter(|it| it.kind() == SyntaxKind::SEMICOLON);
+    sign.map_or(item.text_range(), |sign| item.text_range().cover(sign.text_range()))
 }
 
 fn with_comments(item: &SyntaxNode) -> TextRange {
@@ -163,37 +157,25 @@ fn with_comments(item: &SyntaxNode) -> TextRange {
 }
 
 fn run_of_comments(comment: &SyntaxToken) -> TextRange {
-    let mut range = comment.text_range();
-    if comment.kind() != SyntaxKind::LINE_COMMENT || !begins_line(comment) {
-        return range;
+    let is_line = |it: &SyntaxToken| it.kind() == SyntaxKind::LINE_COMMENT && begins_line(it);
+    if !is_line(comment) {
+        return comment.text_range();
     }
-    let walk = |next: fn(&SyntaxToken) -> Option<SyntaxToken>, range: &mut TextRange| {
-        let mut open = next(comment);
-        while let Some(token) = open {
-            match token.kind() {
-                SyntaxKind::LINE_COMMENT if begins_line(&token) => {
-                    *range = range.cover(token.text_range());
-                }
-                _ if is_gap(&token) => {}
-                _ => break,
-            }
-            open = next(&token);
-        }
+    let run = |next: fn(&SyntaxToken) -> Option<SyntaxToken>| {
+        let tokens = std::iter::successors(next(comment), next);
+        tokens.take_while(move |it| is_line(it) || is_gap(it)).filter(is_line)
     };
-    walk(next_token, &mut range);
-    walk(previous_token, &mut range);
-    range
+    let all = run(next_token).chain(run(previous_token));
+    all.fold(comment.text_range(), |range, it| range.cover(it.text_range()))
 }
 
 fn next_node(comment: &SyntaxToken) -> Option<SyntaxNode> {
-    let mut next = comment.next_sibling_or_token();
-    while let Some(NodeOrToken::Token(token)) = next {
-        if !token.kind().is_trivia() {
-            return None;
-        }
-        next = token.next_sibling_or_token();
-    }
-    next.and_then(NodeOrToken::into_node)
+    siblings_behind(comment.clone()).find(|it| !it.kind().is_trivia())?.into_node()
+}
+
+/// Returns the nodes and tokens behind another one in its parent.
+pub(crate) fn siblings_behind(it: impl Into<SyntaxElement>) -> impl Iterator<Item = SyntaxElement> {
+    std::iter::successors(it.into().next_sibling_or_token(), SyntaxElement::next_sibling_or_token)
 }
 
 #[cfg(test)]

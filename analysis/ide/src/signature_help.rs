@@ -1,11 +1,10 @@
 //! Signature help while arguments are typed.
 
 use mauve_hir::{File, ModelDb, Project, is_model, parse};
-use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
-use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant, tokens_at};
+use mauve_syntax::{TextRange, TextSize, previous_significant, tokens_at};
 
 use crate::completion::{comment, subject};
-use crate::position::{Position, call_around};
+use crate::position::{Position, call_around, is_closed_to};
 use crate::program::Scope;
 
 /// A signature.
@@ -47,11 +46,8 @@ pub fn signature_help(
     let offset = offset.min(root.text_range().end());
     let mut around = tokens_at(&root, offset).filter(|token| token.text_range().start() < offset);
     let token = around.next()?;
-    let ends = token.text_range().end() <= offset;
-    match token.kind() {
-        LINE_COMMENT => return None,
-        BLOCK_COMMENT if !ends || !is_closed_comment(token.text()) => return None,
-        _ => {}
+    if token.kind().is_comment() && is_closed_to(&token, offset) {
+        return None;
     }
     let left = if token.kind().is_trivia() { previous_significant(&token) } else { Some(token) };
     let call = call_around(&left?)?;

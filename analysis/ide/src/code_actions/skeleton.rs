@@ -5,45 +5,37 @@ use mauve_hir::{
     Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
     shell_of,
 };
-use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, TextRange, is_whole};
+use mauve_syntax::ast::{self, AstNode};
+use mauve_syntax::{SyntaxKind, SyntaxNode, is_whole};
 
 use super::program::free_name;
 use super::{ActionKind, Actions, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    offer_in_header(actions, "Create a core for this shell", core_for);
+    offer_in_header(actions, "Create a component of this core and its shell", component_of);
+}
+
+/// Returns the text of another declaration for a declaration, and for its node.
+type Skeleton<N> = fn(&dyn ModelDb, Project<'_>, Decl<'_>, &N) -> Option<String>;
+
+/// Offers a skeleton behind a declaration, if the selection is in its header, not in its block.
+fn offer_in_header<N: AstNode>(actions: &mut Actions<'_, '_>, title: &str, skeleton: Skeleton<N>) {
     let (db, file) = (actions.db, actions.question.file);
-    let at = actions.selected();
-    // In the header of the declaration, not in its block.
-    if let Some(shell) =
-        actions.node::<ast::Shell>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
-    {
-        actions.refactor(ActionKind::Rewrite, "Create a core for this shell", |project| {
-            core_for(db, project, file, &shell)
-        });
+    let Some(node) = actions.node::<N>().filter(|it| is_whole(it.syntax())) else { return };
+    let brace = node.syntax().children_with_tokens().find(|it| it.kind() == SyntaxKind::L_CURLY);
+    if brace.is_some_and(|brace| actions.selected().start() > brace.text_range().start()) {
+        return;
     }
-    if let Some(core) =
-        actions.node::<ast::Core>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
-    {
-        actions.refactor(ActionKind::Rewrite, "Create a component of this core and its shell", |project| {
-            component_of(db, project, file, &core)
-        });
-    }
+    actions.refactor(ActionKind::Rewrite, title, |project| {
+        let decl = declaration_at(db, file, node.syntax().text_range());
+        let decl = decl.filter(|it| !it.name(db).is_empty())?;
+        Some(Ok(behind(db, file, node.syntax(), &skeleton(db, project, decl, &node)?)))
+    });
 }
 
-fn is_in_header(node: &SyntaxNode, brace: Option<mauve_syntax::SyntaxToken>, at: TextRange) -> bool {
-    let end = brace.map_or(node.text_range().end(), |brace| brace.text_range().start());
-    is_whole(node) && at.start() <= end
-}
-
-fn core_for(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    file: File,
-    shell: &ast::Shell,
-) -> Option<Result<Change, String>> {
-    let decl = decl_of(db, file, shell.syntax())?;
+fn core_for(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, _: &ast::Shell) -> Option<String> {
     let features = features_of(db, project, decl);
     if features.completeness.is_incomplete() || features.cycle {
         return None;
@@ -60,16 +52,10 @@ fn core_for(
         }
     }
     text += "  update = {\n  }\n}";
-    Some(Ok(behind(db, file, shell.syntax(), &text)))
+    Some(text)
 }
 
-fn component_of(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    file: File,
-    core: &ast::Core,
-) -> Option<Result<Change, String>> {
-    let decl = decl_of(db, file, core.syntax())?;
+fn component_of(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, core: &ast::Core) -> Option<String> {
     shell_of(db, project, decl)?;
     let mut components = names_of(db, project).of_kind(db, Kind::Component);
     if components.any(|it| core_of(db, project, it) == Some(decl)) {
@@ -77,12 +63,7 @@ fn component_of(
     }
     let name = name_for(db, project, decl, Kind::Component, "Core", "");
     let shell = core.ty()?.syntax().text().to_string();
-    let text = format!("component {name}({shell}, {})", decl.name(db));
-    Some(Ok(behind(db, file, core.syntax(), &text)))
-}
-
-fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<Decl<'db>> {
-    declaration_at(db, file, node.text_range()).filter(|it| !it.name(db).is_empty())
+    Some(format!("component {name}({shell}, {})", decl.name(db)))
 }
 
 /// Returns a free name for a declaration of that kind: the name of `of` with another ending, or with a number.

@@ -4,15 +4,25 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_hir::{
-    Decl, FeaturesByName, Link, Type, architecture, flat_of, likely_declaration, likely_features_of,
-    likely_shell_of, type_of,
+    Decl, FeaturesByName, FlatInstance, Link, Type, architecture, flat_of, likely_declaration,
+    likely_features_of, likely_shell_of, type_of,
 };
 use mauve_syntax::SyntaxKind::{self, *};
 
 use super::{Completer, Completion, CompletionKind, Subject};
+use crate::program::of_kind;
 
 /// The maximal number of pairs of inputs and outputs that are compared during typing.
 const MOST_PAIRS: usize = 50_000;
+
+/// An instance of an architecture, whose text may be incomplete.
+pub(super) struct OfInstance<'db> {
+    pub(super) name: Name,
+    /// The architecture that declares it.
+    declared: Decl<'db>,
+    component: Option<Decl<'db>>,
+    pub(super) features: FeaturesByName<'db>,
+}
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn architecture_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -45,10 +55,10 @@ impl<'db> Completer<'_, 'db> {
         self.skeleton("import", "import ${1:Architecture}");
     }
 
-    pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, FeaturesByName<'db>)> {
+    pub(super) fn instances(&self, of: Decl<'db>) -> Vec<OfInstance<'db>> {
         let (db, project) = (self.db, self.project);
         let instances = flat_of(db, project, of).instances.iter();
-        let instance = |it: &mauve_hir::FlatInstance<'db>| {
+        let instance = |it: &FlatInstance<'db>| {
             // Names of an incomplete text are offered, although they do not resolve.
             let (declared, index) = it.declared;
             let written = || architecture(db, declared)?.instances.get(index)?.component.as_ref();
@@ -57,30 +67,27 @@ impl<'db> Completer<'_, 'db> {
                 .or_else(|| likely_declaration(db, project, declared, Kind::Component, &written()?.path));
             let shell = component.and_then(|component| likely_shell_of(db, project, component));
             let features = shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default();
-            (it.name.clone(), component, features)
+            OfInstance { name: it.name.clone(), declared, component, features }
         };
         instances.map(instance).collect()
     }
 
-    pub(super) fn of_instance(&self, of: Decl<'db>, name: &Name, component: Option<Decl<'db>>) -> Completion {
-        let detail = component.map_or_else(String::new, |it| format!(": {}", it.name(self.db)));
-        let flat = flat_of(self.db, self.project, of);
-        let declared = flat.instance(name).map_or(of, |instance| instance.declared.0);
-        let subject = Subject::of(self.db, declared, Some(name.clone()));
-        Completion::new(CompletionKind::Instance, name.as_str()).detail(detail).subject(subject)
+    pub(super) fn of_instance(&self, it: &OfInstance<'db>) -> Completion {
+        let detail = it.component.map_or_else(String::new, |it| format!(": {}", it.name(self.db)));
+        let subject = Subject::of(self.db, it.declared, Some(it.name.clone()));
+        Completion::new(CompletionKind::Instance, it.name.as_str()).detail(detail).subject(subject)
     }
 
     fn sources(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
-        for (name, component, features) in self.instances(of) {
+        for instance in self.instances(of) {
+            let mut fitting = of_kind(&instance.features, kind).peekable();
             match path {
-                [] if features.values().any(|(_, feature)| feature.kind == kind) || features.is_empty() => {
-                    self.add(self.of_instance(of, &name, component));
+                [] if fitting.peek().is_some() || instance.features.is_empty() => {
+                    self.add(self.of_instance(&instance));
                 }
-                [instance] if name == *instance => {
-                    for (name, (shell, feature)) in features {
-                        if feature.kind == kind {
-                            self.add(self.of_feature(&name, shell, feature));
-                        }
+                [name] if instance.name == *name => {
+                    for (name, shell, feature) in fitting {
+                        self.add(self.of_feature(name, shell, feature));
                     }
                 }
                 _ => {}
@@ -93,28 +100,23 @@ impl<'db> Completer<'_, 'db> {
         let Some(of) = self.decl else { return };
         let all = self.instances(of);
         let connected = self.connected(of);
-        let mut outputs: Vec<(&Name, &Name, Vec<Type>)> = Vec::new();
-        let mut inputs: Vec<(&Name, &Name, Decl<'db>, &Feature)> = Vec::new();
-        for (name, _, features) in &all {
-            for (port, (shell, feature)) in features {
-                match feature.kind {
-                    FeatureKind::Output => outputs.push((name, port, self.shape(*shell, feature))),
-                    FeatureKind::Input if !connected.contains(&(name.clone(), port.clone())) => {
-                        inputs.push((name, port, *shell, feature));
-                    }
-                    _ => {}
-                }
-            }
-        }
+        let this = &*self;
+        let ends = |kind| {
+            let ends =
+                all.iter().flat_map(move |it| of_kind(&it.features, kind).map(move |end| (&it.name, end)));
+            ends.map(move |(name, (port, shell, feature))| (name, port, shell, this.shape(shell, feature)))
+        };
+        let outputs: Vec<_> = ends(FeatureKind::Output).collect();
+        let is_open = |name: &Name, port: &Name| !connected.contains(&(name.clone(), port.clone()));
+        let inputs = ends(FeatureKind::Input).filter(|(name, port, ..)| is_open(name, port));
+        let inputs: Vec<_> = inputs.collect();
         if inputs.len() * outputs.len() > MOST_PAIRS {
             return;
         }
-        for (name, port, shell, feature) in inputs {
-            let shape = self.shape(shell, feature);
-            let fits =
-                |(source, _, it): &&(&Name, &Name, Vec<Type>)| *source != name && are_alike(it, &shape);
-            let mut fitting = outputs.iter().filter(fits);
-            if let (Some((source, output, _)), None) = (fitting.next(), fitting.next()) {
+        for (name, port, shell, shape) in inputs {
+            let mut fitting =
+                outputs.iter().filter(|(source, _, _, it)| *source != name && are_alike(it, &shape));
+            if let (Some((source, output, ..)), None) = (fitting.next(), fitting.next()) {
                 let text = format!("connection {source}.{output} -> {name}.{port}");
                 let subject = Subject::of(self.db, shell, Some(port.clone()));
                 let item = Completion::new(CompletionKind::Skeleton, text.as_str()).note("not connected yet");
@@ -127,42 +129,36 @@ impl<'db> Completer<'_, 'db> {
     fn targets_of(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
         let wanted = if kind == FeatureKind::Output { FeatureKind::Input } else { FeatureKind::Required };
         let all = self.instances(of);
-        let mut words = self.at.item.iter().filter(|token| token.kind().is_word()).skip(1);
-        let source = words.next().map(|token| token.text().to_owned());
-        let source_feature = words.next().map(|token| token.text().to_owned());
-        let is_source = |name: &Name| source.as_deref() == Some(name.as_str());
-        let source_type = all.iter().find(|(name, ..)| is_source(name)).and_then(|(_, _, features)| {
-            let (shell, feature) = features.get(source_feature.as_deref()?)?;
+        let at = self.at;
+        let mut words = at.item.iter().filter(|token| token.kind().is_word()).skip(1);
+        let [source, source_feature] = [words.next(), words.next()].map(|it| Some(it?.text()));
+        let is_source = |it: &OfInstance<'db>| source == Some(it.name.as_str());
+        let source_type = all.iter().find(|it| is_source(it)).and_then(|it| {
+            let (shell, feature) = it.features.get(source_feature?)?;
             Some(self.shape(*shell, feature))
         });
         let connected = self.connected(of);
-        for (name, component, features) in &all {
-            let mut fitting: Vec<(&Name, Decl<'db>, &Feature, bool)> = Vec::new();
-            for (port, (shell, feature)) in features {
-                let fits = || {
-                    let shape = self.shape(*shell, feature);
-                    source_type.as_ref().is_none_or(|source| are_alike(source, &shape))
-                };
-                if feature.kind == wanted && fits() {
-                    let is_open = !connected.contains(&(name.clone(), port.clone()));
-                    fitting.push((port, *shell, feature, is_open));
-                }
-            }
+        for instance in &all {
+            let name = &instance.name;
+            let is_open = |port: &Name| !connected.contains(&(name.clone(), port.clone()));
+            let fits = |shape: &[Type]| source_type.as_ref().is_none_or(|source| are_alike(source, shape));
+            let fitting = of_kind(&instance.features, wanted);
+            let fitting = fitting.filter(|(_, shell, feature)| fits(&self.shape(*shell, feature)));
+            let fitting: Vec<_> = fitting.collect();
             match path {
                 [] => {
-                    for (port, shell, feature, _) in fitting.iter().filter(|(.., is_open)| *is_open) {
+                    for (port, shell, feature) in fitting.iter().filter(|(port, ..)| is_open(port)) {
                         let whole = self.of_feature(&format!("{name}.{port}"), *shell, feature);
-                        self.add(whole.rank(u8::from(is_source(name))));
+                        self.add(whole.rank(u8::from(is_source(instance))));
                     }
-                    if !fitting.is_empty() || features.is_empty() {
-                        self.add(self.of_instance(of, name, *component).rank(2));
+                    if !fitting.is_empty() || instance.features.is_empty() {
+                        self.add(self.of_instance(instance).rank(2));
                     }
                 }
                 [instance] if *name == *instance => {
-                    for (port, shell, feature, is_open) in fitting {
-                        let item = self.of_feature(port, shell, feature);
-                        let note = if is_open { "" } else { "connected already" };
-                        self.add(item.rank(if is_open { 0 } else { 3 }).note(note));
+                    for (port, shell, feature) in fitting {
+                        let (rank, note) = if is_open(port) { (0, "") } else { (3, "connected already") };
+                        self.add(self.of_feature(port, shell, feature).rank(rank).note(note));
                     }
                 }
                 _ => {}
@@ -196,41 +192,28 @@ impl<'db> Completer<'_, 'db> {
         match (kinds, path) {
             ([_], []) => self.sources(of, kind, path),
             ([_], [instance]) => {
-                let of_instance = self.instances(of).into_iter().find(|(name, ..)| name == instance);
-                for (name, (shell, feature)) in of_instance.into_iter().flat_map(|(.., features)| features) {
-                    if feature.kind == kind {
-                        self.value_to_set(of, instance, &name, shell, feature);
-                    }
+                let of_instance = self.instances(of).into_iter().find(|it| it.name == *instance);
+                let features = of_instance.map(|it| it.features).unwrap_or_default();
+                for (name, shell, feature) in of_kind(&features, kind) {
+                    let (rank, note) = match (self.is_set(of, instance, name), &feature.value) {
+                        (true, _) => (3, "has a value already"),
+                        (false, Some(_)) => (1, ""),
+                        (false, None) => (0, "has no value"),
+                    };
+                    let item = self.of_feature(name, shell, feature).rank(rank).note(note);
+                    self.add(item.completed(self.at.right == EQ, format!("{name} = $0")));
                 }
             }
             ([_, _, DOT, _, EQ], []) => {
                 let words: Vec<&str> = self.at.item.iter().map(|token| token.text()).collect();
                 let [_, instance, _, name, _] = words.as_slice() else { return };
-                let of_instance = self.instances(of).into_iter().find(|(known, ..)| known == instance);
-                let feature = of_instance.and_then(|(.., features)| features.get(*name).copied());
+                let of_instance = self.instances(of).into_iter().find(|it| it.name == *instance);
+                let feature = of_instance.and_then(|it| it.features.get(*name).copied());
                 let Some((shell, feature)) = feature else { return };
                 self.value_of(Some(type_of(self.db, self.project, shell, feature.ty.as_ref())));
             }
             _ => {}
         }
-    }
-
-    fn value_to_set(
-        &mut self,
-        of: Decl<'db>,
-        instance: &str,
-        name: &Name,
-        shell: Decl<'db>,
-        feature: &Feature,
-    ) {
-        let is_set = self.is_set(of, instance, name);
-        let (rank, note) = match (is_set, &feature.value) {
-            (true, _) => (3, "has a value already"),
-            (false, Some(_)) => (1, ""),
-            (false, None) => (0, "has no value"),
-        };
-        let item = self.of_feature(name, shell, feature).rank(rank).note(note);
-        self.add(item.completed(self.at.right == EQ, format!("{name} = $0")));
     }
 
     pub(super) fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {

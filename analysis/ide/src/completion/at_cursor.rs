@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::{File, ModelDb, Project, is_model, parse};
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::TextSize;
 
 use super::{Completer, Completions, include, may_be, toml};
 use crate::position::Position;
@@ -38,22 +38,16 @@ pub fn completions(db: &dyn ModelDb, project: Project<'_>, file: File, offset: T
     let Some(at) = Position::at(&root, offset) else { return Completions::default() };
     let mut completer = Completer::new(db, project, file, &at);
     completer.complete();
-    let (mut items, incomplete) = (completer.found, completer.incomplete);
+    let mut found = Completions { items: completer.found, incomplete: completer.incomplete };
     let mut known = BTreeSet::new();
-    items.retain(|item| known.insert((item.label.clone(), item.insert.clone())));
-    finish(Completions { items, incomplete }, at.word, &at.prefix)
-}
-
-fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completions {
+    found.items.retain(|item| known.insert((item.label.clone(), item.insert.clone())));
     if found.items.len() > MOST_ITEMS {
-        found.items.retain(|item| may_be(prefix, item.filter.as_ref().unwrap_or(&item.label)));
+        found.items.retain(|item| may_be(&at.prefix, item.filter.as_ref().unwrap_or(&item.label)));
         found.incomplete = true;
     }
     // A stable sort: items of one rank keep their order.
     found.items.sort_by_key(|item| item.rank);
     found.items.truncate(MOST_ITEMS);
-    for item in &mut found.items {
-        item.replaced = replaced;
-    }
+    found.items.iter_mut().for_each(|item| item.replaced = at.word);
     found
 }

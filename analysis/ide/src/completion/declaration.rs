@@ -124,22 +124,10 @@ impl Completer<'_, '_> {
     }
 
     pub(super) fn signature(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
-        let mut depth = 0_i32;
-        let mut parameter = Vec::new();
-        for kind in kinds {
-            match kind {
-                L_PAREN => depth += 1,
-                R_PAREN => depth -= 1,
-                COMMA => {}
-                kind => {
-                    parameter.push(*kind);
-                    continue;
-                }
-            }
-            parameter.clear();
-        }
-        let in_parameters = depth > 0;
-        match parameter.as_slice() {
+        let count = |kind| kinds.iter().filter(|it| **it == kind).count();
+        let in_parameters = count(L_PAREN) > count(R_PAREN);
+        let parameter = kinds.rsplit(|kind| matches!(kind, L_PAREN | R_PAREN | COMMA)).next();
+        match parameter.unwrap_or_default() {
             [] if in_parameters && path.is_empty() => {
                 for direction in Direction::ALL {
                     self.keyword(direction.keyword());

@@ -14,7 +14,9 @@ use mauve_timing::CpuSet;
 
 use mauve_wcrt::{NewActivity, new_activities, system_of};
 
+use super::architecture::OfInstance;
 use super::{Completer, Completion, CompletionKind, Subject};
+use crate::program::of_kind;
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn deployment_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -46,7 +48,7 @@ impl<'db> Completer<'_, 'db> {
         let missing = self.without_activity();
         if missing.len() > 1 {
             let mut next = 1;
-            let names = missing.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+            let names: Vec<Name> = missing.into_iter().map(|it| it.name).collect();
             let lines: Vec<String> = self
                 .new_activities(&names)
                 .iter()
@@ -66,7 +68,7 @@ impl<'db> Completer<'_, 'db> {
     /// Offers a setting for each property and constant of the instances that has no value.
     fn missing_values(&mut self) {
         let Some(target) = self.target() else { return };
-        for (instance, _, features) in self.instances(target) {
+        for OfInstance { name: instance, features, .. } in self.instances(target) {
             for (name, (shell, feature)) in features {
                 let keyword = match feature.kind {
                     FeatureKind::Property => "property",
@@ -90,7 +92,7 @@ impl<'db> Completer<'_, 'db> {
         likely_declaration(self.db, self.project, of, Kind::Architecture, &target.path)
     }
 
-    fn without_activity(&self) -> Vec<(Name, Option<Decl<'db>>)> {
+    fn without_activity(&self) -> Vec<OfInstance<'db>> {
         let Some(target) = self.target() else { return Vec::new() };
         let activities = self.at.list.children().filter_map(ast::Activity::cast);
         let mut known: BTreeSet<String> =
@@ -99,17 +101,15 @@ impl<'db> Completer<'_, 'db> {
         let of_lists = data.into_iter().flat_map(|data| &data.activities).filter(|it| it.instances.len() > 1);
         known.extend(of_lists.flat_map(|it| &it.instances).map(|it| it.name.to_string()));
         let all = self.instances(target).into_iter();
-        let missing = all.filter(|(name, ..)| !known.contains(name.as_str()));
-        missing.map(|(name, component, _)| (name, component)).collect()
+        all.filter(|it| !known.contains(it.name.as_str())).collect()
     }
 
     fn activities(&mut self, keyword: &str) {
-        let Some(target) = self.target() else { return };
         let missing = self.without_activity();
-        let names = missing.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-        for ((name, component), new) in missing.iter().zip(self.new_activities(&names)) {
-            let mut item = self.of_instance(target, name, *component).rank(0);
-            item.label = format!("{keyword}{name}");
+        let names: Vec<Name> = missing.iter().map(|it| it.name.clone()).collect();
+        for (instance, new) in missing.iter().zip(self.new_activities(&names)) {
+            let mut item = self.of_instance(instance).rank(0);
+            item.label = format!("{keyword}{}", instance.name);
             item.insert.clone_from(&item.label);
             let snippet = activity_snippet(&new, keyword, &mut 1);
             self.add(item.completed(self.at.right == L_CURLY, snippet));
@@ -164,9 +164,8 @@ impl<'db> Completer<'_, 'db> {
     /// Offers the input ports of the instance.
     fn triggers(&mut self) {
         let (Some(target), Some(name)) = (self.target(), self.activity_name()) else { return };
-        let instances = self.instances(target).into_iter().filter(|(instance, ..)| *instance == *name);
-        for (port, (shell, feature)) in instances.flat_map(|(_, _, features)| features) {
-            if feature.kind == FeatureKind::Input {
+        for instance in self.instances(target).into_iter().filter(|it| it.name == *name) {
+            for (port, shell, _) in of_kind(&instance.features, FeatureKind::Input) {
                 let subject = Subject::of(self.db, shell, Some(port.clone()));
                 self.add(Completion::new(CompletionKind::Port, port.as_str()).subject(subject));
             }
@@ -177,9 +176,9 @@ impl<'db> Completer<'_, 'db> {
     fn listed_instances(&mut self) {
         let (Some(of), Some(target)) = (self.decl, self.target()) else { return };
         let activities = deployment(self.db, of).map_or(&[][..], |data| &data.activities);
-        for (name, component, _) in self.instances(target) {
-            if !activities.iter().any(|it| it.executes(&name)) {
-                self.add(self.of_instance(target, &name, component).rank(0));
+        for instance in self.instances(target) {
+            if !activities.iter().any(|it| it.executes(&instance.name)) {
+                self.add(self.of_instance(&instance).rank(0));
             }
         }
     }
