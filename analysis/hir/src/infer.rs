@@ -28,7 +28,7 @@ use crate::item_tree::{
 };
 use crate::names::{Unresolved, names_of, resolve_type, similar};
 use crate::project::Project;
-use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, SharedNames, VariableId};
+use crate::resolve::{Binding, CallError, Callee, LocalScope, Resolver, SharedNames, VariableId};
 use crate::source::{Decl, Location, codel, core};
 use crate::structure::structure_of;
 use crate::types::{OperatorError, Signature, Type, Typed, type_of, type_of_value};
@@ -243,7 +243,7 @@ fn infer<'db>(
         features,
         core: scope,
         shared: &shared.names,
-        scope: Scope::default(),
+        scope: LocalScope::default(),
         is_in_machine: false,
         variables: scope.completeness,
     };

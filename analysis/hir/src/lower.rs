@@ -12,19 +12,19 @@ use rustc_hash::FxHashMap;
 
 use crate::completeness::Completeness;
 use crate::item_tree::*;
-use crate::ranges::{DeclarationMap, Run, SourceMap, Sources};
+use crate::ranges::{DeclarationMap, SourceMap, SourceRun, Sources};
 
 /// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees
 /// that it does not touch, and lowering reuses their results.
 #[derive(Debug, Default)]
 pub(crate) struct LoweredNodes {
-    declarations: Shared<Data, Arc<[Run]>>,
-    states: Shared<State>,
-    activities: Shared<Activity>,
+    declarations: LoweredByTree<Data, Arc<[SourceRun]>>,
+    states: LoweredByTree<State>,
+    activities: LoweredByTree<Activity>,
 }
 
 /// Declarations or their items, by the addresses of their green trees.
-type Shared<T, S = Arc<[TextRange]>> = FxHashMap<usize, Arc<LoweredNode<T, S>>>;
+type LoweredByTree<T, S = Arc<[TextRange]>> = FxHashMap<usize, Arc<LoweredNode<T, S>>>;
 
 #[derive(Debug)]
 struct LoweredNode<T, S> {
@@ -41,7 +41,7 @@ struct LoweredNode<T, S> {
 
 /// Returns the previous result of lowering `node`, if its sources began at `first`.
 fn lowered_before<T, S>(
-    nodes: &Shared<T, S>,
+    nodes: &LoweredByTree<T, S>,
     node: &SyntaxNode,
     first: u32,
 ) -> Option<Arc<LoweredNode<T, S>>> {
@@ -50,7 +50,7 @@ fn lowered_before<T, S>(
 }
 
 /// Keeps the items of a declaration that was lowered before.
-fn keep<T>(items: &[usize], previous: &Shared<T>, kept: &mut Shared<T>) {
+fn keep<T>(items: &[usize], previous: &LoweredByTree<T>, kept: &mut LoweredByTree<T>) {
     for item in items {
         if let Some(shared) = previous.get(item) {
             kept.entry(*item).or_insert_with(|| shared.clone());
@@ -567,7 +567,7 @@ impl Lowering<'_> {
         &mut self,
         node: &SyntaxNode,
         alignment: u32,
-        previous: &Shared<T>,
+        previous: &LoweredByTree<T>,
         lower: impl FnOnce(&mut Self) -> T,
     ) -> Arc<LoweredNode<T, Arc<[TextRange]>>> {
         let range = node.text_range();

@@ -23,12 +23,12 @@ pub struct SourceMap {
 pub struct DeclarationMap {
     /// The range of the declaration.
     pub range: TextRange,
-    sources: Arc<[Run]>,
+    sources: Arc<[SourceRun]>,
 }
 
 /// Consecutive sources of a declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Run {
+pub(crate) struct SourceRun {
     /// The first source. There may be none between the end of a run and the next run.
     first: u32,
     /// A range that contains the sources, relative to the start of the declaration.
@@ -38,7 +38,7 @@ pub(crate) struct Run {
 }
 
 impl DeclarationMap {
-    pub(crate) fn new(range: TextRange, sources: Arc<[Run]>) -> DeclarationMap {
+    pub(crate) fn new(range: TextRange, sources: Arc<[SourceRun]>) -> DeclarationMap {
         DeclarationMap { range, sources }
     }
 
@@ -54,7 +54,7 @@ impl DeclarationMap {
     pub fn source_at(&self, range: TextRange) -> Option<SourceId> {
         let range = range.checked_sub(self.range.start())?;
         let runs = self.sources.iter().rev().filter(|run| run.range.contains_range(range));
-        let source_in = |run: &Run| {
+        let source_in = |run: &SourceRun| {
             let range = range - run.range.start();
             let index = run.ranges.iter().rposition(|source| *source == range)?;
             Some(SourceId(run.first + index as u32))
@@ -68,7 +68,7 @@ impl DeclarationMap {
 pub(crate) struct Sources {
     /// The start of the declaration.
     start: TextSize,
-    runs: Vec<Run>,
+    runs: Vec<SourceRun>,
     /// The first source after these runs.
     first: u32,
     /// The ranges of the sources since then.
@@ -113,11 +113,11 @@ impl Sources {
     pub(crate) fn add_run(&mut self, item: TextRange, ranges: Arc<[TextRange]>) {
         let (first, range) = (self.first, item - self.start);
         self.first += ranges.len() as u32;
-        self.runs.push(Run { first, range, ranges });
+        self.runs.push(SourceRun { first, range, ranges });
     }
 
     /// Returns all sources of the declaration.
-    pub(crate) fn end(&mut self) -> Arc<[Run]> {
+    pub(crate) fn end(&mut self) -> Arc<[SourceRun]> {
         self.begin_at(self.next());
         self.runs.drain(..).collect()
     }

@@ -129,12 +129,12 @@ pub(crate) struct SharedNames {
 
 /// The parameters and local variables in scope, innermost last.
 #[derive(Debug, Default)]
-pub(crate) struct Scope {
+pub(crate) struct LocalScope {
     all: Vec<(Name, VariableId)>,
     by_name: FxHashMap<Name, Vec<VariableId>>,
 }
 
-impl Scope {
+impl LocalScope {
     /// Adds a variable, which shadows those of its name.
     pub(crate) fn push(&mut self, name: &Name, id: VariableId) {
         self.all.push((name.clone(), id));
@@ -176,7 +176,7 @@ pub(crate) struct Resolver<'a, 'db> {
     pub(crate) core: &'db CoreScope,
     pub(crate) shared: &'a SharedNames,
     /// The parameters and local variables.
-    pub(crate) scope: Scope,
+    pub(crate) scope: LocalScope,
     /// Whether the program is in the state machine, whose variables shadow those of the core, and callees. Other programs
     /// see these variables too, after those in scope; they do not shadow callees.
     pub(crate) is_in_machine: bool,

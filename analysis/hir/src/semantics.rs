@@ -20,7 +20,9 @@ use crate::item_tree::{Feature, FeatureKind, HookKind, Kind, Name, SourceId, Typ
 use crate::names::names_of;
 use crate::project::Project;
 use crate::ranges::DeclarationMap;
-use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, SharedNames, VariableId};
+use crate::resolve::{
+    Binding, CallError, Callee, LocalScope, ResolvedCall, Resolver, SharedNames, VariableId,
+};
 use crate::source::{Decl, declaration_at, declaration_map, shell};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
@@ -153,7 +155,7 @@ impl<'db> Semantics<'db> {
         let core = core_scope(self.db, self.core).as_ref()?;
         let SharedNames { operations, handlers, .. } = self.inference.shared_names().clone();
         let mut shared = SharedNames { operations, handlers, ..SharedNames::default() };
-        let mut scope = Scope::default();
+        let mut scope = LocalScope::default();
         for (id, variable) in visible.variables.iter().rev() {
             if variable.kind == VariableKind::Machine && !visible.in_machine {
                 shared.machine.insert(variable.name.name.clone(), *id);

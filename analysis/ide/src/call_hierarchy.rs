@@ -14,12 +14,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
 use crate::occurrences::{
-    Definition, FoundName, Role, each_once, grouped, in_declaration, names_at, occurrences_of,
+    Definition, FoundName, NameRole, each_once, grouped, in_declaration, names_at, occurrences_of,
 };
 
 /// The calls between two items.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Calls {
+pub struct HierarchyCalls {
     /// The caller or the callee.
     pub item: HierarchyItem,
     /// The locations of the calls, in the caller's file.
@@ -58,7 +58,7 @@ pub fn call_items(
 /// assert_eq!((caller.name.as_str(), caller.detail.as_str()), ("update", "core C"));
 /// assert_eq!(&mauve_ide::outgoing_calls(&db, project, file, &caller.id)[0].item, codel);
 /// ```
-pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
+pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<HierarchyCalls> {
     let Some(node) = node(db, file, id) else { return Vec::new() };
     let own = program(db, &node);
     let called = match own {
@@ -78,14 +78,14 @@ pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
         let is_own = own.is_some_and(|(own, _)| own == core);
         let is_it = |it: &Definition<'_>| is_own && it == called || anywhere.contains(it);
         let mut calls = in_declaration(db, project, core);
-        calls.retain(|it| it.role == Role::Call && is_it(&it.definition));
+        calls.retain(|it| it.role == NameRole::Call && is_it(&it.definition));
         if calls.is_empty() {
             continue;
         }
         let programs = members_of(db, core);
         for call in calls {
             let before = programs.partition_point(|it| it.place().range(db).end() <= call.range.start());
-            let last = programs[..before].last().map(Member::place);
+            let last = programs[..before].last().map(CallNode::place);
             let caller = last.filter(|it| range_of(db, it).is_some_and(|it| it.contains_range(call.range)));
             // Otherwise it is in the initial value of a variable.
             found.push((caller.map_or(Definition::Declaration(core), Definition::At), call.range));
@@ -95,14 +95,14 @@ pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
 }
 
 /// Returns the calls in an item.
-pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
+pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<HierarchyCalls> {
     let mut found = Vec::new();
     let Some(node) = node(db, file, id) else { return Vec::new() };
     let Definition::At(place) = &node else { return Vec::new() };
     let range = range_of(db, place).unwrap_or_default();
     if let Some((core, _)) = program(db, &node) {
         let mut calls = in_declaration(db, project, core);
-        calls.retain(|it| it.role == Role::Call && range.contains_range(it.range));
+        calls.retain(|it| it.role == NameRole::Call && range.contains_range(it.range));
         for call in calls {
             let callees = called(db, project, core, &call.definition);
             found.extend(callees.into_iter().map(|callee| (callee, call.range)));
@@ -115,15 +115,15 @@ pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
 }
 
 /// Returns calls by their callers or callees, each once, in order.
-fn calls<'db>(db: &'db dyn ModelDb, found: &[(Definition<'db>, TextRange)]) -> Vec<Calls> {
+fn calls<'db>(db: &'db dyn ModelDb, found: &[(Definition<'db>, TextRange)]) -> Vec<HierarchyCalls> {
     let mut known = FxHashSet::default();
     let once = found.iter().filter(|it| known.insert(*it)).map(|(node, range)| (node, *range));
     let calls = grouped(once).into_iter();
-    calls.filter_map(|(node, ranges)| Some(Calls { item: item(db, node)?, ranges })).collect()
+    calls.filter_map(|(node, ranges)| Some(HierarchyCalls { item: item(db, node)?, ranges })).collect()
 }
 
 /// A node inside a declaration: a program of a core, or an operation of a shell.
-struct Member<'db> {
+struct CallNode<'db> {
     of: Decl<'db>,
     /// Its name or keyword.
     id: SourceId,
@@ -134,7 +134,7 @@ struct Member<'db> {
     container: &'static str,
 }
 
-impl<'db> Member<'db> {
+impl<'db> CallNode<'db> {
     fn place(&self) -> Location<'db> {
         Location::Source(self.of, self.id)
     }
@@ -163,9 +163,9 @@ fn range_of(db: &dyn ModelDb, place: &Location<'_>) -> Option<TextRange> {
 }
 
 /// Returns the programs of a core, in text order, or the operations of a shell.
-fn members_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Member<'db>> {
+fn members_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<CallNode<'db>> {
     let mut found = Vec::new();
-    let mut add = |id, name: String, kind, container| found.push(Member { of, id, name, kind, container });
+    let mut add = |id, name: String, kind, container| found.push(CallNode { of, id, name, kind, container });
     for feature in shell(db, of).into_iter().flat_map(|data| &data.features) {
         let container = match feature.kind {
             FeatureKind::Required => "required by shell",
@@ -206,7 +206,7 @@ fn definitions_in<'db>(
     }
     let all = occurrences_of(db, project, of).iter();
     let defined = all.filter(|it| {
-        it.kind == SymbolKind::Operation && matches!(it.role, Role::Declaration | Role::Definition)
+        it.kind == SymbolKind::Operation && matches!(it.role, NameRole::Declaration | NameRole::Definition)
     });
     defined.map(|it| (it.definition.clone(), it.id)).collect()
 }

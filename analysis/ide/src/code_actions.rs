@@ -32,7 +32,7 @@ use rustc_hash::FxHashMap;
 pub use offers::code_actions;
 
 use crate::Change;
-use program::Programs;
+use program::CorePrograms;
 
 /// A code action.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +112,7 @@ pub enum Changes<'a> {
 }
 
 /// The programs of a core, by its range.
-type ProgramsByRange<'db> = FxHashMap<(Project<'db>, TextRange), Option<Rc<Programs<'db>>>>;
+type ProgramsByRange<'db> = FxHashMap<(Project<'db>, TextRange), Option<Rc<CorePrograms<'db>>>>;
 
 pub(crate) struct Actions<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
@@ -239,10 +239,10 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
-    /// Returns the programs of a core of the file: see [`Programs::of`].
-    fn programs(&self, project: Project<'db>, core: &ast::Core) -> Option<Rc<Programs<'db>>> {
+    /// Returns the programs of a core of the file: see [`CorePrograms::of`].
+    fn programs(&self, project: Project<'db>, core: &ast::Core) -> Option<Rc<CorePrograms<'db>>> {
         let key = (project, core.syntax().text_range());
-        let of = || Programs::of(self.db, project, self.question.file, core).map(Rc::new);
+        let of = || CorePrograms::of(self.db, project, self.question.file, core).map(Rc::new);
         self.programs.borrow_mut().entry(key).or_insert_with(of).clone()
     }
 

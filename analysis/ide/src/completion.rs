@@ -35,7 +35,7 @@ pub use documentation::{Subject, documentation};
 pub(crate) use documentation::{comment, subject};
 
 use crate::position::{Position, without_path};
-use crate::program::Scope;
+use crate::program::CursorScope;
 
 /// The items at a position.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -240,8 +240,8 @@ impl<'a, 'db> Completer<'a, 'db> {
         others.map(|name| name.syntax().text().to_string()).collect()
     }
 
-    fn scope(&self) -> Scope<'db> {
-        Scope::at(self.db, self.project, self.decl, self.at)
+    fn scope(&self) -> CursorScope<'db> {
+        CursorScope::at(self.db, self.project, self.decl, self.at)
     }
 }
 

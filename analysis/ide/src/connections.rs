@@ -6,7 +6,7 @@ use mauve_wcrt::Query;
 use mauve_wcrt::chains::{ConnectionReport, connections_of};
 
 /// A connection between ports in a deployment.
-pub(crate) struct Connected<'db> {
+pub(crate) struct LinkReport<'db> {
     pub(crate) deployment: Decl<'db>,
     /// Its index in [`Flat::links`].
     pub(crate) index: usize,
@@ -19,7 +19,7 @@ pub(crate) fn connections_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     architecture: Decl<'db>,
-) -> Vec<Connected<'db>> {
+) -> Vec<LinkReport<'db>> {
     let mut found = Vec::new();
     for (deployment, flat) in deployments(db, project) {
         if !flat.architectures.contains(&architecture) {
@@ -28,7 +28,7 @@ pub(crate) fn connections_in<'db>(
         let reports = connections_of(db, project, deployment, Query::shown(db, project, deployment));
         let links = flat.links.iter().zip(reports).enumerate();
         let here = links.filter(|(_, (link, _))| !link.operation && link.is_in(architecture));
-        found.extend(here.map(|(index, (link, report))| Connected { deployment, index, link, report }));
+        found.extend(here.map(|(index, (link, report))| LinkReport { deployment, index, link, report }));
     }
     found
 }

@@ -45,7 +45,7 @@ pub fn folding_ranges(db: &dyn ModelDb, file: File) -> Vec<FoldingRange> {
         return Vec::new();
     }
     let text: &str = file.text(db);
-    let mut finder = Finder { text, found: Vec::new(), regions: Vec::new(), passed: 0.into() };
+    let mut finder = FoldFinder { text, found: Vec::new(), regions: Vec::new(), passed: 0.into() };
     for event in parse(db, file).syntax().preorder_with_tokens() {
         db.unwind_if_revision_cancelled();
         match event {
@@ -57,7 +57,7 @@ pub fn folding_ranges(db: &dyn ModelDb, file: File) -> Vec<FoldingRange> {
     nested(db, finder.found)
 }
 
-struct Finder<'a> {
+struct FoldFinder<'a> {
     text: &'a str,
     found: Vec<FoldingRange>,
     regions: Vec<TextRange>,
@@ -65,7 +65,7 @@ struct Finder<'a> {
     passed: mauve_syntax::TextSize,
 }
 
-impl Finder<'_> {
+impl FoldFinder<'_> {
     fn push(&mut self, range: TextRange, kind: FoldingKind) {
         if self.text.get(std::ops::Range::<usize>::from(range)).is_some_and(|text| text.contains('\n')) {
             self.found.push(FoldingRange { range, kind });

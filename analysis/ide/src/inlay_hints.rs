@@ -92,16 +92,16 @@ impl Default for HintOptions {
 struct HintOf {
     hint: InlayHint,
     /// Its subject; none for values.
-    subject: Option<Subject>,
+    subject: Option<HintSubject>,
     /// Its figure, if it is known.
-    figure: Option<Figure>,
+    figure: Option<HintFigure>,
     /// The maximum length of a label there.
     room: usize,
 }
 
 /// What a figure is about. It has the same name in every text.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Subject {
+enum HintSubject {
     /// The deadlines of a deployment.
     Deadlines,
     /// The CPUs of a deployment, a bit each.
@@ -109,57 +109,59 @@ enum Subject {
     /// The activity of an instance.
     Activity(Name),
     /// A program, a state or a transition of a core.
-    Program(Place),
+    Program(HintPlace),
     /// The connection to this port.
     Connection(Name),
     /// The time with this key in a timing table.
     Time(Name),
 }
 
-impl Subject {
+impl HintSubject {
     /// Its name, where several activities or programs have their hints on one line.
     fn name(&self) -> Option<&str> {
         match self {
-            Subject::Deadlines | Subject::Cpus(_) => None,
-            Subject::Activity(name) | Subject::Connection(name) | Subject::Time(name) => Some(name),
-            Subject::Program(place) => Some(place.name()),
+            HintSubject::Deadlines | HintSubject::Cpus(_) => None,
+            HintSubject::Activity(name) | HintSubject::Connection(name) | HintSubject::Time(name) => {
+                Some(name)
+            }
+            HintSubject::Program(place) => Some(place.name()),
         }
     }
 }
 
 /// What a label of a core is about.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-enum Place {
+enum HintPlace {
     Program(ProgramId),
     State(Name),
     /// The names of its state and of itself.
     Transition((Name, Name)),
 }
 
-impl Place {
+impl HintPlace {
     /// Returns its keyword or name.
     fn name(&self) -> &str {
         match self {
-            Place::Program(ProgramId::Hook(kind)) => kind.keyword(),
-            Place::Program(ProgramId::Method { kind, .. }) => kind.keyword(),
-            Place::Program(_) => "",
-            Place::State(name) | Place::Transition((_, name)) => name,
+            HintPlace::Program(ProgramId::Hook(kind)) => kind.keyword(),
+            HintPlace::Program(ProgramId::Method { kind, .. }) => kind.keyword(),
+            HintPlace::Program(_) => "",
+            HintPlace::State(name) | HintPlace::Transition((_, name)) => name,
         }
     }
 }
 
 /// A figure.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-struct Figure {
+struct HintFigure {
     texts: Texts,
     /// How many activities are not included, since they are not analysed.
     missing: usize,
 }
 
-impl Figure {
+impl HintFigure {
     /// The texts of a figure that includes everything.
-    fn complete(texts: Texts) -> Figure {
-        Figure { texts, missing: 0 }
+    fn complete(texts: Texts) -> HintFigure {
+        HintFigure { texts, missing: 0 }
     }
 }
 

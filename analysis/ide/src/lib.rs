@@ -114,7 +114,7 @@ mod workspace_symbols;
 mod worst_schedule;
 
 pub use architecture_drawing::{draw_graph, instance_tree};
-pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
+pub use call_hierarchy::{HierarchyCalls, call_items, incoming_calls, outgoing_calls};
 pub use chain_drawing::{DrawnChain, DrawnChains, DrawnStep, draw_chains, drawn_chains};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
@@ -158,7 +158,7 @@ pub use semantic_tokens::{
     SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
 };
 pub use sensitivity::percentage;
-pub use signature_help::{Signature, signature_help};
+pub use signature_help::{CallSignature, signature_help};
 pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};

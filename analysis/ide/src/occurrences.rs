@@ -63,7 +63,7 @@ impl<'db> Definition<'db> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Role {
+pub(crate) enum NameRole {
     Declaration,
     /// The definition of an operation in a core; the core's shell declares it.
     Definition,
@@ -84,7 +84,7 @@ pub(crate) struct Occurrence<'db> {
     pub(crate) segment: Option<usize>,
     pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
-    pub(crate) role: Role,
+    pub(crate) role: NameRole,
 }
 
 /// A name with its location.
@@ -96,7 +96,7 @@ pub(crate) struct FoundName<'db> {
     pub(crate) range: TextRange,
     pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
-    pub(crate) role: Role,
+    pub(crate) role: NameRole,
 }
 
 pub(crate) fn in_declaration<'db>(
@@ -156,7 +156,7 @@ pub(crate) fn outside_declarations<'db>(
     found.extend(libraries(db, file).into_iter().map(|(_, name)| {
         let definition = Definition::Library(name.text().to_string().into());
         let declared = mention(file, name.text_range(), definition, SymbolKind::Library);
-        FoundName { role: Role::Declaration, ..declared }
+        FoundName { role: NameRole::Declaration, ..declared }
     }));
     found
 }
@@ -190,7 +190,7 @@ pub(crate) fn grouped<K: Eq + Hash + Clone, V>(all: impl IntoIterator<Item = (K,
 }
 
 fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> FoundName<'_> {
-    FoundName { file, of: None, range, definition, kind, role: Role::Mention }
+    FoundName { file, of: None, range, definition, kind, role: NameRole::Mention }
 }
 
 /// Returns the range of a string without its quotes.
@@ -207,7 +207,7 @@ pub(crate) fn occurrences_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Vec<Occurrence<'db>> {
-    let mut finder = Finder::new(db, project, of);
+    let mut finder = NameFinder::new(db, project, of);
     if let Some(data) = data(db, of).as_deref() {
         finder.data(data);
     }
@@ -215,26 +215,26 @@ pub(crate) fn occurrences_of<'db>(
     finder.found
 }
 
-struct Finder<'db> {
+struct NameFinder<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     found: Vec<Occurrence<'db>>,
 }
 
-impl<'db> Finder<'db> {
-    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Finder<'db> {
-        Finder { db, project, of, found: Vec::new() }
+impl<'db> NameFinder<'db> {
+    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> NameFinder<'db> {
+        NameFinder { db, project, of, found: Vec::new() }
     }
 
-    fn add(&mut self, name: &NameRef, definition: Definition<'db>, kind: SymbolKind, role: Role) {
+    fn add(&mut self, name: &NameRef, definition: Definition<'db>, kind: SymbolKind, role: NameRole) {
         if !name.name.is_empty() {
             self.found.push(Occurrence { id: name.id, segment: None, definition, kind, role });
         }
     }
 
     fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
-        self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, Role::Declaration);
+        self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, NameRole::Declaration);
     }
 
     fn data(&mut self, data: &'db Data) {
@@ -242,7 +242,7 @@ impl<'db> Finder<'db> {
         match data {
             Data::Use => {
                 let (definition, kind) = self.library(&name.name);
-                return self.add(&name, definition, kind, Role::Mention);
+                return self.add(&name, definition, kind, NameRole::Mention);
             }
             Data::Codel(_) => {}
             Data::Shell(shell) => self.shell(shell),
@@ -263,7 +263,7 @@ impl<'db> Finder<'db> {
             }
         }
         let kind = kind_of(self.of.kind(self.db));
-        self.add(&name, Definition::Declaration(self.of), kind, Role::Declaration);
+        self.add(&name, Definition::Declaration(self.of), kind, NameRole::Declaration);
     }
 
     fn library(&self, name: &Name) -> (Definition<'db>, SymbolKind) {
@@ -276,7 +276,7 @@ impl<'db> Finder<'db> {
     fn segment(&mut self, ty: &TypeRef, index: usize, definition: Definition<'db>, kind: SymbolKind) {
         if ty.path.get(index).is_some_and(|name| !name.is_empty()) {
             let segment = (ty.path.len() > 1).then_some(index);
-            self.found.push(Occurrence { id: ty.id, segment, definition, kind, role: Role::Mention });
+            self.found.push(Occurrence { id: ty.id, segment, definition, kind, role: NameRole::Mention });
         }
     }
 
@@ -307,7 +307,7 @@ impl<'db> Finder<'db> {
         }
     }
 
-    fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
+    fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: NameRole) {
         let found = features_of(self.db, self.project, of).get(&name.name);
         if let Some((feature, at)) = found.and_then(|found| Some((found, found.name(self.db)?))) {
             self.add(name, Definition::At(at), kind_of_feature(feature.kind), role);
@@ -324,7 +324,7 @@ impl<'db> Finder<'db> {
                 // A name that is not a constant of the shell is an error.
                 for expr in value.descendants() {
                     if let Expr::Name(name) = expr {
-                        self.feature(self.of, name, Role::Read);
+                        self.feature(self.of, name, NameRole::Read);
                     }
                 }
             }
@@ -340,7 +340,7 @@ impl<'db> Finder<'db> {
         }
         for link in data.connections.iter().chain(&data.operations) {
             for end in [&link.source, &link.target].into_iter().flatten() {
-                self.endpoint(self.of, end, Role::Mention);
+                self.endpoint(self.of, end, NameRole::Mention);
             }
         }
         self.settings(self.of, &data.settings);
@@ -355,7 +355,7 @@ impl<'db> Finder<'db> {
             activity.instances.iter().for_each(|instance| self.instance(target, instance));
             let trigger = activity.field(ActivityField::Trigger).and_then(|it| it.value.as_name());
             if let Some((port, instance)) = trigger.zip(activity.instances.first()) {
-                self.feature_of_instance(target, instance, port, Role::Read);
+                self.feature_of_instance(target, instance, port, NameRole::Read);
             }
         }
         self.settings(target, &data.settings);
@@ -363,24 +363,24 @@ impl<'db> Finder<'db> {
 
     fn settings(&mut self, of: Decl<'db>, settings: &[Setting]) {
         for end in settings.iter().filter_map(|setting| setting.endpoint.as_ref()) {
-            self.endpoint(of, end, Role::Write);
+            self.endpoint(of, end, NameRole::Write);
         }
     }
 
     fn instance(&mut self, of: Decl<'db>, name: &NameRef) {
         let instance = flat_of(self.db, self.project, of).instance(&name.name);
         if let Some(at) = instance.and_then(|it| it.declaration(self.db)) {
-            self.add(name, Definition::At(at), SymbolKind::Instance, Role::Mention);
+            self.add(name, Definition::At(at), SymbolKind::Instance, NameRole::Mention);
         }
     }
 
     /// `instance.feature` of an architecture.
-    fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: Role) {
+    fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: NameRole) {
         self.instance(of, &end.instance);
         end.feature.iter().for_each(|feature| self.feature_of_instance(of, &end.instance, feature, role));
     }
 
-    fn feature_of_instance(&mut self, of: Decl<'db>, instance: &NameRef, feature: &NameRef, role: Role) {
+    fn feature_of_instance(&mut self, of: Decl<'db>, instance: &NameRef, feature: &NameRef, role: NameRole) {
         let instance = flat_of(self.db, self.project, of).instance(&instance.name);
         let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
         shell.into_iter().for_each(|shell| self.feature(shell, feature, role));
@@ -390,19 +390,19 @@ impl<'db> Finder<'db> {
         self.names_type(Kind::Shell, data.shell.as_ref());
         let shell = shell_of(self.db, self.project, self.of);
         let inference = inference_of_core(self.db, self.project, self.of);
-        let mut programs = Programs { finder: self, core: data, shell, inference };
+        let mut programs = NamesInPrograms { finder: self, core: data, shell, inference };
         programs.core();
     }
 }
 
-struct Programs<'a, 'db> {
-    finder: &'a mut Finder<'db>,
+struct NamesInPrograms<'a, 'db> {
+    finder: &'a mut NameFinder<'db>,
     core: &'db Core,
     shell: Option<Decl<'db>>,
     inference: CoreInference<'db>,
 }
 
-impl<'db> Programs<'_, 'db> {
+impl<'db> NamesInPrograms<'_, 'db> {
     fn core(&mut self) {
         let core = self.core;
         for handler in &core.handlers {
@@ -410,16 +410,16 @@ impl<'db> Programs<'_, 'db> {
                 && let [name] = operation.path.as_slice()
             {
                 let name = NameRef { name: name.clone(), id: operation.id };
-                self.finder.feature(shell, &name, Role::Mention);
+                self.finder.feature(shell, &name, NameRole::Mention);
             }
         }
         for operation in &core.operations {
-            self.operation(&operation.name, Role::Definition);
+            self.operation(&operation.name, NameRole::Definition);
         }
         core.states().flat_map(|state| &state.transitions).for_each(|it| self.transition(it));
         for statement in core.statements() {
             match statement {
-                Statement::Assign(target, _) => self.value(target, Role::Write),
+                Statement::Assign(target, _) => self.value(target, NameRole::Write),
                 Statement::Variable(it) => self.finder.declares(&it.name, SymbolKind::Variable),
                 _ => {}
             }
@@ -428,13 +428,13 @@ impl<'db> Programs<'_, 'db> {
     }
 
     /// A provided operation is declared by the shell; another operation, by the core.
-    fn operation(&mut self, name: &NameRef, role: Role) {
+    fn operation(&mut self, name: &NameRef, role: NameRole) {
         let before = self.finder.found.len();
         if let Some(shell) = self.shell {
             self.finder.feature(shell, name, role);
         }
         if self.finder.found.len() == before {
-            let role = if role == Role::Definition { Role::Declaration } else { role };
+            let role = if role == NameRole::Definition { NameRole::Declaration } else { role };
             if let Some(own) = self.core.operation(&name.name) {
                 let definition = Definition::At(Location::Source(self.finder.of, own.name.id));
                 self.finder.add(name, definition, SymbolKind::Operation, role);
@@ -447,13 +447,13 @@ impl<'db> Programs<'_, 'db> {
             && let Some(state) = self.core.state(&target.name)
         {
             let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
-            self.finder.add(target, definition, SymbolKind::State, Role::Mention);
+            self.finder.add(target, definition, SymbolKind::State, NameRole::Mention);
         }
     }
 
     fn expr(&mut self, expr: &'db Expr) {
         // Output arguments of calls, which are visited after their call.
-        let mut written: Vec<(SourceId, Role)> = Vec::new();
+        let mut written: Vec<(SourceId, NameRole)> = Vec::new();
         for expr in expr.descendants() {
             match expr {
                 Expr::Call { callee, arguments, .. } => {
@@ -466,7 +466,7 @@ impl<'db> Programs<'_, 'db> {
                 }
                 Expr::Name(name) => {
                     let role = written.iter().find(|(id, _)| *id == name.id);
-                    self.value(name, role.map_or(Role::Read, |(_, role)| *role));
+                    self.value(name, role.map_or(NameRole::Read, |(_, role)| *role));
                 }
                 _ => {}
             }
@@ -474,36 +474,36 @@ impl<'db> Programs<'_, 'db> {
     }
 
     /// Adds the callee; returns the role of each argument.
-    fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
+    fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<NameRole> {
         match self.inference.callee(callee.id) {
             Some(Callee::Codel(of)) => {
-                self.finder.add(callee, Definition::Declaration(of), SymbolKind::Codel, Role::Call);
+                self.finder.add(callee, Definition::Declaration(of), SymbolKind::Codel, NameRole::Call);
             }
-            Some(Callee::Operation(_)) => self.operation(callee, Role::Call),
+            Some(Callee::Operation(_)) => self.operation(callee, NameRole::Call),
             Some(Callee::Builtin(_)) => {}
             // A variable hides an operation of the same name, but a misused operation still resolves.
-            None if self.inference.binding(callee.id).is_some() => self.value(callee, Role::Read),
-            None => self.operation(callee, Role::Call),
+            None if self.inference.binding(callee.id).is_some() => self.value(callee, NameRole::Read),
+            None => self.operation(callee, NameRole::Call),
         }
         let role = |direction: Direction| match direction {
-            Direction::In => Role::Read,
-            Direction::Out => Role::Write,
-            Direction::InOut => Role::ReadWrite,
+            Direction::In => NameRole::Read,
+            Direction::Out => NameRole::Write,
+            Direction::InOut => NameRole::ReadWrite,
         };
         let Some(found) = self.inference.callee(callee.id) else { return Vec::new() };
         let directions = self.inference.directions(self.finder.db, found, arguments.len());
-        let mut roles: Vec<Role> = directions.into_iter().map(role).collect();
+        let mut roles: Vec<NameRole> = directions.into_iter().map(role).collect();
         // The operand of a built-in function.
         let operand = match found {
-            Callee::Builtin(Builtin::Write) => Role::Write,
-            Callee::Builtin(Builtin::Send) => Role::Call,
+            Callee::Builtin(Builtin::Write) => NameRole::Write,
+            Callee::Builtin(Builtin::Send) => NameRole::Call,
             _ => return roles,
         };
         roles.first_mut().into_iter().for_each(|first| *first = operand);
         roles
     }
 
-    fn value(&mut self, name: &NameRef, role: Role) {
+    fn value(&mut self, name: &NameRef, role: NameRole) {
         match self.inference.binding(name.id) {
             Some(Binding::Variable(id)) => {
                 let Some(variable) = self.inference.variable(id) else { return };

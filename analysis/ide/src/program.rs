@@ -13,14 +13,14 @@ use mauve_syntax::{SyntaxToken, TextRange, TextSize, previous_significant};
 use crate::position::{Call, Position, behind, call_around};
 
 /// The names in scope at the cursor, with their roles in calls and assignments.
-pub(crate) struct Scope<'db> {
+pub(crate) struct CursorScope<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     pub(crate) visible: VisibleScope<'db>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(crate) struct Expected {
+pub(crate) struct WantedValue {
     pub(crate) ty: Option<Type>,
     /// A name that can be assigned.
     pub(crate) is_output: bool,
@@ -46,7 +46,7 @@ pub(crate) struct Callable<'db> {
 pub(crate) struct CallParameter {
     pub(crate) name: String,
     pub(crate) text: String,
-    pub(crate) expected: Expected,
+    pub(crate) expected: WantedValue,
 }
 
 impl Callable<'_> {
@@ -101,16 +101,16 @@ pub(crate) fn written_type(variable: &VariableOf) -> String {
     variable.written.as_ref().map_or_else(String::new, ToString::to_string)
 }
 
-impl<'db> Scope<'db> {
+impl<'db> CursorScope<'db> {
     pub(crate) fn at(
         db: &'db dyn ModelDb,
         project: Project<'db>,
         decl: Option<Decl<'db>>,
         at: &Position,
-    ) -> Scope<'db> {
+    ) -> CursorScope<'db> {
         // A declaration is not in its own scope: the scope ends at the start of the half-typed statement.
         let end = at.item.first().map_or(at.word.start(), |token| token.text_range().start());
-        Scope { db, project, visible: VisibleScope::at(db, project, decl, &at.list, end) }
+        CursorScope { db, project, visible: VisibleScope::at(db, project, decl, &at.list, end) }
     }
 
     pub(crate) fn variables(&self) -> impl Iterator<Item = &'db VariableOf> {
@@ -172,10 +172,10 @@ impl<'db> Scope<'db> {
         let parameter = |it: &Parameter| CallParameter {
             name: it.name.name.to_string(),
             text: parameter_text(it),
-            expected: Expected {
+            expected: WantedValue {
                 ty: Some(self.type_of(of, it.ty.as_ref())),
                 is_output: it.direction != Direction::In,
-                ..Expected::default()
+                ..WantedValue::default()
             },
         };
         parameters.iter().map(parameter).collect()
@@ -210,14 +210,14 @@ impl<'db> Scope<'db> {
             (None, None) => what.to_owned(),
         };
         let name = what.rsplit(' ').next().unwrap_or(what).to_owned();
-        let expected = Expected { feature: kind, handler: kind.is_none(), ..Expected::default() };
+        let expected = WantedValue { feature: kind, handler: kind.is_none(), ..WantedValue::default() };
         let mut parameters = vec![CallParameter { name, text, expected }];
         let value = |name: &str, is_output: bool| {
             let written = found.and_then(|(_, _, feature)| feature.ty.as_ref());
             let text = written.map_or_else(|| name.to_owned(), |ty| format!("{name}: {ty}"));
             let text = if is_output { format!("out {text}") } else { text };
             let ty = found.map(|(_, shell, _)| self.type_of(shell, written));
-            let expected = Expected { ty, is_output, ..Expected::default() };
+            let expected = WantedValue { ty, is_output, ..WantedValue::default() };
             CallParameter { name: name.to_owned(), text, expected }
         };
         // The parameters of the operation without those of the other direction.
@@ -257,8 +257,8 @@ impl<'db> Scope<'db> {
     }
 
     /// Returns the expected operand after `left` in an expression, or `None` if no operand is allowed.
-    pub(crate) fn expected(&self, left: &SyntaxToken) -> Option<Expected> {
-        let of = |ty: Option<Type>| Some(Expected { ty, ..Expected::default() });
+    pub(crate) fn expected(&self, left: &SyntaxToken) -> Option<WantedValue> {
+        let of = |ty: Option<Type>| Some(WantedValue { ty, ..WantedValue::default() });
         let previous = || previous_significant(left);
         match left.kind() {
             EQ => of(self.assigned_at(left)),
@@ -267,12 +267,12 @@ impl<'db> Scope<'db> {
             L_PAREN | COMMA => {
                 let list = left.parent()?;
                 match list.kind() {
-                    PAREN_EXPR => self.expected(&previous()?).or_else(Expected::any),
+                    PAREN_EXPR => self.expected(&previous()?).or_else(WantedValue::any),
                     _ => {
                         let call = call_around(left)?;
-                        let Some(called) = self.called(&call) else { return Expected::any() };
+                        let Some(called) = self.called(&call) else { return WantedValue::any() };
                         let parameter = called.parameters.into_iter().nth(call.index);
-                        let nothing = Expected { nothing: true, ..Expected::default() };
+                        let nothing = WantedValue { nothing: true, ..WantedValue::default() };
                         Some(parameter.map_or(nothing, |parameter| parameter.expected))
                     }
                 }
@@ -283,7 +283,9 @@ impl<'db> Scope<'db> {
                 of(ty.or(Some(Type::Double)))
             }
             // The bounds of an interval.
-            L_BRACK | SEMICOLON if left.parent().is_some_and(|it| it.kind() == INTERVAL) => Expected::any(),
+            L_BRACK | SEMICOLON if left.parent().is_some_and(|it| it.kind() == INTERVAL) => {
+                WantedValue::any()
+            }
             _ => None,
         }
     }
@@ -323,9 +325,9 @@ impl<'db> Scope<'db> {
     }
 }
 
-impl Expected {
-    fn any() -> Option<Expected> {
-        Some(Expected::default())
+impl WantedValue {
+    fn any() -> Option<WantedValue> {
+        Some(WantedValue::default())
     }
 
     /// Returns whether a value of this type fits; also if a type is unknown.

@@ -12,7 +12,7 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{
-    Definition, FoundName, Role, names_in, occurrences_of, outside_declarations, segment,
+    Definition, FoundName, NameRole, names_in, occurrences_of, outside_declarations, segment,
 };
 
 /// A semantic token, on one line.
@@ -203,12 +203,17 @@ fn names(
     }
 }
 
-fn modifiers(db: &dyn ModelDb, definition: &Definition<'_>, kind: SymbolKind, role: Role) -> TokenModifiers {
+fn modifiers(
+    db: &dyn ModelDb,
+    definition: &Definition<'_>,
+    kind: SymbolKind,
+    role: NameRole,
+) -> TokenModifiers {
     let of_role = match role {
-        Role::Declaration => Some(TokenModifier::Declaration),
-        Role::Definition => Some(TokenModifier::Definition),
-        Role::Write | Role::ReadWrite => Some(TokenModifier::Modification),
-        Role::Read | Role::Call | Role::Mention => None,
+        NameRole::Declaration => Some(TokenModifier::Declaration),
+        NameRole::Definition => Some(TokenModifier::Definition),
+        NameRole::Write | NameRole::ReadWrite => Some(TokenModifier::Modification),
+        NameRole::Read | NameRole::Call | NameRole::Mention => None,
     };
     let own = match (kind, definition) {
         (SymbolKind::Constant, _) => Some(TokenModifier::Readonly),

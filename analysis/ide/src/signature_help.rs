@@ -5,11 +5,11 @@ use mauve_syntax::{TextRange, TextSize, previous_significant, tokens_at};
 
 use crate::completion::{comment, subject};
 use crate::position::{Position, call_around, is_closed_to};
-use crate::program::Scope;
+use crate::program::CursorScope;
 
 /// A signature.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Signature {
+pub struct CallSignature {
     /// `astar(in origin: PoseStamped, out route: Path): bool`
     pub label: String,
     /// The ranges of its parameters in the label, in bytes.
@@ -38,7 +38,7 @@ pub fn signature_help(
     project: Project<'_>,
     file: File,
     offset: TextSize,
-) -> Option<Signature> {
+) -> Option<CallSignature> {
     if !is_model(file.path(db)) {
         return None;
     }
@@ -53,9 +53,9 @@ pub fn signature_help(
     let call = call_around(&left?)?;
     let at = Position::in_any_token(&root, offset);
     let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
-    let callable = Scope::at(db, project, decl, &at).called(&call)?;
+    let callable = CursorScope::at(db, project, decl, &at).called(&call)?;
     let (label, parameters) = callable.shown();
-    Some(Signature {
+    Some(CallSignature {
         label,
         parameters,
         active: call.index,
@@ -91,7 +91,7 @@ library a {{
     update = {{ {statements}"
         );
         let Fixture { db, workspace, file, offset } = Fixture::new(&text);
-        let show = |signature: &Signature| {
+        let show = |signature: &CallSignature| {
             let label = &signature.label;
             let active = signature.parameters.get(signature.active);
             let shown = active.map_or(label.clone(), |active| {

@@ -15,7 +15,7 @@ const MOST: usize = 12;
 
 /// The outputs and operations of each architecture, for all its findings.
 #[derive(Default)]
-pub(super) struct KnownSources<'db>(FxHashMap<(Project<'db>, Decl<'db>, &'static str), Sources<'db>>);
+pub(super) struct KnownSources<'db>(FxHashMap<(Project<'db>, Decl<'db>, &'static str), LinkSources<'db>>);
 
 pub(super) fn offer<'db>(
     actions: &mut Actions<'_, 'db>,
@@ -33,7 +33,7 @@ pub(super) fn offer<'db>(
     let keyword =
         if finding.diagnostic.code.name == "unconnected-input" { "connection" } else { "operation" };
     let key = (project, architecture, keyword);
-    let sources = known.0.entry(key).or_insert_with(|| Sources::of(db, project, architecture, keyword));
+    let sources = known.0.entry(key).or_insert_with(|| LinkSources::of(db, project, architecture, keyword));
     for (source, target) in sources.connections(&instance.syntax().text().to_string()) {
         let title = format!("Connect `{source}` to `{target}`");
         actions.offer_fix(finding, title, || {
@@ -43,12 +43,12 @@ pub(super) fn offer<'db>(
 }
 
 /// The outputs or the operations of an architecture, by what they fit.
-struct Sources<'db> {
+struct LinkSources<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     flat: &'db Flat<'db>,
     takes: FeatureKind,
-    fitting: FxHashMap<Signature, Fitting<'db>>,
+    fitting: FxHashMap<EndSignature, Fitting<'db>>,
     connected: FxHashSet<&'db (Name, Name)>,
 }
 
@@ -61,22 +61,22 @@ struct Fitting<'db> {
 
 /// Two features fit if these are equal: the directions and types of the parameters and of the value or result, and the spelling
 /// of unknown types.
-type Signature = Vec<(Option<Direction>, Type, Option<Vec<Name>>)>;
+type EndSignature = Vec<(Option<Direction>, Type, Option<Vec<Name>>)>;
 
-impl<'db> Sources<'db> {
+impl<'db> LinkSources<'db> {
     fn of(
         db: &'db dyn ModelDb,
         project: Project<'db>,
         architecture: Decl<'db>,
         keyword: &str,
-    ) -> Sources<'db> {
+    ) -> LinkSources<'db> {
         let (gives, takes) = match keyword {
             "connection" => (FeatureKind::Output, FeatureKind::Input),
             _ => (FeatureKind::Provided, FeatureKind::Required),
         };
         let flat = flat_of(db, project, architecture);
         let connected = flat.links.iter().map(|link| &link.target).collect();
-        let mut sources = Sources { db, project, flat, takes, fitting: FxHashMap::default(), connected };
+        let mut sources = LinkSources { db, project, flat, takes, fitting: FxHashMap::default(), connected };
         for instance in &flat.instances {
             for (name, feature) in sources.features(instance, gives) {
                 let Some(signature) = sources.signature(feature) else { continue };
@@ -99,7 +99,7 @@ impl<'db> Sources<'db> {
     }
 
     /// Returns `None` if a type is missing: nothing fits then.
-    fn signature(&self, of: &FeatureOf<'db>) -> Option<Signature> {
+    fn signature(&self, of: &FeatureOf<'db>) -> Option<EndSignature> {
         let data = of.data(self.db)?;
         let parameters = data.parameters.iter().map(|it| (Some(it.direction), it.ty.as_ref()));
         let all = parameters.chain([(None, data.ty.as_ref())]);

@@ -3,7 +3,7 @@
 use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::program::{Programs, bare, free_name};
+use super::program::{CorePrograms, bare, free_name};
 use super::{Actions, indentation, put};
 
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
@@ -37,7 +37,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
 }
 
 /// `(in goal: Pose, in value: int): bool`
-fn signature(programs: &Programs<'_>, call: &ast::CallExpr) -> Option<String> {
+fn signature(programs: &CorePrograms<'_>, call: &ast::CallExpr) -> Option<String> {
     let result = programs.expected_type(call.syntax())?;
     let mut names: Vec<String> = Vec::new();
     let mut parameters = Vec::new();

@@ -12,22 +12,22 @@ pub(super) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String 
 }
 
 /// A core, and the meaning of what stands in it.
-pub(super) struct Programs<'db> {
+pub(super) struct CorePrograms<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
     pub(super) semantics: Semantics<'db>,
 }
 
-impl<'db> Programs<'db> {
+impl<'db> CorePrograms<'db> {
     /// Returns the programs of the core `node`, unresolved names included.
     pub(super) fn of(
         db: &'db dyn ModelDb,
         project: Project<'db>,
         file: File,
         node: &ast::Core,
-    ) -> Option<Programs<'db>> {
+    ) -> Option<CorePrograms<'db>> {
         let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
-        Some(Programs { db, project, semantics })
+        Some(CorePrograms { db, project, semantics })
     }
 
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {

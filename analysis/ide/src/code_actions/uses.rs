@@ -38,7 +38,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         return;
     }
     let mut edits = Vec::new();
-    let libraries: Vec<Libraries<'_>> =
+    let libraries: Vec<ProjectLibraries<'_>> =
         actions.projects.iter().map(|&project| libraries_of(db, project)).collect();
     let source = parse.file();
     let outer = uses_in(source.syntax());
@@ -75,14 +75,14 @@ fn uses_in(node: &SyntaxNode) -> Vec<ast::Use> {
 
 /// The libraries of a project.
 #[derive(Default)]
-struct Libraries<'db> {
+struct ProjectLibraries<'db> {
     declarations: FxHashMap<&'db Name, Vec<Decl<'db>>>,
     /// The libraries in files with a syntax error, which may hide a declaration.
     damaged: FxHashSet<&'db Name>,
 }
 
-fn libraries_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Libraries<'db> {
-    let mut libraries = Libraries::default();
+fn libraries_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> ProjectLibraries<'db> {
+    let mut libraries = ProjectLibraries::default();
     for &file in project_files(db, project) {
         let found = declarations(db, file);
         if !parse(db, file).errors().is_empty() {
@@ -101,7 +101,7 @@ fn libraries_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Libraries<'
 fn needed_by<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    libraries: &Libraries<'db>,
+    libraries: &ProjectLibraries<'db>,
     library: &Name,
 ) -> Option<BTreeSet<Name>> {
     if names_of(db, project).completeness.is_incomplete() || libraries.damaged.contains(library) {

@@ -9,7 +9,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::position::ends_operand;
-use crate::program::{Expected, parameters_text, result_text};
+use crate::program::{WantedValue, parameters_text, result_text};
 
 impl Completer<'_, '_> {
     pub(super) fn core_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -230,7 +230,7 @@ impl Completer<'_, '_> {
     }
 
     pub(super) fn value_of(&mut self, ty: Option<Type>) {
-        self.literals(&Expected { ty, ..Expected::default() });
+        self.literals(&WantedValue { ty, ..WantedValue::default() });
     }
 }
 

@@ -7,7 +7,7 @@ use mauve_syntax::SyntaxKind::{self, *};
 use super::documentation::subject;
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::position::ends_operand;
-use crate::program::{Callable, Expected, Scope, written_type};
+use crate::program::{Callable, CursorScope, WantedValue, written_type};
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn statement(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -72,7 +72,7 @@ impl<'db> Completer<'_, 'db> {
         if self.at.right == EQ {
             return;
         }
-        self.callables(&scope, &Expected::default(), true);
+        self.callables(&scope, &WantedValue::default(), true);
         if is_called {
             return;
         }
@@ -85,7 +85,7 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    pub(super) fn operands(&mut self, scope: &Scope<'db>, expected: &Expected) {
+    pub(super) fn operands(&mut self, scope: &CursorScope<'db>, expected: &WantedValue) {
         if expected.nothing {
             return;
         }
@@ -141,7 +141,7 @@ impl<'db> Completer<'_, 'db> {
     }
 
     /// Offers callees: all in a statement, those with a result in an expression.
-    fn callables(&mut self, scope: &Scope<'db>, expected: &Expected, is_statement: bool) {
+    fn callables(&mut self, scope: &CursorScope<'db>, expected: &WantedValue, is_statement: bool) {
         let from = self.found.len();
         self.declared(Kind::Codel, &[]);
         let names = mauve_hir::names_of(self.db, self.project);
@@ -194,7 +194,7 @@ impl<'db> Completer<'_, 'db> {
         &mut self,
         mut item: Completion,
         callable: &Callable<'db>,
-        expected: &Expected,
+        expected: &WantedValue,
         is_statement: bool,
     ) {
         let is_void = callable.result == Type::Void;

@@ -6,7 +6,7 @@ use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
 
 use super::{Completer, Completion, CompletionKind};
-use crate::program::Expected;
+use crate::program::WantedValue;
 
 impl Completer<'_, '_> {
     pub(super) fn shell_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -49,7 +49,7 @@ impl Completer<'_, '_> {
         self.skeleton("provide", "provide ${1:name}($2): ${3:void}");
     }
 
-    fn constants(&mut self, expected: &Expected) {
+    fn constants(&mut self, expected: &WantedValue) {
         let scope = self.scope();
         let own = self.at.item.get(1).map(|token| token.text().to_owned());
         for (name, (of, feature)) in &scope.visible.features {
@@ -62,7 +62,7 @@ impl Completer<'_, '_> {
         self.literals(expected);
     }
 
-    pub(super) fn literals(&mut self, expected: &Expected) {
+    pub(super) fn literals(&mut self, expected: &WantedValue) {
         let is_known = expected.ty.as_ref().is_some_and(|ty| *ty != Type::Unknown);
         for (words, ty) in [
             (&TruthValue::ALL.map(TruthValue::keyword)[..], Type::Bool),

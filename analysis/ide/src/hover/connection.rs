@@ -18,7 +18,7 @@ use mauve_timing::{ChainRule, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, system_of};
 
-use crate::connections::{Connected, connections_in};
+use crate::connections::{LinkReport, connections_in};
 use crate::markdown;
 use crate::occurrences::grouped;
 use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure, short};
@@ -55,8 +55,8 @@ pub(super) fn of_connection(
     (!markdown.is_empty()).then(|| (token.text_range(), markdown))
 }
 
-fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &Connected<'db>) -> String {
-    let Connected { deployment, index, link, report } = connected;
+fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &LinkReport<'db>) -> String {
+    let LinkReport { deployment, index, link, report } = connected;
     let (writer, reader) = (&link.source.0, &link.target.0);
     let mut out = format!("{}: ", link);
     match (&report.latency, &report.reason) {

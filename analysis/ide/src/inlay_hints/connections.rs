@@ -4,8 +4,8 @@ use mauve_diagnostics::connection_reason;
 use mauve_hir::{Decl, ModelDb, Project};
 
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, InlayHint, Subject, column, end_of_line};
-use crate::connections::{Connected, connections_in};
+use super::{HintFigure, HintOf, HintSubject, InlayHint, column, end_of_line};
+use crate::connections::{LinkReport, connections_in};
 use crate::occurrences::grouped;
 use mauve_diagnostics::figure::{Forms, HintStatus, MOST_CHARACTERS, TIGHT_SLACK, chain_figure, short};
 
@@ -23,17 +23,17 @@ pub(super) fn of_connections<'db>(
         let offset = end_of_line(text, range.end());
         let room = most_at(column(text, offset));
         let texts = Texts::of(texts);
-        let figure = (status == HintStatus::Time).then(|| Figure::complete(texts.clone()));
+        let figure = (status == HintStatus::Time).then(|| HintFigure::complete(texts.clone()));
         let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
         let hint = InlayHint::new(offset, texts, most, status, Some(range.start()));
         let target = all.first().map(|it| format!("{}.{}", it.link.target.0, it.link.target.1));
-        let subject = target.map(|it| Subject::Connection(it.into()));
+        let subject = target.map(|it| HintSubject::Connection(it.into()));
         found.push(HintOf { hint, subject, figure, room });
     }
 }
 
 /// Returns what is shown of a connection, in fewer and fewer words: what is wrong in some deployment, or the greatest latency.
-fn shown<'db>(db: &'db dyn ModelDb, all: &[Connected<'db>]) -> Option<Forms> {
+fn shown<'db>(db: &'db dyn ModelDb, all: &[LinkReport<'db>]) -> Option<Forms> {
     let of = |texts: Vec<String>, status| Some(Forms { texts, bar: None, status });
     if let Some(by) = all.iter().find_map(|it| it.report.overwritten.as_ref()) {
         let short = "may be overwritten";

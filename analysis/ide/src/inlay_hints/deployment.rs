@@ -12,7 +12,7 @@ use mauve_wcrt::{
 };
 
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, HintOptions, InlayHint, Subject, beside, column};
+use super::{HintFigure, HintOf, HintOptions, HintSubject, InlayHint, beside, column};
 use crate::cpu_budget::cpu_status;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
@@ -53,64 +53,65 @@ pub(super) fn of_deployment<'db>(
     };
     let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
     let figures = report.activities.iter().zip(report.footings());
-    let shown = figures.map(|(activity, footing)| Shown::of(db, activity, footing, options.tight_slack));
-    let shown: Vec<Shown> = shown.collect();
+    let shown = figures.map(|(activity, footing)| ShownHint::of(db, activity, footing, options.tight_slack));
+    let shown: Vec<ShownHint> = shown.collect();
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Status::Background;
     if let Some(offset) = beside(text, &node)
         && report.activities.iter().any(is_real_time)
     {
-        let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
-            let Shown { texts, status, figure } = shown;
+        let mut add = |subject: HintSubject, shown: ShownHint, load: Option<u32>| {
+            let ShownHint { texts, status, figure } = shown;
             let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status, Some(name.range(db).start()));
             let hint = InlayHint { load, ..hint };
             found.push(HintOf { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
-            add(Subject::Deadlines, of_all(report, &shown, query), None);
+            add(HintSubject::Deadlines, of_all(report, &shown, query), None);
         }
         for (cpus, shown, load) in loads(report, options.tight_slack).filter(|_| options.loads) {
-            add(Subject::Cpus(cpus), shown, Some(load));
+            add(HintSubject::Cpus(cpus), shown, Some(load));
         }
     }
     if !options.response_times {
         return;
     }
-    for ((resolved, Shown { texts, status, figure }), offset) in activities.iter().zip(shown).zip(offsets) {
+    for ((resolved, ShownHint { texts, status, figure }), offset) in activities.iter().zip(shown).zip(offsets)
+    {
         let Some(offset) = offset else { continue };
         let room = most_at(column(text, offset));
         // A reason is shown in full: without it, the hint says little.
         let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
         let hint = InlayHint::new(offset, texts, most, status, Some(resolved.at.range(db).start()));
-        let subject = Some(Subject::Activity(resolved.instance.clone()));
+        let subject = Some(HintSubject::Activity(resolved.instance.clone()));
         found.push(HintOf { hint, subject, figure, room });
     }
 }
 
 /// The texts of a hint, and what they say.
-struct Shown {
+struct ShownHint {
     texts: Texts,
     status: HintStatus,
-    figure: Option<Figure>,
+    figure: Option<HintFigure>,
 }
 
-impl Shown {
+impl ShownHint {
     /// What the hint of an activity shows: its response time and its deadline, or why there is no response time.
     fn of<'db>(
         db: &'db dyn ModelDb,
         activity: &ActivityReport<'db>,
         footing: Footing,
         tight_slack: u32,
-    ) -> Shown {
+    ) -> ShownHint {
         let forms = figure(db, activity, footing, tight_slack);
         let (texts, status) = (Texts::of_forms(&forms), forms.status);
         let is_known = activity.verdict != Status::NotAnalysed;
-        let figure = is_known.then(|| Figure::complete(texts.clone()));
-        Shown { texts, status, figure }
+        let figure = is_known.then(|| HintFigure::complete(texts.clone()));
+        ShownHint { texts, status, figure }
     }
 }
 
 /// Returns how many deadlines of a deployment are met.
-fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
+fn of_all(report: &Report<'_>, activities: &[ShownHint], query: Query) -> ShownHint {
     let Deadlines { met, unknown, all } = report.deadlines();
     let figure = format!("{met} of {all} met");
     let texts = match unknown {
@@ -122,12 +123,12 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
         ]),
     };
     let worst = activities.iter().map(|it| it.status).min_by_key(|it| it.rank());
-    let figure = Some(Figure { texts: texts.clone(), missing: unknown });
-    Shown { texts, status: worst.unwrap_or(HintStatus::Met), figure }
+    let figure = Some(HintFigure { texts: texts.clone(), missing: unknown });
+    ShownHint { texts, status: worst.unwrap_or(HintStatus::Met), figure }
 }
 
 /// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
-fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet, Shown, u32)> {
+fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet, ShownHint, u32)> {
     let unknown = report.deadlines().unknown;
     let percent = |cpu: &CpuLoad| cpu.utilisation.as_f64() * 100.0 / f64::from(cpu.cpus.len().max(1));
     let mut greatest: Vec<&CpuLoad> = report.cpus.iter().collect();
@@ -159,7 +160,7 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
             _ => Texts::of([text]),
         };
         let missing = if cpu.complete { 0 } else { unknown };
-        let figure = Some(Figure { texts: texts.clone(), missing });
-        (cpu.cpus, Shown { texts, status, figure }, load)
+        let figure = Some(HintFigure { texts: texts.clone(), missing });
+        (cpu.cpus, ShownHint { texts, status, figure }, load)
     })
 }

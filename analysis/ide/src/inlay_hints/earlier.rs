@@ -12,20 +12,22 @@ use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 
 use super::declaration::{hash_of_declaration, of_declaration};
-use super::figures::{Figures, PATIENCE, is_newer, older};
+use super::figures::{LastFigures, PATIENCE, is_newer, older};
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, HintOptions, InlayHint, Subject, column, end_of_line, hash_of, programs};
+use super::{
+    HintFigure, HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of, programs,
+};
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
 pub struct EarlierFigures {
-    of: HashMap<Owner, Arc<Figures>>,
+    of: HashMap<FigureOwner, Arc<LastFigures>>,
 }
 
 /// A declaration in a project, at a significance level. It has the same name in every text.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) struct Owner {
+pub(super) struct FigureOwner {
     root: File,
     file: File,
     kind: Kind,
@@ -33,9 +35,9 @@ pub(super) struct Owner {
     level: Level,
 }
 
-impl Owner {
-    pub(super) fn of(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>) -> Owner {
-        Owner {
+impl FigureOwner {
+    pub(super) fn of(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>) -> FigureOwner {
+        FigureOwner {
             root: project.root(db),
             file: decl.file(db),
             kind: decl.kind(db),
@@ -46,12 +48,12 @@ impl Owner {
 }
 
 impl EarlierFigures {
-    pub(super) fn of(&self, owner: &Owner) -> Option<&Figures> {
+    pub(super) fn of(&self, owner: &FigureOwner) -> Option<&LastFigures> {
         self.of.get(owner).map(Arc::as_ref)
     }
 
     /// Returns a value that changes when the older figures of a declaration, or their reasons, are shown or hidden.
-    pub(super) fn hash_of(&self, owner: &Owner) -> u64 {
+    pub(super) fn hash_of(&self, owner: &FigureOwner) -> u64 {
         let figures = self.of(owner).filter(|figures| figures.older.is_some());
         hash_of(figures.map(|figures| (figures.hash, figures.are_reasons_shown())))
     }
@@ -76,7 +78,7 @@ impl EarlierFigures {
         let with_projects = files.iter().filter_map(|&(file, project)| Some((file, project?)));
         for (file, project) in with_projects {
             for &decl in &declarations(db, file).all {
-                let owner = Owner::of(db, project, decl);
+                let owner = FigureOwner::of(db, project, decl);
                 let before = self.of.get(&owner);
                 let hash = hash_of_declaration(db, project, decl, options);
                 let figures = match before {
@@ -94,9 +96,10 @@ impl EarlierFigures {
         for (owner, figures) in self.of.iter().filter(|(owner, _)| is_broken(owner.file)) {
             updated.of.entry(owner.clone()).or_insert_with(|| match figures.older {
                 Some(_) => Arc::clone(figures),
-                None => {
-                    Arc::new(Figures { older: Some((Instant::now(), are_saved)), ..Figures::clone(figures) })
-                }
+                None => Arc::new(LastFigures {
+                    older: Some((Instant::now(), are_saved)),
+                    ..LastFigures::clone(figures)
+                }),
             });
         }
         updated
@@ -115,7 +118,7 @@ impl EarlierFigures {
         let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
         let mut shown = EarlierFigures::default();
         for (&decl, _) in declared.filter(|(_, map)| map.range.intersect(range).is_some()) {
-            let owner = Owner::of(db, project, decl);
+            let owner = FigureOwner::of(db, project, decl);
             let before = self.of.get(&owner);
             let hash = hash_of_declaration(db, project, decl, options);
             if before.is_none_or(|before| before.hash != hash) {
@@ -146,9 +149,9 @@ impl EarlierFigures {
         db: &'a dyn ModelDb,
         project: Project<'a>,
         file: File,
-    ) -> impl Iterator<Item = (&'a str, &'a Figures)> + 'a {
+    ) -> impl Iterator<Item = (&'a str, &'a LastFigures)> + 'a {
         let (root, level) = (project.root(db), level_shown(db, project));
-        let is_it = move |owner: &Owner| {
+        let is_it = move |owner: &FigureOwner| {
             (owner.root, owner.file, owner.kind, owner.level) == (root, file, Kind::Deployment, level)
         };
         self.of.iter().filter(move |(owner, _)| is_it(owner)).map(|(owner, it)| (owner.name.as_str(), &**it))
@@ -173,14 +176,14 @@ fn figures_of<'db>(
     project: Project<'db>,
     decl: Decl<'db>,
     options: HintOptions,
-    before: Option<&Arc<Figures>>,
+    before: Option<&Arc<LastFigures>>,
     hash: u64,
     are_saved: bool,
-) -> Figures {
-    let mut figures = Figures { hash, ..Figures::default() };
+) -> LastFigures {
+    let mut figures = LastFigures { hash, ..LastFigures::default() };
     let known = before.map(|before| &before.of);
     let mut is_older = false;
-    let mut note = |subject: &Subject, figure: Option<&Figure>| {
+    let mut note = |subject: &HintSubject, figure: Option<&HintFigure>| {
         let earlier = known.and_then(|known| known.get(subject));
         let last = if is_newer(figure, earlier) { figure } else { earlier };
         is_older |= last != figure;
@@ -221,14 +224,14 @@ pub(super) fn of_lost_activities(
     earlier: &EarlierFigures,
     found: &[HintOf],
 ) -> Vec<HintOf> {
-    let deployments: Vec<(&str, &Figures)> = earlier.of_deployments(db, project, file).collect();
+    let deployments: Vec<(&str, &LastFigures)> = earlier.of_deployments(db, project, file).collect();
     let parse = parse(db, file);
     if deployments.is_empty() || parse.errors().is_empty() {
         return Vec::new();
     }
-    let (places, subjects): (HashSet<TextSize>, Vec<Option<Subject>>) =
+    let (places, subjects): (HashSet<TextSize>, Vec<Option<HintSubject>>) =
         found.iter().map(|found| (found.hint.offset, found.subject.clone())).unzip();
-    let mut subjects: HashSet<Subject> = subjects.into_iter().flatten().collect();
+    let mut subjects: HashSet<HintSubject> = subjects.into_iter().flatten().collect();
     let text = file.text(db);
     let mut lost = Vec::new();
     let (mut deployment, mut before) = (String::new(), SyntaxKind::EOF);
@@ -239,9 +242,9 @@ pub(super) fn of_lost_activities(
         match keyword {
             SyntaxKind::DEPLOYMENT_KW => deployment = name.to_owned(),
             SyntaxKind::ACTIVITY_KW if range.contains_inclusive(token.text_range().start()) => {
-                let subject = Subject::Activity(Name::from(name));
+                let subject = HintSubject::Activity(Name::from(name));
                 let having = deployments.iter().filter_map(|(of, it)| Some((*of, *it, it.get(&subject)?)));
-                let having: Vec<(&str, &Figures, &Figure)> = having.collect();
+                let having: Vec<(&str, &LastFigures, &HintFigure)> = having.collect();
                 let is_named = |of: &str| of.rsplit('.').next() == Some(deployment.as_str());
                 let offset = end_of_line(text, token.text_range().end());
                 let of = match having.as_slice() {

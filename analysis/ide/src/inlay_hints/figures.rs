@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use super::{Figure, HintOf, InlayHint, Subject};
+use super::{HintFigure, HintOf, HintSubject, InlayHint};
 use mauve_diagnostics::figure::HintStatus;
 
 /// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
@@ -11,16 +11,16 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The figures of a declaration.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Figures {
-    pub(super) of: HashMap<Subject, Figure>,
+pub(super) struct LastFigures {
+    pub(super) of: HashMap<HintSubject, HintFigure>,
     /// The hash of the hints that they were taken from.
     pub(super) hash: u64,
     /// When the first of them became older than the text, and whether hints say why.
     pub(super) older: Option<(Instant, bool)>,
 }
 
-impl Figures {
-    pub(super) fn get(&self, subject: &Subject) -> Option<&Figure> {
+impl LastFigures {
+    pub(super) fn get(&self, subject: &HintSubject) -> Option<&HintFigure> {
         self.of.get(subject)
     }
 
@@ -31,7 +31,7 @@ impl Figures {
 }
 
 /// Whether a figure replaces an earlier one: it includes as much.
-pub(super) fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> bool {
+pub(super) fn is_newer(figure: Option<&HintFigure>, earlier: Option<&HintFigure>) -> bool {
     match (figure, earlier) {
         (_, None) => true,
         (None, Some(_)) => false,
@@ -41,7 +41,7 @@ pub(super) fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> boo
 
 /// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older; a count, which
 /// says no reason, replaces it.
-pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<HintOf> {
+pub(super) fn with_earlier(found: HintOf, earlier: Option<&LastFigures>) -> Vec<HintOf> {
     let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
         let earlier =
             figures.get(subject).filter(|earlier| !is_newer(found.figure.as_ref(), Some(*earlier)))?;
@@ -50,7 +50,7 @@ pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<Hint
     match shown {
         None if found.hint.label.is_empty() => Vec::new(),
         None => vec![found],
-        Some((_, true)) if matches!(found.subject, Some(Subject::Deadlines | Subject::Cpus(_))) => {
+        Some((_, true)) if matches!(found.subject, Some(HintSubject::Deadlines | HintSubject::Cpus(_))) => {
             vec![found]
         }
         Some((hint, are_reasons_shown)) => {
@@ -61,16 +61,17 @@ pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<Hint
 }
 
 /// Returns the earlier utilisations of CPUs that the hints of a deployment lack: where no time is known, no CPU has any.
-pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<HintOf> {
-    let is_deadlines = |it: &&HintOf| it.subject == Some(Subject::Deadlines);
+pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&LastFigures>) -> Vec<HintOf> {
+    let is_deadlines = |it: &&HintOf| it.subject == Some(HintSubject::Deadlines);
     let Some((figures, deadlines)) = earlier.zip(found.iter().find(is_deadlines)) else { return Vec::new() };
-    let is_missing = |subject: &&Subject| {
-        matches!(subject, Subject::Cpus(_)) && !found.iter().any(|it| it.subject.as_ref() == Some(*subject))
+    let is_missing = |subject: &&HintSubject| {
+        matches!(subject, HintSubject::Cpus(_))
+            && !found.iter().any(|it| it.subject.as_ref() == Some(*subject))
     };
-    let mut missing: Vec<(&Subject, &Figure)> =
+    let mut missing: Vec<(&HintSubject, &HintFigure)> =
         figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
     missing.sort_by_key(|(_, figure)| &figure.texts);
-    let load = |(subject, figure): (&Subject, &Figure)| HintOf {
+    let load = |(subject, figure): (&HintSubject, &HintFigure)| HintOf {
         hint: older(deadlines, figure),
         subject: Some(subject.clone()),
         figure: None,
@@ -80,6 +81,6 @@ pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<
 }
 
 /// Returns the hint of an earlier figure.
-pub(super) fn older(HintOf { hint, room, .. }: &HintOf, figure: &Figure) -> InlayHint {
+pub(super) fn older(HintOf { hint, room, .. }: &HintOf, figure: &HintFigure) -> InlayHint {
     InlayHint::new(hint.offset, figure.texts.as_older(), *room, HintStatus::Older, hint.explained_at)
 }

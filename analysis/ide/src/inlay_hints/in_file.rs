@@ -5,9 +5,9 @@ use mauve_hir::{Decl, File, ModelDb, Project, declarations, is_model, source_map
 use mauve_syntax::TextRange;
 
 use super::declaration::{hash_of_declaration, of_declaration};
-use super::earlier::{EarlierFigures, Owner, of_lost_activities};
+use super::earlier::{EarlierFigures, FigureOwner, of_lost_activities};
 use super::figures::{missing_loads, with_earlier};
-use super::{HintOf, HintOptions, InlayHint, Subject, hash_of, programs};
+use super::{HintOf, HintOptions, HintSubject, InlayHint, hash_of, programs};
 use crate::occurrences::each_once;
 use mauve_diagnostics::figure::{MOST_CHARACTERS, cut};
 
@@ -74,7 +74,7 @@ fn hints_of<'db>(
     earlier: &EarlierFigures,
 ) -> Vec<HintOf> {
     let is_in_range = |found: &&HintOf| range.contains_inclusive(found.hint.offset);
-    let earlier = earlier.of(&Owner::of(db, project, decl));
+    let earlier = earlier.of(&FigureOwner::of(db, project, decl));
     match decl.kind(db) {
         Kind::Core if options.program_times => programs::of_core(db, project, decl, range, earlier),
         Kind::Architecture | Kind::Deployment => {
@@ -95,7 +95,7 @@ pub(super) fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
     let are_several = names.any(|name| Some(name) != first);
     let hint = |found: &HintOf| {
         let mut hint = found.hint.clone();
-        if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
+        if let Some(name) = found.subject.as_ref().and_then(HintSubject::name).filter(|_| are_several) {
             let with_name = |label: &String| with_name(name, label);
             (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
             hint.labels.dedup();
@@ -122,7 +122,7 @@ pub fn hash_of_hints(
 ) -> u64 {
     let of_declaration = |&decl: &Decl<'_>| {
         let own = hash_of_declaration(db, project, decl, options);
-        (own, earlier.hash_of(&Owner::of(db, project, decl)))
+        (own, earlier.hash_of(&FigureOwner::of(db, project, decl)))
     };
     let of_each: Vec<(u64, u64)> = declarations(db, file).all.iter().map(of_declaration).collect();
     hash_of((of_each, earlier.hash_of_lacking(db, project, file)))

@@ -11,9 +11,9 @@ use mauve_timing::{Level, Time};
 use mauve_wcrt::{TableSet, level_shown, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
-use super::figures::{Figures, with_earlier};
+use super::figures::{LastFigures, with_earlier};
 use super::label::{Texts, most_at};
-use super::{Figure, HintOf, InlayHint, Place, Subject, beside, column, hash_of};
+use super::{HintFigure, HintOf, HintPlace, HintSubject, InlayHint, beside, column, hash_of};
 use mauve_diagnostics::figure::{HintStatus, short};
 
 /// Returns the hints of a core in `range`.
@@ -22,7 +22,7 @@ pub(super) fn of_core<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     range: TextRange,
-    earlier: Option<&Figures>,
+    earlier: Option<&LastFigures>,
 ) -> Vec<HintOf> {
     let labels = labels_of(db, project, of).as_ref();
     if labels.map_or(earlier.is_none(), Vec::is_empty) {
@@ -31,7 +31,7 @@ pub(super) fn of_core<'db>(
     let mut found = Vec::new();
     let heads = heads(db, of, range);
     let text = of.file(db).text(db);
-    let mut add = |id: SourceId, place: &Place, label: Option<&Label>| {
+    let mut add = |id: SourceId, place: &HintPlace, label: Option<&Label>| {
         let explained_at = Location::Source(of, id).range(db).start();
         let Some(&offset) = heads.get(&explained_at).filter(|it| range.contains_inclusive(**it)) else {
             return;
@@ -39,8 +39,10 @@ pub(super) fn of_core<'db>(
         let room = most_at(column(text, offset));
         let texts = label.map_or_else(Texts::default, |label| label.texts.clone());
         let hint = InlayHint::new(offset, texts, room, HintStatus::Time, Some(explained_at));
-        let (subject, figure) =
-            (Some(Subject::Program(place.clone())), label.map(|label| Figure::complete(label.texts.clone())));
+        let (subject, figure) = (
+            Some(HintSubject::Program(place.clone())),
+            label.map(|label| HintFigure::complete(label.texts.clone())),
+        );
         found.extend(with_earlier(HintOf { hint, subject, figure, room }, earlier));
     };
     match labels {
@@ -55,9 +57,13 @@ pub(super) fn figures<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Option<impl Iterator<Item = (Subject, Figure)> + use<'db>> {
+) -> Option<impl Iterator<Item = (HintSubject, HintFigure)> + use<'db>> {
     let labels = labels_of(db, project, of).as_ref()?.iter();
-    Some(labels.map(|label| (Subject::Program(label.place.clone()), Figure::complete(label.texts.clone()))))
+    Some(
+        labels.map(|label| {
+            (HintSubject::Program(label.place.clone()), HintFigure::complete(label.texts.clone()))
+        }),
+    )
 }
 
 /// Returns a hash of the labels in a core.
@@ -70,7 +76,7 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 struct Label {
     id: SourceId,
-    place: Place,
+    place: HintPlace,
     texts: Texts,
 }
 
@@ -79,7 +85,7 @@ struct Label {
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Vec<Label>> {
     let level = level_shown(db, project);
-    let mut all: Vec<&'db Costs> = Vec::new();
+    let mut all: Vec<&'db LabelTimes> = Vec::new();
     for &component in components_of(db, project, of) {
         for &tables in tables_for(db, project, component) {
             // If one component has no times, the times of another would seem to hold for both; those of other tables likewise.
@@ -89,7 +95,7 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
     if all.is_empty() {
         return None;
     }
-    let label = |(id, place): &(SourceId, Place)| {
+    let label = |(id, place): &(SourceId, HintPlace)| {
         let mut times: Vec<Time> =
             all.iter().map(|costs| costs.times.get(place).copied()).collect::<Option<_>>()?;
         times.sort_unstable();
@@ -102,16 +108,16 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
 }
 
 /// Returns the texts for the times of all components and tables. Assumed times are always marked.
-fn texts_of(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> Texts {
+fn texts_of(least: Time, greatest: Time, place: &HintPlace, is_assumed: bool) -> Texts {
     let longest = short(greatest);
     let figure = match place {
-        Place::State(_) | Place::Transition(_) => format!("≤ {longest}"),
-        Place::Program(_) if least == greatest => longest,
-        Place::Program(_) => format!("{} to {longest}", short(least)),
+        HintPlace::State(_) | HintPlace::Transition(_) => format!("≤ {longest}"),
+        HintPlace::Program(_) if least == greatest => longest,
+        HintPlace::Program(_) => format!("{} to {longest}", short(least)),
     };
     let after = match place {
-        Place::State(_) | Place::Transition(_) => " per period",
-        Place::Program(_) => "",
+        HintPlace::State(_) | HintPlace::Transition(_) => " per period",
+        HintPlace::Program(_) => "",
     };
     let assumed = if is_assumed { " · assumed" } else { "" };
     Texts::of([format!("{figure}{after}{assumed}"), format!("{figure}{assumed}")])
@@ -119,29 +125,29 @@ fn texts_of(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> Tex
 
 /// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.
 #[salsa::tracked(returns(ref))]
-fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, Place)> {
+fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, HintPlace)> {
     let Some(core) = structure_of(db, of) else { return Vec::new() };
     let updates = core.hooks.iter().filter(|(kind, _)| *kind == HookKind::Update);
-    let mut places: Vec<(SourceId, Place)> =
-        updates.map(|(_, id)| (*id, Place::Program(ProgramId::UPDATE))).collect();
+    let mut places: Vec<(SourceId, HintPlace)> =
+        updates.map(|(_, id)| (*id, HintPlace::Program(ProgramId::UPDATE))).collect();
     for state in core.states() {
         let name = &state.name.name;
-        places.push((state.name.id, Place::State(name.clone())));
-        let method = |kind| Place::Program(ProgramId::Method { state: name.clone(), kind });
+        places.push((state.name.id, HintPlace::State(name.clone())));
+        let method = |kind| HintPlace::Program(ProgramId::Method { state: name.clone(), kind });
         places.extend(state.methods.iter().map(|&(kind, id)| (id, method(kind))));
         places.extend(state.transitions.iter().map(|transition| {
             let of = (name.clone(), transition.name.name.clone());
-            (transition.name.id, Place::Transition(of))
+            (transition.name.id, HintPlace::Transition(of))
         }));
     }
     places
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-struct Costs {
+struct LabelTimes {
     /// The time of each program that some period executes and that takes time, and the longest period that begins in a state or
     /// ends with a transition.
-    times: FxHashMap<Place, Time>,
+    times: FxHashMap<HintPlace, Time>,
     assumed: bool,
 }
 
@@ -151,9 +157,9 @@ fn costs_of<'db>(
     tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
-) -> Option<Costs> {
+) -> Option<LabelTimes> {
     let psm = psm_of(db, tables, component, level).as_ref().ok()?;
-    let mut costs = Costs { assumed: !psm.assumed.is_empty(), ..Costs::default() };
+    let mut costs = LabelTimes { assumed: !psm.assumed.is_empty(), ..LabelTimes::default() };
     // If two states have one name, the first counts.
     let mut numbers: FxHashMap<&Name, usize> = FxHashMap::default();
     for (number, name) in psm.states.iter().enumerate() {
@@ -161,7 +167,7 @@ fn costs_of<'db>(
     }
     let programs = psm.edges.executed().filter_map(|index| psm.programs.get(index));
     for (program, time) in programs.filter(|(_, time)| *time > Time::ZERO) {
-        costs.times.entry(Place::Program(program.clone())).or_insert(*time);
+        costs.times.entry(HintPlace::Program(program.clone())).or_insert(*time);
     }
     for (time, described) in psm.longest_times().zip(&psm.edges.all) {
         let (Some(time), source) = (time, described.source) else { continue };
@@ -169,8 +175,8 @@ fn costs_of<'db>(
             continue;
         };
         let transition = described.transition.as_ref();
-        let transition = transition.map(|it| Place::Transition((state.clone(), it.clone())));
-        for place in [Place::State(state.clone())].into_iter().chain(transition) {
+        let transition = transition.map(|it| HintPlace::Transition((state.clone(), it.clone())));
+        for place in [HintPlace::State(state.clone())].into_iter().chain(transition) {
             let known = costs.times.entry(place).or_default();
             *known = (*known).max(time);
         }

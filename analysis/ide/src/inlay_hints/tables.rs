@@ -20,7 +20,7 @@ use rustc_hash::FxHashMap;
 
 use super::in_file::on_one_line;
 use super::label::{Texts, most_at};
-use super::{HintOf, HintOptions, InlayHint, Subject, column, end_of_line, hash_of};
+use super::{HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of};
 
 /// Returns the hints of a timing table in `range` for the projects that share it, and whether limits are missing: those that are not
 /// found by `end`.
@@ -62,7 +62,7 @@ pub fn table_hints<'db>(
         let explained_at = Some(TextSize::new(entry.key_span.start as u32));
         let room = most_at(column(text, offset));
         let hint = InlayHint::new(offset, texts, room, status, explained_at);
-        let subject = Some(Subject::Time(entry.key.as_str().into()));
+        let subject = Some(HintSubject::Time(entry.key.as_str().into()));
         found.push(HintOf { hint, subject, figure: None, room });
     }
     found.sort_by_key(|found| found.hint.offset);

@@ -72,9 +72,9 @@ fn list(values: &[String]) -> String {
     fits.unwrap_or_else(|| cut(&shown(1), MOST_CHARACTERS))
 }
 
-type Values<'db> = BTreeMap<Name, Vec<ValueInEffect<'db>>>;
+type ValuesOfInstances<'db> = BTreeMap<Name, Vec<ValueInEffect<'db>>>;
 
-fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
+fn value_of(values: &ValuesOfInstances<'_>, setting: &Setting) -> Option<String> {
     let endpoint = setting.endpoint.as_ref()?;
     let feature = endpoint.feature.as_ref()?;
     let known = values.get(&endpoint.instance.name)?.iter().find(|it| it.name == feature.name)?;

@@ -11,7 +11,7 @@ use mauve_syntax::TextRange;
 use mauve_wcrt::{observed_files, observed_in, table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Definition, Finder, FoundName, Role, each_once, kind_of, mention, range_of, unquoted};
+use super::{Definition, FoundName, NameFinder, NameRole, each_once, kind_of, mention, range_of, unquoted};
 use crate::document_symbols::SymbolKind;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -128,10 +128,10 @@ impl<'db> KeyReader<'db> {
         let piece = self.pieces(end, span);
         let (instance, port) = end.split_once('.').map_or((end, None), |(of, port)| (of, Some(port)));
         for &target in architectures {
-            let mut finder = Finder::new(self.db, self.project, target);
+            let mut finder = NameFinder::new(self.db, self.project, target);
             let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
             let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
-            finder.endpoint(target, &endpoint, Role::Mention);
+            finder.endpoint(target, &endpoint, NameRole::Mention);
             for it in finder.found {
                 let range = match it.kind {
                     SymbolKind::Instance => piece(0..instance.len()),

@@ -20,7 +20,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::{Change, FileChange};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, FoundName, Role, in_toml, is_of_value, names_in};
+use crate::occurrences::{Definition, FoundName, NameRole, in_toml, is_of_value, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
@@ -230,7 +230,7 @@ impl<'db> Renaming<'_, 'db> {
         shift: &Shift,
     ) -> Result<(), String> {
         let db = self.db;
-        let mut before: Vec<(Seen<'_>, TextRange)> = Vec::new();
+        let mut before: Vec<(SeenName<'_>, TextRange)> = Vec::new();
         let names = names_in(db, project, file);
         for name in &names {
             let mut key = DefinitionKey::of(db, &name.definition, &|file, at| shift.moved(file, at));
@@ -246,9 +246,9 @@ impl<'db> Renaming<'_, 'db> {
             let key = DefinitionKey::of(scratch, &name.definition, &|_, at| at);
             ((name.range.start(), key, name.role), name.range)
         });
-        let after: Vec<(Seen<'_>, TextRange)> = after.collect();
-        let old: FxHashSet<&Seen<'_>> = before.iter().map(|(seen, _)| seen).collect();
-        let new: FxHashSet<&Seen<'_>> = after.iter().map(|(seen, _)| seen).collect();
+        let after: Vec<(SeenName<'_>, TextRange)> = after.collect();
+        let old: FxHashSet<&SeenName<'_>> = before.iter().map(|(seen, _)| seen).collect();
+        let new: FxHashSet<&SeenName<'_>> = after.iter().map(|(seen, _)| seen).collect();
         if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
             let (line, word) = (self.line(file, *range), text_of(db, file, *range));
             return Err(format!("{line}: `{word}` would refer to another definition"));
@@ -304,7 +304,7 @@ fn errors<'db>(
     found.filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
-type Seen<'a> = (TextSize, DefinitionKey<'a>, Role);
+type SeenName<'a> = (TextSize, DefinitionKey<'a>, NameRole);
 
 /// The definition of a name, comparable between two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

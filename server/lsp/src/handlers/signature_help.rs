@@ -1,6 +1,6 @@
 //! `textDocument/signatureHelp`.
 
-use mauve_ide::Signature;
+use mauve_ide::CallSignature;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     ParameterInformation, ParameterLabel, SignatureHelp, SignatureHelpParams, SignatureInformation,
@@ -24,7 +24,7 @@ pub(crate) fn signature_help(
     }))
 }
 
-fn information(snapshot: &Snapshot, signature: Signature) -> SignatureInformation {
+fn information(snapshot: &Snapshot, signature: CallSignature) -> SignatureInformation {
     let capabilities = snapshot.capabilities;
     // Places in a label are counted as in a text of UTF-16, whatever the encoding of positions is; each from the one before.
     let (mut start, mut count) = (0, 0);
