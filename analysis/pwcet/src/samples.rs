@@ -28,6 +28,7 @@ use crate::trace::Summary;
 use block::{Block, BlockKind};
 use encoding::{Bytes, Codec, Has, put};
 
+pub use encoding::Execution;
 pub use error::{Damage, SamplesError};
 pub use writer::SamplesWriter;
 
@@ -68,7 +69,7 @@ pub struct Run {
 impl Run {
     /// Returns a digest of its executions in hexadecimal: the same for the same trace.
     pub fn digest(&self) -> String {
-        self.fingerprint.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&self.fingerprint[..8])
     }
 
     fn is_same(&self, other: &Run) -> bool {
@@ -95,19 +96,6 @@ pub struct Series {
     pub least: u64,
     /// The greatest execution time in nanoseconds.
     pub greatest: u64,
-}
-
-/// One execution. Times are in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Execution {
-    /// The CPU time.
-    pub execution: u64,
-    /// The time from its begin to its end.
-    pub elapsed: Option<u64>,
-    /// When it ended.
-    pub end: Option<u64>,
-    /// The index of its [`Run`].
-    pub run: u32,
 }
 
 /// Where the executions of a series are.
@@ -255,13 +243,7 @@ impl Part {
         let body = body.map_err(damaged)?;
         let (mut bytes, mut codec) = (Bytes(&body), Codec::default());
         for _ in 0..self.count {
-            let times = codec.take(&mut bytes, self.has).ok_or(damaged(Damage::Content))?;
-            let execution = Execution {
-                execution: times.execution,
-                elapsed: self.has.elapsed.then_some(times.elapsed),
-                end: self.has.end.then_some(times.end),
-                run: self.run,
-            };
+            let execution = codec.take(&mut bytes, self.has, self.run).ok_or(damaged(Damage::Content))?;
             if take(execution).is_break() {
                 break;
             }

@@ -65,6 +65,19 @@ fn un_zigzag(from: u64, value: u64) -> u64 {
     from.wrapping_add((value >> 1) ^ (value & 1).wrapping_neg())
 }
 
+/// One execution. Times are in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Execution {
+    /// The CPU time.
+    pub execution: u64,
+    /// The time from its begin to its end.
+    pub elapsed: Option<u64>,
+    /// When it ended.
+    pub end: Option<u64>,
+    /// The index of its [`Run`](super::Run).
+    pub run: u32,
+}
+
 /// Which of the optional times all executions of a block have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Has {
@@ -73,6 +86,10 @@ pub(super) struct Has {
 }
 
 impl Has {
+    pub(super) fn of(it: &Execution) -> Has {
+        Has { elapsed: it.elapsed.is_some(), end: it.end.is_some() }
+    }
+
     pub(super) fn bits(self) -> u64 {
         u64::from(self.elapsed) | u64::from(self.end) << 1
     }
@@ -82,49 +99,50 @@ impl Has {
     }
 }
 
-/// The times of one execution, absent ones as 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Times {
-    pub(super) execution: u64,
-    pub(super) elapsed: u64,
-    pub(super) end: u64,
-}
-
 /// Encodes or decodes the executions of a block one after the other.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Codec {
-    last: Times,
-    last_interval: u64,
+    /// Of the execution before; an absent end is 0.
+    execution: u64,
+    end: u64,
+    interval: u64,
 }
 
 impl Codec {
-    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, times: Times, has: Has) {
-        put(bytes, zigzag(self.last.execution, times.execution));
+    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, it: &Execution) {
+        put(bytes, zigzag(self.execution, it.execution));
+        if let Some(elapsed) = it.elapsed {
+            put(bytes, zigzag(it.execution, elapsed));
+        }
+        if let Some(end) = it.end {
+            put(bytes, zigzag(self.interval, end.wrapping_sub(self.end)));
+        }
+        self.next(it);
+    }
+
+    /// Takes an execution of this run that has these times.
+    pub(super) fn take(&mut self, bytes: &mut Bytes<'_>, has: Has, run: u32) -> Option<Execution> {
+        let mut it = Execution {
+            execution: un_zigzag(self.execution, bytes.number()?),
+            elapsed: None,
+            end: None,
+            run,
+        };
         if has.elapsed {
-            put(bytes, zigzag(times.execution, times.elapsed));
+            it.elapsed = Some(un_zigzag(it.execution, bytes.number()?));
         }
         if has.end {
-            put(bytes, zigzag(self.last_interval, times.end.wrapping_sub(self.last.end)));
+            it.end = Some(self.end.wrapping_add(un_zigzag(self.interval, bytes.number()?)));
         }
-        self.next(times);
+        self.next(&it);
+        Some(it)
     }
 
-    pub(super) fn take(&mut self, bytes: &mut Bytes<'_>, has: Has) -> Option<Times> {
-        let execution = un_zigzag(self.last.execution, bytes.number()?);
-        let elapsed = if has.elapsed { un_zigzag(execution, bytes.number()?) } else { 0 };
-        let end = match has.end {
-            true => self.last.end.wrapping_add(un_zigzag(self.last_interval, bytes.number()?)),
-            false => 0,
-        };
-        let times = Times { execution, elapsed, end };
-        self.next(times);
-        Some(times)
-    }
-
-    fn next(&mut self, times: Times) {
+    fn next(&mut self, it: &Execution) {
+        let end = it.end.unwrap_or(0);
         // The first end is not an interval.
-        self.last_interval = if self.last.end == 0 { 0 } else { times.end.wrapping_sub(self.last.end) };
-        self.last = times;
+        self.interval = if self.end == 0 { 0 } else { end.wrapping_sub(self.end) };
+        (self.execution, self.end) = (it.execution, end);
     }
 }
 
@@ -134,12 +152,13 @@ mod tests {
 
     use super::*;
 
-    fn times() -> impl Strategy<Value = Times> {
+    fn executions() -> impl Strategy<Value = Execution> {
         let time = prop_oneof![0_u64..1000, any::<u64>()];
-        (time.clone(), time.clone(), time).prop_map(|(execution, elapsed, end)| Times {
+        (time.clone(), time.clone(), time).prop_map(|(execution, elapsed, end)| Execution {
             execution,
-            elapsed,
-            end,
+            elapsed: Some(elapsed),
+            end: Some(end),
+            run: 3,
         })
     }
 
@@ -157,20 +176,19 @@ mod tests {
 
         #[test]
         fn executions_are_read_as_they_were_written(
-            all in proptest::collection::vec(times(), 0..20), bits in 0_u64..4,
+            mut all in proptest::collection::vec(executions(), 0..20), bits in 0_u64..4,
         ) {
             let has = Has::of_bits(bits).unwrap();
+            for it in &mut all {
+                (it.elapsed, it.end) = (it.elapsed.filter(|_| has.elapsed), it.end.filter(|_| has.end));
+            }
             let mut bytes = Vec::new();
             let mut codec = Codec::default();
-            all.iter().for_each(|times| codec.put(&mut bytes, *times, has));
+            all.iter().for_each(|it| codec.put(&mut bytes, it));
             let (mut codec, mut rest) = (Codec::default(), Bytes(&bytes));
-            for times in all {
-                let expected = Times {
-                    elapsed: if has.elapsed { times.elapsed } else { 0 },
-                    end: if has.end { times.end } else { 0 },
-                    ..times
-                };
-                prop_assert_eq!(codec.take(&mut rest, has), Some(expected));
+            for expected in all {
+                prop_assert_eq!(Has::of(&expected), has);
+                prop_assert_eq!(codec.take(&mut rest, has, 3), Some(expected));
             }
         }
 
@@ -178,7 +196,7 @@ mod tests {
         fn any_bytes_are_read_without_a_panic(bytes in proptest::collection::vec(any::<u8>(), 0..60)) {
             let mut rest = Bytes(&bytes);
             let mut codec = Codec::default();
-            while codec.take(&mut rest, Has { elapsed: true, end: true }).is_some() {}
+            while codec.take(&mut rest, Has { elapsed: true, end: true }, 0).is_some() {}
             Bytes(&bytes).text();
         }
     }

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest as _, Sha256};
 
 use super::block::{self, BlockKind, LONGEST_BODY, LONGEST_HEAD};
-use super::encoding::{Codec, Has, Times, put, put_text};
+use super::encoding::{Codec, Execution, Has, put, put_text};
 use super::overlap::Firsts;
-use super::{END_MARK, Execution, Index, MAGIC, Run, SamplesError, SeriesId, put_summary};
+use super::{END_MARK, Index, MAGIC, Run, SamplesError, SeriesId, put_summary};
 use crate::trace::Summary;
 
 /// Executions in a block: about 30 kB.
@@ -207,7 +207,7 @@ impl SamplesWriter {
         }
         run.executions += 1;
 
-        let has = Has { elapsed: execution.elapsed.is_some(), end: execution.end.is_some() };
+        let has = Has::of(&execution);
         if open.count > 0 && (open.has != has || open.count == BLOCK || open.body.len() > LONGEST_BODY - 64) {
             run.buffered -= open.body.len();
             open.write(&mut self.file, series)?;
@@ -216,12 +216,7 @@ impl SamplesWriter {
             (open.has, open.least, open.greatest) = (has, u64::MAX, 0);
         }
         let before = open.body.len();
-        let times = Times {
-            execution: execution.execution,
-            elapsed: execution.elapsed.unwrap_or(0),
-            end: execution.end.unwrap_or(0),
-        };
-        open.codec.put(&mut open.body, times, has);
+        open.codec.put(&mut open.body, &execution);
         open.count += 1;
         open.least = open.least.min(execution.execution);
         open.greatest = open.greatest.max(execution.execution);
