@@ -30,13 +30,11 @@ pub use source::Source;
 /// between the tracer may switch its buffer: differences of 0.2 ms were seen in recordings without an error.
 const CLOCK_TOLERANCE: u64 = 1_000_000;
 
-/// An execution, from its begin to its end. Times are in nanoseconds.
+/// An execution, from its begin to its end. Times are in nanoseconds. Spans are reported in the order of their ends.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Span {
     /// What was executed.
     pub name: NameId,
-    /// Spans are reported in the order of their ends; this is the order of their begins.
-    pub order: u64,
     /// The thread; unknown in a file of executions.
     pub thread: Option<Thread>,
     /// The CPU on which it began.

@@ -157,8 +157,7 @@ pub struct Observer {
     by_name: FxHashMap<String, usize>,
     programs: Vec<FxHashMap<String, u32>>,
     instances: Vec<Instance>,
-    /// By number of the name.
-    series: Vec<Option<Series>>,
+    series: BTreeMap<NameId, Series>,
     recent: Vec<Recent>,
     next_recent: usize,
     /// Times in which executions may be missing, in order.
@@ -250,9 +249,7 @@ impl Observer {
         };
         let observed = &mut instance.observed;
         observed.periods += 1;
-        if observed.execution.is_none_or(|greatest| greatest.time < span.execution) {
-            observed.execution = Some(Greatest { time: span.execution, at: span.end });
-        }
+        Greatest::raise(&mut observed.execution, span.execution, span.end);
         count(&mut observed.priorities, span.scheduling.map(|it| it.priority), span);
         let cpus = span.scheduling.map(|it| CpuSet(it.cpus.into())).filter(|cpus| !cpus.is_empty());
         count(&mut observed.masks, cpus, span);
@@ -329,26 +326,17 @@ impl Visitor for Observer {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
         self.observation.add(span, names);
         self.chains.span(&self.expected, span, names);
-        let id = span.name.index();
-        if self.series.len() <= id {
-            self.series.resize_with(id + 1, || None);
+        if !self.series.contains_key(&span.name) {
+            self.series.insert(span.name, self.series_of(span.name, names));
         }
-        if self.series.get(id).is_none_or(Option::is_none) {
-            let new = self.series_of(span.name, names);
-            if let Some(place) = self.series.get_mut(id) {
-                *place = Some(new);
-            }
-        }
-        let Some(Some(series)) = self.series.get_mut(id) else { return ControlFlow::Continue(()) };
+        let Some(series) = self.series.get_mut(&span.name) else { return ControlFlow::Continue(()) };
         series.executions += 1;
         series.exceeded += u64::from(series.time.is_some_and(|time| span.execution > time));
         for (time, exceeded) in &mut series.of_levels {
             *exceeded += u64::from(time.is_some_and(|time| span.execution > time));
         }
         series.first = series.first.or(span.begin);
-        if series.greatest.is_none_or(|greatest| greatest.time < span.execution) {
-            series.greatest = Some(Greatest { time: span.execution, at: span.end });
-        }
+        Greatest::raise(&mut series.greatest, span.execution, span.end);
         let Some(index) = series.instance else { return ControlFlow::Continue(()) };
         let role = series.role;
         if role == Role::Period {

@@ -31,6 +31,7 @@
 //! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
 //! order; without it, the times of the ends say the order.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::ops::ControlFlow;
 
@@ -86,11 +87,10 @@ struct Row {
     span: Span,
     /// Its number among the lines of both files.
     order: Option<u64>,
-    kind: RowKind,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum RowKind {
+/// What a line says.
+enum RowKind<'a> {
     /// Something happened.
     Span,
     /// Something is missing.
@@ -98,45 +98,35 @@ enum RowKind {
     /// The execution times are not measured.
     FromTables,
     /// Threads of this name, which are not those of instances, used CPU time.
-    Work(String),
+    Work(&'a str),
     /// The program was built so.
-    Build(String),
+    Build(&'a str),
 }
 
-impl RowKind {
+impl RowKind<'_> {
     /// No codel has parentheses in its name.
-    fn of_key(key: &[u8]) -> RowKind {
-        match key {
-            b"(lost)" => RowKind::Loss,
-            b"(from tables)" => RowKind::FromTables,
-            _ => {
-                let after =
-                    |mark: &[u8]| key.strip_prefix(mark).map(|it| String::from_utf8_lossy(it).into_owned());
-                let work = after(b"(work) ").map(RowKind::Work);
-                work.or_else(|| after(b"(build) ").map(RowKind::Build)).unwrap_or(RowKind::Span)
-            }
+    fn of(key: &str) -> RowKind<'_> {
+        match key.split_once(") ").unwrap_or((key, "")) {
+            ("(lost)", "") => RowKind::Loss,
+            ("(from tables)", "") => RowKind::FromTables,
+            ("(work", thread) => RowKind::Work(thread),
+            ("(build", build) => RowKind::Build(build),
+            _ => RowKind::Span,
         }
     }
 }
 
 impl Row {
     fn report(&self, names: &Names, visitor: &mut dyn Visitor) -> ControlFlow<()> {
-        match &self.kind {
-            RowKind::Span => visitor.span(&self.span, names),
-            RowKind::Loss => {
-                visitor.lost(self.span.begin.unwrap_or(0), self.span.end.unwrap_or(u64::MAX));
-                ControlFlow::Continue(())
-            }
-            RowKind::FromTables => visitor.times_are_from_tables(),
-            RowKind::Build(build) => {
-                visitor.built(build);
-                ControlFlow::Continue(())
-            }
-            RowKind::Work(thread) => {
-                visitor.work(thread, self.span.execution, self.span.elapsed.unwrap_or(0));
-                ControlFlow::Continue(())
-            }
+        let span = &self.span;
+        match RowKind::of(&names.get(span.name).key) {
+            RowKind::Span => return visitor.span(span, names),
+            RowKind::Loss => visitor.lost(span.begin.unwrap_or(0), span.end.unwrap_or(u64::MAX)),
+            RowKind::FromTables => return visitor.times_are_from_tables(),
+            RowKind::Build(build) => visitor.built(build),
+            RowKind::Work(thread) => visitor.work(thread, span.execution, span.elapsed.unwrap_or(0)),
         }
+        ControlFlow::Continue(())
     }
 }
 
@@ -148,10 +138,9 @@ struct Rows<R> {
     columns: Vec<Option<Column>>,
     values: Values,
     /// For each name, the last end, and the last one that was before it.
-    ends: Vec<(u64, u64)>,
+    ends: BTreeMap<NameId, (u64, u64)>,
     /// What is reused for the name of each line.
     name: Vec<u8>,
-    order: u64,
 }
 
 impl<R: Read> Rows<R> {
@@ -163,12 +152,12 @@ impl<R: Read> Rows<R> {
             }
             Ok(false) => Err(CsvProblem::NoHeader),
             // A file with other line ends is one long line.
-            Err(TraceError::LongLine(line)) => Err(foreign(lines.begin()).ok_or(TraceError::LongLine(line))?),
+            Err(TraceError::LongLine(line)) => Err(foreign(lines.line()).ok_or(TraceError::LongLine(line))?),
             Err(error) => return Err(error),
         };
         let columns = header.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
-        let (ends, name) = (Vec::new(), Vec::new());
-        Ok(Rows { lines, kind, columns, values: Values::default(), ends, name, order: 0 })
+        let (ends, name) = (BTreeMap::new(), Vec::new());
+        Ok(Rows { lines, kind, columns, values: Values::default(), ends, name })
     }
 
     fn next(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Option<Row>, TraceError> {
@@ -200,13 +189,12 @@ impl<R: Read> Rows<R> {
         self.name.push(0xff);
         self.name.extend_from_slice(instance);
         span.name = names.of_text(&self.name, || name_of(file, key, instance).map_err(problem))?;
-        if span.end.is_some_and(|end| runs_back(&mut self.ends, span.name, end)) {
+        if span.end.is_some_and(|end| runs_back(self.ends.entry(span.name).or_default(), end)) {
             // The execution counts, and its place in time is unknown.
             summary.clock_errors += 1;
             span.end = None;
         }
-        let kind = RowKind::of_key(key);
-        match kind {
+        match RowKind::of(&names.get(span.name).key) {
             RowKind::Span => {
                 summary.events += 1;
                 summary.spans += 1;
@@ -222,10 +210,8 @@ impl<R: Read> Rows<R> {
             RowKind::Work(_) | RowKind::Build(_) => {}
         }
         summary.at(span.end);
-        span.order = self.order;
-        self.order += 1;
         span.begin = span.end.zip(span.elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
-        Ok(Row { span, order: line_order, kind })
+        Ok(Row { span, order: line_order })
     }
 
     /// Reports the progress now and then.
@@ -291,12 +277,9 @@ fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<Name, CsvProbl
     Ok(Name { kind, key, instance: utf8(instance)? })
 }
 
-/// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
-fn runs_back(ends: &mut Vec<(u64, u64)>, name: NameId, time: u64) -> bool {
-    if ends.len() <= name.index() {
-        ends.resize(name.index() + 1, (0, 0));
-    }
-    let Some((last, back)) = ends.get_mut(name.index()) else { return true };
+/// Returns whether the last execution of a name ended later; `ends` are those of the name. If two in a row did, in their order, the
+/// last one was wrong.
+fn runs_back((last, back): &mut (u64, u64), time: u64) -> bool {
     let follows = *last <= time || (*back > 0 && *back <= time);
     *back = if follows { 0 } else { time };
     if follows {
@@ -406,7 +389,7 @@ impl Values {
     }
 }
 
-/// What a line says: a key, which a period has not, an instance, and an execution without its name, its order and its begin.
+/// What a line says: a key, which a period has not, an instance, and an execution without its name and its begin.
 type Said<'a> = (&'a [u8], &'a [u8], Span);
 
 fn without_return(line: &[u8]) -> &[u8] {

@@ -1,7 +1,6 @@
 //! The lines of a stream, in one buffer: no allocation per line, and a bound on the length of a line.
 
-use std::io::{ErrorKind, Read};
-use std::ops::Range;
+use std::io::{BufRead as _, BufReader, Read};
 
 use super::error::TraceError;
 
@@ -13,36 +12,22 @@ const CHUNK: usize = 1 << 18;
 
 /// Splits a stream into lines.
 pub(super) struct Lines<R> {
-    source: R,
-    buffer: Vec<u8>,
-    begin: usize,
-    end: usize,
-    line: Range<usize>,
+    source: BufReader<R>,
+    line: Vec<u8>,
     number: u64,
     bytes: u64,
-    is_ended: bool,
     is_complete: bool,
 }
 
 impl<R: Read> Lines<R> {
     pub(super) fn new(source: R) -> Lines<R> {
-        let buffer = vec![0; CHUNK + LONGEST_LINE];
-        Lines {
-            source,
-            buffer,
-            begin: 0,
-            end: 0,
-            line: 0..0,
-            number: 0,
-            bytes: 0,
-            is_ended: false,
-            is_complete: true,
-        }
+        let source = BufReader::with_capacity(CHUNK, source);
+        Lines { source, line: Vec::new(), number: 0, bytes: 0, is_complete: true }
     }
 
-    /// The line that was read last, without its line feed.
+    /// The line that was read last, without its line feed; the begin of one that is too long.
     pub(super) fn line(&self) -> &[u8] {
-        self.buffer.get(self.line.clone()).unwrap_or_default()
+        &self.line
     }
 
     /// Returns whether the line that was read last has a line feed. Without one, it may be the begin of a longer line.
@@ -52,38 +37,19 @@ impl<R: Read> Lines<R> {
 
     /// Reads the next line. Returns whether there is one; the last one needs no line feed.
     pub(super) fn advance(&mut self) -> Result<bool, TraceError> {
-        let mut searched = 0;
-        let end = loop {
-            let rest = self.buffer.get(self.begin + searched..self.end).unwrap_or_default();
-            if let Some(at) = memchr::memchr(b'\n', rest) {
-                break self.begin + searched + at;
-            }
-            searched = self.end - self.begin;
-            if searched > LONGEST_LINE {
-                return Err(TraceError::LongLine(self.number + 1));
-            }
-            if self.is_ended {
-                if searched == 0 {
-                    return Ok(false);
-                }
-                self.is_complete = false;
-                break self.end;
-            }
-            self.fill().map_err(TraceError::Reading)?;
-        };
-        if end - self.begin > LONGEST_LINE {
-            return Err(TraceError::LongLine(self.number + 1));
+        self.line.clear();
+        let mut bounded = self.source.by_ref().take(LONGEST_LINE as u64 + 1);
+        let count = bounded.read_until(b'\n', &mut self.line).map_err(TraceError::Reading)?;
+        if count == 0 {
+            return Ok(false);
         }
-        self.line = self.begin..end;
-        self.bytes += (end + 1 - self.begin) as u64;
-        self.begin = (end + 1).min(self.end);
         self.number += 1;
-        Ok(true)
-    }
-
-    /// The begin of what follows that line.
-    pub(super) fn begin(&self) -> &[u8] {
-        self.buffer.get(self.begin..self.end).unwrap_or_default()
+        self.bytes += count as u64;
+        self.is_complete = self.line.pop_if(|last| *last == b'\n').is_some();
+        match self.line.len() {
+            0..=LONGEST_LINE => Ok(true),
+            _ => Err(TraceError::LongLine(self.number)),
+        }
     }
 
     /// The number of the line that was returned last, from 1.
@@ -97,23 +63,7 @@ impl<R: Read> Lines<R> {
     }
 
     pub(super) fn source(&mut self) -> &mut R {
-        &mut self.source
-    }
-
-    fn fill(&mut self) -> std::io::Result<()> {
-        self.buffer.copy_within(self.begin..self.end, 0);
-        self.end -= self.begin;
-        self.begin = 0;
-        let free = self.buffer.get_mut(self.end..).unwrap_or_default();
-        let read = loop {
-            match self.source.read(free) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                read => break read?,
-            }
-        };
-        self.is_ended = read == 0;
-        self.end += read;
-        Ok(())
+        self.source.get_mut()
     }
 }
 

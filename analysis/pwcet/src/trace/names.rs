@@ -79,13 +79,6 @@ pub struct Name {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct NameId(pub(super) u32);
 
-impl NameId {
-    /// Returns the number as an index: names are numbered from 0 in the order in which they appear.
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
 /// The names in a trace.
 #[derive(Debug, Default)]
 pub struct Names {
@@ -99,22 +92,7 @@ impl Names {
     /// Returns a name.
     pub fn get(&self, id: NameId) -> &Name {
         const UNKNOWN: &Name = &Name { kind: SpanKind::Codel, key: String::new(), instance: String::new() };
-        self.all.get(id.index()).unwrap_or(UNKNOWN)
-    }
-
-    /// Returns all names, in the order of their numbers.
-    pub fn ids(&self) -> impl Iterator<Item = NameId> + use<> {
-        (0..self.all.len() as u32).map(NameId)
-    }
-
-    /// Returns the number of names.
-    pub fn len(&self) -> usize {
-        self.all.len()
-    }
-
-    /// Returns whether the trace has named nothing yet.
-    pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
+        self.all.get(id.0 as usize).unwrap_or(UNKNOWN)
     }
 
     /// Returns the id of a name that the trace writes as `text`; `name` reads it where it is new.

@@ -36,7 +36,6 @@ pub(super) struct Nesting {
     gaps: VecDeque<Gap>,
     /// Until then, events were discarded.
     lossy_until: Option<u64>,
-    begins: u64,
     /// The time of the last event.
     last: u64,
 }
@@ -131,11 +130,9 @@ impl Nesting {
             return None;
         }
         if !event.is_end {
-            let (order, thread) = (self.begins, Some(thread));
             let (cpu, begin, scheduling) = (event.cpu, Some(event.time), event.scheduling);
-            let span = Span { name, order, thread, cpu, begin, scheduling, ..Span::default() };
+            let span = Span { name, thread: Some(thread), cpu, begin, scheduling, ..Span::default() };
             state.begin(event, span, summary);
-            self.begins += 1;
             return None;
         }
         state.end(event, name, summary)

@@ -49,8 +49,6 @@ pub struct TraceReader {
     summary: Summary,
     nesting: Nesting,
     origins: HashMap<Vec<u8>, u32>,
-    /// That of the last event: most traces have one.
-    origin: (Vec<u8>, u32),
 }
 
 impl TraceReader {
@@ -234,16 +232,13 @@ impl TraceReader {
     }
 
     fn origin_of(&mut self, process: &[u8]) -> Result<u32, TraceError> {
-        if self.origin.0 != process || self.origins.is_empty() {
-            let next = u32::try_from(self.origins.len()).ok().filter(|next| *next < MOST_ORIGINS);
-            let id = match self.origins.get(process) {
-                Some(id) => *id,
-                None => next.ok_or(TraceError::TooManyNames)?,
-            };
-            self.origins.insert(process.to_vec(), id);
-            self.origin = (process.to_vec(), id);
+        if let Some(id) = self.origins.get(process) {
+            return Ok(*id);
         }
-        Ok(self.origin.1)
+        let next = u32::try_from(self.origins.len()).ok().filter(|next| *next < MOST_ORIGINS);
+        let id = next.ok_or(TraceError::TooManyNames)?;
+        self.origins.insert(process.to_vec(), id);
+        Ok(id)
     }
 
     fn lose(&mut self, lost: Lost, visitor: &mut dyn Visitor) {

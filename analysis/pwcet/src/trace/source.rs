@@ -68,7 +68,7 @@ impl Source {
             let periods = Some(path.join(PERIODS)).filter(|it| it.is_file());
             return Ok(Source::Csv { executions: complete, periods });
         }
-        let (chunks, is_recording) = chunks(path, &BTreeSet::new())?;
+        let (chunks, is_recording) = Source::new_chunks(path, &BTreeSet::new())?;
         if !chunks.is_empty() || is_recording {
             return Ok(Source::Ctf { chunks, is_recording });
         }
@@ -78,41 +78,36 @@ impl Source {
         }
     }
 
-    /// Returns the complete chunks of a session that are not among the `known` ones, and whether a later one is being recorded. Does not
-    /// look into the known ones: a long session has thousands.
+    /// Returns the complete chunks of a session with rotation that are not among the `known` ones, and whether a later one is being
+    /// recorded. Does not look into the known ones: a long session has thousands.
+    ///
+    /// ```text
+    /// archives/20261123T025748+0000-20261123T025749+0000-0    complete: LTTng moves it here at the end
+    /// 20261123T025750+0000-2                                  being recorded
+    /// ```
     ///
     /// # Errors
     ///
     /// A folder cannot be read.
     pub fn new_chunks(session: &Path, known: &BTreeSet<PathBuf>) -> Result<(Vec<PathBuf>, bool), TraceError> {
-        chunks(session, known)
-    }
-}
-
-/// Returns the complete chunks of a session with rotation without the `known` ones, and whether there is one that is being recorded.
-///
-/// ```text
-/// archives/20261123T025748+0000-20261123T025749+0000-0    complete: LTTng moves it here at the end
-/// 20261123T025750+0000-2                                  being recorded
-/// ```
-fn chunks(session: &Path, known: &BTreeSet<PathBuf>) -> Result<(Vec<PathBuf>, bool), TraceError> {
-    let mut found: Vec<(u64, PathBuf)> = Vec::new();
-    let archives = session.join("archives");
-    if !archives.is_dir() {
-        return Ok((Vec::new(), false));
-    }
-    for entry in entries(&archives)? {
-        if let Some((_, number)) = chunk(&entry).filter(|(times, _)| *times == 2)
-            && !known.contains(&entry)
-            && has_metadata(&entry, DEEPEST)?
-        {
-            found.push((number, entry));
+        let mut found: Vec<(u64, PathBuf)> = Vec::new();
+        let archives = session.join("archives");
+        if !archives.is_dir() {
+            return Ok((Vec::new(), false));
         }
+        for entry in entries(&archives)? {
+            if let Some((_, number)) = chunk(&entry).filter(|(times, _)| *times == 2)
+                && !known.contains(&entry)
+                && has_metadata(&entry, DEEPEST)?
+            {
+                found.push((number, entry));
+            }
+        }
+        found.sort();
+        let is_open = |entry: &PathBuf| chunk(entry).is_some_and(|(times, _)| times == 1);
+        let is_recording = entries(session)?.iter().any(is_open);
+        Ok((found.into_iter().map(|(_, path)| path).collect(), is_recording))
     }
-    found.sort();
-    let is_open = |entry: &PathBuf| chunk(entry).is_some_and(|(times, _)| times == 1);
-    let is_recording = entries(session)?.iter().any(is_open);
-    Ok((found.into_iter().map(|(_, path)| path).collect(), is_recording))
 }
 
 /// Returns how many times the name of a chunk has, and its number: `TIME-NUMBER` or `TIME-TIME-NUMBER`.

@@ -13,9 +13,9 @@
 //! its instance has read, a read of an unknown datum as if that were the newest one of all, and nothing counts while what the chain
 //! assumes does not hold, or where the recording has a gap. The runtime for Linux does the same while it runs (`src/chains.cpp`).
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-use mauve_pwcet::trace::{self, Names, Outcome, Span, SpanKind};
+use mauve_pwcet::trace::{self, NameId, Names, Outcome, Span, SpanKind};
 
 use super::{
     Expected, ExpectedChain, ExpectedConnection, ExpectedEnd, Greatest, ObservedChain, ObservedConnection,
@@ -95,8 +95,7 @@ enum StepRole {
 pub(super) struct ChainObserver {
     chains: Vec<Followed>,
     connections: Vec<Connection>,
-    /// By number of the name.
-    roles: Vec<Option<Vec<Role>>>,
+    roles: BTreeMap<NameId, Vec<Role>>,
 }
 
 impl ChainObserver {
@@ -108,17 +107,13 @@ impl ChainObserver {
         ChainObserver {
             chains: chains.iter().map(followed).collect(),
             connections: vec![Connection::default(); connections.len()],
-            roles: Vec::new(),
+            roles: BTreeMap::new(),
         }
     }
 
     pub(super) fn span(&mut self, expected: &Expected, span: &Span, names: &Names) {
-        let id = span.name.index();
-        if self.roles.len() <= id {
-            self.roles.resize_with(id + 1, || None);
-        }
-        let Some(place) = self.roles.get_mut(id) else { return };
-        let roles = place.get_or_insert_with(|| roles_of(expected, names.get(span.name)));
+        let roles = self.roles.entry(span.name);
+        let roles = roles.or_insert_with(|| roles_of(expected, names.get(span.name)));
         for role in roles.iter() {
             match *role {
                 Role::Connection(connection) => {
@@ -291,9 +286,7 @@ impl Followed {
         }
         let time = end.saturating_sub(from);
         self.late += u64::from(bound.is_some_and(|bound| time > bound));
-        if self.greatest.is_none_or(|greatest| greatest.time < time) {
-            self.greatest = Some(Greatest { time, at: Some(end) });
-        }
+        Greatest::raise(&mut self.greatest, time, Some(end));
     }
 }
 

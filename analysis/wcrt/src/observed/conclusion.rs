@@ -17,11 +17,7 @@ impl Observer {
         let mut observed = Observed { has_releases: self.has_releases, ..Observed::default() };
         observed.work.clone_from(self.observation.work());
         let seen = std::mem::take(&mut self.observation).finish(names);
-        let all: Vec<(NameId, Series)> = names
-            .ids()
-            .zip(std::mem::take(&mut self.series))
-            .filter_map(|(id, series)| Some((id, series?)))
-            .collect();
+        let all: Vec<(NameId, Series)> = std::mem::take(&mut self.series).into_iter().collect();
         for (id, series) in &all {
             let name = names.get(*id);
             observed.has_instances |= !name.instance.is_empty();
@@ -68,13 +64,12 @@ impl Observer {
                 *first = first.map_or(series.first, |first| Some(first.min(series.first.unwrap_or(first))));
             } else if let Role::UnknownCodel { is_known } = series.role {
                 let kind = FindingKind::UnknownCodel { key: name.key.clone(), is_known };
-                let (at, count) = (series.first, series.executions);
-                observed.findings.push(Finding { instance: None, kind, at, count });
+                observed.findings.push(Finding::of_all(kind, series.first, series.executions));
             }
         }
         for (instance, (count, at)) in strangers {
             let kind = FindingKind::UnknownInstance { instance: instance.to_owned() };
-            observed.findings.push(Finding { instance: None, kind, at, count });
+            observed.findings.push(Finding::of_all(kind, at, count));
         }
         for it in &by_key {
             let Some(worst) = it.worst.filter(|worst| worst.probability < IMPROBABLE) else { continue };
@@ -87,7 +82,7 @@ impl Observer {
                 greatest: it.greatest.map_or(0, |greatest| greatest.time),
             };
             let at = it.greatest.and_then(|greatest| greatest.at);
-            observed.findings.push(Finding { instance: None, kind, at, count: worst.exceeded });
+            observed.findings.push(Finding::of_all(kind, at, worst.exceeded));
         }
         (observed.chains, observed.connections) = std::mem::take(&mut self.chains).finish();
         for (chain, (it, expected)) in observed.chains.iter().zip(&self.expected.chains).enumerate() {
@@ -96,15 +91,14 @@ impl Observer {
             };
             if greatest.time > bound {
                 let kind = FindingKind::Chain { chain, latency: greatest.time, bound };
-                observed.findings.push(Finding { instance: None, kind, at: greatest.at, count: it.late });
+                observed.findings.push(Finding::of_all(kind, greatest.at, it.late));
             }
         }
         observed.times = by_key;
         let is_seen = observed.instances.iter().any(|it| it.is_observed)
             || observed.times.iter().any(|it| it.executions > 0);
         if !is_seen && observed.findings.is_empty() {
-            let kind = FindingKind::NothingObserved;
-            observed.findings.push(Finding { instance: None, kind, at: None, count: 0 });
+            observed.findings.push(Finding::of_all(FindingKind::NothingObserved, None, 0));
         }
         observed
     }

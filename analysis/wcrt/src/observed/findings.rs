@@ -14,6 +14,15 @@ pub struct Greatest {
     pub at: Option<u64>,
 }
 
+impl Greatest {
+    /// Takes a value if it is greater.
+    pub(super) fn raise(greatest: &mut Option<Greatest>, time: u64, at: Option<u64>) {
+        if greatest.is_none_or(|greatest| greatest.time < time) {
+            *greatest = Some(Greatest { time, at });
+        }
+    }
+}
+
 /// What another activity executed in a response time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interferer {
@@ -52,6 +61,13 @@ pub struct Finding {
     pub at: Option<u64>,
     /// How often: periods, or executions.
     pub count: u64,
+}
+
+impl Finding {
+    /// Returns a finding about no instance.
+    pub(super) fn of_all(kind: FindingKind, at: Option<u64>, count: u64) -> Finding {
+        Finding { instance: None, kind, at, count }
+    }
 }
 
 /// See [`Finding`]. Times are in nanoseconds.

@@ -1,12 +1,14 @@
 //! Puts spans into a sample file, and shows the progress on a terminal.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::samples::{Execution, SamplesError, SamplesWriter, SeriesId};
-use mauve_pwcet::trace::{Names, Observation, Progress, Span, SpanKind, Visitor};
+use mauve_pwcet::trace::{NameId, Names, Observation, Progress, Span, SpanKind, Visitor};
 
 use super::table::Series;
 
@@ -18,8 +20,7 @@ pub(super) struct Recorder<'a> {
     writer: &'a mut SamplesWriter,
     observation: &'a mut Observation,
     name: &'a str,
-    /// By the number of the name in the trace; none for a period.
-    series: Vec<Option<(SeriesId, Series)>>,
+    series: BTreeMap<NameId, (SeriesId, Series)>,
     error: Option<SamplesError>,
     is_terminal: bool,
     /// How many executions came so far, of a recording that goes on.
@@ -39,7 +40,7 @@ impl<'a> Recorder<'a> {
             writer,
             observation,
             name,
-            series: Vec::new(),
+            series: BTreeMap::new(),
             error: None,
             is_terminal: io::stderr().is_terminal(),
             followed: is_followed.then_some(0),
@@ -53,7 +54,7 @@ impl<'a> Recorder<'a> {
         if self.shown.is_some() {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
-        (self.series.into_iter().flatten().map(|(_, series)| series).collect(), self.error)
+        (self.series.into_values().map(|(_, series)| series).collect(), self.error)
     }
 
     /// Shows the progress on a terminal, if it is due.
@@ -72,16 +73,11 @@ impl<'a> Recorder<'a> {
         if name.kind == SpanKind::Period {
             return Ok(());
         }
-        let index = span.name.index();
-        if self.series.len() <= index {
-            self.series.resize_with(index + 1, || None);
-        }
-        let Some(place) = self.series.get_mut(index) else { return Ok(()) };
-        let (id, series) = match place {
-            Some(known) => known,
-            None => {
+        let (id, series) = match self.series.entry(span.name) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
                 let id = self.writer.series(&name.key, &name.instance)?;
-                place.insert((id, Series::new(&name.key, &name.instance)))
+                new.insert((id, Series::new((name.key.clone(), name.instance.clone()))))
             }
         };
         series.add(span.execution);

@@ -11,8 +11,8 @@ use crate::text::{Column, counted, duration, table};
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Series {
-    key: String,
-    instance: String,
+    /// Its key and its instance.
+    pub(super) name: (String, String),
     count: u64,
     /// Of 2⁶⁴ executions of 2⁶³ ns.
     sum: u128,
@@ -21,9 +21,8 @@ pub(super) struct Series {
 }
 
 impl Series {
-    pub(super) fn new(key: &str, instance: &str) -> Series {
-        let (key, instance) = (key.to_owned(), instance.to_owned());
-        Series { key, instance, count: 0, sum: 0, least: u64::MAX, greatest: 0 }
+    pub(super) fn new(name: (String, String)) -> Series {
+        Series { name, count: 0, sum: 0, least: u64::MAX, greatest: 0 }
     }
 
     pub(super) fn add(&mut self, execution: u64) {
@@ -53,8 +52,7 @@ impl Imported {
         self.runs += 1;
         self.cut(summary);
         for it in series {
-            let name = (it.key.clone(), it.instance.clone());
-            let all = self.series.entry(name).or_insert_with(|| Series::new(&it.key, &it.instance));
+            let all = self.series.entry(it.name.clone()).or_insert_with(|| Series::new(it.name.clone()));
             all.count += it.count;
             all.sum += it.sum;
             all.least = all.least.min(it.least);
@@ -70,13 +68,13 @@ impl Imported {
     /// Returns the executions in a table, and how many the file has. Lists programs only if they are wanted: there are many.
     pub(super) fn table(&self, output: &Path, runs: &[Run], with_programs: bool) -> String {
         let (programs, codels): (Vec<&Series>, Vec<&Series>) =
-            self.series.values().partition(|it| SpanKind::of(&it.key) == SpanKind::Program);
+            self.series.values().partition(|it| SpanKind::of(&it.name.0) == SpanKind::Program);
         let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
         let listed: Vec<&&Series> = listed.collect();
         let kinds = if with_programs { "codel, port or program" } else { "codel or port" };
         let of_columns: [Column<'_, &&Series>; 6] = [
-            (kinds, &|it| shown_key(&it.key)),
-            ("instance", &|it| if it.instance.is_empty() { "—".to_owned() } else { it.instance.clone() }),
+            (kinds, &|it| shown_key(&it.name.0)),
+            ("instance", &|it| if it.name.1.is_empty() { "—".to_owned() } else { it.name.1.clone() }),
             ("executions", &|it| it.count.to_string()),
             ("least", &|it| duration(it.least)),
             ("mean", &|it| duration(it.mean())),
