@@ -106,8 +106,7 @@ pub use lock::{Blocking, Lock, LockUser, Protocol};
 pub use longest_way::{Pass, Way};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
-    LEAST_WORK, Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork,
-    Recording, UNSUSPICIOUS,
+    LEAST_WORK, Observed, ObservedError, ObservedErrorKind, ObservedTimes, Recording, UNSUSPICIOUS,
 };
 pub use published::published_response_times;
 pub use response_time::response_times;

@@ -56,15 +56,15 @@ pub struct Observed {
     /// The recordings, in the order in which they were imported.
     pub recordings: Vec<Recording>,
     /// `[codel]`, by the key of timing tables.
-    pub codels: BTreeMap<String, ObservedCodel>,
+    pub codels: BTreeMap<String, ObservedTimes>,
     /// `[program]`, by the key of timing tables.
     pub programs: BTreeMap<String, ObservedTimes>,
     /// `[access]`: reads and writes of ports, by the key of the component, a dot and the name of the port.
     pub accesses: BTreeMap<String, ObservedTimes>,
     /// `[lock]`: for how long a lock was held, by the name of the lock and the codel that held it.
     pub locks: BTreeMap<(String, String), ObservedTimes>,
-    /// `[work]`: the CPU time of threads that are not components, by the name of the thread.
-    pub work: BTreeMap<String, ObservedWork>,
+    /// `[work]`: the CPU time of threads that are not components in a second, on average, by the name of the thread.
+    pub work: BTreeMap<String, ObservedTimes>,
     /// `[response]`: the response times of jobs, by the name of their instance.
     pub responses: BTreeMap<String, ObservedTimes>,
 }
@@ -86,16 +86,19 @@ pub struct Recording {
     pub build: String,
 }
 
-/// The executions of a codel.
+/// The executions of a codel or a program, the accesses of a port, the times for which a lock was held, the work of a thread, or the
+/// response times of jobs.
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
-pub struct ObservedCodel {
+pub struct ObservedTimes {
     /// The bytes of the last part of its key, quotes included.
     pub span: Range<usize>,
-    /// How many executions were recorded.
+    /// How many were recorded; 0 of work.
     pub executions: u64,
-    /// The greatest CPU time of one of them.
+    /// The greatest time of one of them: CPU time, also of what holds a lock.
     pub greatest: u64,
-    /// The greatest time that one execution spent off the CPU and that no thread of the recording explains.
+    /// Only of response times: those that at most 1/2, 1/10, 1/100, … of the jobs exceed, as far as there are so many jobs.
+    pub later: Vec<u64>,
+    /// Only of codels: the greatest time that one execution spent off the CPU and that no thread of the recording explains.
     pub wait: u64,
     /// How often one execution waited, at most; 0 if that is not known.
     pub times: u64,
@@ -104,32 +107,17 @@ pub struct ObservedCodel {
     pub is_wait_known: bool,
 }
 
-/// The executions of a program, the accesses of a port, the times for which a lock was held, or the response times of jobs.
-#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
-pub struct ObservedTimes {
-    /// The bytes of the last part of its key, quotes included.
-    pub span: Range<usize>,
-    /// How many were recorded.
-    pub executions: u64,
-    /// The greatest time of one of them: CPU time, also of what holds a lock.
-    pub greatest: u64,
-    /// Only of response times: those that at most 1/2, 1/10, 1/100, … of the jobs exceed, as far as there are so many jobs.
-    pub later: Vec<u64>,
-}
+/// A section of the file, the keys that each of its entries has, and those that it may have.
+type Section = (&'static str, &'static [&'static str], &'static [&'static str]);
 
-impl ObservedCodel {
-    /// Adds other executions of the codel.
-    pub fn add(&mut self, other: &ObservedCodel) {
-        self.executions = self.executions.saturating_add(other.executions);
-        self.greatest = self.greatest.max(other.greatest);
-        self.times = self.times.max(other.times);
-        match other.wait.cmp(&self.wait) {
-            Ordering::Greater => (self.wait, self.is_wait_known) = (other.wait, other.is_wait_known),
-            Ordering::Equal => self.is_wait_known |= other.is_wait_known,
-            Ordering::Less => {}
-        }
-    }
-}
+const SECTIONS: [Section; 6] = [
+    ("codel", &["executions", "greatest"], &["wait", "times", "waits"]),
+    ("program", &["executions", "greatest"], &[]),
+    ("access", &["executions", "greatest"], &[]),
+    ("lock", &["executions", "held"], &[]),
+    ("work", &["per_second"], &[]),
+    ("response", &["executions", "greatest"], &["later"]),
+];
 
 impl ObservedTimes {
     /// Adds others. A share of all exceeds no time that this share exceeds in no recording.
@@ -139,6 +127,35 @@ impl ObservedTimes {
         self.later = shares.map(|share| of(self, share).max(of(other, share))).collect();
         self.executions = self.executions.saturating_add(other.executions);
         self.greatest = self.greatest.max(other.greatest);
+        self.times = self.times.max(other.times);
+        match other.wait.cmp(&self.wait) {
+            Ordering::Greater => (self.wait, self.is_wait_known) = (other.wait, other.is_wait_known),
+            Ordering::Equal => self.is_wait_known |= other.is_wait_known,
+            Ordering::Less => {}
+        }
+    }
+
+    /// Returns the entry of a section. What is as it usually is has no key.
+    fn written(&self, (_, required, optional): Section) -> Item {
+        let mut table = EditTable::new();
+        for &key in required.iter().chain(optional) {
+            let value = match key {
+                "executions" => count(self.executions),
+                "times" if self.times == 0 => continue,
+                "times" => count(self.times),
+                "wait" if self.wait == 0 => continue,
+                "wait" => number(self.wait),
+                "waits" if self.is_wait_known => continue,
+                "waits" => toml_edit::value(UNKNOWN),
+                "later" => {
+                    let later = self.later.iter().filter_map(|it| number(*it).into_value().ok());
+                    toml_edit::value(later.collect::<toml_edit::Array>())
+                }
+                _ => number(self.greatest),
+            };
+            table.insert(key, value);
+        }
+        Item::Table(table)
     }
 }
 
@@ -148,15 +165,6 @@ pub const LEAST_WORK: u64 = 100_000;
 /// Accesses of ports without an entry in a table, and waits that may have been preemption, are not reported up to this time in
 /// nanoseconds: interrupts and the clocks themselves take as long.
 pub const UNSUSPICIOUS: u64 = 50_000;
-
-/// The work of a thread that is not a component.
-#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
-pub struct ObservedWork {
-    /// The bytes of its key, quotes included.
-    pub span: Range<usize>,
-    /// The CPU time that it used in one second of the run, on average.
-    pub per_second: u64,
-}
 
 /// An error in such a file. `mauve-diagnostics` has the message.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -223,38 +231,21 @@ impl Observed {
             recordings.push(table);
         }
         document.insert("recording", Item::ArrayOfTables(recordings));
-        let mut put = |path: &[&str], table| set(document.as_table_mut(), path, Item::Table(table));
-        for (key, it) in &self.codels {
-            let mut table = times(it.executions, "greatest", it.greatest);
-            if it.wait > 0 {
-                table.insert("wait", number(it.wait));
-            }
-            if it.times > 0 {
-                table.insert("times", count(it.times));
-            }
-            if !it.is_wait_known {
-                table.insert("waits", toml_edit::value(UNKNOWN));
-            }
-            put(&["codel", key], table);
+        fn keyed(all: &BTreeMap<String, ObservedTimes>) -> Vec<(Vec<&str>, &ObservedTimes)> {
+            all.iter().map(|(key, it)| (vec![key.as_str()], it)).collect()
         }
-        for (section, entries) in [("program", &self.programs), ("access", &self.accesses)] {
+        let entries = [
+            keyed(&self.codels),
+            keyed(&self.programs),
+            keyed(&self.accesses),
+            self.locks.iter().map(|((lock, codel), it)| (vec![lock.as_str(), codel.as_str()], it)).collect(),
+            keyed(&self.work),
+            keyed(&self.responses),
+        ];
+        for (section, entries) in SECTIONS.into_iter().zip(entries) {
             for (key, it) in entries {
-                put(&[section, key], times(it.executions, "greatest", it.greatest));
+                set(document.as_table_mut(), &[&[section.0], key.as_slice()].concat(), it.written(section));
             }
-        }
-        for ((lock, codel), it) in &self.locks {
-            put(&["lock", lock, codel], times(it.executions, "held", it.greatest));
-        }
-        for (thread, it) in &self.work {
-            let mut table = EditTable::new();
-            table.insert("per_second", number(it.per_second));
-            put(&["work", thread], table);
-        }
-        for (instance, it) in &self.responses {
-            let mut table = times(it.executions, "greatest", it.greatest);
-            let later = it.later.iter().filter_map(|it| number(*it).into_value().ok());
-            table.insert("later", toml_edit::value(later.collect::<toml_edit::Array>()));
-            put(&["response", instance], table);
         }
         format!("{HEADER}{document}")
     }
@@ -267,17 +258,12 @@ impl Observed {
             return false;
         }
         self.recordings.extend(other.recordings);
-        for (key, it) in other.codels {
-            self.codels.entry(key).or_default().add(&it);
-        }
-        merge_times(&mut self.programs, other.programs);
-        merge_times(&mut self.accesses, other.accesses);
-        merge_times(&mut self.locks, other.locks);
-        for (thread, it) in other.work {
-            let all = self.work.entry(thread).or_default();
-            all.per_second = all.per_second.max(it.per_second);
-        }
-        merge_times(&mut self.responses, other.responses);
+        merge(&mut self.codels, other.codels);
+        merge(&mut self.programs, other.programs);
+        merge(&mut self.accesses, other.accesses);
+        merge(&mut self.locks, other.locks);
+        merge(&mut self.work, other.work);
+        merge(&mut self.responses, other.responses);
         true
     }
 }
@@ -289,17 +275,10 @@ const HEADER: &str = "# Written by `mauve trace import`: what was observed on th
 /// The value of `waits` where the recording does not tell waiting from preemption.
 const UNKNOWN: &str = "unknown";
 
-fn merge_times<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, other: BTreeMap<K, ObservedTimes>) {
+fn merge<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, other: BTreeMap<K, ObservedTimes>) {
     for (key, it) in other {
         all.entry(key).or_default().add(&it);
     }
-}
-
-fn times(executions: u64, name: &str, greatest: u64) -> EditTable {
-    let mut table = EditTable::new();
-    table.insert("executions", count(executions));
-    table.insert(name, number(greatest));
-    table
 }
 
 fn count(count: u64) -> Item {
@@ -345,18 +324,10 @@ impl Reader {
             match name {
                 "unit" => {}
                 "recording" => observed.recordings = self.recordings(value),
-                "codel" | "program" | "access" | "lock" | "work" | "response" => {
-                    let DeValue::Table(section) = value.get_ref() else {
-                        self.of_kind(name, value, "a section");
-                        continue;
-                    };
-                    let mut entries = Vec::new();
-                    self.entries(&[], section, &mut entries);
-                    for (parts, span, table) in entries {
-                        self.entry(&mut observed, name, &parts, span, table);
-                    }
-                }
-                _ => self.error(key.span(), ObservedErrorKind::UnknownKey(name.to_owned())),
+                _ => match SECTIONS.into_iter().find(|(section, ..)| *section == name) {
+                    Some(section) => self.section(&mut observed, section, value),
+                    None => self.error(key.span(), ObservedErrorKind::UnknownKey(name.to_owned())),
+                },
             }
         }
         observed
@@ -384,70 +355,55 @@ impl Reader {
         }
     }
 
-    fn entry(
-        &mut self,
-        observed: &mut Observed,
-        section: &str,
-        parts: &[String],
-        span: Range<usize>,
-        table: &DeTable,
-    ) {
-        let errors = self.errors.len();
-        let known: &[&'static str] = match section {
-            "codel" => &["executions", "greatest", "wait", "times", "waits"],
-            "lock" => &["executions", "held"],
-            "work" => &["per_second"],
-            "response" => &["executions", "greatest", "later"],
-            _ => &["executions", "greatest"],
-        };
-        for (key, _) in table.iter().filter(|(key, _)| !known.contains(&&**key.get_ref())) {
-            self.error(key.span(), ObservedErrorKind::UnknownKey(key.get_ref().to_string()));
-        }
-        let key = parts.join(".");
-        if section == "work" {
-            let per_second = self.time(table, "per_second", Some(&span));
-            if self.errors.len() == errors {
-                observed.work.insert(key, ObservedWork { span, per_second });
+    fn section(&mut self, observed: &mut Observed, of: Section, value: &Spanned<DeValue>) {
+        let (name, required, optional) = of;
+        let DeValue::Table(section) = value.get_ref() else { return self.of_kind(name, value, "a section") };
+        let mut entries = Vec::new();
+        self.entries(&[], section, &mut entries);
+        for (parts, span, table) in entries {
+            let errors = self.errors.len();
+            for key in required.iter().filter(|key| !table.contains_key(**key)) {
+                self.error(span.clone(), ObservedErrorKind::MissingKey(key));
             }
-            return;
-        }
-        let executions = self.count(table, "executions", Some(&span));
-        let greatest = self.time(table, if section == "lock" { "held" } else { "greatest" }, Some(&span));
-        let later = match table.get("later").map(|it| (it, it.get_ref())) {
-            Some((_, DeValue::Array(all))) => all.iter().map(|it| self.time_of("later", it)).collect(),
-            Some((value, _)) => {
-                self.of_kind("later", value, "a list of numbers");
-                return;
-            }
-            None => Vec::new(),
-        };
-        let wait = self.time(table, "wait", None);
-        let number = self.count(table, "times", None);
-        let is_wait_known = match table.get("waits") {
-            None => true,
-            Some(value) => {
-                if value.get_ref().as_str() != Some(UNKNOWN) {
-                    self.of_kind("waits", value, "\"unknown\", or left out");
+            let mut it =
+                ObservedTimes { span: span.clone(), is_wait_known: true, ..ObservedTimes::default() };
+            for (key, value) in table.iter() {
+                match required.iter().chain(optional).find(|known| **known == key.get_ref()) {
+                    Some(known) => self.value(&mut it, known, value),
+                    None => {
+                        self.error(key.span(), ObservedErrorKind::UnknownKey(key.get_ref().to_string()));
+                    }
                 }
-                false
             }
-        };
-        if self.errors.len() != errors {
-            return;
+            if self.errors.len() != errors {
+                continue;
+            }
+            let key = parts.join(".");
+            match (name, parts.as_slice()) {
+                ("codel", _) => drop(observed.codels.insert(key, it)),
+                ("program", _) => drop(observed.programs.insert(key, it)),
+                ("access", _) => drop(observed.accesses.insert(key, it)),
+                ("work", _) => drop(observed.work.insert(key, it)),
+                ("response", _) => drop(observed.responses.insert(key, it)),
+                (_, [lock, codel @ ..]) if !codel.is_empty() => {
+                    observed.locks.insert((lock.clone(), codel.join(".")), it);
+                }
+                _ => self.error(span, ObservedErrorKind::UnknownKey(key)),
+            }
         }
-        let times = ObservedTimes { span: span.clone(), executions, greatest, later };
-        match (section, parts) {
-            ("codel", _) => {
-                let codel = ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known };
-                observed.codels.insert(key, codel);
-            }
-            ("program", _) => drop(observed.programs.insert(key, times)),
-            ("access", _) => drop(observed.accesses.insert(key, times)),
-            ("response", _) => drop(observed.responses.insert(key, times)),
-            (_, [lock, codel @ ..]) if !codel.is_empty() => {
-                observed.locks.insert((lock.clone(), codel.join(".")), times);
-            }
-            _ => self.error(span, ObservedErrorKind::UnknownKey(key)),
+    }
+
+    /// Reads the value of a key.
+    fn value(&mut self, it: &mut ObservedTimes, key: &'static str, value: &Spanned<DeValue>) {
+        match (key, value.get_ref()) {
+            ("executions", _) => it.executions = self.count(key, value),
+            ("times", _) => it.times = self.count(key, value),
+            ("wait", _) => it.wait = self.time(key, value),
+            ("waits", DeValue::String(text)) if text == UNKNOWN => it.is_wait_known = false,
+            ("waits", _) => self.of_kind(key, value, "\"unknown\", or left out"),
+            ("later", DeValue::Array(all)) => it.later = all.iter().map(|it| self.time(key, it)).collect(),
+            ("later", _) => self.of_kind(key, value, "a list of numbers"),
+            _ => it.greatest = self.time(key, value),
         }
     }
 
@@ -487,14 +443,8 @@ impl Reader {
         recordings
     }
 
-    /// Reads a whole number; with `entry`, it must be there.
-    fn count(&mut self, table: &DeTable, name: &'static str, entry: Option<&Range<usize>>) -> u64 {
-        let Some(value) = table.get(name) else {
-            if let Some(entry) = entry {
-                self.error(entry.clone(), ObservedErrorKind::MissingKey(name));
-            }
-            return 0;
-        };
+    /// Reads a whole number.
+    fn count(&mut self, name: &'static str, value: &Spanned<DeValue>) -> u64 {
         let DeValue::Integer(integer) = value.get_ref() else {
             self.of_kind(name, value, "a whole number");
             return 0;
@@ -505,18 +455,8 @@ impl Reader {
         })
     }
 
-    /// Reads a time in nanoseconds; with `entry`, the time must be there.
-    fn time(&mut self, table: &DeTable, name: &'static str, entry: Option<&Range<usize>>) -> u64 {
-        let Some(value) = table.get(name) else {
-            if let Some(entry) = entry {
-                self.error(entry.clone(), ObservedErrorKind::MissingKey(name));
-            }
-            return 0;
-        };
-        self.time_of(name, value)
-    }
-
-    fn time_of(&mut self, name: &'static str, value: &Spanned<DeValue>) -> u64 {
+    /// Reads a time in nanoseconds.
+    fn time(&mut self, name: &'static str, value: &Spanned<DeValue>) -> u64 {
         let text = match value.get_ref() {
             DeValue::Integer(integer) => integer_text(integer),
             DeValue::Float(float) => Some(float.as_str().to_owned()),
@@ -598,7 +538,7 @@ later = [4.1, 7.7, 9.6]
         let observed = parse(TEXT);
         assert_eq!(observed.text(), TEXT);
         assert_eq!(observed.locks[&("bus".to_owned(), "drivers.imu_read".to_owned())].greatest, 200_000);
-        assert_eq!(observed.work["pool 1"].per_second, 12_500_000);
+        assert_eq!(observed.work["pool 1"].greatest, 12_500_000);
         let look = &observed.codels["robot.look"];
         assert_eq!((look.wait, look.is_wait_known), (500_000, false));
         // A key in parts is the same key.
@@ -606,7 +546,7 @@ later = [4.1, 7.7, 9.6]
             parse(&TEXT.replace("codel.\"robot.grab\"", "codel.robot.grab")).codels["robot.grab"].wait,
             8_060_000
         );
-        assert_eq!(parse("unit = \"us\"\n[work.a]\nper_second = 3").work["a"].per_second, 3_000);
+        assert_eq!(parse("unit = \"us\"\n[work.a]\nper_second = 3").work["a"].greatest, 3_000);
         assert_eq!(parse(""), Observed::default());
     }
 
@@ -636,6 +576,8 @@ later = [4.1, 7.7, 9.6]
             executions,
             later: later.to_vec(),
             greatest,
+            is_wait_known: true,
+            ..ObservedTimes::default()
         };
         let mut all = ObservedTimes::default();
         all.add(&parse(TEXT).responses["robot"]);

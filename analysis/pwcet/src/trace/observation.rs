@@ -48,6 +48,16 @@ pub struct Wait {
     pub is_unknown: bool,
 }
 
+impl Wait {
+    /// Adds how other executions waited.
+    pub fn add(&mut self, other: &Wait) {
+        self.executions += other.executions;
+        self.greatest = self.greatest.max(other.greatest);
+        self.times = self.times.max(other.times);
+        self.is_unknown |= other.is_unknown;
+    }
+}
+
 /// Takes the spans of a recording, in their order. Its memory does not grow with the length of the recording.
 ///
 /// ```
@@ -129,13 +139,10 @@ impl Observation {
         let off_cpu = span.elapsed.map_or(0, |elapsed| elapsed.saturating_sub(span.execution));
         let Span { name: id, begin, end, blocked, waits, .. } = *span;
         let open = Open { name: id, begin, end, off_cpu, blocked, waits };
-        if let Some(known) = self.open.get_mut(&name.instance) {
-            known.push(open);
-            if known.len() >= MOST_OPEN {
-                self.close(&name.instance, None);
-            }
-        } else {
-            self.open.insert(name.instance.clone(), vec![open]);
+        let all = self.open.entry(name.instance.clone()).or_default();
+        all.push(open);
+        if all.len() >= MOST_OPEN {
+            self.close(&name.instance, None);
         }
     }
 
@@ -205,12 +212,9 @@ impl Observation {
                 continue;
             }
             if let Some((.., wait)) = self.seen.get_mut(&it.name) {
-                wait.executions += 1;
-                wait.greatest = wait.greatest.max(rest);
                 // What is explained completely was no wait of its own.
-                if rest > 0 {
-                    wait.times = wait.times.max(it.waits.unwrap_or(0));
-                }
+                let times = if rest > 0 { it.waits.unwrap_or(0) } else { 0 };
+                wait.add(&Wait { executions: 1, greatest: rest, times, is_unknown: false });
             }
         }
     }

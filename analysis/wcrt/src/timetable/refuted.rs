@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
-use mauve_timing::{
-    LEAST_WORK, Level, Observed, ObservedCodel, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS,
-};
+use mauve_timing::{LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS};
 
 use super::{IMPROBABLE, Slot, TimetableBuilder, files_in, topics_of};
 use crate::fact::{Recorded, TimingFactKind};
@@ -62,7 +60,7 @@ impl<'db> TimetableBuilder<'db> {
                     self.observed_time(file, Timed::Access(decl, port.into()), times);
                 }
             }
-            for (thread, work) in observed.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
+            for (thread, work) in observed.work.iter().filter(|(_, it)| it.greatest >= LEAST_WORK) {
                 // What another host has is not on this one. A recording that belongs to no host may be that of any.
                 let is_here = |only: &Option<Name>| only.is_none() || only.as_ref() == host;
                 let mut others = platform_of(db, self.project.workspace(db)).others.iter();
@@ -70,7 +68,7 @@ impl<'db> TimetableBuilder<'db> {
                     continue;
                 }
                 let at = Location::of_span(file, &work.span);
-                let per_second = Time::from_nanos(work.per_second);
+                let per_second = Time::from_nanos(work.greatest);
                 self.report(
                     at,
                     TimingFactKind::Recorded(Recorded::WorkElsewhere { thread: thread.clone(), per_second }),
@@ -83,26 +81,26 @@ impl<'db> TimetableBuilder<'db> {
         names_of(self.db, self.project).by_key(Kind::Component, key).to_vec()
     }
 
-    fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedCodel) {
-        let ObservedCodel { span, executions, greatest, wait, times: number, is_wait_known } = observed;
-        let (executions, greatest, later) = (*executions, *greatest, Vec::new());
-        let times = ObservedTimes { span: span.clone(), executions, greatest, later };
-        self.observed_time(file, Timed::Codel(codel), &times);
+    fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedTimes) {
+        self.observed_time(file, Timed::Codel(codel), observed);
         let of = Timed::Wait(codel);
-        let (wait, times) = (Time::from_nanos(*wait), ObservedTimes { greatest: *wait, ..times });
-        let (name, is_known) = (codel.qualified(self.db), *is_wait_known);
+        let wait = Time::from_nanos(observed.wait);
+        let times = ObservedTimes { greatest: observed.wait, ..observed.clone() };
+        let (name, is_known) = (codel.qualified(self.db), times.is_wait_known);
         let waiting = |written| Recorded::WaitingCodel { codel: name.clone(), wait, written, is_known, file };
         let recorded = match self.times.slots.get(&of).map(Vec::as_slice) {
-            Some([slot]) => match (self.refuted(slot, &times), slot.waits.filter(|it| number > it)) {
+            Some([slot]) => match (self.refuted(slot, &times), slot.waits.filter(|it| times.times > *it)) {
                 (Some(written), _) => waiting(Some(written)),
-                (None, Some(written)) => Recorded::WaitsOften { codel: name, times: *number, written, file },
+                (None, Some(written)) => {
+                    Recorded::WaitsOften { codel: name, times: times.times, written, file }
+                }
                 (None, None) => return,
             },
             None if times.greatest > UNSUSPICIOUS || is_known && times.greatest > 0 => waiting(None),
             _ => return,
         };
         self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of, wait));
-        let at = self.location_of(&Timed::Codel(codel), file, span);
+        let at = self.location_of(&Timed::Codel(codel), file, &times.span);
         self.report(at, TimingFactKind::Recorded(recorded));
     }
 

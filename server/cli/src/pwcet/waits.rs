@@ -5,38 +5,33 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use mauve_projects::disk;
-use mauve_timing::{Observed, Table, Times};
+use mauve_timing::{Observed, ObservedTimes, Table, Times};
 
 use crate::text::{duration, wait_entry};
 
 /// Returns a message for each codel that waited longer than `table` says, with the line to write.
 pub(super) fn messages(samples: &[PathBuf], table: &Table) -> Vec<String> {
-    // The greatest wait, whether it may have been preemption, and how often one execution waited.
-    let mut waits: BTreeMap<String, (u64, bool, u64)> = BTreeMap::new();
+    let mut codels: BTreeMap<String, ObservedTimes> = BTreeMap::new();
     for path in samples {
         let Ok(text) = disk::read(&path.with_extension("observed.toml"), disk::LONGEST) else { continue };
         for (codel, it) in Observed::parse(&String::from_utf8_lossy(&text)).0.codels {
-            let known = waits.entry(codel).or_default();
-            if it.wait > known.0 {
-                (known.0, known.1) = (it.wait, !it.is_wait_known);
-            }
-            known.2 = known.2.max(it.times);
+            codels.entry(codel).or_default().add(&it);
         }
     }
-    waits.retain(|codel, (wait, ..)| *wait > known_wait(table, codel));
-    let message = |(codel, (wait, is_unknown, times)): (&String, &(u64, bool, u64))| {
-        let (time, line) = (duration(*wait), wait_entry(codel, *wait, *times));
-        match is_unknown {
-            false => format!(
+    codels.retain(|codel, it| it.wait > known_wait(table, codel));
+    let message = |(codel, it): (&String, &ObservedTimes)| {
+        let (time, line) = (duration(it.wait), wait_entry(codel, it.wait, it.times));
+        match it.is_wait_known {
+            true => format!(
                 "`{codel}` waited for up to {time}, which is in no execution time: in a timing table in ms, [wait] {line}"
             ),
-            true => format!(
+            false => format!(
                 "`{codel}` was off the CPU for up to {time}, which is in no execution time: the recording does not say whether it \
                  waited; if it did, a timing table in ms needs [wait] {line}"
             ),
         }
     };
-    waits.iter().map(message).collect()
+    codels.iter().map(message).collect()
 }
 
 /// Returns the greatest wait that the table has for a codel, with its library or without.

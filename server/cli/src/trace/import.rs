@@ -14,7 +14,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use mauve_projects::destination::destination;
 use mauve_projects::output::{Output, say};
-use mauve_pwcet::samples::{SamplesError, SamplesWriter};
+use mauve_pwcet::samples::{Run, SamplesError, SamplesWriter};
 use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
 
 use crate::sample_file::samples_error;
@@ -124,6 +124,8 @@ struct Trace {
     reader: TraceReader,
     observation: Observation,
     outcomes: Vec<Outcome>,
+    /// Those of its runs in the sample file.
+    digests: Vec<String>,
     summary: Summary,
 }
 
@@ -175,24 +177,6 @@ impl Session {
         messages::known(trace, &self.output, earlier)
     }
 
-    /// Returns the digests of the runs that a trace has in the sample file.
-    fn digests(&self, outcomes: &[Outcome]) -> Vec<String> {
-        let mut added = outcomes.iter().filter(|it| matches!(it, Outcome::Added)).count();
-        let runs = self.writer.runs();
-        let digest = |outcome: &Outcome| {
-            let index = match outcome {
-                Outcome::Added => {
-                    added -= 1;
-                    runs.len().checked_sub(added + 1)?
-                }
-                Outcome::Known(run) => *run,
-                Outcome::Empty => return None,
-            };
-            Some(runs.get(index)?.digest())
-        };
-        outcomes.iter().filter_map(digest).collect()
-    }
-
     /// Adds what `read` reads of a trace as one run. The last one ends the spans that are open.
     fn run(
         &mut self,
@@ -231,12 +215,18 @@ impl Session {
             of.summary.add(&summary);
         }
         of.outcomes.push(outcome);
+        let runs = self.writer.runs();
+        of.digests.extend(match outcome {
+            Outcome::Added => runs.last().map(Run::digest),
+            Outcome::Known(run) => runs.get(run).map(Run::digest),
+            Outcome::Empty => None,
+        });
         Ok(outcome)
     }
 
     /// Keeps what a trace showed, and says what of it was not imported, and why. Returns what became of its runs.
     fn end(&mut self, trace: &Path, of: Trace) -> Vec<Outcome> {
-        self.memory.add(trace, of.observation, &of.reader, self.digests(&of.outcomes));
+        self.memory.add(trace, of.observation, &of.reader, &of.digests);
         warnings(&trace.display().to_string(), &of.summary).iter().for_each(|warning| say(warning));
         of.outcomes
     }

@@ -1,7 +1,7 @@
 //! The file beside a sample file that keeps what recordings showed, `robot.observed.toml` beside `robot.samples`; and what an import
 //! says of waits.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, toml_key};
@@ -9,9 +9,7 @@ use mauve_projects::disk;
 use mauve_projects::output::say;
 use mauve_projects::replace::put;
 use mauve_pwcet::trace::{Observation, Seen, SpanKind, TraceReader, Wait, lock_of, port_of};
-use mauve_timing::{
-    LEAST_WORK, Observed, ObservedCodel, ObservedTimes, ObservedWork, Recording, UNSUSPICIOUS, digest_of,
-};
+use mauve_timing::{LEAST_WORK, Observed, ObservedTimes, Recording, UNSUSPICIOUS, digest_of};
 use toml_edit::{DocumentMut, Item};
 
 use super::messages::{self, work_elsewhere};
@@ -34,12 +32,12 @@ impl Memory {
         trace: &Path,
         observation: Observation,
         reader: &TraceReader,
-        digests: Vec<String>,
+        digests: &[String],
     ) {
         if digests.is_empty() {
             return;
         }
-        let samples = match digests.as_slice() {
+        let samples = match digests {
             [one] => one.clone(),
             several => digest_of(several.join(" ").as_bytes()),
         };
@@ -55,49 +53,46 @@ impl Memory {
             ..Observed::default()
         };
         for (thread, &per_second) in observation.work() {
-            observed.work.insert(thread.clone(), ObservedWork { span: 0..0, per_second });
+            let work = ObservedTimes { greatest: per_second, ..ObservedTimes::default() };
+            observed.work.insert(thread.clone(), work);
             if per_second >= LEAST_WORK {
                 say(&format!("`{}`: {}", trace.display(), work_elsewhere(thread, per_second)));
             }
         }
         for it in observation.finish(reader.names()) {
-            let key = it.name.key;
-            let Seen { executions, greatest, later, .. } = it;
-            let times = ObservedTimes { span: 0..0, executions, greatest, later };
-            match it.name.kind {
-                SpanKind::Codel => self.add_codel(&mut observed, key, &times, it.wait),
-                SpanKind::Program => observed.programs.entry(key).or_default().add(&times),
+            let Seen { name, executions, greatest, wait, later } = it;
+            let key = name.key;
+            let times = ObservedTimes {
+                span: 0..0,
+                executions,
+                greatest,
+                later,
+                wait: wait.greatest,
+                times: wait.times,
+                is_wait_known: !wait.is_unknown,
+            };
+            let all = match name.kind {
+                SpanKind::Codel => {
+                    let (waits, all) = self.waits.entry(key.clone()).or_default();
+                    waits.add(&wait);
+                    *all += executions;
+                    observed.codels.entry(key).or_default()
+                }
+                SpanKind::Program => observed.programs.entry(key).or_default(),
                 SpanKind::Access => {
-                    let port = port_of(&key).unwrap_or_default().to_owned();
-                    observed.accesses.entry(port).or_default().add(&times);
+                    observed.accesses.entry(port_of(&key).unwrap_or_default().to_owned()).or_default()
                 }
-                SpanKind::Lock => {
-                    if let Some((lock, codel)) = lock_of(&key).filter(|(_, codel)| *codel != "-") {
-                        observed.locks.entry((lock.to_owned(), codel.to_owned())).or_default().add(&times);
+                SpanKind::Lock => match lock_of(&key) {
+                    Some((lock, codel)) if codel != "-" => {
+                        observed.locks.entry((lock.to_owned(), codel.to_owned())).or_default()
                     }
-                }
-                SpanKind::Period => observed.responses.entry(it.name.instance).or_default().add(&times),
-            }
+                    _ => continue,
+                },
+                SpanKind::Period => observed.responses.entry(name.instance).or_default(),
+            };
+            all.add(&times);
         }
         self.traces.push(observed);
-    }
-
-    /// Adds the executions of a codel in one instance.
-    fn add_codel(&mut self, observed: &mut Observed, key: String, times: &ObservedTimes, wait: Wait) {
-        let (all, executions) = self.waits.entry(key.clone()).or_default();
-        *executions += times.executions;
-        all.executions += wait.executions;
-        all.greatest = all.greatest.max(wait.greatest);
-        all.times = all.times.max(wait.times);
-        all.is_unknown |= wait.is_unknown;
-        observed.codels.entry(key).or_default().add(&ObservedCodel {
-            span: 0..0,
-            executions: times.executions,
-            greatest: times.greatest,
-            wait: wait.greatest,
-            times: wait.times,
-            is_wait_known: !wait.is_unknown,
-        });
     }
 
     /// Writes the file. Returns what the command prints of it.
@@ -120,10 +115,14 @@ impl Memory {
         if is_new {
             put(&path, &all.text())?;
         }
+        let mut seen = Observed::default();
+        for trace in &self.traces {
+            seen.merge(trace.clone());
+        }
         let mut out = self.waits();
-        out += &self.accesses();
+        out += &accesses(&seen);
         let config = std::path::absolute(&path).ok().and_then(|path| next_config(&path));
-        out += &self.sections(config.as_ref().map(|(_, config)| config));
+        out += &sections(&seen, config.as_ref().map(|(_, config)| config));
         let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // Without a mauve.toml, one in the folder of this file is assumed.
         let missing = configured(&path, config)
@@ -136,68 +135,6 @@ impl Memory {
             ),
         };
         Ok(out)
-    }
-
-    /// Returns the lines for ports whose accesses took long.
-    fn accesses(&self) -> String {
-        let mut greatest: BTreeMap<&str, u64> = BTreeMap::new();
-        for (port, it) in self.traces.iter().flat_map(|trace| &trace.accesses) {
-            let known = greatest.entry(port).or_default();
-            *known = it.greatest.max(*known);
-        }
-        let long = greatest.iter().filter(|(_, greatest)| **greatest > UNSUSPICIOUS);
-        let entries: String =
-            long.map(|(port, greatest)| format!("\"{port}\" = {}\n", two_digits(*greatest))).collect();
-        if entries.is_empty() {
-            return entries;
-        }
-        format!(
-            "a port without an entry in a timing table costs nothing; unless `mauve pwcet` estimates it, for a table in ms:\n\
-             [access]\n{entries}"
-        )
-    }
-
-    /// Returns the sections that mauve.toml lacks.
-    fn sections(&self, config: Option<&DocumentMut>) -> String {
-        let mut locks: BTreeMap<&str, (BTreeSet<&str>, u64)> = BTreeMap::new();
-        let mut work: BTreeMap<&str, u64> = BTreeMap::new();
-        for trace in &self.traces {
-            for ((lock, codel), it) in &trace.locks {
-                let (codels, held) = locks.entry(lock).or_default();
-                codels.insert(codel);
-                *held = it.greatest.max(*held);
-            }
-            for (thread, it) in trace.work.iter().filter(|(_, it)| it.per_second >= LEAST_WORK) {
-                let known = work.entry(thread).or_default();
-                *known = it.per_second.max(*known);
-            }
-        }
-        let mut out = String::new();
-        let is_declared = |lock: &str| config.and_then(|it| it.get("locks")?.get(lock)).is_some();
-        for (lock, (codels, held)) in locks.into_iter().filter(|(lock, _)| !is_declared(lock)) {
-            let codels: Vec<String> = codels.into_iter().map(|codel| format!("\"{codel}\"")).collect();
-            out += &format!(
-                "[locks.{}]\ncodels = [{}]\nprotocol = \"inheritance\"   # \"ceiling\", if the lock has a ceiling\nheld = \"{} ms\"\n",
-                toml_key(lock),
-                codels.join(", "),
-                two_digits(held)
-            );
-        }
-        let others = config.and_then(|it| it.get("platform")?.get("other")?.as_array_of_tables());
-        let is_other = |thread: &str| {
-            let mut names =
-                others.iter().flat_map(|all| all.iter()).filter_map(|it| it.get("name")?.as_str());
-            names.any(|name| name == thread)
-        };
-        for (thread, per_second) in work.into_iter().filter(|(thread, _)| !is_other(thread)) {
-            out += &format!(
-                "[[platform.other]]\nname = {}\npriority = 99   # that of the threads; 99 is safe, and ordinary threads may have 1\n\
-                 period = \"1 s\"   # the least time between two pieces of work\ntime = \"{} ms\"   # the greatest time of one; this is what one second had, on average\n",
-                toml_edit::value(thread).to_string().trim(),
-                two_digits(per_second)
-            );
-        }
-        if out.is_empty() { out } else { format!("in mauve.toml, if it is so:\n{out}") }
     }
 
     /// Says which codels waited, and what to write.
@@ -227,6 +164,55 @@ impl Memory {
         }
         lines
     }
+}
+
+/// Returns the lines for ports whose accesses took long.
+fn accesses(seen: &Observed) -> String {
+    let long = seen.accesses.iter().filter(|(_, it)| it.greatest > UNSUSPICIOUS);
+    let entries: String =
+        long.map(|(port, it)| format!("\"{port}\" = {}\n", two_digits(it.greatest))).collect();
+    if entries.is_empty() {
+        return entries;
+    }
+    format!(
+        "a port without an entry in a timing table costs nothing; unless `mauve pwcet` estimates it, for a table in ms:\n\
+         [access]\n{entries}"
+    )
+}
+
+/// Returns the sections that mauve.toml lacks.
+fn sections(seen: &Observed, config: Option<&DocumentMut>) -> String {
+    let mut locks: BTreeMap<&str, (Vec<String>, u64)> = BTreeMap::new();
+    for ((lock, codel), it) in &seen.locks {
+        let (codels, held) = locks.entry(lock).or_default();
+        codels.push(format!("\"{codel}\""));
+        *held = it.greatest.max(*held);
+    }
+    let mut out = String::new();
+    let is_declared = |lock: &str| config.and_then(|it| it.get("locks")?.get(lock)).is_some();
+    for (lock, (codels, held)) in locks.into_iter().filter(|(lock, _)| !is_declared(lock)) {
+        out += &format!(
+            "[locks.{}]\ncodels = [{}]\nprotocol = \"inheritance\"   # \"ceiling\", if the lock has a ceiling\nheld = \"{} ms\"\n",
+            toml_key(lock),
+            codels.join(", "),
+            two_digits(held)
+        );
+    }
+    let others = config.and_then(|it| it.get("platform")?.get("other")?.as_array_of_tables());
+    let is_other = |thread: &str| {
+        let mut names = others.iter().flat_map(|all| all.iter()).filter_map(|it| it.get("name")?.as_str());
+        names.any(|name| name == thread)
+    };
+    let work = seen.work.iter().filter(|(_, it)| it.greatest >= LEAST_WORK);
+    for (thread, it) in work.filter(|(thread, _)| !is_other(thread)) {
+        out += &format!(
+            "[[platform.other]]\nname = {}\npriority = 99   # that of the threads; 99 is safe, and ordinary threads may have 1\n\
+             period = \"1 s\"   # the least time between two pieces of work\ntime = \"{} ms\"   # the greatest time of one; this is what one second had, on average\n",
+            toml_edit::value(thread).to_string().trim(),
+            two_digits(it.greatest)
+        );
+    }
+    if out.is_empty() { out } else { format!("in mauve.toml, if it is so:\n{out}") }
 }
 
 /// Returns the recordings whose program was built otherwise than an earlier one, with the latest of these. Of recordings of other tools
