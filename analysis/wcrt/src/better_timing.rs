@@ -1,6 +1,6 @@
 //! The search for better priorities, CPUs, periods and deadlines.
 //!
-//! The search analyses the deployment with the new values ([`response_times_if`]), and proposes only changes that it
+//! The search analyses the deployment with the new values ([`Variants`]), and proposes only changes that it
 //! has analysed.
 //!
 //! | change | of | where |
@@ -15,7 +15,6 @@
 //! | a longer period, the shortest found that helps | an activity | a deadline is not proved now |
 //! | a later deadline, the earliest that is met | an activity | its deadline is missed, and earlier than the period |
 
-use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -25,9 +24,10 @@ use mauve_timing::{CpuSet, Priority, Status, Time, sharing_cpus};
 use crate::bisection::{Boundary, step_of};
 use crate::priorities::inverted;
 use crate::report::{ActivityReport, Deadlines, Query, Report};
-use crate::response::{response_times, response_times_if};
+use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::tune::{TuneRequest, tune};
+use crate::variants::Variants;
 use crate::what_if::{WhatIfField, other_period};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, hosts_of};
@@ -124,14 +124,8 @@ pub fn better_activity<'db>(
 }
 
 struct TimingSearch<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
+    variants: Variants<'db>,
     now: &'db Report<'db>,
-    system: &'db System<'db>,
-    /// The steps that are left.
-    left: Cell<usize>,
 }
 
 impl TimingChange {
@@ -151,23 +145,14 @@ impl<'db> TimingSearch<'db> {
         query: Query,
     ) -> Option<TimingSearch<'db>> {
         let now = response_times(db, project, of, query);
-        let system = system_of(db, project, of);
-        if !now.not_analysed.is_empty() {
-            return None;
-        }
-        Some(TimingSearch { db, project, of, query, now, system, left: Cell::new(MOST_STEPS) })
-    }
-
-    fn ask(&self, fields: &[WhatIfField]) -> Option<Report<'db>> {
-        self.left.set(self.left.get().checked_sub(self.system.activities.len().max(1))?);
-        self.db.unwind_if_revision_cancelled();
-        Some(response_times_if(self.db, self.project, self.of, self.query, fields))
+        let variants = Variants::new(db, project, of, query, MOST_STEPS);
+        now.not_analysed.is_empty().then_some(TimingSearch { variants, now })
     }
 
     /// Returns the free priorities that an activity may have in other places of the order, the nearest first: higher ones first if it
     /// misses its deadline.
     fn free_priorities(&self, activity: &ResolvedActivity<'db>) -> Vec<u32> {
-        let Some(groups) = groups(self.system) else { return Vec::new() };
+        let Some(groups) = groups(self.variants.system) else { return Vec::new() };
         let is_it = |it: &&ResolvedActivity<'db>| it.instance == activity.instance || it.is_mate(activity);
         let Some(group) = groups.iter().find(|group| group.activities.iter().any(is_it)) else {
             return Vec::new();
@@ -191,7 +176,7 @@ impl<'db> TimingSearch<'db> {
         number: u32,
     ) -> Option<Option<(Report<'db>, BetterTiming)>> {
         let fields = vec![priority_of(activity, number)];
-        let report = self.ask(&fields)?;
+        let report = self.variants.report(&fields)?;
         let is_kept = is_no_worse(self.now, &report) && keeps_slack(self.now, &report);
         Some(is_kept.then_some((report, BetterTiming::Change(TimingChange::Priority(number), fields))))
     }
@@ -220,7 +205,7 @@ impl<'db> TimingSearch<'db> {
         if meets_all(self.now) {
             return None;
         }
-        let system = self.system;
+        let system = self.variants.system;
         let is_written = |it: &&ResolvedActivity<'db>| {
             it.priority != Priority::Background && is_first_of_thread(&system.activities, it)
         };
@@ -258,18 +243,18 @@ impl<'db> TimingSearch<'db> {
     /// Swaps the priorities of an activity and of the activity with the lowest priority above its own that has a later
     /// deadline.
     fn swap(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
-        let other = inverted(&self.system.activities, activity)?;
+        let other = inverted(&self.variants.system.activities, activity)?;
         let fields = vec![priority_of(activity, priority(other)), priority_of(other, priority(activity))];
         Some(BetterTiming::Change(TimingChange::SwapPriorities, fields))
     }
 
     fn priorities(&self) -> Vec<BetterTiming> {
-        let Some(groups) = groups(self.system) else { return Vec::new() };
+        let Some(groups) = groups(self.variants.system) else { return Vec::new() };
         let mut found = Vec::new();
         let ordered: Vec<WhatIfField> = groups.iter().flat_map(Group::deadline_monotonic).collect();
         let mut is_solved = self.now.schedulable();
         if !ordered.is_empty()
-            && let Some(report) = self.ask(&ordered)
+            && let Some(report) = self.variants.report(&ordered)
         {
             is_solved |= report.schedulable();
             found.push(BetterTiming::Change(TimingChange::PrioritiesByDeadline, ordered));
@@ -282,8 +267,10 @@ impl<'db> TimingSearch<'db> {
 
     /// Returns the priorities with which every deadline is proved, or why none exist.
     fn optimal(&self) -> Option<BetterTiming> {
-        let request = TuneRequest { priorities: true, most_steps: self.left.get(), ..TuneRequest::default() };
-        let found = tune(self.db, self.project, self.of, self.query, &request).ok()?;
+        let request =
+            TuneRequest { priorities: true, most_steps: self.variants.left.get(), ..TuneRequest::default() };
+        let Variants { db, project, deployment, query, .. } = self.variants;
+        let found = tune(db, project, deployment, query, &request).ok()?;
         match found.conflict {
             _ if found.is_met => Some(BetterTiming::Change(TimingChange::OptimalPriorities, found.fields)),
             conflict => Some(BetterTiming::NoPriorities(conflict?.activities)),
@@ -292,14 +279,15 @@ impl<'db> TimingSearch<'db> {
 
     fn moves(&self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
         let mut found = Vec::new();
-        let hosts = hosts_of(self.db, self.project.workspace(self.db));
-        for cpu in self.system.cpus.each() {
+        let Variants { db, project, system, .. } = self.variants;
+        let hosts = hosts_of(db, project.workspace(db));
+        for cpu in system.cpus.each() {
             if activity.cpus == Some(cpu) || hosts.host(cpu) != activity.host {
                 continue;
             }
             let (_, cpu) = hosts.local(cpu);
             let fields = vec![WhatIfField::new(activity, ActivityField::Affinity, cpu.0)];
-            let Some(report) = self.ask(&fields) else { break };
+            let Some(report) = self.variants.report(&fields) else { break };
             let is_it = |it: &&ActivityReport<'_>| it.instance == activity.instance;
             if report.activities.iter().filter(is_it).any(is_analysed) && is_no_worse(self.now, &report) {
                 found.push((BetterTiming::Change(TimingChange::Cpu(cpu), fields), report));
@@ -318,14 +306,15 @@ impl<'db> TimingSearch<'db> {
     /// that with which the deadline of the activity is met.
     fn period(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         let (period, step) = (activity.period?.as_nanos(), step_of(activity.period?));
+        let Variants { db, deployment, .. } = self.variants;
         let has_deadline =
-            written_field(self.db, self.of, &activity.instance, ActivityField::Deadline).is_some();
+            written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
         let fields = |nanos: u64| other_period(activity, has_deadline, Time::from_nanos(nanos));
         let holds = |goal: &dyn Fn(&Report<'db>) -> bool, number: Time| {
             let Some(nanos) = number.as_nanos().checked_mul(step).filter(|it| *it <= LONGEST) else {
                 return Some(false);
             };
-            let report = self.ask(&fields(nanos))?;
+            let report = self.variants.report(&fields(nanos))?;
             Some(goal(&report) && keeps_slack(self.now, &report))
         };
         // With one step less, the goal is not reached. Where it is monotone, the period is the least.
@@ -452,6 +441,7 @@ pub fn keeps_slack(now: &Report<'_>, then: &Report<'_>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::response::response_times_if;
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
 
@@ -515,7 +505,7 @@ mod tests {
         let responses: Vec<_> = report.activities.iter().filter_map(|it| it.response).collect();
         assert_eq!(responses, [3, 9, 38].map(|ms| Time::from_nanos(ms * 1_000_000)));
         // Too many steps: nothing rather than half an answer.
-        search.left.set(3);
+        search.variants.left.set(3);
         assert!(search.optimal().is_none());
     }
 

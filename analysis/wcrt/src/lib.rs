@@ -25,11 +25,12 @@
 //! | `response.rs`, `report.rs` | its response times |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
-//! | `bisection.rs` | searches for the value with which the first deadline is missed: variants, budget, bisection |
+//! | `what_if.rs` | other values in the activities of a deployment |
+//! | `variants.rs` | a deployment with other values or times, analysed within a budget |
+//! | `bisection.rs` | the bisection between values with which deadlines are proved and values with which they are not |
 //! | `sensitivity.rs` | how far each time may grow, and each period shrink |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `triggers.rs` | activities that data never releases |
-//! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `chains.rs` | how long data takes from sensors to actuators |
 //! | `unblocked.rs` | what has to be assumed so that it gets there |
@@ -81,6 +82,7 @@ mod timing_facts;
 mod triggers;
 pub mod tune;
 pub mod unblocked;
+mod variants;
 mod what_if;
 
 pub use basis::{Basis, Origin, basis_of, origin_of, record_of};

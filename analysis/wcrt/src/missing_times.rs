@@ -3,7 +3,7 @@
 use mauve_timing::{Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::bisection::{Boundary, Variants, statuses};
+use crate::bisection::Boundary;
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
 use crate::psm::psm_of;
 use crate::reason::{Reason, Timed, UnusableTime};
@@ -12,6 +12,7 @@ use crate::response::response_times;
 use crate::system::{System, system_of};
 use crate::table_set::{TableSet, all_tables_of, table_sets};
 use crate::timetable::{incomplete_tables, timetable_of};
+use crate::variants::{Variants, statuses};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
 

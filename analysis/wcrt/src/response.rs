@@ -11,12 +11,12 @@ use crate::locks::lock_reason;
 use crate::priorities::priority_facts;
 use crate::reason::{CallsReason, Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, CallsReport, Query, Report};
-use crate::system::{read, system_of};
+use crate::system::{System, system_of};
 use crate::table_set::tables_of;
 use crate::task_set::DeployedTasks;
-use crate::what_if::{WhatIfField, with_fields};
+use crate::what_if::{WhatIfField, system_if};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project, deployment as declared_deployment};
+use mauve_hir::{Decl, ModelDb, Project};
 
 /// Computes the response times of a deployment.
 #[salsa::tracked(returns(ref))]
@@ -26,9 +26,7 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
-    let tables = tables_of(db, project, deployment);
-    let deployed = DeployedTasks::of_model(db, tables, system_of(db, project, deployment), query);
-    report(&deployed, query, &|| db.unwind_if_revision_cancelled())
+    report_of(db, project, deployment, query, system_of(db, project, deployment))
 }
 
 /// Computes the response times of a deployment with other values in its activities: what [`response_times`] would return
@@ -40,12 +38,18 @@ pub fn response_times_if<'db>(
     query: Query,
     what_if: &[WhatIfField],
 ) -> Report<'db> {
-    let Some(data) = declared_deployment(db, deployment) else {
-        return response_times(db, project, deployment, query).clone();
-    };
     db.unwind_if_revision_cancelled();
-    let system = read(db, project, deployment, &with_fields(data, what_if));
-    let deployed = DeployedTasks::of_model(db, tables_of(db, project, deployment), &system, query);
+    report_of(db, project, deployment, query, &system_if(db, project, deployment, what_if))
+}
+
+fn report_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+    system: &System<'db>,
+) -> Report<'db> {
+    let deployed = DeployedTasks::of_model(db, tables_of(db, project, deployment), system, query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -56,8 +60,7 @@ pub fn facts_if<'db>(
     deployment: Decl<'db>,
     what_if: &[WhatIfField],
 ) -> Vec<TimingFact<'db>> {
-    let Some(data) = declared_deployment(db, deployment) else { return Vec::new() };
-    let system = read(db, project, deployment, &with_fields(data, what_if));
+    let system = system_if(db, project, deployment, what_if);
     let of_priorities = priority_facts(db, project, deployment, &system.activities);
     system.facts.into_iter().chain(of_priorities).collect()
 }

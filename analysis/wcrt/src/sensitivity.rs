@@ -11,7 +11,7 @@
 use mauve_timing::{Bound, Level, Priority, Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::bisection::{Boundary, Variants, is_missed, statuses};
+use crate::bisection::Boundary;
 use crate::psm::OtherTimes;
 use crate::reason::{ActivityField, Timed};
 use crate::report::Query;
@@ -19,6 +19,7 @@ use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::table_set::TableSet;
 use crate::timetable::{Lookup, timetable_of};
+use crate::variants::{Variants, is_missed, statuses};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Execution, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
 
@@ -437,8 +438,7 @@ impl<'db> LimitSearch<'_, 'db> {
 
     /// Returns whether these deadlines are proved; `None` where no steps are left.
     fn holds(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<bool> {
-        let statuses = statuses(set, &self.variants.analysed(set, is_brief)?);
-        Some(deadlines.iter().all(|index| statuses.get(*index) == Some(&Status::Met)))
+        Some(matches!(self.found(set, deadlines, is_brief)?, Next::Met))
     }
 
     /// Searches for the limit between a value that is proved and one that is not; `invalid` is one that no analysis may have. The
@@ -461,7 +461,7 @@ impl<'db> LimitSearch<'_, 'db> {
             if invalid == Some(boundary.bad) {
                 return Limit::Last(Time::from_nanos(good));
             }
-            match self.is_too_much(&with(Time::from_nanos(boundary.bad)), deadlines) {
+            match self.found(&with(Time::from_nanos(boundary.bad)), deadlines, false) {
                 Some(Next::Missed) => return Limit::Last(Time::from_nanos(good)),
                 Some(Next::Met) => good = boundary.bad,
                 Some(Next::Unknown) | None => break,
@@ -473,16 +473,15 @@ impl<'db> LimitSearch<'_, 'db> {
         Limit::Proved(Time::from_nanos(good))
     }
 
-    /// Analyses a variant with the full budget; `None` where no steps are left.
-    fn is_too_much(&self, set: &Tasks, deadlines: &[usize]) -> Option<Next> {
-        let responses = self.variants.analysed(set, false)?;
+    /// Analyses a variant; `None` where no steps are left.
+    fn found(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<Next> {
+        let responses = self.variants.analysed(set, is_brief)?;
         let statuses = statuses(set, &responses);
-        let mut of_deadlines =
-            deadlines.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
-        if of_deadlines.clone().all(|(status, _)| status == Status::Met) {
+        if deadlines.iter().all(|index| statuses.get(*index) == Some(&Status::Met)) {
             return Some(Next::Met);
         }
-        let is_one_missed = of_deadlines.any(|(status, response)| is_missed(status, response));
+        let mut all = deadlines.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
+        let is_one_missed = all.any(|(status, response)| is_missed(status, response));
         Some(if is_one_missed { Next::Missed } else { Next::Unknown })
     }
 }
@@ -497,7 +496,7 @@ struct Affected {
     unproved: Option<Name>,
 }
 
-/// What the analysis with the full budget finds of the deadlines with the next value.
+/// What an analysis finds of the deadlines.
 enum Next {
     /// All are met.
     Met,

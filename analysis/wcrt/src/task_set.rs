@@ -7,7 +7,7 @@ use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
 
 use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
-use crate::psm::{Psm, PsmResult, psm_of};
+use crate::psm::{OtherTimes, Psm, PsmResult, psm_of};
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
@@ -50,12 +50,10 @@ impl<'db> DeployedTasks<'db> {
     ) -> Self {
         let project = tables.project(db);
         let psms = psms_of(db, system, query.level);
-        let served = served_in(db, project, system, query.level, &|_| None);
-        let locks = locks_of(db, project, system, query.level, &|_| None);
-        let executed = Executables { psms: &psms, served: &served, locks: &locks };
-        let tasks = tasks_of(db, project, system, executed, query.method);
+        let executed = Executables::of(db, project, system, psms, query.level, &|_| None);
+        let tasks = executed.tasks(db, project, system, query.method);
         let known: Vec<Option<&'db Psm<'db>>> =
-            psms.iter().map(|psm| psm.and_then(|psm| psm.as_ref().ok())).collect();
+            executed.psms.iter().map(|psm| psm.and_then(|psm| psm.as_ref().ok())).collect();
         let activities = system.activities.iter().zip(tasks.activities()).zip(&known).enumerate();
         let reports = activities.map(|(index, ((resolved, task), psm))| ActivityReport {
             task: task.clone(),
@@ -74,7 +72,7 @@ impl<'db> DeployedTasks<'db> {
         DeployedTasks {
             reports: reports.collect(),
             psms: known.into_iter().map(|psm| psm.map(Cow::Borrowed)).collect(),
-            operations: served.connections.into_iter().map(|it| it.operation).collect(),
+            operations: executed.served.connections.into_iter().map(|it| it.operation).collect(),
             times: tables.section(db).clone(),
             not_analysed: system.not_analysed.clone(),
             hosts: hosts_of(db, project.workspace(db)).clone(),
@@ -129,51 +127,64 @@ pub(crate) fn psms_of<'db>(
 }
 
 /// What the activities of a deployment execute.
-#[derive(Clone, Copy)]
 pub(crate) struct Executables<'a, 'db> {
     /// The state machine of each activity.
-    pub(crate) psms: &'a [Option<&'a PsmResult<'db>>],
-    pub(crate) served: &'a Served<'db>,
-    pub(crate) locks: &'a LocksOfDeployment<'db>,
-}
-
-/// Returns the tasks of a deployment whose activities execute this.
-pub(crate) fn tasks_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    system: &System<'db>,
-    executed: Executables<'_, 'db>,
-    method: Method,
-) -> Tasks {
-    let activities = system.activities.iter().zip(executed.psms).enumerate();
-    let activities = activities.map(|(index, (activity, psm))| {
-        let psm = psm.and_then(|psm| psm.as_ref().ok());
-        let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
-        let task = Task { demand, waits, ..activity.task.clone() };
-        let mut calls = executed.served.operations.iter().zip(&executed.served.waits);
-        let waits = calls.any(|(it, waits)| *waits && it.provider == index);
-        if waits { task.waiting_in_calls() } else { task }
-    });
-    let mut tasks = Tasks::new(activities.collect());
-    tasks.operations.clone_from(&executed.served.operations);
-    tasks.locks.clone_from(&executed.locks.all);
-    for (index, activity) in system.activities.iter().enumerate() {
-        if executed.refusals_of(activity, index, method).next().is_some() {
-            tasks.refuse(index);
-        }
-    }
-    let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    tasks.with_platform(others_of(db, project.workspace(db), system.cpus), is_throttled)
+    psms: Vec<Option<&'a PsmResult<'db>>>,
+    served: Served<'db>,
+    locks: LocksOfDeployment<'db>,
 }
 
 impl<'a, 'db> Executables<'a, 'db> {
+    /// Returns these state machines with the operations and locks of a deployment, where other times replace those of the tables.
+    pub(crate) fn of(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        system: &System<'db>,
+        psms: Vec<Option<&'a PsmResult<'db>>>,
+        level: Level,
+        what_if: OtherTimes<'_, 'db>,
+    ) -> Self {
+        let served = served_in(db, project, system, level, what_if);
+        let locks = locks_of(db, project, system, level, what_if);
+        Executables { psms, served, locks }
+    }
+
+    /// Returns the tasks of a deployment whose activities execute this.
+    pub(crate) fn tasks(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        system: &System<'db>,
+        method: Method,
+    ) -> Tasks {
+        let activities = system.activities.iter().zip(&self.psms).enumerate();
+        let activities = activities.map(|(index, (activity, psm))| {
+            let psm = psm.and_then(|psm| psm.as_ref().ok());
+            let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
+            let task = Task { demand, waits, ..activity.task.clone() };
+            let mut calls = self.served.operations.iter().zip(&self.served.waits);
+            let waits = calls.any(|(it, waits)| *waits && it.provider == index);
+            if waits { task.waiting_in_calls() } else { task }
+        });
+        let mut tasks = Tasks::new(activities.collect());
+        tasks.operations.clone_from(&self.served.operations);
+        tasks.locks.clone_from(&self.locks.all);
+        for (index, activity) in system.activities.iter().enumerate() {
+            if self.refusals_of(activity, index, method).next().is_some() {
+                tasks.refuse(index);
+            }
+        }
+        let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+        tasks.with_platform(others_of(db, project.workspace(db), system.cpus), is_throttled)
+    }
+
     /// Returns why the activity of this index cannot be analysed.
-    fn refusals_of(
-        self,
-        activity: &'a ResolvedActivity<'db>,
+    fn refusals_of<'b>(
+        &'b self,
+        activity: &'b ResolvedActivity<'db>,
         index: usize,
         method: Method,
-    ) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'db> {
+    ) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'b, 'db> {
         let psm = self.psms.get(index).copied().flatten();
         let of_component = psm.and_then(|psm| psm.as_ref().err()).into_iter().flatten();
         let unusable = psm.filter(|_| method == Method::Classic).and_then(|psm| psm.as_ref().ok());

@@ -9,9 +9,9 @@ use std::sync::Arc;
 use mauve_timing::Time;
 
 use crate::reason::ActivityField;
-use crate::system::ResolvedActivity;
+use crate::system::{ResolvedActivity, System, read};
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
-use mauve_hir::same_fields;
+use mauve_hir::{Decl, ModelDb, Project, deployment, same_fields};
 
 /// Another value of a field of an activity.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -39,7 +39,18 @@ pub(crate) fn other_period(of: &ResolvedActivity<'_>, has_deadline: bool, period
     fields
 }
 
-pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
+/// Returns the activities of the deployment that `of` declares, with other values.
+pub(crate) fn system_if<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    what_if: &[WhatIfField],
+) -> System<'db> {
+    let read = |data| read(db, project, of, &with_fields(data, what_if));
+    deployment(db, of).map_or_else(System::default, read)
+}
+
+fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
     let mut data = data.clone();
     for WhatIfField { instance, field, value } in what_if {
         for activity in data.activities.iter_mut().filter(|it| it.executes(instance)) {

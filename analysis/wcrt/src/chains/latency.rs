@@ -23,8 +23,8 @@ use crate::reason::Reason;
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::{response_times, response_times_if};
 use crate::sends::writes_of;
-use crate::system::{System, read, system_of};
-use crate::what_if::{WhatIfField, with_fields};
+use crate::system::{System, system_of};
+use crate::what_if::{WhatIfField, system_if};
 
 /// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
 #[salsa::tracked(returns(ref))]
@@ -56,12 +56,8 @@ pub(crate) fn latencies_of<'db>(
     query: Query,
     what_if: &[WhatIfField],
 ) -> Vec<(Option<Time>, Option<Time>)> {
-    let (Some((flat, target)), Some(data)) =
-        (deployed(db, project, deployment), mauve_hir::deployment(db, deployment))
-    else {
-        return Vec::new();
-    };
-    let system = read(db, project, deployment, &with_fields(data, what_if));
+    let Some((flat, target)) = deployed(db, project, deployment) else { return Vec::new() };
+    let system = system_if(db, project, deployment, what_if);
     let report = response_times_if(db, project, deployment, query, what_if);
     let declared = declared_chains(db, project, target);
     let (ways, _) = ways_of(db, project, target);

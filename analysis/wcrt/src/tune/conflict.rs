@@ -69,7 +69,7 @@ fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
     let of = &trials.units[unit];
     let period = period(trials, start, unit);
     let remedy = |(number, member): (usize, &usize)| {
-        let instance = trials.system.activities.get(*member)?.instance.clone();
+        let instance = trials.variants.system.activities.get(*member)?.instance.clone();
         let time = time(trials, start, *member);
         // The activities of a thread have one period.
         let period = period.filter(|_| number == 0);

@@ -3,8 +3,7 @@
 use std::cell::Cell;
 use std::cmp::Reverse;
 
-use mauve_hir::item_tree::Deployment;
-use mauve_hir::{Decl, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
+use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{
     Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Tasks, Time, Utilisation,
@@ -14,10 +13,10 @@ use super::{SearchKind, TuneAim, TuneRequest, Untunable};
 use crate::chains::latencies_of;
 use crate::reason::Reason;
 use crate::report::Query;
-use crate::system::{ResolvedActivity, System, activities_of, others_of, read, system_of};
-use crate::table_set::tables_of;
+use crate::system::{ResolvedActivity, System, activities_of, others_of, system_of};
 use crate::task_set::DeployedTasks;
-use crate::what_if::{WhatIfField, other_period, with_fields};
+use crate::variants::Variants;
+use crate::what_if::{WhatIfField, other_period};
 
 /// What changes together: an activity, with all instances of its thread.
 #[derive(Debug, Clone)]
@@ -146,12 +145,7 @@ const NOT_ANALYSED: i64 = i64::MIN / 2;
 
 /// The search's view of a deployment.
 pub(super) struct Trials<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
-    data: &'db Deployment,
-    pub(super) system: &'db System<'db>,
+    pub(super) variants: Variants<'db>,
     pub(super) request: TuneRequest,
     pub(super) units: Vec<Unit<'db>>,
     /// The priorities and CPUs of what runs beside the units and stays: gateways, other real-time work.
@@ -160,7 +154,6 @@ pub(super) struct Trials<'db> {
     fixed_activities: Vec<usize>,
     /// The tasks with the present values, and priorities where they are missing.
     pub(super) tasks: Tasks,
-    left: Cell<usize>,
     /// Whether the budget of an analysis was exhausted, so that its bound may depend on the order of priorities.
     is_exhausted: Cell<bool>,
 }
@@ -174,29 +167,23 @@ impl<'db> Trials<'db> {
         request: &TuneRequest,
     ) -> Result<Trials<'db>, Vec<Untunable<'db>>> {
         let system = system_of(db, project, of);
-        let Some(data) = deployment(db, of) else { return Err(Vec::new()) };
+        deployment(db, of).as_ref().ok_or_else(Vec::new)?;
         let others = others_of(db, project.workspace(db), system.cpus);
         let gateways = || system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
         let fixed = gateways().map(|(_, it)| &it.task).chain(&others);
         let fixed = fixed.filter_map(|it| Some((it.priority.real_time()?, it.cpus.unwrap_or(CpuSet::ALL))));
         let mut trials = Trials {
-            db,
-            project,
-            of,
-            query,
-            data,
-            system,
+            variants: Variants::new(db, project, of, query, request.most_steps),
             request: request.clone(),
             units: units(db, of, system, request),
             fixed: fixed.collect(),
             fixed_activities: gateways().map(|(index, _)| index).collect(),
             tasks: Tasks::default(),
-            left: Cell::new(request.most_steps),
             is_exhausted: Cell::new(false),
         };
         let start = trials.start();
         // With a priority, an activity has the CPUs that it may use.
-        let (known, deployed) = trials.deployed(&start);
+        let (known, deployed) = trials.variants.with_fields(&trials.fields(&start));
         let untunable = trials.untunable(&deployed);
         if !untunable.is_empty() {
             return Err(untunable);
@@ -267,7 +254,7 @@ impl<'db> Trials<'db> {
 
     /// Returns the values of a plan that are not those of the text.
     pub(super) fn fields(&self, plan: &Plan) -> Vec<WhatIfField> {
-        let hosts = hosts_of(self.db, self.project.workspace(self.db));
+        let hosts = self.hosts();
         let mut fields = Vec::new();
         for (index, unit) in self.units.iter().enumerate() {
             let cpu = plan.cpus[index].filter(|cpu| *cpu != unit.cpus).map(|cpu| hosts.local(cpu).1.0);
@@ -280,29 +267,22 @@ impl<'db> Trials<'db> {
         fields
     }
 
-    fn deployed(&self, plan: &Plan) -> (System<'db>, DeployedTasks<'db>) {
-        let (db, project, of) = (self.db, self.project, self.of);
-        let system = read(db, project, of, &with_fields(self.data, &self.fields(plan)));
-        let deployed = DeployedTasks::of_model(db, tables_of(db, project, of), &system, self.query);
-        (system, deployed)
+    fn hosts(&self) -> &'db Hosts {
+        hosts_of(self.variants.db, self.variants.project.workspace(self.variants.db))
     }
 
     /// Analyses a plan. None where the budget is exhausted.
     pub(super) fn analyse(&self, plan: &Plan) -> Option<Trial> {
         let count = plan.left_out.iter().filter(|it| !**it).count() + self.fixed_activities.len();
-        let Some(left) = self.left.get().checked_sub(count.max(1)) else {
-            self.left.set(0);
+        if self.variants.spend(count).is_none() {
+            self.variants.left.set(0);
             return None;
-        };
-        self.left.set(left);
-        self.db.unwind_if_revision_cancelled();
-        let (_, deployed) = self.deployed(plan);
-        let tasks = self.remaining(plan, &deployed.tasks);
-        let interrupt = || self.db.unwind_if_revision_cancelled();
-        let responses = tasks.response_times(&self.query.options(false), &interrupt).responses;
+        }
+        let (_, deployed) = self.variants.with_fields(&self.fields(plan));
+        let responses = self.variants.responses(&self.remaining(plan, &deployed.tasks), false);
         let slack = |index: usize| {
             let refused = deployed.reports.get(index).is_none_or(|it| !it.reasons.is_empty());
-            match (tasks.activities().get(index), responses.get(index)) {
+            match (deployed.tasks.activities().get(index), responses.get(index)) {
                 (Some(task), Some(response)) if !refused && deployed.not_analysed.is_empty() => {
                     slack_of(task.deadline, response)
                 }
@@ -333,9 +313,8 @@ impl<'db> Trials<'db> {
             TuneAim::Deadlines => {}
             TuneAim::Slack => score.value = i128::from(slacks().min().unwrap_or_default()),
             TuneAim::Latency => {
-                let fields = self.fields(plan);
-                let found = latencies_of(self.db, self.project, self.of, self.query, &fields);
-                let (worst, sum) = latency(&found);
+                let Variants { db, project, deployment, query, .. } = self.variants;
+                let (worst, sum) = latency(&latencies_of(db, project, deployment, query, &self.fields(plan)));
                 (score.value, score.second) = (-worst, -sum);
             }
         }
@@ -349,21 +328,21 @@ impl<'db> Trials<'db> {
 
     /// Calls `search` with this part of the budget that is left.
     pub(super) fn with_part<T>(&self, part: usize, search: impl FnOnce() -> T) -> T {
-        let all = self.left.get();
-        self.left.set(all / part);
+        let all = self.variants.left.get();
+        self.variants.left.set(all / part);
         let found = search();
-        self.left.set(all - all / part + self.left.get());
+        self.variants.left.set(all - all / part + self.variants.left.get());
         found
     }
 
     /// Gives the search its budget again.
     pub(super) fn refill(&self) {
-        self.left.set(self.request.most_steps);
+        self.variants.left.set(self.request.most_steps);
     }
 
     /// Returns whether the budget is exhausted.
     pub(super) fn is_spent(&self) -> bool {
-        self.left.get() == 0
+        self.variants.left.get() == 0
     }
 
     /// Returns whether a response time depends only on which activities have higher priorities, and becomes no greater if there are
@@ -393,7 +372,7 @@ impl<'db> Trials<'db> {
         self.tasks.operations.is_empty()
             && pinned.all(|it| it.cpus.is_one())
             && fixed.all(CpuSet::is_one)
-            && self.fixed.iter().all(|(_, cpus)| cpus.is_one() || *cpus == self.system.cpus)
+            && self.fixed.iter().all(|(_, cpus)| cpus.is_one() || *cpus == self.variants.system.cpus)
     }
 
     /// Returns the tasks without those that are left out, and with what the cap leaves.
@@ -449,8 +428,7 @@ impl<'db> Trials<'db> {
 
     /// Returns the CPUs of the host of a unit.
     pub(super) fn cpus_of_host(&self, unit: &Unit<'_>) -> CpuSet {
-        let hosts = hosts_of(self.db, self.project.workspace(self.db));
-        unit.of.host.and_then(|it| hosts.all.get(it)).map_or(self.system.cpus, |it| it.cpus)
+        unit.of.host.and_then(|it| self.hosts().all.get(it)).map_or(self.variants.system.cpus, |it| it.cpus)
     }
 }
 
