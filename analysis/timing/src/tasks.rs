@@ -32,9 +32,10 @@ pub struct Tasks {
 }
 
 /// What a task of a deployment is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub enum TaskKind {
     /// An activity, possibly in the background.
+    #[default]
     Activity,
     /// Real-time work that is not in the model.
     Other,

@@ -45,6 +45,7 @@ impl Tasks {
 }
 
 /// The thread of a task. Where several tasks have one thread, only one of them has a part at a time.
+#[derive(Default)]
 struct Thread {
     /// The index of the task.
     task: usize,
@@ -379,34 +380,19 @@ impl<'a> Engine<'a> {
             deadline,
             jitter,
             burst: (!task.is_periodic()).then(|| task.burst().min(MOST_OF_BURST) as usize),
-            recent: VecDeque::new(),
-            nominals: VecDeque::new(),
             is_scripted: of_script.is_some(),
-            mates: Rc::new([]),
             cpus,
             group: self.groups.iter().position(|group| group.cpus.meets(cpus)).unwrap_or_default(),
             steps: steps_of(machine, task),
             scripted,
             sends,
-            locks: Vec::new(),
             most_waits: task.waits.as_ref().and_then(|waits| waits.times).unwrap_or(MOST_WAITS),
             release_choices,
             job_choices,
             state,
             next_release: phase,
             nominal: phase,
-            released: 0,
-            finished: 0,
-            calls: VecDeque::new(),
-            calls_of_job: None,
-            part: None,
-            stops: Vec::new(),
-            ready_since: 0,
-            last_cpu: None,
-            is_running: false,
-            total: 0,
-            statistics: Statistics::default(),
-            open: VecDeque::new(),
+            ..Thread::default()
         });
     }
 

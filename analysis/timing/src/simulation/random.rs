@@ -8,7 +8,7 @@
 /// assert_eq!(random.bits(), 0x910a_2dec_8902_5cc1);
 /// assert!(random.up_to(5) <= 5);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub struct Random {
     state: u64,
 }

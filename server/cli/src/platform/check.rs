@@ -29,12 +29,12 @@ pub struct Check {
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
         let properties = properties(&Kernel { root: self.root });
-        let code = u8::from(properties.iter().any(|it| it.state == State::Bad));
+        let code = u8::from(properties.iter().any(|(_, it)| it.state == State::Bad));
         match self.format {
             TableFormat::Table => Ok(Output::escaped(table(&properties), code)),
             TableFormat::Json => {
-                let checks = properties.iter().map(|it| {
-                    object! { property: it.name, state: it.state.word(), found: it.found.clone(), mend: it.mend }
+                let checks = properties.iter().map(|(name, it)| {
+                    object! { property: *name, state: it.state.word(), found: it.found.clone(), mend: it.mend }
                 });
                 Ok(Output::verbatim(json::text(&object! { checks: checks.collect::<Vec<_>>() })?, code))
             }
@@ -42,18 +42,17 @@ impl Check {
     }
 }
 
-fn table(properties: &[Property]) -> String {
+fn table(properties: &[(&str, Property)]) -> String {
     let mut out = String::new();
-    for it in properties {
+    for (name, it) in properties {
         let fix = it.mend.map_or_else(String::new, |fix| format!(": {fix}"));
-        let _ = writeln!(out, "{:<8} {:<12} {}{fix}", it.state.word(), it.name, it.found);
+        let _ = writeln!(out, "{:<8} {:<12} {}{fix}", it.state.word(), name, it.found);
     }
     out
 }
 
 /// A property of the computer.
 struct Property {
-    name: &'static str,
     state: State,
     /// What was found.
     found: String,
@@ -78,16 +77,16 @@ impl State {
     }
 }
 
-fn good(name: &'static str, found: String) -> Property {
-    Property { name, state: State::Good, found, mend: None }
+fn good(found: String) -> Property {
+    Property { state: State::Good, found, mend: None }
 }
 
-fn bad(name: &'static str, found: String, mend: &'static str) -> Property {
-    Property { name, state: State::Bad, found, mend: Some(mend) }
+fn bad(found: String, mend: &'static str) -> Property {
+    Property { state: State::Bad, found, mend: Some(mend) }
 }
 
-fn unknown(name: &'static str, found: &str, mend: Option<&'static str>) -> Property {
-    Property { name, state: State::Unknown, found: found.to_owned(), mend }
+fn unknown(found: &str, mend: Option<&'static str>) -> Property {
+    Property { state: State::Unknown, found: found.to_owned(), mend }
 }
 
 /// The files of the kernel.
@@ -122,30 +121,29 @@ impl Kernel {
 
 const CPUS: &str = "sys/devices/system/cpu";
 
-fn properties(of: &Kernel) -> Vec<Property> {
-    vec![
-        kernel(of),
-        throttling(of),
-        frequency(of),
-        sleep(of),
-        siblings(of),
-        right(of, "priorities", "Max realtime priority", CAP_SYS_NICE, RTPRIO),
-        right(of, "memory lock", "Max locked memory", CAP_IPC_LOCK, MEMLOCK),
-        clock(of),
+fn properties(of: &Kernel) -> [(&'static str, Property); 8] {
+    [
+        ("kernel", kernel(of)),
+        ("throttling", throttling(of)),
+        ("frequency", frequency(of)),
+        ("sleep", sleep(of)),
+        ("SMT", siblings(of)),
+        ("priorities", right(of, "Max realtime priority", CAP_SYS_NICE, RTPRIO)),
+        ("memory lock", right(of, "Max locked memory", CAP_IPC_LOCK, MEMLOCK)),
+        ("clock", clock(of)),
     ]
 }
 
 fn kernel(of: &Kernel) -> Property {
     let Some(version) = of.text("proc/sys/kernel/version") else {
-        return unknown("kernel", "the kernel does not show its version", None);
+        return unknown("the kernel does not show its version", None);
     };
     let release = of.text("proc/sys/kernel/osrelease").unwrap_or_default();
     // The patch had the file, and the mainline kernel (6.12) has the word.
     if of.text("sys/kernel/realtime").as_deref() == Some("1") || version.contains("PREEMPT_RT") {
-        return good("kernel", format!("PREEMPT_RT ({release})"));
+        return good(format!("PREEMPT_RT ({release})"));
     }
     bad(
-        "kernel",
         format!("no PREEMPT_RT ({release}): its latency has no bound"),
         "install a kernel with PREEMPT_RT, or measure the latency under load, and read it with `mauve platform import`",
     )
@@ -154,7 +152,6 @@ fn kernel(of: &Kernel) -> Property {
 /// Reads how much of a period ordinary threads have for themselves. From Linux 6.12 on it is a deadline server of each CPU, which
 /// `sched_rt_runtime_us` does not change (`Documentation/scheduler/sched-deadline.rst`); before, throttling of real-time threads.
 fn throttling(of: &Kernel) -> Property {
-    const NAME: &str = "throttling";
     let servers: Vec<String> = of
         .numbered("sys/kernel/debug/sched/fair_server", "cpu")
         .into_iter()
@@ -162,7 +159,6 @@ fn throttling(of: &Kernel) -> Property {
         .collect();
     if let Some(time) = servers.iter().find(|time| *time != "0") {
         return bad(
-            NAME,
             format!("the deadline server of ordinary threads takes {time} ns of each second"),
             "write 0 to `runtime` of each CPU in /sys/kernel/debug/sched/fair_server, or write `rt_throttling = true` in [platform]",
         );
@@ -171,26 +167,22 @@ fn throttling(of: &Kernel) -> Property {
     let mut numbers = release.split(|it: char| !it.is_ascii_digit()).map_while(|it| it.parse::<u32>().ok());
     if servers.is_empty() && (numbers.next(), numbers.next()) >= (Some(6), Some(12)) {
         return unknown(
-            NAME,
             "the deadline server of ordinary threads is visible to root only",
             Some("run this check with sudo, or write `rt_throttling = true` in [platform]"),
         );
     }
     let number = |path: &str| of.text(path)?.parse::<i64>().ok();
     match (number("proc/sys/kernel/sched_rt_runtime_us"), number("proc/sys/kernel/sched_rt_period_us")) {
-        (Some(runtime), _) if runtime < 0 => {
-            good(NAME, "off: real-time threads get all of the time".to_owned())
-        }
+        (Some(runtime), _) if runtime < 0 => good("off: real-time threads get all of the time".to_owned()),
         (Some(runtime), Some(period)) if runtime >= period => {
-            good(NAME, "real-time threads get all of the time".to_owned())
+            good("real-time threads get all of the time".to_owned())
         }
         (Some(runtime), Some(period)) => bad(
-            NAME,
             format!("real-time threads get {} ms of each {} ms", runtime / 1000, period / 1000),
             "run `sysctl -w kernel.sched_rt_runtime_us=-1`, or write `rt_throttling = true` in [platform]",
         ),
-        _ if !servers.is_empty() => good(NAME, "off: no deadline server takes time".to_owned()),
-        _ => unknown(NAME, "the kernel does not show it", None),
+        _ if !servers.is_empty() => good("off: no deadline server takes time".to_owned()),
+        _ => unknown("the kernel does not show it", None),
     }
 }
 
@@ -202,16 +194,14 @@ fn frequency(of: &Kernel) -> Property {
     let governors: Vec<(u32, String)> = governors.collect();
     match governors.iter().find(|(_, governor)| governor != "performance") {
         Some((cpu, governor)) => bad(
-            "frequency",
             format!("CPU {} has the governor `{governor}`", cpu + 1),
             "run `cpupower frequency-set -g performance`: execution times are those of one frequency",
         ),
         None if governors.is_empty() => unknown(
-            "frequency",
             "the kernel shows no governor",
             Some("on a virtual machine, ask its host; elsewhere, fix the frequency in the firmware"),
         ),
-        None => good("frequency", "all CPUs have the governor `performance`".to_owned()),
+        None => good("all CPUs have the governor `performance`".to_owned()),
     }
 }
 
@@ -238,26 +228,24 @@ fn sleep(of: &Kernel) -> Property {
     let driver = of.text(&format!("{CPUS}/cpuidle/current_driver"));
     match deepest {
         Some((exit, cpu, name)) if exit > LONGEST_EXIT => bad(
-            "sleep",
             format!("CPU {} may sleep in `{name}`, from which it wakes within {exit} µs", cpu + 1),
             "keep /dev/cpu_dma_latency open with a 0 in it, or boot with `processor.max_cstate=1 intel_idle.max_cstate=0`",
         ),
         None if !has_states && driver.as_deref() != Some("none") => {
-            unknown("sleep", "the kernel does not show its states of sleep", None)
+            unknown("the kernel does not show its states of sleep", None)
         }
-        _ => good("sleep", format!("CPUs wake within {LONGEST_EXIT} µs")),
+        _ => good(format!("CPUs wake within {LONGEST_EXIT} µs")),
     }
 }
 
 fn siblings(of: &Kernel) -> Property {
     match of.text(&format!("{CPUS}/smt/active")).as_deref() {
-        Some("0") => good("SMT", "off: no two CPUs share a core".to_owned()),
+        Some("0") => good("off: no two CPUs share a core".to_owned()),
         Some("1") => bad(
-            "SMT",
             "two CPUs share a core, so that each slows the other down".to_owned(),
             "run `echo off > /sys/devices/system/cpu/smt/control`, or switch it off in the firmware",
         ),
-        _ => unknown("SMT", "the kernel does not show it", None),
+        _ => unknown("the kernel does not show it", None),
     }
 }
 
@@ -270,22 +258,22 @@ const MEMLOCK: &str =
     "add `@realtime - memlock unlimited` to /etc/security/limits.conf, and yourself to the group";
 
 /// Reads a limit of this process: its line in `/proc/self/limits` has the name, the limit, and the greatest one.
-fn right(of: &Kernel, name: &'static str, limit: &str, capability: u32, mend: &'static str) -> Property {
+fn right(of: &Kernel, limit: &str, capability: u32, mend: &'static str) -> Property {
     let status = of.text("proc/self/status").unwrap_or_default();
     let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:"));
     let mask = effective.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
     if mask.is_some_and(|mask| mask >> capability & 1 == 1) {
-        return good(name, "allowed, by a capability".to_owned());
+        return good("allowed, by a capability".to_owned());
     }
     let limits = of.text("proc/self/limits").unwrap_or_default();
     let line = limits.lines().find_map(|line| line.strip_prefix(limit));
     let greatest = line.and_then(|line| line.split_whitespace().nth(1));
     match greatest {
-        Some("unlimited") => good(name, "allowed".to_owned()),
+        Some("unlimited") => good("allowed".to_owned()),
         // Activities have priorities up to 99.
-        Some("99") if capability == CAP_SYS_NICE => good(name, "allowed, up to 99".to_owned()),
-        Some(most) => bad(name, format!("allowed up to {most} only"), mend),
-        None => unknown(name, "the kernel does not show the limit", None),
+        Some("99") if capability == CAP_SYS_NICE => good("allowed, up to 99".to_owned()),
+        Some(most) => bad(format!("allowed up to {most} only"), mend),
+        None => unknown("the kernel does not show the limit", None),
     }
 }
 
@@ -293,15 +281,14 @@ fn clock(of: &Kernel) -> Property {
     let source = of.text("sys/devices/system/clocksource/clocksource0/current_clocksource");
     match source.as_deref() {
         Some(fast @ ("tsc" | "arch_sys_counter" | "kvm-clock" | "riscv_clocksource")) => {
-            good("clock", format!("`{fast}`, which is read within nanoseconds"))
+            good(format!("`{fast}`, which is read within nanoseconds"))
         }
         Some(slow @ ("hpet" | "acpi_pm" | "jiffies" | "refined-jiffies")) => bad(
-            "clock",
             format!("`{slow}`, which is slow or coarse: measured times have its steps"),
             "boot with `tsc=reliable` if the processor has a stable counter",
         ),
-        Some(other) => unknown("clock", other, None),
-        None => unknown("clock", "the kernel does not show it", None),
+        Some(other) => unknown(other, None),
+        None => unknown("the kernel does not show it", None),
     }
 }
 
@@ -310,7 +297,7 @@ mod tests {
     use super::*;
 
     /// A computer with these files.
-    fn computer(name: &str, files: &[(&str, &str)]) -> Vec<Property> {
+    fn computer(name: &str, files: &[(&str, &str)]) -> [(&'static str, Property); 8] {
         let root = std::env::temp_dir().join(format!("mauve-platform-{}-{name}", std::process::id()));
         let _ = std::fs::remove_dir_all(&root);
         std::fs::create_dir_all(&root).unwrap();
@@ -324,8 +311,8 @@ mod tests {
         found
     }
 
-    fn states(properties: &[Property]) -> Vec<(&'static str, State)> {
-        properties.iter().map(|it| (it.name, it.state)).collect()
+    fn states(properties: &[(&'static str, Property)]) -> Vec<(&'static str, State)> {
+        properties.iter().map(|(name, it)| (*name, it.state)).collect()
     }
 
     const GOOD: [(&str, &str); 14] = [
@@ -351,7 +338,7 @@ mod tests {
     ];
 
     /// The same computer with other texts in some files.
-    fn changed(name: &str, changes: &[(&str, &str)]) -> Vec<Property> {
+    fn changed(name: &str, changes: &[(&str, &str)]) -> [(&'static str, Property); 8] {
         let mut files = GOOD.to_vec();
         for (path, text) in changes {
             files.retain(|(known, _)| known != path);
@@ -363,10 +350,9 @@ mod tests {
     #[test]
     fn a_good_computer_and_an_empty_one() {
         let found = changed("good", &[]);
-        assert!(found.iter().all(|it| it.state == State::Good), "{:?}", states(&found));
-        assert_eq!(found.len(), 8);
+        assert!(found.iter().all(|(_, it)| it.state == State::Good), "{:?}", states(&found));
         let found = computer("empty", &[]);
-        assert!(found.iter().all(|it| it.state == State::Unknown), "{:?}", states(&found));
+        assert!(found.iter().all(|(_, it)| it.state == State::Unknown), "{:?}", states(&found));
     }
 
     #[test]
@@ -408,10 +394,10 @@ mod tests {
             ),
         ] {
             let found = changed("bad", &[(path, text)]);
-            let bad: Vec<&Property> = found.iter().filter(|it| it.state == State::Bad).collect();
-            let [bad] = &bad[..] else { panic!("{path}: {:?}", states(&found)) };
+            let bad: Vec<_> = found.iter().filter(|(_, it)| it.state == State::Bad).collect();
+            let [(property, bad)] = &bad[..] else { panic!("{path}: {:?}", states(&found)) };
             assert!(
-                bad.name == name && bad.found.contains(said) && bad.mend.is_some(),
+                *property == name && bad.found.contains(said) && bad.mend.is_some(),
                 "{path}: {}",
                 bad.found
             );
@@ -429,7 +415,7 @@ mod tests {
             &[("proc/sys/kernel/sched_rt_runtime_us", "1000000")],
         ] {
             let found = changed("forms", changes);
-            assert!(found.iter().all(|it| it.state == State::Good), "{changes:?}: {:?}", states(&found));
+            assert!(found.iter().all(|(_, it)| it.state == State::Good), "{changes:?}: {:?}", states(&found));
         }
         // The server of a newer kernel is not visible.
         let found = changed("newer", &[("proc/sys/kernel/osrelease", "6.12.3")]);
