@@ -9,19 +9,18 @@ use mauve_diagnostics::figure::HintStatus;
 use mauve_diagnostics::utilisation;
 use mauve_hir::ModelDb;
 use mauve_hir::item_tree::{FeatureKind, Name};
-use mauve_timing::{CpuSet, Status, Time, Unit};
+use mauve_timing::{CpuSet, Status, Unit};
+use mauve_wcrt::ActivityReport;
 use rustc_hash::FxHashMap;
 
-use crate::drawing::{
-    Drawing, dot_text, drawn_name, fitted, moved, number, svg_frame, svg_head, svg_line, svg_path, svg_text,
-    text_width, too_large,
-};
+use crate::drawing::{Drawing, dot_head, dot_text, drawn_name, too_large};
 use crate::graph::{Graph, GraphEdge, GraphNode};
 use crate::lanes::{NetEnd, draw_lanes, lanes_of};
 use crate::layout::{
     Area, BoxSize, Diagram, LineEnds, PlacedBox, PlacedLine, Placement, Side, Slot, Spacing, place,
 };
-use crate::text_canvas::{TextCanvas, cells};
+use crate::svg::{Anchor, Attributes, Svg, fitted, number, path_through, text_width};
+use crate::text_canvas::{TextCanvas, cells, padded};
 
 /// Draws a graph.
 ///
@@ -59,51 +58,24 @@ fn with_drawn_names<'db>(mut graph: Graph<'db>) -> Graph<'db> {
     graph
 }
 
-/// The response time of an instance beside its deadline, in words.
-struct Figures {
-    /// `met`, `tight`, `missed` or `unknown`; empty for an instance without a deadline. The class of its box.
-    status: &'static str,
-    /// `✓ 53 / 100 ms`.
-    verdict: String,
-    /// `✓ 53`, where there is less room.
-    short: String,
-    /// `29.7 %`; empty if unknown.
-    load: String,
-    /// `priority 9 · 100 ms · CPU 1`, in the title of its box: elsewhere, the deployment is beside the drawing.
-    settings: String,
-    /// The response time as a part of the deadline.
-    part: Option<f64>,
+/// Returns the class of a box: `met`, `tight`, `missed` or `unknown`; nothing for an instance without a deadline.
+fn status_of(node: &GraphNode<'_>) -> &'static str {
+    let has_deadline = node.activity.is_some_and(|it| it.verdict != Status::Background);
+    node.status.filter(|_| has_deadline).map_or("", HintStatus::name)
 }
 
-impl Figures {
-    fn of(graph: &Graph<'_>, node: &GraphNode<'_>) -> Option<Figures> {
-        let activity = node.activity?;
-        let status = match node.status {
-            Some(status) if activity.verdict != Status::Background => status.name(),
-            _ => "",
-        };
-        let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
-        let period = activity.period.map(|period| format!("{} ms", period.number()));
-        let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(|it| cpus_of(graph, it));
-        let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
-        let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
-        let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
-            milliseconds(response) / milliseconds(deadline).max(f64::MIN_POSITIVE)
-        });
-        Some(Figures {
-            status,
-            verdict: node.figure.clone(),
-            short: node.short.clone(),
-            load: node.load.map(percentage).unwrap_or_default(),
-            settings: settings.join(" · "),
-            part: part.filter(|_| activity.verdict != Status::Background),
-        })
-    }
+/// Returns `✓ 53 / 100 ms · 29.7 %`, the figure and the utilisation; nothing without an activity.
+fn with_load(node: &GraphNode<'_>) -> String {
+    let load = node.load.map(|load| format!(" · {}", percentage(load)));
+    format!("{}{}", node.figure, load.unwrap_or_default())
+}
 
-    /// Returns the verdict and the utilisation.
-    fn with_load(&self) -> String {
-        if self.load.is_empty() { self.verdict.clone() } else { format!("{} · {}", self.verdict, self.load) }
-    }
+/// Returns `priority 9 · 100 ms · CPU 1`, for the title of a box: elsewhere, the deployment is beside the drawing.
+fn settings_of(graph: &Graph<'_>, activity: &ActivityReport<'_>) -> String {
+    let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
+    let period = activity.period.map(|period| format!("{} ms", period.number()));
+    let cpus = activity.cpus.filter(|cpus| !cpus.is_empty()).map(|it| cpus_of(graph, it));
+    [priority, period, cpus].into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }
 
 /// Returns a utilisation in percent, at most seven letters long.
@@ -122,22 +94,16 @@ fn dot(graph: &Graph<'_>) -> String {
         let names = lines.entry((edge.source.0, edge.target.0, edge.operation)).or_default();
         names.push(edge.source.1.as_str());
     }
-    let mut out = format!("digraph {} {{\n", dot_text(&graph.title));
-    let _ = writeln!(
-        out,
-        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=filled];",
-        dot_text(&graph.title)
-    );
+    let mut out = dot_head(&graph.title, &graph.title, "filled");
     for (index, node) in graph.nodes.iter().enumerate() {
-        let figures = Figures::of(graph, node);
-        let fill = match figures.as_ref().map(|figures| figures.status) {
-            Some("met") => "#e8f5e9",
-            Some("tight") => "#fff4dd",
-            Some("missed") => "#fdecea",
-            Some("unknown") => "#f3f3f3",
+        let fill = match status_of(node) {
+            "met" => "#e8f5e9",
+            "tight" => "#fff4dd",
+            "missed" => "#fdecea",
+            "unknown" => "#f3f3f3",
             _ => "#eef3f8",
         };
-        let below = figures.map(|it| format!("\\n{}", it.with_load())).unwrap_or_default();
+        let below = node.activity.map(|_| format!("\\n{}", with_load(node))).unwrap_or_default();
         let label = format!("\"{}: {}{below}\"", node.instance, node.component);
         let lit = if node.is_lit { ", penwidth=3" } else { "" };
         let _ = writeln!(out, "  {index} [label={label}, fillcolor={}{lit}];", dot_text(fill));
@@ -195,8 +161,16 @@ fn diagram(
     (Diagram { boxes: boxes.collect(), lines }, ports)
 }
 
-const PIXELS: Spacing =
-    Spacing { boxes: 26.0, lines: 12.0, turns: 9.0, ends: 18.0, label: 4.0, margin: 24.0, line: 0.0 };
+const PIXELS: Spacing = Spacing {
+    boxes: 26.0,
+    lines: 12.0,
+    turns: 9.0,
+    ends: 18.0,
+    label: 4.0,
+    margin: 24.0,
+    top: TITLE,
+    line: 0.0,
+};
 
 /// The width of the part of a box with figures: it does not depend on them, so that a drawing keeps its shape while times change.
 const FIGURES: f64 = 168.0;
@@ -220,17 +194,17 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             ports: Vec::new(),
         }
     });
-    let placement = moved(place(&diagram, PIXELS, interrupt)?, (0.0, TITLE));
+    let placement = place(&diagram, PIXELS, interrupt)?;
     let legend = if has_figures { 34.0 } else { 0.0 };
-    let size = (placement.width.max(title_width(graph)), placement.height + TITLE + legend);
-    let mut out = document(graph, size, &placement, |out, placed, node| {
-        svg_box(out, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice))
+    let size = (placement.width.max(title_width(graph)), placement.height + legend);
+    let mut svg = drawn(graph, &placement, |svg, placed, node| {
+        svg_box(svg, node, placed, ports.get(node.1).map_or(&[], Vec::as_slice))
     });
     if has_figures {
-        let at = (PIXELS.margin, size.1 - 18.0);
-        out += &svg_line("soft", at, "", "R / D in ms, CPU utilisation; the bar shows R as a part of D");
+        let words = "R / D in ms, CPU utilisation; the bar shows R as a part of D";
+        svg.text("soft", (PIXELS.margin, size.1 - 18.0), Anchor::Start, words);
     }
-    Some(out + "</svg>\n")
+    Some(svg.document(size, (PIXELS.margin, 30.0), &graph.title))
 }
 
 /// The height of the title.
@@ -243,33 +217,31 @@ fn title_width(graph: &Graph<'_>) -> f64 {
 /// What is drawn as a box: the graph, and the number of the instance.
 type Instance<'a, 'db> = (&'a Graph<'db>, usize, &'a GraphNode<'db>);
 
-/// A drawing of this size with its title, lines and boxes, without its end.
-fn document(
+/// The lines and boxes of a drawing.
+fn drawn(
     graph: &Graph<'_>,
-    size: (f64, f64),
     placement: &Placement,
-    draw: impl Fn(&mut String, &PlacedBox, Instance<'_, '_>),
-) -> String {
-    let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", PIXELS.margin), &graph.title);
+    draw: impl Fn(&mut Svg, &PlacedBox, Instance<'_, '_>),
+) -> Svg {
+    let mut svg = Svg::default();
     for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
         let call = if edge.operation { " call" } else { "" };
         let lit = if edge.is_lit { " worst" } else { "" };
-        let _ = writeln!(
-            out,
-            "<g class=\"link{lit}\" data-edge=\"{index}\" data-source=\"{}\" data-target=\"{}\" data-place=\"{}\"><title>{} → \
-             {}</title><path class=\"wire{call}\" d=\"{}\"/></g>",
-            edge.source.0,
-            edge.target.0,
-            svg_text(&edge.place),
-            svg_text(&end_name(graph, &edge.source)),
-            svg_text(&end_name(graph, &edge.target)),
-            svg_path(&line.points),
-        );
+        let data: Attributes<'_> = &[
+            ("data-edge", &index),
+            ("data-source", &edge.source.0),
+            ("data-target", &edge.target.0),
+            ("data-place", &edge.place),
+        ];
+        let title = format!("{} → {}", end_name(graph, &edge.source), end_name(graph, &edge.target));
+        svg.group(&format!("link{lit}"), data, &title);
+        svg.path(&format!("wire{call}"), &path_through(&line.points));
+        svg.end();
     }
     for ((index, node), placed) in graph.nodes.iter().enumerate().zip(&placement.boxes) {
-        draw(&mut out, placed, (graph, index, node));
+        draw(&mut svg, placed, (graph, index, node));
     }
-    out
+    svg
 }
 
 /// The distances of a narrow drawing: between boxes, between the ends of lines, and between lanes.
@@ -286,7 +258,7 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let width = names + 20.0 + if graph.report.is_some() { VERDICT + 10.0 } else { 0.0 };
     let right = NARROW.margin + width;
     let mut boxes = vec![PlacedBox::default(); graph.nodes.len()];
-    let mut triangles = vec![String::new(); graph.nodes.len()];
+    let mut ports = vec![Vec::new(); graph.nodes.len()];
     let (mut nets, mut places) = (BTreeMap::<_, Vec<NetEnd>>::new(), FxHashMap::default());
     let mut below = TITLE + NARROW.margin;
     for (instance, ends) in &rows {
@@ -298,7 +270,7 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
             nets.entry(end.2).or_default().push(NetEnd { row: places.len(), tip: end.3 });
             places.insert((*instance, *end), (places.len(), y));
             let tip = if end.0 { 3.5 } else { -3.5 };
-            triangles[*instance] += &svg_port("", (right, y), tip, end.1);
+            ports[*instance].push((y, tip, end.1));
         }
         below += height + NARROW.boxes;
     }
@@ -318,104 +290,91 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let placement = Placement { boxes, lines: lines.collect(), ..Placement::default() };
     let width = right + NARROW.lines * (lanes.len() + 1) as f64;
     let size = (width.max(title_width(graph)), below + NARROW.margin);
-    let draw = |out: &mut String, placed: &PlacedBox, instance: Instance<'_, '_>| {
+    let draw = |svg: &mut Svg, placed: &PlacedBox, instance: Instance<'_, '_>| {
         let Area { x, y, width, height } = placed.area;
-        let figures = svg_group(out, instance, placed.area);
+        svg_group(svg, instance, placed.area);
         let y = y + height / 2.0;
-        *out += &svg_line("name", (x + 10.0, y + 4.5), "", &instance.2.instance);
-        if let Some(figures) = figures {
-            svg_verdict(out, &figures, (x + width - 10.0 - VERDICT, y + 0.5), VERDICT);
+        svg.text("name", (x + 10.0, y + 4.5), Anchor::Start, &instance.2.instance);
+        svg_verdict(svg, instance.2, (x + width - 10.0 - VERDICT, y + 0.5), VERDICT);
+        for (y, tip, name) in &ports[instance.1] {
+            svg_port(svg, "", (right, *y), *tip, name);
         }
-        *out += &triangles[instance.1];
-        out.push_str("</g>\n");
+        svg.end();
     };
-    Some(document(graph, size, &placement, draw) + "</svg>\n")
+    Some(drawn(graph, &placement, draw).document(size, (PIXELS.margin, 30.0), &graph.title))
 }
 
 fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
     graph.nodes.get(*number).map(|node| format!("{}.{feature}", node.instance)).unwrap_or_default()
 }
 
-/// The group of a box, with its frame.
-fn svg_group(out: &mut String, (graph, index, node): Instance<'_, '_>, area: Area) -> Option<Figures> {
-    let figures = Figures::of(graph, node);
-    let status = figures.as_ref().map_or("", |figures| figures.status);
+/// Opens the group of a box, with its frame.
+fn svg_group(svg: &mut Svg, (graph, index, node): Instance<'_, '_>, area: Area) {
     let lit = if node.is_lit { " passed" } else { "" };
-    let spoken = figures.as_ref().map(|it| format!(", {}, {}", it.verdict, it.settings)).unwrap_or_default();
-    let _ = writeln!(
-        out,
-        "<g class=\"box {status}{lit}\" data-instance=\"{index}\" data-place=\"{}\"><title>{}: {}{}</title>\n\
-         {}",
-        svg_text(&node.place),
-        svg_text(&node.instance),
-        svg_text(&node.component),
-        svg_text(&spoken),
-        svg_frame(area, 7),
-    );
-    figures
+    let figures = node.activity.map(|it| format!(", {}, {}", node.figure, settings_of(graph, it)));
+    let title = format!("{}: {}{}", node.instance, node.component, figures.unwrap_or_default());
+    let data: Attributes<'_> = &[("data-instance", &index), ("data-place", &node.place)];
+    svg.group(&format!("box {}{lit}", status_of(node)), data, &title);
+    svg.round_rect("frame", area.into(), 7);
 }
 
-/// The verdict of a box, with its bar: from a position on, in a width.
-fn svg_verdict(out: &mut String, figures: &Figures, (left, y): (f64, f64), width: f64) {
-    let is_short = text_width(&figures.verdict, 12.0, true) > width;
-    let verdict = if is_short { &figures.short } else { &figures.verdict };
-    *out += &svg_line("figure status", (left, y), "", &fitted(verdict, width, 12.0, true));
-    for (class, part) in
-        figures.part.into_iter().flat_map(|part| [("track", 1.0), ("filled", part.clamp(0.0, 1.0))])
+/// The verdict of a box, with a bar of the response time as a part of the deadline: from a position on, in a width.
+fn svg_verdict(svg: &mut Svg, node: &GraphNode<'_>, (left, y): (f64, f64), width: f64) {
+    let Some(activity) = node.activity else { return };
+    let is_short = text_width(&node.figure, 12.0, true) > width;
+    let verdict = if is_short { &node.short } else { &node.figure };
+    svg.text("figure status", (left, y), Anchor::Start, &fitted(verdict, width, 12.0, true));
+    let times = [activity.response, activity.deadline].map(|it| it.map(|it| it.as_f64(Unit::Milliseconds)));
+    if let [Some(response), Some(deadline)] = times
+        && activity.verdict != Status::Background
     {
-        let _ = writeln!(
-            out,
-            "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"4\" rx=\"2\"/>",
-            number(left),
-            number(y + 7.0),
-            number(width * part)
-        );
+        let part = (response / deadline.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        for (class, part) in [("track", 1.0), ("filled", part)] {
+            svg.round_rect(class, [left, y + 7.0, width * part, 4.0], 2);
+        }
     }
 }
 
 /// A triangle on the border of a box, in the direction of the data.
-fn svg_port(free: &str, (x, y): (f64, f64), tip: f64, name: &str) -> String {
+fn svg_port(svg: &mut Svg, free: &str, (x, y): (f64, f64), tip: f64, name: &str) {
     let [a, b] = [x - tip, x + tip].map(number);
     let [top, y, bottom] = [y - 0.9 * tip, y, y + 0.9 * tip].map(number);
-    let name = svg_text(name);
-    format!(
-        "<path class=\"port{free}\" d=\"M{a} {top}L{b} {y}L{a} {bottom}z\"><title>{name}</title></path>\n"
-    )
+    svg.titled_path(&format!("port{free}"), &format!("M{a} {top}L{b} {y}L{a} {bottom}z"), name);
 }
 
-fn svg_box(out: &mut String, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+fn svg_box(svg: &mut Svg, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
     let Area { x, y, width, .. } = placed.area;
-    let figures = svg_group(out, instance, placed.area);
-    let left = x + 14.0;
-    *out += &svg_line("name", (left, y + 22.0), "", &instance.2.instance);
-    *out += &svg_line("soft", (left, y + 39.0), "", &instance.2.component);
-    if let Some(figures) = figures {
-        *out += &svg_line("figure", (x + width - 14.0, y + 39.0), " text-anchor=\"end\"", &figures.load);
-        svg_verdict(out, &figures, (left, y + 58.0), width - 28.0);
+    let (node, left) = (instance.2, x + 14.0);
+    svg_group(svg, instance, placed.area);
+    svg.text("name", (left, y + 22.0), Anchor::Start, &node.instance);
+    svg.text("soft", (left, y + 39.0), Anchor::Start, &node.component);
+    if let Some(load) = node.load {
+        svg.text("figure", (x + width - 14.0, y + 39.0), Anchor::End, &percentage(load));
     }
+    svg_verdict(svg, node, (left, y + 58.0), width - 28.0);
     for slot in &placed.slots {
         let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
         let (border, inside, anchor) = match slot.side {
-            Side::Left => (x, x + 12.0, ""),
-            Side::Right => (x + width, x + width - 12.0, " text-anchor=\"end\""),
+            Side::Left => (x, x + 12.0, Anchor::Start),
+            Side::Right => (x + width, x + width - 12.0, Anchor::End),
         };
         let to_right = *is_incoming == (slot.side == Side::Left);
         let tip = if to_right { 5.0 } else { -5.0 };
         let free = if slot.has_line { "" } else { " free" };
-        *out += &svg_port(free, (border, slot.y), tip, name);
-        *out += &svg_line("label", (inside, slot.y + 4.0), anchor, name);
+        svg_port(svg, free, (border, slot.y), tip, name);
+        svg.text("label", (inside, slot.y + 4.0), anchor, name);
     }
-    out.push_str("</g>\n");
+    svg.end();
 }
 
 const CELLS: Spacing =
-    Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, line: 1.0 };
+    Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, top: 0.0, line: 1.0 };
 
 fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
         let lit = if node.is_lit { "» " } else { "" };
         let name = format!("{lit}{}: {}", node.instance, node.component);
-        std::iter::once(name).chain(Figures::of(graph, node).map(|it| it.with_load())).collect()
+        std::iter::once(name).chain(node.activity.map(|_| with_load(node))).collect()
     };
     let (diagram, ports) = diagram(graph, |node, ports| {
         let rows = rows_of(node);
@@ -495,10 +454,8 @@ fn narrow(graph: &Graph<'_>, wide: &Placement, columns: usize) -> Option<String>
         let (mut rows, mut nets) = (Vec::new(), BTreeMap::<&(usize, Name), Vec<NetEnd>>::new());
         for (number, ends) in &order {
             let Some(node) = graph.nodes.get(*number) else { continue };
-            let name = name_of(node);
-            let space = " ".repeat((names - cells(&name)) as usize);
-            let figures = Figures::of(graph, node).map(|it| it.with_load()).unwrap_or_default();
-            rows.push(format!("{name}{space}  {figures}").trim_end().to_owned());
+            let name = padded(&name_of(node), names as usize);
+            rows.push(format!("{name}  {}", with_load(node)).trim_end().to_owned());
             for (_, port, net, tip) in ends {
                 nets.entry(net).or_default().push(NetEnd { row: rows.len(), tip: *tip });
                 rows.push(format!("  {port}"));
@@ -549,8 +506,7 @@ pub fn instance_tree(graph: &Graph<'_>) -> String {
         });
         let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();
         for node in nodes {
-            let verdict = Figures::of(graph, node).map(|figures| figures.verdict).unwrap_or_default();
-            let line = format!("    {:longest$}  {verdict}", node.instance.as_str());
+            let line = format!("    {:longest$}  {}", node.instance.as_str(), node.figure);
             let _ = writeln!(out, "{}", line.trim_end());
         }
     }
@@ -736,7 +692,7 @@ mod tests {
     fn calls_are_dashed() {
         assert!(drawn("WithCall", Drawing::Text(None)).contains("▹┤ stop"));
         let svg = drawn("WithCall", Drawing::Svg);
-        assert!(svg.contains("<title>laser.stop → pilot.stop</title><path class=\"wire call\""), "{svg}");
+        assert!(svg.contains("<title>laser.stop → pilot.stop</title>\n<path class=\"wire call\""), "{svg}");
     }
 
     #[test]
@@ -749,7 +705,7 @@ mod tests {
             ">20.0 %</text>",
             "class=\"box missed\" data-instance=\"1\" data-place=\"model.mal:",
             ">✗ 50 / 40 ms</text>",
-            "<title>laser.scan → pilot.scan</title><path class=\"wire\"",
+            "<title>laser.scan → pilot.scan</title>\n<path class=\"wire\"",
         ];
         for part in parts {
             assert!(svg.contains(part), "{part} in {svg}");

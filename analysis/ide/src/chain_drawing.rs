@@ -17,8 +17,9 @@ use mauve_timing::{ChainPart, Time, Unit};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, response_times};
 
-use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_text, text_width};
-use crate::text_canvas::{cells, in_columns};
+use crate::drawing::{Drawing, drawn_name};
+use crate::svg::{Anchor, Svg, fitted, text_width};
+use crate::text_canvas::{cells, in_columns, in_width, padded};
 use mauve_diagnostics::figure::{HintStatus, chain_figure};
 
 /// The chains of a deployment as they are drawn.
@@ -167,53 +168,39 @@ const LINE: f64 = 17.0;
 const NAME: f64 = 13.0;
 
 fn svg(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str) -> String {
-    let mut rows = String::new();
+    let mut svg = Svg::default();
     let (mut y, mut hop) = (48.0, 0);
+    // Writes a line of text of this class, and goes on below it.
+    let line = |svg: &mut Svg, class: &str, y: &mut f64, text: &str| {
+        svg.text(class, (MARGIN, *y + 12.0), Anchor::Start, text);
+        *y += LINE;
+    };
     for (index, chain) in chains.iter().enumerate() {
-        let status = chain.status.name();
         let title = format!("{}, {}", chain.name, chain.figure);
-        let _ = writeln!(
-            rows,
-            "<g class=\"box {status}\" data-chain=\"{index}\"><title>{}</title>",
-            svg_text(&title)
-        );
-        let name = wrapped(&drawn_name(&chain.name), 13.0, true).into_iter().map(|line| ("name", line));
-        let figure = fitted(&chain.figure, PLOT, 12.0, true);
-        for (class, line) in name.chain([("figure status", figure)]) {
-            svg_line(&mut rows, class, &mut y, &line);
+        svg.group(&format!("box {}", chain.status.name()), &[("data-chain", &index)], &title);
+        for text in wrapped(&drawn_name(&chain.name), 13.0, true) {
+            line(&mut svg, "name", &mut y, &text);
         }
-        rows.push_str("</g>\n");
+        line(&mut svg, "figure status", &mut y, &fitted(&chain.figure, PLOT, 12.0, true));
+        svg.end();
         y += 4.0;
         if chain.latency.is_some() {
-            y += svg_bar(&mut rows, chain, (y, longest), &mut hop);
+            y += svg_bar(&mut svg, chain, (y, longest), &mut hop);
         }
-        for line in shown_reasons(&chain.reasons).iter().flat_map(|reason| wrapped(reason, 12.0, false)) {
-            svg_line(&mut rows, "soft", &mut y, &line);
+        for text in shown_reasons(&chain.reasons).iter().flat_map(|reason| wrapped(reason, 12.0, false)) {
+            line(&mut svg, "soft", &mut y, &text);
         }
         y += LINE;
     }
     if !more.is_empty() {
-        svg_line(&mut rows, "soft", &mut y, more);
+        line(&mut svg, "soft", &mut y, more);
         y += LINE / 2.0;
     }
     for (index, (class, _, what)) in KINDS.iter().enumerate() {
-        let (x, y) = (MARGIN + PLOT / 2.0 * (index % 2) as f64, y + LINE * (index / 2) as f64);
-        let (text_x, text_y) = (x + 20.0, y + 9.0);
-        let _ = writeln!(
-            rows,
-            "<rect class=\"{class}\" x=\"{x}\" y=\"{y:.1}\" width=\"14\" height=\"10\"/><text class=\"soft\" x=\"{text_x}\" \
-             y=\"{text_y:.1}\">{what}</text>"
-        );
+        let at = (MARGIN + PLOT / 2.0 * (index % 2) as f64, y + LINE * (index / 2) as f64 + 9.0);
+        svg.entry(at, &[(class, "M0 -9h14v10h-14z")], (20.0, "soft"), what);
     }
-    let shown = fitted(title, PLOT, 14.0, true);
-    svg_head((WIDTH, y + 2.0 * LINE + 8.0), &format!("x=\"{MARGIN}\" y=\"28\""), &shown) + &rows + "</svg>\n"
-}
-
-/// Draws a line of text of this class, and goes on below it.
-fn svg_line(out: &mut String, class: &str, y: &mut f64, line: &str) {
-    let (at, line) = (*y + 12.0, svg_text(line));
-    let _ = writeln!(out, "<text class=\"{class}\" x=\"{MARGIN}\" y=\"{at:.1}\">{line}</text>");
-    *y += LINE;
+    svg.document((WIDTH, y + 2.0 * LINE + 8.0), (MARGIN, 28.0), &fitted(title, PLOT, 14.0, true))
 }
 
 /// Returns the first reasons, and how many more there are.
@@ -225,23 +212,18 @@ fn shown_reasons(all: &[String]) -> Vec<String> {
 }
 
 /// Draws the bar of a chain, with the names of its components below, and its limit; returns the height.
-fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), hop: &mut usize) -> f64 {
+fn svg_bar(svg: &mut Svg, chain: &DrawnChain<'_>, (y, longest): (f64, Time), hop: &mut usize) -> f64 {
     let scale = PLOT / longest.as_f64(Unit::Milliseconds).max(f64::MIN_POSITIVE);
     let width = |time: Time| time.as_f64(Unit::Milliseconds) * scale;
     let (mut x, mut free, mut below) = (MARGIN, [MARGIN; 2], 0);
     for step in &chain.steps {
-        let (place, description) = (svg_text(&step.place), svg_text(&step.description()));
-        let _ = write!(out, "<g data-hop=\"{hop}\" data-place=\"{place}\"><title>{description}</title>");
-        // Where the component begins.
-        let _ = write!(out, "<path class=\"base\" d=\"M{x:.1} {y:.1}v{}\"/>", BAR + 4.0);
+        svg.group("", &[("data-hop", hop), ("data-place", &step.place)], &step.description());
         *hop += 1;
+        // Where the component begins.
+        svg.path("base", &format!("M{x:.1} {y:.1}v{}", BAR + 4.0));
         let start = x;
         for ((class, ..), time) in parts_of(&step.part) {
-            let length = width(time).max(0.8);
-            let _ = write!(
-                out,
-                "<rect class=\"slice {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{length:.1}\" height=\"{BAR}\"/>"
-            );
+            svg.rect(&format!("slice {class}"), [x, y, width(time).max(0.8), BAR]);
             x += width(time);
         }
         // Below its part, where it has room, otherwise in a second line.
@@ -251,44 +233,28 @@ fn svg_bar(out: &mut String, chain: &DrawnChain<'_>, (y, longest): (f64, Time), 
         if let Some((line, free)) = free.iter_mut().enumerate().find(|(_, free)| **free <= at) {
             *free = at + length + 4.0;
             below = below.max(line + 1);
-            let (y, label) = (y + BAR + 12.0 + NAME * line as f64, svg_text(&label));
-            let _ = write!(out, "<text class=\"mark\" x=\"{at:.1}\" y=\"{y:.1}\">{label}</text>");
+            svg.text("mark", (at, y + BAR + 12.0 + NAME * line as f64), Anchor::Start, &label);
         }
-        out.push_str("</g>\n");
+        svg.end();
     }
     if let Some(limit) = chain.limit {
-        let (at, top) = (MARGIN + width(limit), y - 4.0);
+        let at = MARGIN + width(limit);
         if x > at {
-            let _ = writeln!(out, "<path class=\"overrun\" d=\"M{at:.1} {:.1}H{x:.1}\"/>", y - 2.0);
+            svg.path("overrun", &format!("M{at:.1} {:.1}H{x:.1}", y - 2.0));
         }
+        svg.path("deadline", &format!("M{at:.1} {:.1}v{}", y - 4.0, BAR + 8.0));
         let label = format!("limit {limit}");
         // Not over the figure, which is to the left.
         let of_figure = text_width(&chain.figure, 12.0, true) + text_width(&label, 11.0, false);
-        let label_x = at.max(MARGIN + of_figure + 8.0);
-        let _ = writeln!(
-            out,
-            "<path class=\"deadline\" d=\"M{at:.1} {top:.1}v{}\"/><text class=\"mark\" x=\"{label_x:.1}\" y=\"{:.1}\" \
-             text-anchor=\"end\">{label}</text>",
-            BAR + 8.0,
-            y - 8.0,
-        );
+        svg.text("mark", (at.max(MARGIN + of_figure + 8.0), y - 8.0), Anchor::End, &label);
     }
     BAR + NAME * below as f64 + 4.0
 }
 
 /// Returns a text in lines that fit.
 fn wrapped(text: &str, size: f64, is_bold: bool) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let Some(line) = lines.last_mut() else { break };
-        let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
-        if line.is_empty() || text_width(&longer, size, is_bold) <= PLOT {
-            *line = longer;
-        } else {
-            lines.push(word.to_owned());
-        }
-    }
-    lines.into_iter().map(|line| fitted(&line, PLOT, size, is_bold)).collect()
+    let lines = in_width(text, PLOT, "", |it| text_width(it, size, is_bold));
+    lines.lines().map(|line| fitted(line, PLOT, size, is_bold)).collect()
 }
 
 fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str, columns: Option<usize>) -> String {
@@ -315,9 +281,8 @@ fn text(title: &str, chains: &[DrawnChain<'_>], longest: Time, more: &str, colum
                 // What is shorter than a column is shown, too.
                 row.extend(std::iter::repeat_n(letter, (column(passed) - before).max(1)));
             }
-            let name = drawn_name(&step.instance);
-            let space = " ".repeat(names - cells(&name) as usize);
-            let _ = writeln!(out, "  {name}{space} {row} {}", step.total);
+            let name = padded(&drawn_name(&step.instance), names);
+            let _ = writeln!(out, "  {name} {row} {}", step.total);
         }
         out.extend(
             chain.reasons.iter().map(|reason| in_columns(&format!("  {reason}"), columns, "    ") + "\n"),
@@ -445,14 +410,48 @@ mod tests {
     #[test]
     fn bars_are_stacked_in_one_scale() {
         let svg = draw(chains(), 0, Drawing::Svg);
-        let rects: Vec<&str> = svg.lines().filter(|line| line.contains("<rect class=\"slice")).collect();
+        let bars = svg.split("<g data-hop=").skip(1).filter_map(|rest| rest.split("</g>").next());
+        let bars: String = bars.map(|bar| format!("<g data-hop={bar}</g>\n")).collect();
         expect![[r#"
-            <g data-hop="0" data-place="robot.mal:7"><title>hokuyo: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms</title><path class="base" d="M16.0 86.0v22"/><rect class="slice wait" x="16.0" y="86.0" width="70.0" height="18"/><rect class="slice run" x="86.0" y="86.0" width="37.1" height="18"/><text class="mark" x="19.0" y="116.0">hokuyo</text></g>
-            <g data-hop="1" data-place="robot.mal:7"><title>guidance: waits for a release ≤ 100 ms, periods before the write ≤ 100 ms, runs until the write ≤ 20 ms</title><path class="base" d="M123.0 86.0v22"/><rect class="slice wait" x="123.0" y="86.0" width="70.0" height="18"/><rect class="slice periods" x="193.0" y="86.0" width="70.0" height="18"/><rect class="slice run" x="263.0" y="86.0" width="14.0" height="18"/><text class="mark" x="126.0" y="116.0">guidance</text></g>
-            <g data-hop="2" data-place="robot.mal:7"><title>switch: waits for a release ≤ 50 ms, in the buffer ≤ 50 ms, runs until the write ≤ 3 ms</title><path class="base" d="M277.0 86.0v22"/><rect class="slice wait" x="277.0" y="86.0" width="35.0" height="18"/><rect class="slice buffer" x="311.9" y="86.0" width="35.0" height="18"/><rect class="slice run" x="346.9" y="86.0" width="2.1" height="18"/><text class="mark" x="280.0" y="116.0">switch</text></g>
-            <g data-hop="3" data-place="robot.mal:7"><title>p3dx&lt;driver&gt;: waits for a release ≤ 40 ms, runs until the write ≤ 10 ms</title><path class="base" d="M349.0 86.0v22"/><rect class="slice wait" x="349.0" y="86.0" width="28.0" height="18"/><rect class="slice run" x="377.0" y="86.0" width="7.0" height="18"/><text class="mark" x="303.0" y="129.0">p3dx&lt;driver&gt;</text></g>
-            <g data-hop="4" data-place="robot.mal:7"><title>bumper: waits for a release ≤ 10 ms, runs until the write ≤ 1 ms</title><path class="base" d="M16.0 312.0v22"/><rect class="slice wait" x="16.0" y="312.0" width="7.0" height="18"/><rect class="slice run" x="23.0" y="312.0" width="0.8" height="18"/><text class="mark" x="19.0" y="342.0">bumper</text></g>
-            <g data-hop="5" data-place="robot.mal:7"><title>p3dx_driver: waits for a release ≤ 10 ms, runs until the write ≤ 9 ms</title><path class="base" d="M23.7 312.0v22"/><rect class="slice wait" x="23.7" y="312.0" width="7.0" height="18"/><rect class="slice run" x="30.7" y="312.0" width="6.3" height="18"/><text class="mark" x="26.7" y="355.0">p3dx_driver</text></g>"#]].assert_eq(&rects.join("\n"));
+            <g data-hop="0" data-place="robot.mal:7"><title>hokuyo: waits for a release ≤ 100 ms, runs until the write ≤ 53 ms</title>
+            <path class="base" d="M16.0 86.0v22"/>
+            <rect class="slice wait" x="16" y="86" width="70" height="18"/>
+            <rect class="slice run" x="86" y="86" width="37.1" height="18"/>
+            <text class="mark" x="19" y="116">hokuyo</text>
+            </g>
+            <g data-hop="1" data-place="robot.mal:7"><title>guidance: waits for a release ≤ 100 ms, periods before the write ≤ 100 ms, runs until the write ≤ 20 ms</title>
+            <path class="base" d="M123.0 86.0v22"/>
+            <rect class="slice wait" x="123" y="86" width="70" height="18"/>
+            <rect class="slice periods" x="193" y="86" width="70" height="18"/>
+            <rect class="slice run" x="263" y="86" width="14" height="18"/>
+            <text class="mark" x="126" y="116">guidance</text>
+            </g>
+            <g data-hop="2" data-place="robot.mal:7"><title>switch: waits for a release ≤ 50 ms, in the buffer ≤ 50 ms, runs until the write ≤ 3 ms</title>
+            <path class="base" d="M277.0 86.0v22"/>
+            <rect class="slice wait" x="277" y="86" width="35" height="18"/>
+            <rect class="slice buffer" x="311.9" y="86" width="35" height="18"/>
+            <rect class="slice run" x="346.9" y="86" width="2.1" height="18"/>
+            <text class="mark" x="280" y="116">switch</text>
+            </g>
+            <g data-hop="3" data-place="robot.mal:7"><title>p3dx&lt;driver&gt;: waits for a release ≤ 40 ms, runs until the write ≤ 10 ms</title>
+            <path class="base" d="M349.0 86.0v22"/>
+            <rect class="slice wait" x="349" y="86" width="28" height="18"/>
+            <rect class="slice run" x="377" y="86" width="7" height="18"/>
+            <text class="mark" x="303" y="129">p3dx&lt;driver&gt;</text>
+            </g>
+            <g data-hop="4" data-place="robot.mal:7"><title>bumper: waits for a release ≤ 10 ms, runs until the write ≤ 1 ms</title>
+            <path class="base" d="M16.0 312.0v22"/>
+            <rect class="slice wait" x="16" y="312" width="7" height="18"/>
+            <rect class="slice run" x="23" y="312" width="0.8" height="18"/>
+            <text class="mark" x="19" y="342">bumper</text>
+            </g>
+            <g data-hop="5" data-place="robot.mal:7"><title>p3dx_driver: waits for a release ≤ 10 ms, runs until the write ≤ 9 ms</title>
+            <path class="base" d="M23.7 312.0v22"/>
+            <rect class="slice wait" x="23.7" y="312" width="7" height="18"/>
+            <rect class="slice run" x="30.7" y="312" width="6.3" height="18"/>
+            <text class="mark" x="26.7" y="355">p3dx_driver</text>
+            </g>
+        "#]].assert_eq(&bars);
         for part in
             ["limit 500 ms", "p3dx&lt;driver&gt;", "class=\"overrun\"", "data-hop=\"5\"", "data-chain=\"2\""]
         {

@@ -16,8 +16,9 @@ use std::fmt::Write as _;
 use mauve_timing::Unit;
 
 use crate::comparison::{Compared, Comparison, Figure, FigureChange};
-use crate::drawing::{Drawing, drawn_name, fitted, number, svg_head, svg_text, text_width};
-use crate::text_canvas::{cells, in_columns};
+use crate::drawing::{Drawing, drawn_name};
+use crate::svg::{Anchor, Svg, fitted, text_width};
+use crate::text_canvas::{cells, in_columns, padded};
 use mauve_diagnostics::figure::HintStatus;
 
 impl Comparison {
@@ -110,63 +111,51 @@ const BAR: f64 = 10.0;
 const LINE: f64 = 17.0;
 
 fn svg(title: &str, with: &str, rows: &[(usize, &Compared)], below: &[String]) -> String {
-    let mut out = String::new();
+    let mut svg = Svg::default();
     let mut y = 48.0;
-    let soft = |out: &mut String, y: f64, line: &str| {
-        let line = svg_text(&fitted(line, PLOT, 12.0, false));
-        let _ = writeln!(out, "<text class=\"soft\" x=\"{MARGIN}\" y=\"{y:.1}\">{line}</text>");
+    let soft = |svg: &mut Svg, y: f64, line: &str| {
+        svg.text("soft", (MARGIN, y), Anchor::Start, &fitted(line, PLOT, 12.0, false));
     };
     if !with.is_empty() {
-        soft(&mut out, y, with);
+        soft(&mut svg, y, with);
         y += LINE + 4.0;
     }
     for &row in rows {
-        y = svg_row(&mut out, row, y);
+        y = svg_row(&mut svg, row, y);
     }
     y += 4.0;
     for line in below {
-        soft(&mut out, y, line);
+        soft(&mut svg, y, line);
         y += LINE;
     }
     // What the bars mean.
-    let _ = writeln!(out, "<g class=\"box\">");
+    svg.group("box", &[], "");
     let mut x = MARGIN;
-    for (class, what) in [("outline", "before"), ("filled", "now"), ("deadline", "deadline")] {
-        let top = y - 8.0;
-        let _ = match class {
-            "deadline" => write!(out, "<path class=\"{class}\" d=\"M{:.1} {:.1}v12\"/>", x + 8.0, top - 2.0),
-            _ => {
-                write!(out, "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{top:.1}\" width=\"16\" height=\"8\"/>")
-            }
-        };
-        let _ = writeln!(out, "<text class=\"mark\" x=\"{:.1}\" y=\"{y:.1}\">{what}</text>", x + 22.0);
+    let bar = "M0 -8h16v8h-16z";
+    let signs = [("outline", bar, "before"), ("filled", bar, "now"), ("deadline", "M8 -10v12", "deadline")];
+    for (class, sign, what) in signs {
+        svg.entry((x, y), &[(class, sign)], (22.0, "mark"), what);
         x += 34.0 + text_width(what, 11.0, false);
     }
-    let title = fitted(title, PLOT, 14.0, true);
-    svg_head((WIDTH, y + 14.0), &format!("x=\"{MARGIN}\" y=\"26\""), &title) + &out + "</g>\n</svg>\n"
+    svg.end();
+    svg.document((WIDTH, y + 14.0), (MARGIN, 26.0), &fitted(title, PLOT, 14.0, true))
 }
 
 /// Draws a row; returns where the next one begins.
-fn svg_row(out: &mut String, (index, row): (usize, &Compared), mut y: f64) -> f64 {
-    let (status, name, figure, words) = (row.status().name(), row.name(), row.figure(), row.words());
+fn svg_row(svg: &mut Svg, (index, row): (usize, &Compared), mut y: f64) -> f64 {
+    let (name, figure, words) = (row.name(), row.figure(), row.words());
     let (top, right) = (y - LINE, WIDTH - MARGIN);
     let said = if words.is_empty() { String::new() } else { format!(", {words}") };
     let fields = row.fields().into_iter().map(|field| format!("; {field}")).collect::<String>();
-    let title = svg_text(&format!("{}: {figure}{said}{fields}", drawn_name(name)));
+    let title = format!("{}: {figure}{said}{fields}", drawn_name(name));
     let (name, figure) = (fitted(&drawn_name(name), PLOT, 13.0, true), fitted(&figure, PLOT, 12.0, true));
-    let mut parts = format!("<text class=\"name\" x=\"{MARGIN}\" y=\"{y:.1}\">{}</text>\n", svg_text(&name));
+    let mut parts = Svg::default();
+    parts.text("name", (MARGIN, y), Anchor::Start, &name);
     // In a line of its own, if it has no room beside the name.
     if text_width(&name, 13.0, true) + text_width(&figure, 12.0, true) + 8.0 > PLOT {
         y += LINE;
     }
-    let at_right = |parts: &mut String, class: &str, y: f64, text: &str| {
-        let text = svg_text(text);
-        let _ = writeln!(
-            parts,
-            "<text class=\"{class}\" x=\"{right}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>"
-        );
-    };
-    at_right(&mut parts, "figure status", y, &figure);
+    parts.text("figure status", (right, y), Anchor::End, &figure);
     let bars = [row.before.as_ref(), row.after.as_ref()].map(part);
     let has_bar = bars.iter().any(Option::is_some);
     if has_bar || !words.is_empty() {
@@ -176,42 +165,31 @@ fn svg_row(out: &mut String, (index, row): (usize, &Compared), mut y: f64) -> f6
         }
         y += BAR;
         if !words.is_empty() {
-            at_right(&mut parts, "mark", y - 1.0, &fitted(&words, PLOT - BARS - 8.0, 11.0, false));
+            let words = fitted(&words, PLOT - BARS - 8.0, 11.0, false);
+            parts.text("mark", (right, y - 1.0), Anchor::End, &words);
         }
     }
+    svg.group(&format!("box {}", row.status().name()), &[("data-row", &index)], &title);
     // All of the row can be pointed at.
-    let (left, width, height) = (MARGIN / 2.0, WIDTH - MARGIN, y + 7.0 - top);
-    let _ = writeln!(
-        out,
-        "<g class=\"box {status}\" data-row=\"{index}\"><title>{title}</title>\n\
-         <rect class=\"row\" x=\"{left}\" y=\"{top:.1}\" width=\"{width}\" height=\"{height:.1}\" rx=\"3\"/>\n{parts}</g>"
-    );
+    svg.round_rect("row", [MARGIN / 2.0, top, WIDTH - MARGIN, y + 7.0 - top], 3);
+    svg.markup(parts.elements().trim_end());
+    svg.end();
     y + LINE + 7.0
 }
 
 /// Draws the bars before and after, in a scale that ends the deadline at one place.
-fn svg_bars(out: &mut String, [before, after]: [Option<f64>; 2], y: f64) {
+fn svg_bars(svg: &mut Svg, [before, after]: [Option<f64>; 2], y: f64) {
     let limit = BARS / MOST_PART;
-    let width = |part: f64| limit * part.min(MOST_PART);
-    let _ = write!(
-        out,
-        "<rect class=\"track\" x=\"{MARGIN}\" y=\"{y:.1}\" width=\"{limit:.1}\" height=\"{BAR}\"/>"
-    );
+    svg.rect("track", [MARGIN, y, limit, BAR]);
     let mut bar = |class: &str, part: f64, by: f64| {
-        let [x, y, width, height] = [MARGIN, y - by, width(part).max(1.0), BAR + 2.0 * by].map(number);
-        let _ = write!(
-            out,
-            "<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"
-        );
+        svg.rect(class, [MARGIN, y - by, (limit * part.min(MOST_PART)).max(1.0), BAR + 2.0 * by]);
     };
     after.into_iter().for_each(|part| bar("filled", part, 0.0));
     before.into_iter().filter(|_| before != after).for_each(|part| bar("outline", part, 2.0));
-    let (x, top) = (MARGIN + limit, y - 4.0);
-    let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x:.1} {top:.1}v{}\"/>", BAR + 8.0);
+    svg.path("deadline", &format!("M{:.1} {:.1}v{}", MARGIN + limit, y - 4.0, BAR + 8.0));
     // A cut bar goes on.
     if before.into_iter().chain(after).any(|part| part > MOST_PART) {
-        let (x, middle) = (MARGIN + BARS + 8.0, y + BAR / 2.0);
-        let _ = writeln!(out, "<path class=\"tip\" d=\"M{x:.1} {middle:.1}l-6 -4v8z\"/>");
+        svg.path("tip", &format!("M{:.1} {:.1}l-6 -4v8z", MARGIN + BARS + 8.0, y + BAR / 2.0));
     }
 }
 
@@ -243,7 +221,6 @@ fn text(
     };
     let names = rows.iter().map(|(_, row)| cells(&drawn_name(row.name())) as usize).max().unwrap_or_default();
     let figures = rows.iter().map(|(_, row)| cells(&row.figure()) as usize).max().unwrap_or_default();
-    let space = |text: &str, width: usize| " ".repeat(width.saturating_sub(cells(text) as usize));
     let words = rows.iter().map(|(_, row)| cells(&row.words()) as usize).max().unwrap_or_default();
     // The figures before the bars.
     let has_bars = columns.is_none_or(|columns| names + most + figures + words + 9 <= columns);
@@ -253,14 +230,9 @@ fn text(
     }
     out.push('\n');
     for (_, row) in rows {
-        let (name, figure) = (drawn_name(row.name()), row.figure());
-        let line = format!(
-            "  {name}{} {}{figure}{}  {}",
-            space(&name, names),
-            if has_bars { bars(row) + "  " } else { " ".to_owned() },
-            space(&figure, figures),
-            row.words()
-        );
+        let (name, figure) = (padded(&drawn_name(row.name()), names), padded(&row.figure(), figures));
+        let bars = if has_bars { bars(row) + "  " } else { " ".to_owned() };
+        let line = format!("  {name} {bars}{figure}  {}", row.words());
         let _ = writeln!(out, "{}", line.trim_end());
     }
     out.push('\n');
@@ -348,34 +320,51 @@ deployment D { architecture A
             draw_comparison(&compared(&["eye.priority=1"]), &["eye.priority=1".to_owned()], Drawing::Svg);
         let from = svg.find("<text class=\"soft\"").unwrap();
         expect![[r#"
-            <text class="soft" x="16" y="48.0">with eye.priority=1</text>
+            <text class="soft" x="16" y="48">with eye.priority=1</text>
             <g class="box missed" data-row="0"><title>eye: ✗ 4 → 14 / 10 ms, no longer met; priority 3 → 1</title>
-            <rect class="row" x="8" y="52.0" width="404" height="42.0" rx="3"/>
-            <text class="name" x="16" y="69.0">eye</text>
-            <text class="figure status" x="404" y="69.0" text-anchor="end">✗ 4 → 14 / 10 ms</text>
-            <rect class="track" x="16" y="77.0" width="209.2" height="10"/><rect class="filled" x="16" y="77" width="272" height="10"/><rect class="outline" x="16" y="75" width="83.7" height="14"/><path class="deadline" d="M225.2 73.0v18"/>
+            <rect class="row" x="8" y="52" width="404" height="42" rx="3"/>
+            <text class="name" x="16" y="69">eye</text>
+            <text class="figure status" x="404" y="69" text-anchor="end">✗ 4 → 14 / 10 ms</text>
+            <rect class="track" x="16" y="77" width="209.2" height="10"/>
+            <rect class="filled" x="16" y="77" width="272" height="10"/>
+            <rect class="outline" x="16" y="75" width="83.7" height="14"/>
+            <path class="deadline" d="M225.2 73.0v18"/>
             <path class="tip" d="M296.0 82.0l-6 -4v8z"/>
-            <text class="mark" x="404" y="86.0" text-anchor="end">no longer met</text>
+            <text class="mark" x="404" y="86" text-anchor="end">no longer met</text>
             </g>
             <g class="box met" data-row="1"><title>planner: ✓ 18 → 10 / 20 ms, earlier</title>
-            <rect class="row" x="8" y="94.0" width="404" height="42.0" rx="3"/>
-            <text class="name" x="16" y="111.0">planner</text>
-            <text class="figure status" x="404" y="111.0" text-anchor="end">✓ 18 → 10 / 20 ms</text>
-            <rect class="track" x="16" y="119.0" width="209.2" height="10"/><rect class="filled" x="16" y="119" width="104.6" height="10"/><rect class="outline" x="16" y="117" width="188.3" height="14"/><path class="deadline" d="M225.2 115.0v18"/>
-            <text class="mark" x="404" y="128.0" text-anchor="end">earlier</text>
+            <rect class="row" x="8" y="94" width="404" height="42" rx="3"/>
+            <text class="name" x="16" y="111">planner</text>
+            <text class="figure status" x="404" y="111" text-anchor="end">✓ 18 → 10 / 20 ms</text>
+            <rect class="track" x="16" y="119" width="209.2" height="10"/>
+            <rect class="filled" x="16" y="119" width="104.6" height="10"/>
+            <rect class="outline" x="16" y="117" width="188.3" height="14"/>
+            <path class="deadline" d="M225.2 115.0v18"/>
+            <text class="mark" x="404" y="128" text-anchor="end">earlier</text>
             </g>
             <g class="box met" data-row="2"><title>spare: ✓ 10 / 100 ms</title>
-            <rect class="row" x="8" y="136.0" width="404" height="42.0" rx="3"/>
-            <text class="name" x="16" y="153.0">spare</text>
-            <text class="figure status" x="404" y="153.0" text-anchor="end">✓ 10 / 100 ms</text>
-            <rect class="track" x="16" y="161.0" width="209.2" height="10"/><rect class="filled" x="16" y="161" width="20.9" height="10"/><path class="deadline" d="M225.2 157.0v18"/>
+            <rect class="row" x="8" y="136" width="404" height="42" rx="3"/>
+            <text class="name" x="16" y="153">spare</text>
+            <text class="figure status" x="404" y="153" text-anchor="end">✓ 10 / 100 ms</text>
+            <rect class="track" x="16" y="161" width="209.2" height="10"/>
+            <rect class="filled" x="16" y="161" width="20.9" height="10"/>
+            <path class="deadline" d="M225.2 157.0v18"/>
             </g>
-            <text class="soft" x="16" y="199.0">CPU 1 utilisation: 90.0 %</text>
-            <text class="soft" x="16" y="216.0">CPU 2 utilisation: 10.0 %</text>
+            <text class="soft" x="16" y="199">CPU 1 utilisation: 90.0 %</text>
+            <text class="soft" x="16" y="216">CPU 2 utilisation: 10.0 %</text>
             <g class="box">
-            <rect class="outline" x="16.0" y="225.0" width="16" height="8"/><text class="mark" x="38.0" y="233.0">before</text>
-            <rect class="filled" x="87.4" y="225.0" width="16" height="8"/><text class="mark" x="109.4" y="233.0">now</text>
-            <path class="deadline" d="M154.5 223.0v12"/><text class="mark" x="168.5" y="233.0">deadline</text>
+            <g transform="translate(16 233)">
+            <path class="outline" d="M0 -8h16v8h-16z"/>
+            <text class="mark" x="22" y="0">before</text>
+            </g>
+            <g transform="translate(87.4 233)">
+            <path class="filled" d="M0 -8h16v8h-16z"/>
+            <text class="mark" x="22" y="0">now</text>
+            </g>
+            <g transform="translate(146.5 233)">
+            <path class="deadline" d="M8 -10v12"/>
+            <text class="mark" x="22" y="0">deadline</text>
+            </g>
             </g>
             </svg>
         "#]].assert_eq(&svg[from..]);

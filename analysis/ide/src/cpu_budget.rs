@@ -20,8 +20,10 @@ use mauve_hir::{Decl, ModelDb, Project};
 use mauve_timing::CpuLoad;
 use mauve_wcrt::{CpuBudget, CpuPart, Query, response_times};
 
-use crate::drawing::{Drawing, drawn_name, fitted, svg_head, svg_line, svg_text, text_width};
-use crate::text_canvas::cells;
+use crate::chart::Axis;
+use crate::drawing::{Drawing, drawn_name};
+use crate::svg::{Anchor, Svg, fitted, text_width};
+use crate::text_canvas::{cells, padded};
 
 /// The CPU budget of a deployment as it is drawn.
 #[derive(Debug, Clone)]
@@ -151,11 +153,6 @@ impl DrawnCpu<'_> {
         format!("{bar}▏ {}: {}", self.figure, shown.chain(others).collect::<Vec<_>>().join(", "))
     }
 
-    /// The position of a part of it in SVG.
-    fn x(&self, part: f64) -> f64 {
-        MARGIN + (part / self.limit.max(self.used)).clamp(0.0, 1.0) * PLOT
-    }
-
     /// Returns what a bar of the last per cents shows, as parts of the limit: `(0.9, 1.0)`.
     fn enlarged(&self) -> Option<(f64, f64)> {
         match self.used / self.limit {
@@ -170,8 +167,7 @@ impl DrawnCpu<'_> {
 pub fn draw_budget(budget: &DrawnBudget<'_>, drawing: Drawing) -> String {
     match drawing {
         Drawing::Svg | Drawing::Narrow => svg(budget),
-        Drawing::Text(columns) => text(budget, columns),
-        Drawing::Dot => text(budget, None),
+        Drawing::Text(_) | Drawing::Dot => text(budget, drawing.columns()),
     }
 }
 
@@ -194,8 +190,7 @@ fn text(budget: &DrawnBudget<'_>, columns: Option<usize>) -> String {
         let whole = cpu.limit.max(cpu.used);
         let column = |part: f64| (part / whole * room as f64).round() as usize;
         let row = |name: &str, share: &str, bar: &str| {
-            let space = " ".repeat(widest.saturating_sub(cells(name) as usize));
-            format!("  {name}{space}  {share:>7}  {bar}").trim_end().to_owned() + "\n"
+            format!("  {}  {share:>7}  {bar}", padded(name, widest)).trim_end().to_owned() + "\n"
         };
         let _ = writeln!(out, "\n{}", cpu.figure);
         let mut used = 0.0;
@@ -230,91 +225,77 @@ const BAR: f64 = 26.0;
 const LINE: f64 = 19.0;
 
 fn svg(budget: &DrawnBudget<'_>) -> String {
-    let mut rows = String::new();
+    let mut svg = Svg::default();
     let mut y = 58.0;
     for cpu in &budget.cpus {
-        svg_cpu(&mut rows, cpu, &mut y);
+        svg_cpu(&mut svg, cpu, &mut y);
     }
     let width = WIDTH.max(text_width(&budget.title, 14.0, true) + 2.0 * MARGIN);
-    svg_head((width, y), &format!("x=\"{MARGIN}\" y=\"24\""), &budget.title) + &rows + "</svg>\n"
+    svg.document((width, y), (MARGIN, 24.0), &budget.title)
 }
 
-fn svg_cpu(out: &mut String, cpu: &DrawnCpu<'_>, y: &mut f64) {
+fn svg_cpu(svg: &mut Svg, cpu: &DrawnCpu<'_>, y: &mut f64) {
     let shown = cpu.shown();
-    let status = cpu.status.name();
-    let _ = writeln!(out, "<g class=\"box {status}\"><title>{}</title>", svg_text(&cpu.figure));
-    *out += &svg_line("name status", (MARGIN, *y), "", &fitted(&cpu.figure, PLOT, 13.0, true));
+    let axis = Axis::linear((0.0, cpu.limit.max(cpu.used)), 0.0, (MARGIN, MARGIN + PLOT));
+    svg.group(&format!("box {}", cpu.status.name()), &[], &cpu.figure);
+    svg.text("name status", (MARGIN, *y), Anchor::Start, &fitted(&cpu.figure, PLOT, 13.0, true));
     *y += 9.0;
-    svg_bar(out, &shown, cpu, *y);
+    svg_bar(svg, &shown, cpu, &axis, *y);
     *y += BAR + 13.0;
-    let tick = |part: f64, y: f64| {
-        let anchor = match cpu.x(part) {
-            x if x < MARGIN + 8.0 => "",
-            x if x > MARGIN + PLOT - 8.0 => " text-anchor=\"end\"",
-            _ => " text-anchor=\"middle\"",
+    for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let x = axis.at(part * cpu.limit);
+        let anchor = match x - MARGIN {
+            ..8.0 => Anchor::Start,
+            x if x > PLOT - 8.0 => Anchor::End,
+            _ => Anchor::Middle,
         };
-        svg_line("mark", (cpu.x(part), y), anchor, &format!("{:.0} %", part * 100.0))
-    };
-    out.extend([0.0, 0.25, 0.5, 0.75, 1.0].map(|part| tick(part * cpu.limit, *y)));
+        svg.text("mark", (x, *y), anchor, &format!("{:.0} %", part * cpu.limit * 100.0));
+    }
     *y += 6.0;
     for (index, (name, share, figure)) in shown.iter().enumerate() {
         let column = (index % 2) as f64 * (PLOT / 2.0 + 8.0);
         *y += if column == 0.0 { LINE } else { 0.0 };
         let (x, width) = (MARGIN + column, PLOT / 2.0 - 16.0);
-        let _ = write!(
-            out,
-            "<rect class=\"cpu{}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"11\" height=\"11\" rx=\"2\"/>",
-            index % 8,
-            *y - 10.0
-        );
+        svg.round_rect(&format!("cpu{}", index % 8), [x, *y - 10.0, 11.0, 11.0], 2);
         // The name comes first where both have no room.
         let of_name = text_width(name, 12.0, false).min(width - 190.0);
         let figure = &fitted(figure, width - of_name - 84.0, 12.0, false);
-        let of_figure = text_width(figure, 12.0, false);
-        *out += &svg_line("figure", (x + 74.0, *y), "", &fitted(name, width - of_figure - 84.0, 12.0, false));
-        *out += &svg_line("figure", (x + 66.0, *y), " text-anchor=\"end\"", &percent(*share));
-        *out += &svg_line("soft", (x + width, *y), " text-anchor=\"end\"", figure);
+        let name = fitted(name, width - text_width(figure, 12.0, false) - 84.0, 12.0, false);
+        svg.text("figure", (x + 74.0, *y), Anchor::Start, &name);
+        svg.text("figure", (x + 66.0, *y), Anchor::End, &percent(*share));
+        svg.text("soft", (x + width, *y), Anchor::End, figure);
     }
-    out.push_str("</g>\n");
+    svg.end();
     *y += 40.0;
 }
 
 /// Draws the parts of a bar, and the limit.
-fn svg_bar(out: &mut String, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, y: f64) {
+fn svg_bar(svg: &mut Svg, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, axis: &Axis, y: f64) {
     let mut rect = |class: &str, start: f64, end: f64, title: &str| {
-        let (x, width) = (cpu.x(start), cpu.x(end) - cpu.x(start));
+        let (x, width) = (axis.at(start), axis.at(end) - axis.at(start));
         if width > 0.0 {
-            let title =
-                if title.is_empty() { String::new() } else { format!("<title>{}</title>", svg_text(title)) };
-            let _ = writeln!(
-                out,
-                "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.2}\" height=\"{BAR}\">{title}</rect>"
-            );
+            svg.titled_rect(class, [x, y, width, BAR], title);
         }
     };
     rect("track", 0.0, cpu.limit, "");
     let mut used = 0.0;
-    let mut labels = String::new();
+    let mut labels = Vec::new();
     for (index, (name, share, figure)) in shown.iter().enumerate() {
         let (start, end) = (used, used + share);
         used = end;
         let title = format!("{name}: {} {figure}", percent(*share));
         rect(&format!("slice cpu{}", index % 8), start, end, title.trim_end());
-        let width = cpu.x(end.min(cpu.limit)) - cpu.x(start) - 8.0;
+        let width = axis.at(end.min(cpu.limit)) - axis.at(start) - 8.0;
         if text_width(name, 12.0, false) <= width {
-            labels += &svg_line("inner figure", (cpu.x(start) + 4.0, y + 17.0), "", name);
+            labels.push((axis.at(start) + 4.0, name));
         }
     }
     rect("late", cpu.limit, used.max(cpu.used), "beyond the CPU");
-    *out += &labels;
+    for (x, name) in labels {
+        svg.text("inner figure", (x, y + 17.0), Anchor::Start, name);
+    }
     if cpu.used > cpu.limit {
-        let _ = writeln!(
-            out,
-            "<path class=\"deadline\" d=\"M{:.1} {:.1}v{}\"/>",
-            cpu.x(cpu.limit),
-            y - 4.0,
-            BAR + 8.0
-        );
+        svg.path("deadline", &format!("M{:.1} {:.1}v{}", axis.at(cpu.limit), y - 4.0, BAR + 8.0));
     }
 }
 

@@ -233,7 +233,7 @@ fn svg(instance: Option<&str>, all: &[Exceedance], width: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::execution_report::step;
+    use crate::chart::step;
     use crate::fixture::{Fixture, project_of};
     use expect_test::expect;
 
@@ -354,7 +354,8 @@ $0";
         let level =
             curve("limit").trim_start_matches('M').split(['H', ' ']).nth(1).unwrap().parse::<f64>().unwrap();
         assert!((level - y(1e-4)).abs() < 0.1, "{level}");
-        let names: Vec<_> = svg.split("dy=\"4\">").skip(1).filter_map(|it| it.split('<').next()).collect();
+        let names: Vec<_> =
+            svg.split("x=\"40\" y=\"0\">").skip(1).filter_map(|it| it.split('<').next()).collect();
         assert_eq!(names, ["see: 23 ms at 1e-4", "plan: 0.4 ms at 1e-4"]);
     }
 

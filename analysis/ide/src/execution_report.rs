@@ -8,12 +8,11 @@
 //! | `page.rs` | the document: header, overview, a section for each codel |
 //! | `tables.rs` | the tables of a section: levels, tests, hold-out, fits |
 //! | `plots.rs` | the plots of a section: recording, density, tail, fit, convergence |
-//! | `frame.rs`, `axis.rs` | the frame of a plot, its ticks and marks |
+//! | `frame.rs` | the frame of a plot, its ticks and marks |
 //! | `samples.rs` | few points that show many executions |
 //! | `figures.rs` | times, levels and counts as text |
 //! | `plots.css` | what it adds to the styles of all pages |
 
-mod axis;
 mod figures;
 mod frame;
 mod page;
@@ -21,7 +20,6 @@ mod plots;
 mod samples;
 mod tables;
 
-pub(crate) use axis::{Axis, step};
 pub use page::execution_report;
 
 use mauve_pwcet::{InstanceMeasurement, Options};

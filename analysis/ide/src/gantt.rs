@@ -5,13 +5,15 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::figure::met;
 use mauve_diagnostics::shortened;
-use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time, Unit};
+use mauve_timing::{CpuSet, Job, LeftOut, Pass, Schedule, Slice, Time};
 use mauve_wcrt::DeployedTasks;
 use rustc_hash::FxHashMap;
 
-use crate::drawing::{Drawing, svg_head, svg_path, svg_text, svg_tip};
+use crate::chart::Axis;
+use crate::drawing::Drawing;
 use crate::occurrences::grouped;
-use crate::text_canvas::{cells, in_columns};
+use crate::svg::{Anchor, Svg, path_through, tip_of};
+use crate::text_canvas::{cells, in_columns, padded};
 use crate::worst_schedule::{WorstOf, to_micros};
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
@@ -115,16 +117,17 @@ struct Chart<'a, 'db> {
     way: &'a [Pass],
     /// What the schedule was made for, and how little slack is tight.
     job: Option<(&'a Job, u32)>,
-    /// The height above the lanes, and the width of the times.
+    /// The height above the lanes.
     top: f64,
-    plot: f64,
-    /// The last time: the end of the schedule, or the deadline after it.
+    /// The times, until the end of the schedule or the deadline after it.
+    times: Axis,
     end: Time,
     /// The height of a lane, and the size of its texts.
     lane: f64,
     font: f64,
-    /// Where the times begin.
+    /// Where the times begin, and where they end.
     left: f64,
+    right: f64,
 }
 
 impl<'a, 'db> Chart<'a, 'db> {
@@ -141,78 +144,66 @@ impl<'a, 'db> Chart<'a, 'db> {
         };
         let longest = lanes.iter().map(|lane| lane.shown.chars().count()).max().unwrap_or_default();
         let left = if is_narrow { 44.0 } else { 64.0 } + 0.6 * font * longest as f64;
-        let plot = if is_narrow { (NARROW - left - 40.0).max(240.0) } else { PLOT };
+        let right = left + if is_narrow { (NARROW - left - 40.0).max(240.0) } else { PLOT };
         let top = TOP + job.map_or(0.0, |_| 2.0 * INSTANT);
         // A deadline that is much later would leave no room for the response.
         let latest = Time::from_nanos(schedule.end.as_nanos().saturating_mul(3));
         let end =
             job.map(|(job, _)| job.deadline).filter(|it| *it <= latest).unwrap_or_default().max(schedule.end);
-        Chart { lanes, deployment, schedule, way, job, top, plot, end, lane, font, left }
+        let times = times_until(end, (left, right));
+        Chart { lanes, deployment, schedule, way, job, top, times, end, lane, font, left, right }
     }
 
     fn draw(&self, title: &str, interrupt: &dyn Fn()) -> String {
         let groups = self.groups().count();
         let bottom = self.top + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
-        let width = self.left + self.plot + 40.0;
-        let left_out = self.left_out();
-        // Letters of a sans-serif font are at most 0.6 as wide as high on average.
-        let columns = Some((width / (0.6 * 12.0)) as usize);
-        let notes: Vec<String> = if left_out.is_empty() {
-            Vec::new()
-        } else {
-            in_columns(&left_out, columns, "").lines().map(svg_text).collect()
-        };
-        let mut legend = String::new();
-        let rows = self.legend(&mut legend, (bottom + 44.0, width));
-        let below = bottom + 46.0 + 20.0 * rows as f64;
-        let size = (width, below + 20.0 * notes.len() as f64);
-        let mut out = svg_head(size, "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
-        self.axis(&mut out, bottom);
+        let width = self.right + 40.0;
+        let mut svg = Svg::default();
+        self.axis(&mut svg, bottom);
         let (mut y, mut index) = (self.top, 0);
         let mut middles: FxHashMap<usize, f64> = FxHashMap::default();
         for lanes in self.groups() {
-            let (at, cpus) = (y + HEADING - 7.0, self.deployment.hosts.names(lanes[0].cpus));
-            let _ = writeln!(out, "<text x=\"20\" y=\"{at:.1}\" class=\"name\">{cpus}</text>");
+            let cpus = self.deployment.hosts.names(lanes[0].cpus);
+            svg.text("name", (20.0, y + HEADING - 7.0), Anchor::Start, &cpus);
             y += HEADING;
             for lane in lanes {
-                self.lane(&mut out, lane, y, index % 2 == 0, interrupt);
+                self.lane(&mut svg, lane, y, index % 2 == 0, interrupt);
                 middles.insert(lane.activity, y + self.lane * 0.72 - 5.0);
                 y += self.lane;
                 index += 1;
             }
         }
-        self.way(&mut out, &middles);
-        self.instants(&mut out, bottom);
-        out += &legend;
-        for (index, note) in notes.iter().enumerate() {
-            let y = below + 4.0 + 20.0 * index as f64;
-            let _ = writeln!(out, "<text x=\"20\" y=\"{y:.1}\" class=\"soft\">{note}</text>");
+        self.way(&mut svg, &middles);
+        self.instants(&mut svg, bottom);
+        let mut below = self.legend(&mut svg, (bottom + 44.0, width)) + 22.0;
+        // Letters of a sans-serif font are at most 0.6 as wide as high on average.
+        let columns = Some((width / (0.6 * 12.0)) as usize);
+        for note in in_columns(&self.left_out(), columns, "").lines() {
+            svg.text("soft", (20.0, below + 4.0), Anchor::Start, note);
+            below += 20.0;
         }
-        out + "</svg>\n"
+        svg.document((width, below), (20.0, 26.0), &format!("{title}; times in ms"))
     }
 
     /// Draws the way of data as a line through the middles of the lanes. Where it leaves one, it has the time since the change.
-    fn way(&self, out: &mut String, middles: &FxHashMap<usize, f64>) {
+    fn way(&self, svg: &mut Svg, middles: &FxHashMap<usize, f64>) {
         let Some(change) = self.way.first().map(|pass| pass.arrival) else { return };
-        let (mut points, mut labels) = (Vec::new(), String::new());
-        for pass in self.way {
-            let Some(&y) = middles.get(&pass.task) else { return };
-            let (from, to) = (self.x(pass.arrival), self.x(pass.write));
-            points.extend([(from, y), (to, y)]);
+        let place = |pass: &Pass| Some((self.x(pass.arrival), self.x(pass.write), *middles.get(&pass.task)?));
+        let Some(places) = self.way.iter().map(place).collect::<Option<Vec<_>>>() else { return };
+        let points: Vec<_> = places.iter().flat_map(|&(from, to, y)| [(from, y), (to, y)]).collect();
+        svg.group("worst", &[], "");
+        svg.path("wire", &path_through(&points));
+        svg.path("tip", &tip_of(&points));
+        for (pass, (from, to, y)) in self.way.iter().zip(places) {
             let passed = to_micros(pass.write.checked_sub(change).unwrap_or_default());
-            let (at, label_y) = (to - 4.0, y - self.lane * 0.3);
-            let _ = writeln!(
-                labels,
-                "<circle class=\"tip\" cx=\"{from:.1}\" cy=\"{y:.1}\" r=\"3.5\"/><text class=\"mark worst\" x=\"{at:.1}\" \
-                 y=\"{label_y:.1}\" text-anchor=\"end\">{passed}</text>"
-            );
+            svg.circle("tip", (from, y), 3.5);
+            svg.text("mark worst", (to - 4.0, y - self.lane * 0.3), Anchor::End, &passed.to_string());
         }
-        let (line, tip) = (svg_path(&points), svg_tip(&points));
-        let _ = writeln!(out, "<g class=\"worst\"><path class=\"wire\" d=\"{line}\"/>{tip}{labels}</g>");
+        svg.end();
     }
 
     /// Lines where the job that the schedule was made for is released, has its deadline and ends, each with its name.
-    fn instants(&self, out: &mut String, bottom: f64) {
+    fn instants(&self, svg: &mut Svg, bottom: f64) {
         let Some((job, tight_slack)) = self.job else { return };
         let since = |time: Time| to_micros(time.checked_sub(job.nominal).unwrap_or_default());
         let name = |what: &str, time: Time| match job.nominal {
@@ -234,14 +225,12 @@ impl<'a, 'db> Chart<'a, 'db> {
         ];
         for (index, (time, name, status)) in instants.into_iter().flatten().enumerate() {
             let (x, y) = (self.x(time), TOP - 24.0 + INSTANT * (index as f64 + 1.0));
-            let is_left = x < self.left + self.plot / 2.0;
-            let (at, anchor) = if is_left { (x + 5.0, "start") } else { (x - 5.0, "end") };
-            let _ = writeln!(
-                out,
-                "<g class=\"instant {status}\"><path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"limit\"/><text x=\"{at:.1}\" y=\"{y:.1}\" \
-                 text-anchor=\"{anchor}\" class=\"status mark\">{name}</text></g>",
-                y - 10.0,
-            );
+            let is_left = x < (self.left + self.right) / 2.0;
+            let (at, anchor) = if is_left { (x + 5.0, Anchor::Start) } else { (x - 5.0, Anchor::End) };
+            svg.group(&format!("instant {status}"), &[], "");
+            svg.path("limit", &format!("M{x:.1} {:.1}V{bottom:.1}", y - 10.0));
+            svg.text("status mark", (at, y), anchor, &name);
+            svg.end();
         }
     }
 
@@ -259,7 +248,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         // The marks of the axis, where they do not touch.
         let mut axis = vec![' '; left + plot + 12];
         let mut free = 0;
-        for time in marks(end) {
+        for time in marks(&times_until(self.schedule.end, (0.0, 1.0)), self.schedule.end) {
             let start = left + column(time);
             if start >= free {
                 let label = format!("│{}", time.number());
@@ -295,9 +284,9 @@ impl<'a, 'db> Chart<'a, 'db> {
                     }
                 }
                 let (name, priority) = (&lane.shown, lane.priority());
-                let space = " ".repeat(longest.saturating_sub(cells(name) as usize));
                 let row: String = row.into_iter().collect();
-                let _ = writeln!(out, "{}", format!("  {name}{space}{priority:>3} {row}").trim_end());
+                let row = format!("  {}{priority:>3} {row}", padded(name, longest));
+                let _ = writeln!(out, "{}", row.trim_end());
             }
         }
         out += "█ executes  · waits  ! after its deadline; the number is the priority\n";
@@ -332,67 +321,47 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     fn x(&self, time: Time) -> f64 {
-        let end = self.end.as_f64(Unit::Milliseconds);
-        let part = if end > 0.0 { time.as_f64(Unit::Milliseconds) / end } else { 0.0 };
-        self.left + self.plot * part.min(1.0)
+        self.times.at(time.as_nanos() as f64)
     }
 
     /// The times above and below the lanes, with a line for each. Names of instants take the place of those above.
-    fn axis(&self, out: &mut String, bottom: f64) {
+    fn axis(&self, svg: &mut Svg, bottom: f64) {
         let mut free = 0.0;
-        for time in marks(self.end.as_nanos()) {
-            let (x, above) = (self.x(time), self.top - 11.0);
-            let _ = writeln!(out, "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"grid\"/>", self.top - 6.0);
-            let half = 3.3 * time.number().chars().count() as f64 + 1.0;
+        for time in marks(&self.times, self.end) {
+            let (x, label) = (self.x(time), time.number());
+            svg.path("grid", &format!("M{x:.1} {:.1}V{bottom:.1}", self.top - 6.0));
+            let half = 3.3 * label.chars().count() as f64 + 1.0;
             if x - half < free {
                 continue;
             }
             free = x + half;
-            let rows = [Some(above).filter(|_| self.job.is_none()), Some(bottom + 14.0)];
-            for y in rows.into_iter().flatten() {
-                let _ = writeln!(
-                    out,
-                    "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" class=\"mark\">{}</text>",
-                    time.number()
-                );
+            if self.job.is_none() {
+                svg.text("mark", (x, self.top - 11.0), Anchor::Middle, &label);
             }
+            svg.text("mark", (x, bottom + 14.0), Anchor::Middle, &label);
         }
     }
 
-    fn lane(&self, out: &mut String, lane: &Lane<'_>, top: f64, is_shaded: bool, interrupt: &dyn Fn()) {
+    fn lane(&self, svg: &mut Svg, lane: &Lane<'_>, top: f64, is_shaded: bool, interrupt: &dyn Fn()) {
         let base = top + self.lane - 5.0;
         let height = self.lane * 0.56;
         if is_shaded {
-            let _ = writeln!(
-                out,
-                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" class=\"shade\"/>",
-                self.left, self.plot, self.lane
-            );
+            svg.rect("shade", [self.left, top, self.right - self.left, self.lane]);
         }
-        let priority = lane.priority();
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\">{}<title>{}</title></text>\n\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\" class=\"quiet\">{priority}</text>\n\
-             <path d=\"M{:.1} {base:.1} h{:.1}\" class=\"base\"/>",
-            self.left - 34.0,
-            base - 0.3 * height,
-            self.font,
-            svg_text(&lane.shown),
-            svg_text(&lane.name),
-            self.left - 10.0,
-            base - 0.3 * height,
-            self.font - 1.0,
-            self.left,
-            self.plot,
-        );
-        self.releases(out, lane, base);
-        self.slices(out, lane, base, height, interrupt);
-        self.misses(out, lane, base);
+        let y = base - 0.3 * height;
+        svg.group("", &[], &lane.name);
+        svg.text_with("", (self.left - 34.0, y), Anchor::End, &[("font-size", &self.font)], &lane.shown);
+        svg.end();
+        let size = self.font - 1.0;
+        svg.text_with("quiet", (self.left - 10.0, y), Anchor::End, &[("font-size", &size)], &lane.priority());
+        svg.path("base", &format!("M{:.1} {base:.1}H{:.1}", self.left, self.right));
+        self.releases(svg, lane, base);
+        self.slices(svg, lane, base, height, interrupt);
+        self.misses(svg, lane, base);
     }
 
     /// The slices, and thin lines where a job is preempted.
-    fn slices(&self, out: &mut String, lane: &Lane<'_>, base: f64, height: f64, interrupt: &dyn Fn()) {
+    fn slices(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64, height: f64, interrupt: &dyn Fn()) {
         let mut preempted = String::new();
         for pair in lane.slices.windows(2) {
             if let [before, after] = pair
@@ -400,10 +369,10 @@ impl<'a, 'db> Chart<'a, 'db> {
                 && before.end < after.start
             {
                 let y = base - height / 2.0;
-                let _ = write!(preempted, "M{:.1} {y:.1} H{:.1}", self.x(before.end), self.x(after.start));
+                let _ = write!(preempted, "M{:.1} {y:.1}H{:.1}", self.x(before.end), self.x(after.start));
             }
         }
-        path(out, &preempted, "waits");
+        svg.path("waits", &preempted);
         let deadline = |slice: &Slice| {
             let first = lane.jobs.first()?.number;
             let index = usize::try_from(slice.job.checked_sub(first)?).ok()?;
@@ -413,65 +382,50 @@ impl<'a, 'db> Chart<'a, 'db> {
             interrupt();
             let class = if lane.priority.is_none() { THROTTLED.to_owned() } else { colour(slice.cpu) };
             let end = deadline(slice).map_or(slice.end, |deadline| deadline.clamp(slice.start, slice.end));
-            let label = self.label(slice);
-            let _ = writeln!(
-                out,
-                "<g data-activity=\"{}\"><title>{}</title>",
-                lane.activity,
-                svg_text(&self.description(lane, slice))
-            );
+            let description = self.description(lane, slice);
+            svg.group("", &[("data-activity", &lane.activity)], &description);
             let parts = [(slice.start, end, class.as_str()), (end, slice.end, LATE)];
             for (start, end, class) in parts {
                 if start == end && (slice.start != slice.end || class == LATE) {
                     continue;
                 }
                 let (x, width) = (self.x(start), (self.x(end) - self.x(start)).max(0.8));
-                let _ = writeln!(
-                    out,
-                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
-                     class=\"slice {class}\"/>",
-                    base - height
-                );
+                svg.rect(&format!("slice {class}"), [x, base - height, width, height]);
             }
+            let (label, size) = (self.label(slice), (self.font - 1.5).min(10.5));
             let (x, width) = (self.x(slice.start), self.x(slice.end) - self.x(slice.start));
-            let size = (self.font - 1.5).min(10.5);
             // Letters of a sans-serif font are at most 0.6 as wide as high on average.
             if 0.6 * size * label.chars().count() as f64 + 2.0 <= width {
-                let _ = writeln!(
-                    out,
-                    "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"inner\" font-size=\"{size}\">{}</text>",
-                    x + width / 2.0,
-                    base - height / 2.0 + 0.36 * size,
-                    svg_text(&label)
-                );
+                let at = (x + width / 2.0, base - height / 2.0 + 0.36 * size);
+                svg.text_with("inner", at, Anchor::Middle, &[("font-size", &size)], &label);
             }
-            out.push_str("</g>\n");
+            svg.end();
         }
     }
 
     /// Arrows up for the releases, and marks below the line for the deadlines.
-    fn releases(&self, out: &mut String, lane: &Lane<'_>, base: f64) {
+    fn releases(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64) {
         let (mut arrows, mut marks) = (String::new(), String::new());
         let top = base - self.lane + 9.0;
         for job in &lane.jobs {
             let x = self.x(job.release);
-            let _ = write!(arrows, "M{x:.1} {base:.1} V{top:.1} m-2.5 4 l2.5 -4 l2.5 4");
+            let _ = write!(arrows, "M{x:.1} {base:.1}V{top:.1}m-2.5 4l2.5 -4l2.5 4");
             if job.deadline <= self.end {
-                let _ = write!(marks, "M{:.1} {:.1} v6", self.x(job.deadline), base - 1.0);
+                let _ = write!(marks, "M{:.1} {:.1}v6", self.x(job.deadline), base - 1.0);
             }
         }
-        path(out, &arrows, "release");
-        path(out, &marks, "deadline");
+        svg.path("release", &arrows);
+        svg.path("deadline", &marks);
     }
 
     /// A red line from each missed deadline to the end of the job.
-    fn misses(&self, out: &mut String, lane: &Lane<'_>, base: f64) {
+    fn misses(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64) {
         let mut lines = String::new();
         for job in lane.jobs.iter().filter(|job| job.is_missed) {
             let end = self.x(job.end.unwrap_or(self.schedule.end));
-            let _ = write!(lines, "M{:.1} {:.1} v6 m0 -3 H{end:.1}", self.x(job.deadline), base - 1.0);
+            let _ = write!(lines, "M{:.1} {:.1}v6m0 -3H{end:.1}", self.x(job.deadline), base - 1.0);
         }
-        path(out, &lines, "overrun");
+        svg.path("overrun", &lines);
     }
 
     /// The name of the state that a slice executes.
@@ -500,41 +454,34 @@ impl<'a, 'db> Chart<'a, 'db> {
         format!("{name}, job {job} on {cpu}, {times}: {source} → {target}{transition}")
     }
 
-    /// Writes what the signs mean, from a height on and in a width. Returns the number of rows.
-    fn legend(&self, out: &mut String, (mut y, width): (f64, f64)) -> usize {
-        let (mut x, mut rows) = (self.left, 1);
-        let mut entry = |sign: &str, text: &str| {
+    /// Writes what the signs mean, from a height on and in a width. Returns the height of the last row.
+    fn legend(&self, svg: &mut Svg, (mut y, width): (f64, f64)) -> f64 {
+        let mut x = self.left;
+        let mut entry = |sign: &[(&str, &str)], text: &str| {
             let of_entry = 56.0 + 6.6 * text.chars().count() as f64;
             if x > self.left && x + of_entry > width {
-                (x, y, rows) = (self.left, y + 20.0, rows + 1);
+                (x, y) = (self.left, y + 20.0);
             }
-            let _ = writeln!(
-                out,
-                "<g transform=\"translate({x:.1} {y:.1})\">{sign}<text x=\"30\" class=\"soft\">{text}</text></g>"
-            );
+            svg.entry((x, y), sign, (30.0, "soft"), text);
             x += of_entry;
         };
-        entry("<path d=\"M12 1 V-11 m-2.5 4 l2.5 -4 l2.5 4\" class=\"release\"/>", "release");
-        entry("<path d=\"M12 -8 v8\" class=\"deadline\"/>", "deadline");
-        let bar = |class: &str, x: f64, width: f64| {
-            format!("<rect x=\"{x}\" y=\"-11\" width=\"{width}\" height=\"12\" class=\"slice {class}\"/>")
-        };
+        entry(&[("release", "M12 1V-11m-2.5 4l2.5 -4l2.5 4")], "release");
+        entry(&[("deadline", "M12 -8v8")], "deadline");
+        let bar = "M0 -11h24v12h-24z";
         let used =
             self.schedule.slices.iter().filter(|slice| slice.activity < self.schedule.statistics.len());
         let used: CpuSet = used.map(|slice| slice.cpu).collect();
         for cpu in used.iter() {
-            entry(&bar(&colour(cpu), 0.0, 24.0), &self.deployment.hosts.names(CpuSet::of(cpu)));
+            let class = format!("slice {}", colour(cpu));
+            entry(&[(&class, bar)], &self.deployment.hosts.names(CpuSet::of(cpu)));
         }
-        let first = used.first().unwrap_or_default();
-        let line = "<path d=\"M8 -5 h8\" class=\"waits\"/>";
-        entry(
-            &format!("{}{line}{}", bar(&colour(first), 0.0, 8.0), bar(&colour(first), 16.0, 8.0)),
-            "preempted",
-        );
+        let class = format!("slice {}", colour(used.first().unwrap_or_default()));
+        let parts = "M0 -11h8v12h-8zM16 -11h8v12h-8z";
+        entry(&[(&class, parts), ("waits", "M8 -5h8")], "preempted");
         if self.schedule.jobs.iter().any(|job| job.is_missed) {
-            entry(&bar(LATE, 0.0, 24.0), "after the deadline");
+            entry(&[(&format!("slice {LATE}"), bar)], "after the deadline");
         }
-        rows
+        y
     }
 }
 
@@ -544,32 +491,18 @@ const MOST_NAMES: usize = 8;
 /// The most letters of a name in a lane.
 const MOST_LETTERS: usize = 28;
 
-/// Draws lines of a class, if there are any.
-fn path(out: &mut String, lines: &str, class: &str) {
-    if !lines.is_empty() {
-        let _ = writeln!(out, "<path d=\"{lines}\" class=\"{class}\"/>");
-    }
+/// Returns the axis of times until `end`, in nanoseconds.
+fn times_until(end: Time, ends: (f64, f64)) -> Axis {
+    Axis::linear((0.0, end.as_nanos().max(1) as f64), 0.0, ends)
 }
 
-/// Returns the marks of an axis of this length.
-fn marks(length: u64) -> impl Iterator<Item = Time> {
-    let step = step(length);
-    let marks = std::iter::successors(Some(0_u64), move |at| at.checked_add(step));
-    marks.take_while(move |at| *at <= length).map(Time::from_nanos)
-}
-
-/// Returns the time between two marks of the axis: 1, 2 or 5 times a power of ten, for about ten marks.
-fn step(length: u64) -> u64 {
-    let mut power = 1_u64;
-    loop {
-        for factor in [1, 2, 5] {
-            let step = power.saturating_mul(factor);
-            if length / step <= 12 {
-                return step;
-            }
-        }
-        power = power.saturating_mul(10);
-    }
+/// Returns the marks of an axis until `end`: at most 13, with the one at 0.
+fn marks(times: &Axis, end: Time) -> Vec<Time> {
+    let ticks = times.ticks(12.999, 1.0).0.into_iter();
+    let mut marks: Vec<Time> = ticks.map(|tick| Time::from_nanos(tick as u64)).collect();
+    marks.dedup();
+    marks.retain(|it| *it <= end);
+    marks
 }
 
 #[cfg(test)]
@@ -706,7 +639,11 @@ rt_throttling = false
     #[test]
     fn marks_of_the_axis() {
         let ms = 1_000_000;
-        let found = [1000 * ms, 420 * ms, 60 * ms, 1, 0, u64::MAX].map(step);
-        assert_eq!(found, [100 * ms, 50 * ms, 5 * ms, 1, 1, 2_000_000_000_000_000_000]);
+        let found = [1000 * ms, 420 * ms, 60 * ms, 13 * ms, 1, 0, u64::MAX].map(|end| {
+            let end = Time::from_nanos(end);
+            let marks = marks(&times_until(end, (0.0, 1.0)), end);
+            marks.get(1).map_or(0, |time| time.as_nanos())
+        });
+        assert_eq!(found, [100 * ms, 50 * ms, 5 * ms, 2 * ms, 1, 0, 2_000_000_000_000_000_000]);
     }
 }

@@ -1,6 +1,6 @@
 //! Pages in HTML without scripts, and texts in them.
 
-use crate::drawing::svg_text;
+use crate::svg::escaped;
 
 /// Returns a page with the styles of all pages and its own ones; `body` is HTML.
 pub fn page(title: &str, style: &str, body: &str) -> String {
@@ -20,7 +20,7 @@ pub fn text(outside: &str) -> String {
         letter.is_control()
             || matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
     };
-    svg_text(&outside.replace(is_hidden, "\u{fffd}")).replace('\'', "&#39;")
+    escaped(&outside.replace(is_hidden, "\u{fffd}")).replace('\'', "&#39;")
 }
 
 /// Returns a text whose names, in backquotes, are code.
@@ -35,11 +35,6 @@ pub fn words(outside: &str) -> String {
 
 /// Returns a name in code, with the places where a narrow column may break it.
 pub fn code(name: &str) -> String {
-    let mut out = "<code>".to_owned();
-    for part in name.split_inclusive(['.', '/', '_', '(', ',', ':']) {
-        out += &text(part);
-        out += "<wbr/>";
-    }
-    out.truncate(out.len() - if name.is_empty() { 0 } else { "<wbr/>".len() });
-    out + "</code>"
+    let parts: Vec<String> = name.split_inclusive(['.', '/', '_', '(', ',', ':']).map(text).collect();
+    format!("<code>{}</code>", parts.join("<wbr/>"))
 }

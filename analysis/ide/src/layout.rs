@@ -15,6 +15,7 @@ mod columns;
 mod order;
 mod turns;
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use order::order_of;
@@ -77,6 +78,8 @@ pub(crate) struct Spacing {
     pub(crate) label: f64,
     /// Around the drawing.
     pub(crate) margin: f64,
+    /// Above that.
+    pub(crate) top: f64,
     /// The thickness of a line: 1 in cells, 0 in pixels.
     pub(crate) line: f64,
 }
@@ -106,6 +109,12 @@ pub(crate) struct Area {
     pub(crate) y: f64,
     pub(crate) width: f64,
     pub(crate) height: f64,
+}
+
+impl From<Area> for [f64; 4] {
+    fn from(Area { x, y, width, height }: Area) -> [f64; 4] {
+        [x, y, width, height]
+    }
 }
 
 /// The place of a port. A port has two if it has lines to both sides.
@@ -165,6 +174,13 @@ enum Content {
     Line(usize),
     /// A line that passes below its label.
     Label(usize),
+}
+
+impl Content {
+    /// Returns the line that passes.
+    fn line(self) -> Option<usize> {
+        if let Content::Line(line) | Content::Label(line) = self { Some(line) } else { None }
+    }
 }
 
 struct Layout<'a> {
@@ -263,10 +279,8 @@ impl<'a> Layout<'a> {
         }
         self.separate();
         let items = self.columns.iter().enumerate().flat_map(|(column, items)| {
-            items.iter().enumerate().filter_map(move |(index, item)| match item.content {
-                Content::Line(line) | Content::Label(line) => Some(((line, column), index)),
-                Content::Box(_) => None,
-            })
+            let passing = move |(index, item): (usize, &Item)| Some(((item.content.line()?, column), index));
+            items.iter().enumerate().filter_map(passing)
         });
         self.passes = items.collect();
     }
@@ -294,7 +308,7 @@ impl<'a> Layout<'a> {
         let first = columns.iter().flatten().map(|item| item.top).fold(f64::INFINITY, f64::min);
         if first.is_finite() {
             for item in columns.iter_mut().flatten() {
-                item.top += self.spacing.margin - first;
+                item.top += self.spacing.top + self.spacing.margin - first;
             }
         }
         self.columns = columns;
@@ -421,18 +435,11 @@ impl<'a> Layout<'a> {
             }
         }
         for (number, (placed, size)) in self.boxes.iter_mut().zip(&self.diagram.boxes).enumerate() {
-            let other = |slot: &Slot| {
+            let order = |slot: &Slot| {
                 let mean = others.get(&(number, slot.port, slot.side)).map(|(sum, count)| sum / count);
-                (!slot.has_line, mean.unwrap_or(f64::INFINITY))
+                (slot.side, !slot.has_line, mean.unwrap_or(f64::INFINITY), slot.port)
             };
-            placed.slots.sort_by(|a, b| {
-                let ((no_a, at_a), (no_b, at_b)) = (other(a), other(b));
-                a.side
-                    .cmp(&b.side)
-                    .then(no_a.cmp(&no_b))
-                    .then(at_a.total_cmp(&at_b))
-                    .then(a.port.cmp(&b.port))
-            });
+            placed.slots.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal));
             for side in [Side::Left, Side::Right] {
                 let count = placed.slots.iter().filter(|slot| slot.side == side).count() as f64;
                 let first = match size.head {
@@ -499,7 +506,7 @@ impl<'a> Layout<'a> {
                 let Some(&at) = self.passes.get(&(line, stop.column)) else { continue };
                 let item = items[at];
                 let above = at.checked_sub(1).and_then(|above| items.get(above));
-                let least = above.map_or(self.spacing.margin, |above| {
+                let least = above.map_or(self.spacing.top + self.spacing.margin, |above| {
                     above.top + above.height + self.gap(above.content, item.content)
                 });
                 let below = items.get(at + 1);
@@ -550,7 +557,8 @@ impl<'a> Layout<'a> {
         for (line, placed) in self.placed_loops() {
             lines[line] = placed;
         }
-        let bottom = self.columns.iter().flatten().map(|item| item.top + item.height).fold(0.0, f64::max);
+        let bottoms = self.columns.iter().flatten().map(|item| item.top + item.height);
+        let bottom = bottoms.fold(self.spacing.top, f64::max);
         Placement { width, height: bottom + self.spacing.margin, boxes: self.boxes, lines }
     }
 
@@ -633,10 +641,6 @@ impl<'a> Layout<'a> {
         });
         placed.collect()
     }
-}
-
-fn is_of_line(content: Content, line: usize) -> bool {
-    content == Content::Line(line) || content == Content::Label(line)
 }
 
 #[cfg(test)]
@@ -747,10 +751,26 @@ mod tests {
         }
     }
 
-    const CELLS: Spacing =
-        Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 1.0, line: 1.0 };
-    const PIXELS: Spacing =
-        Spacing { boxes: 6.0, lines: 4.0, turns: 3.0, ends: 5.0, label: 1.0, margin: 4.0, line: 0.0 };
+    const CELLS: Spacing = Spacing {
+        boxes: 1.0,
+        lines: 1.0,
+        turns: 2.0,
+        ends: 3.0,
+        label: 0.0,
+        margin: 1.0,
+        top: 0.0,
+        line: 1.0,
+    };
+    const PIXELS: Spacing = Spacing {
+        boxes: 6.0,
+        lines: 4.0,
+        turns: 3.0,
+        ends: 5.0,
+        label: 1.0,
+        margin: 4.0,
+        top: 0.0,
+        line: 0.0,
+    };
 
     #[test]
     fn nothing_overlaps_in_random_diagrams() {

@@ -33,7 +33,9 @@
 //! | `explanation.rs`, `explanation/` | explanations of response times |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `project.rs` | the projects of a file, and their names |
-//! | `drawing.rs` | common parts of drawings |
+//! | `drawing.rs` | the formats of drawings |
+//! | `svg.rs` | the one writer of SVG |
+//! | `chart.rs` | axes of drawings, and their ticks |
 //! | `layout.rs` | the places of boxes and lines |
 //! | `text_canvas.rs` | drawings in characters |
 //! | `toml_place.rs` | where an offset is in `mauve.toml`, or in a timing table |
@@ -60,6 +62,7 @@ mod call_hierarchy;
 mod cancellation;
 mod chain_drawing;
 mod change;
+mod chart;
 mod code_actions;
 mod code_lens;
 mod comparison;
@@ -105,6 +108,7 @@ mod semantic_tokens;
 mod sensitivity;
 mod signature_help;
 mod state_machine;
+mod svg;
 mod text_canvas;
 mod toml_place;
 mod type_definition;

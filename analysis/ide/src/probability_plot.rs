@@ -1,11 +1,10 @@
 //! A probability on a logarithmic axis over a time, as SVG: the levels of tables, a curve, a deadline.
 
-use std::fmt::Write as _;
-
 use mauve_timing::{Time, Unit};
 
-use crate::drawing::{Drawing, number, svg_head, svg_line, svg_text, text_width};
-use crate::execution_report::{Axis, step};
+use crate::chart::{Axis, step};
+use crate::drawing::Drawing;
+use crate::svg::{Anchor, Svg, number, text_width};
 
 /// What is drawn.
 pub(crate) struct Plot<'a> {
@@ -71,28 +70,14 @@ impl Plot<'_> {
         };
         let x = |time: Time| axis.at(time.as_f64(Unit::Milliseconds));
         let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
-        let legend = self.legend(TOP + height + 70.0);
-        let width = (right + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
-        let legends = self.lines.iter().map(|it| LEFT + 64.0 + text_width(&it.1, 12.0, false));
-        let width = legends.fold(width, f64::max);
-        let bottom = TOP + height + 64.0 + 20.0 * legend.len() as f64;
-        let mut out = svg_head((width, bottom), "x=\"24\" y=\"30\"", &self.title);
-        out += &grid(decades, (right, height), &axis, end / step);
-        let below = (LEFT + self.width / 2.0, TOP + height + 44.0);
-        out += &svg_line("soft", below, " text-anchor=\"middle\"", self.axis);
-        let _ = writeln!(
-            out,
-            "<text class=\"soft\" transform=\"translate(26 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            number(TOP + height / 2.0),
-            svg_text(self.upright),
-        );
+        let mut svg = Svg::default();
+        self.grid(&mut svg, decades, height, (&axis, end / step));
         if let Some(deadline) = self.deadline {
-            let (x, top, bottom) = (number(x(deadline)), number(TOP), number(TOP + height));
-            let _ = writeln!(out, "<path class=\"deadline\" d=\"M{x} {top}V{bottom}\"/>");
+            let [x, bottom] = [x(deadline), TOP + height].map(number);
+            svg.path("deadline", &format!("M{x} {TOP}V{bottom}"));
         }
         if let Some(level) = self.level {
-            let [from, y, to] = [LEFT, y(level), right].map(number);
-            let _ = writeln!(out, "<path class=\"limit\" d=\"M{from} {y}H{to}\"/>");
+            svg.path("limit", &format!("M{LEFT} {}H{right}", number(y(level))));
         }
         for (class, words, points) in &self.lines {
             let to = |(time, probability): &(Time, f64)| {
@@ -101,86 +86,61 @@ impl Plot<'_> {
             let curve: String = points.iter().map(to).collect();
             // What was observed ends with the greatest. Compared lines have nothing in common.
             let is_short = *class == "seen" || self.level.is_some();
-            let end = if is_short { String::new() } else { format!("H{}", number(right)) };
+            let end = if is_short { String::new() } else { format!("H{right}") };
             let start = points.first().filter(|_| self.level.is_some()).map_or(LEFT, |(time, _)| x(*time));
-            let _ = writeln!(
-                out,
-                "<path class=\"{class}\" d=\"M{} {}{curve}{end}\"><title>{}</title></path>",
-                number(start),
-                number(TOP),
-                svg_text(words),
-            );
+            svg.titled_path(class, &format!("M{} {TOP}{curve}{end}", number(start)), words);
         }
         for (index, point) in self.points.iter().enumerate() {
             let (at, down) = (x(point.time), y(point.probability));
             // To the left of the curve, where there is room.
             let has_room = at - LEFT > text_width(&point.label, 12.0, true) + 16.0;
-            let (label_x, anchor) = if has_room { (at - 9.0, "end") } else { (at + 9.0, "start") };
+            let (label_x, anchor) =
+                if has_room { (at - 9.0, Anchor::End) } else { (at + 9.0, Anchor::Start) };
             // One label at a height, and for a time.
             let is_near = |(other, it): (usize, &PlotPoint)| {
                 let is_same = it.time == point.time || (y(it.probability) - down).abs() < 14.0;
                 (other > index || it.is_shown) && is_same
             };
             let is_hidden = !point.is_shown && self.points.iter().enumerate().any(is_near);
-            let label = if is_hidden { String::new() } else { svg_text(&point.label) };
+            let label = if is_hidden { "" } else { &point.label };
             let shown = if point.is_shown { " worst" } else { "" };
-            let _ = writeln!(
-                out,
-                "<g class=\"level{shown}\" data-level=\"{index}\"><title>{}</title><circle class=\"tip\" cx=\"{}\" cy=\"{}\" \
-                 r=\"4.5\"/><text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{label}</text></g>",
-                svg_text(&point.title),
-                number(at),
-                number(down),
-                number(label_x),
-                number(down - 6.0),
-            );
+            svg.group(&format!("level{shown}"), &[("data-level", &index)], &point.title);
+            svg.circle("tip", (at, down), 4.5);
+            svg.text("", (label_x, down - 6.0), anchor, label);
+            svg.end();
         }
-        out.extend(legend);
-        out + "</svg>\n"
-    }
-
-    /// Returns a row for each line, where there are several.
-    fn legend(&self, top: f64) -> Vec<String> {
+        // A row for each line, where there are several.
         let lines = self.lines.iter().map(|(class, words, _)| (*class, words.as_str()));
         let deadline = self.deadline.map(|_| ("deadline", "deadline"));
-        let row = |(number, (class, words)): (u32, (&str, &str))| {
-            let y = top + 20.0 * f64::from(number);
-            format!(
-                "<path class=\"{class}\" d=\"M{LEFT} {y}h30\"/><text class=\"soft\" x=\"{}\" y=\"{y}\" dy=\"4\">{}</text>\n",
-                LEFT + 40.0,
-                svg_text(words),
-            )
-        };
-        let rows = lines.chain(deadline).filter(|_| self.lines.len() > 1);
-        (0..).zip(rows).map(row).collect()
+        let mut below = TOP + height + 74.0;
+        for (class, words) in lines.chain(deadline).filter(|_| self.lines.len() > 1) {
+            svg.entry((LEFT, below), &[(class, "M0 -4h30")], (40.0, "soft"), words);
+            below += 20.0;
+        }
+        let width = (right + 60.0).max(text_width(&self.title, 14.0, true) + 48.0);
+        let legends = self.lines.iter().map(|it| LEFT + 64.0 + text_width(&it.1, 12.0, false));
+        svg.document((legends.fold(width, f64::max), below - 10.0), (24.0, 30.0), &self.title)
     }
-}
 
-/// Returns lines for the decades of probability, and for at most so many times.
-fn grid(decades: f64, (right, height): (f64, f64), axis: &Axis, most: f64) -> String {
-    let mut out = String::new();
-    for decade in 0..=decades as u32 {
-        let at = number(TOP + height * f64::from(decade) / decades);
-        let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
-             text-anchor=\"end\">{label}</text>",
-            number(LEFT),
-            number(right),
-            number(LEFT - 10.0),
-        );
+    /// Draws lines for the decades of probability, and for at most so many times, with the titles of the axes.
+    fn grid(&self, svg: &mut Svg, decades: f64, height: f64, (axis, most): (&Axis, f64)) {
+        let (right, bottom) = (LEFT + self.width, TOP + height);
+        for decade in 0..=decades as u32 {
+            let at = TOP + height * f64::from(decade) / decades;
+            let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
+            svg.path("grid", &format!("M{LEFT} {}H{right}", number(at)));
+            svg.text_with("soft", (LEFT - 10.0, at), Anchor::End, &[("dy", &4)], &label);
+        }
+        for value in axis.ticks(most.round(), 1.0).0 {
+            let x = axis.at(value);
+            svg.path("grid", &format!("M{} {TOP}V{}", number(x), number(bottom)));
+            let label = Time::from_nanos((value * 1e6).round() as u64).number();
+            svg.text("soft", (x, bottom + 20.0), Anchor::Middle, &label);
+        }
+        svg.text("soft", (LEFT + self.width / 2.0, bottom + 44.0), Anchor::Middle, self.axis);
+        let upright = format!("translate(26 {}) rotate(-90)", number(TOP + height / 2.0));
+        svg.group("", &[("transform", &upright)], "");
+        svg.text("soft", (0.0, 0.0), Anchor::Middle, self.upright);
+        svg.end();
     }
-    for value in axis.ticks(most.round() as usize, 1.0).0 {
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            number(TOP),
-            number(TOP + height),
-            number(TOP + height + 20.0),
-            Time::from_nanos((value * 1e6).round() as u64).number(),
-            x = number(axis.at(value)),
-        );
-    }
-    out
 }

@@ -10,13 +10,11 @@ use mauve_timing::{Level, Time, Unit};
 #[cfg(doc)]
 use mauve_wcrt::TableSet;
 
-use crate::drawing::{
-    Drawing, dot_text, drawn_name, moved, number, svg_frame, svg_head, svg_path, svg_text, svg_tip,
-    text_width, too_large,
-};
+use crate::drawing::{Drawing, dot_head, dot_text, drawn_name, too_large};
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, Placement, Spacing, place};
 use crate::machine_view::{MachineEdge, MachineView};
-use crate::text_canvas::{TextCanvas, cells};
+use crate::svg::{Anchor, Attributes, Svg, path_through, text_width, tip_of};
+use crate::text_canvas::{TextCanvas, cells, padded};
 
 /// What a drawing of a state machine says besides its states and edges.
 #[derive(Debug, Clone, Copy)]
@@ -163,12 +161,7 @@ impl Machine {
     }
 
     fn dot(&self, component: &str) -> String {
-        let mut out = format!("digraph {} {{\n", dot_text(component));
-        let _ = writeln!(
-            out,
-            "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
-            dot_text(&self.title)
-        );
+        let mut out = dot_head(component, &self.title, "rounded");
         for state in &self.states {
             let bold = if state.is_initial { " [penwidth=2]" } else { "" };
             let _ = writeln!(out, "  {}{bold};", dot_text(&state.name));
@@ -215,7 +208,7 @@ impl Machine {
     }
 
     fn svg(&self, interrupt: &dyn Fn()) -> Option<String> {
-        const TITLE: f64 = 28.0;
+        const ROW: f64 = 15.0;
         let size = |state: &DrawnState| {
             let width = text_width(&state.name, 13.0, true) + 32.0;
             ((width / 8.0).ceil() * 8.0, 38.0)
@@ -224,7 +217,6 @@ impl Machine {
             let widths = arrow.edges.iter().map(|edge| text_width(&edge.widest, 12.0, true));
             (widths.fold(0.0, f64::max).ceil(), arrow.edges.len() as f64 * ROW)
         };
-        const ROW: f64 = 15.0;
         let spacing = Spacing {
             boxes: 30.0,
             lines: 14.0,
@@ -232,55 +224,40 @@ impl Machine {
             ends: 18.0,
             label: 3.0,
             margin: 24.0,
+            top: 28.0,
             line: 0.0,
         };
-        let placement = moved(self.place(spacing, 14.0, size, label, interrupt)?, (0.0, TITLE));
-        let width = placement.width.max(text_width(&self.title, 14.0, true) + 2.0 * spacing.margin);
-        let size = (width, placement.height + TITLE);
-        let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", spacing.margin), &self.title);
+        let placement = self.place(spacing, 14.0, size, label, interrupt)?;
+        let mut svg = Svg::default();
         for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
             let worst = if arrow.is_worst() { " worst" } else { "" };
-            let _ = writeln!(
-                out,
-                "<g class=\"link{worst}\" data-source=\"{}\" data-target=\"{}\"><path class=\"wire\" d=\"{}\"/>{}</g>",
-                arrow.source,
-                arrow.target,
-                svg_path(&line.points),
-                svg_tip(&line.points),
-            );
+            let ends: Attributes<'_> = &[("data-source", &arrow.source), ("data-target", &arrow.target)];
+            svg.group(&format!("link{worst}"), ends, "");
+            svg.path("wire", &path_through(&line.points));
+            svg.path("tip", &tip_of(&line.points));
+            svg.end();
             let Some(area) = line.label else { continue };
             for (row, edge) in arrow.edges.iter().enumerate() {
-                let _ = writeln!(
-                    out,
-                    "<text class=\"label{}\" data-edge=\"{}\" data-place=\"{}\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-                    if edge.is_worst { " worst" } else { "" },
-                    edge.edge,
-                    svg_text(&edge.place),
-                    number(area.x + area.width / 2.0),
-                    number(area.y + (row as f64 + 1.0) * ROW - 3.5),
-                    svg_text(&edge.label),
-                );
+                let class = if edge.is_worst { "label worst" } else { "label" };
+                let at = (area.x + area.width / 2.0, area.y + (row as f64 + 1.0) * ROW - 3.5);
+                let data: Attributes<'_> = &[("data-edge", &edge.edge), ("data-place", &edge.place)];
+                svg.text_with(class, at, Anchor::Middle, data, &edge.label);
             }
         }
         for ((index, state), placed) in self.states.iter().enumerate().zip(&placement.boxes) {
             let Area { x, y, width, height } = placed.area;
-            let initial = if state.is_initial { " initial" } else { "" };
+            let (initial, said) =
+                if state.is_initial { (" initial", ", the initial state") } else { ("", "") };
             let worst = if state.is_worst { " worst" } else { "" };
-            let _ = writeln!(
-                out,
-                "<g class=\"box{initial}{worst}\" data-state=\"{index}\" data-place=\"{}\"><title>{}{}</title>\n\
-                 {}\n\
-                 <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text></g>",
-                svg_text(&state.place),
-                svg_text(&state.name),
-                if state.is_initial { ", the initial state" } else { "" },
-                svg_frame(placed.area, 12),
-                number(x + width / 2.0),
-                number(y + height / 2.0 + 4.5),
-                svg_text(&state.name),
-            );
+            let data: Attributes<'_> = &[("data-state", &index), ("data-place", &state.place)];
+            svg.group(&format!("box{initial}{worst}"), data, &format!("{}{said}", state.name));
+            svg.round_rect("frame", placed.area.into(), 12);
+            let at = (x + width / 2.0, y + height / 2.0 + 4.5);
+            svg.text("name", at, Anchor::Middle, &state.name);
+            svg.end();
         }
-        Some(out + "</svg>\n")
+        let width = placement.width.max(text_width(&self.title, 14.0, true) + 2.0 * spacing.margin);
+        Some(svg.document((width, placement.height), (spacing.margin, 30.0), &self.title))
     }
 
     /// Draws the states and the arrows between them; lists them where they do not fit.
@@ -290,8 +267,16 @@ impl Machine {
             let widths = arrow.edges.iter().map(|edge| cells(&edge.label));
             (widths.fold(0.0, f64::max) + 2.0, arrow.edges.len() as f64)
         };
-        let spacing =
-            Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 2.0, label: 0.0, margin: 0.0, line: 1.0 };
+        let spacing = Spacing {
+            boxes: 1.0,
+            lines: 1.0,
+            turns: 2.0,
+            ends: 2.0,
+            label: 0.0,
+            margin: 0.0,
+            top: 0.0,
+            line: 1.0,
+        };
         let placement = self.place(spacing, 1.0, size, label, interrupt)?;
         if columns.is_some_and(|columns| placement.width > columns as f64) {
             return Some(format!("{}\n\n{}\n{}\n", self.title, self.list(), self.legend()));
@@ -323,11 +308,10 @@ impl Machine {
             for arrow in self.arrows.iter().filter(|arrow| arrow.source == number) {
                 for edge in &arrow.edges {
                     let label = format!("{}{}", edge.label, if edge.is_worst { "*" } else { "" });
-                    let space = " ".repeat(width - cells(&label).min(width as f64) as usize);
                     let target = self.states.get(arrow.target).map_or("", |it| it.name.as_str());
                     let to =
                         if arrow.target == number { "◂ stays".to_owned() } else { format!("▸ {target}") };
-                    let _ = writeln!(out, "    {label}{space}  {to}");
+                    let _ = writeln!(out, "    {}  {to}", padded(&label, width));
                 }
             }
         }

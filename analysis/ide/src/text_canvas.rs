@@ -68,23 +68,14 @@ impl TextCanvas {
     pub(crate) fn line(&mut self, points: &[(f64, f64)]) {
         for pair in points.windows(2) {
             let [(x1, y1), (x2, y2)] = pair else { continue };
-            let is_horizontal = y1 == y2;
-            let (from, to) =
-                if is_horizontal { (x1.min(*x2), x1.max(*x2)) } else { (y1.min(*y2), y1.max(*y2)) };
-            let (backward, forward) = if is_horizontal { (LEFT, RIGHT) } else { (UP, DOWN) };
-            let mut at = from;
-            while at <= to {
-                let mut directions = 0;
-                if at > from {
-                    directions |= backward;
-                }
-                if at < to {
-                    directions |= forward;
-                }
-                match is_horizontal {
-                    true => self.add(at, *y1, directions),
-                    false => self.add(*x1, at, directions),
-                }
+            let (x, y, is_horizontal) = (x1.min(*x2), y1.min(*y2), y1 == y2);
+            let (length, backward, forward) =
+                if is_horizontal { ((x1 - x2).abs(), LEFT, RIGHT) } else { ((y1 - y2).abs(), UP, DOWN) };
+            let mut at = 0.0;
+            while at <= length {
+                let directions = if at > 0.0 { backward } else { 0 } | if at < length { forward } else { 0 };
+                let (right, down) = if is_horizontal { (at, 0.0) } else { (0.0, at) };
+                self.add(x + right, y + down, directions);
                 at += 1.0;
             }
         }
@@ -156,18 +147,27 @@ pub(crate) fn cells(text: &str) -> f64 {
     text.chars().filter_map(UnicodeWidthChar::width).sum::<usize>() as f64
 }
 
+/// Returns a text with spaces behind it, so that it takes at least so many columns.
+pub(crate) fn padded(text: &str, columns: usize) -> String {
+    format!("{text}{}", " ".repeat(columns.saturating_sub(cells(text) as usize)))
+}
+
 /// Returns a text in lines of at most so many columns, each line but the first with this indentation. Words are not broken.
 pub(crate) fn in_columns(text: &str, columns: Option<usize>, indentation: &str) -> String {
-    let most = columns.map_or(f64::INFINITY, |columns| columns as f64);
+    in_width(text, columns.map_or(f64::INFINITY, |columns| columns as f64), indentation, cells)
+}
+
+/// Returns a text in lines that are at most so wide.
+pub(crate) fn in_width(text: &str, most: f64, indentation: &str, width_of: impl Fn(&str) -> f64) -> String {
     let (mut out, mut width) = (String::new(), 0.0);
     for word in text.split_inclusive(' ') {
-        if width + cells(word.trim_end()) > most && !out.trim_end().is_empty() {
+        if width + width_of(word.trim_end()) > most && !out.trim_end().is_empty() {
             out.truncate(out.trim_end().len());
             out = out + "\n" + indentation;
-            width = cells(indentation);
+            width = width_of(indentation);
         }
         out += word;
-        width += cells(word);
+        width += width_of(word);
     }
     out
 }

@@ -67,22 +67,21 @@ impl Psm {
         for &workspace in &workspaces {
             for &project in projects(&db, workspace) {
                 let of = of_deployments.iter().filter(|(having, _)| *having == project);
-                let level = self.significance.unwrap_or_else(|| match of.clone().next() {
-                    Some(&(_, deployment)) => Query::shown(&db, project, deployment).level,
-                    None => level_shown(&db, project),
-                });
-                let mut of = of.map(|&(_, deployment)| (deployment, tables_of(&db, project, deployment)));
-                // None for those of the deployments that execute a component.
-                let chosen = match (only, of.next()) {
-                    (None, _) => None,
-                    (Some(_), None) => continue,
-                    (Some(name), Some((_, first))) if of.any(|(_, other)| other != first) => {
+                let mut of = of.map(|&(_, deployment)| deployment);
+                // None for the tables of the deployments that execute a component.
+                let chosen = of.next();
+                if let Some(name) = only {
+                    let Some(first) = chosen else { continue };
+                    if of.any(|it| tables_of(&db, project, it) != tables_of(&db, project, first)) {
                         return Err(format!(
                             "several deployments `{name}` have different timing tables: write the library before the name"
                         ));
                     }
-                    (Some(_), Some((deployment, _))) => Some(deployment),
-                };
+                }
+                let level = self.significance.unwrap_or_else(|| match chosen {
+                    Some(deployment) => Query::shown(&db, project, deployment).level,
+                    None => level_shown(&db, project),
+                });
                 let host = match (chosen, self.host.as_deref()) {
                     (Some(deployment), Some(name)) => host_called(&db, (project, deployment), Some(name))?,
                     _ => None,
@@ -92,10 +91,10 @@ impl Psm {
                     if found.iter().any(|(_, known, _)| *known == component) {
                         continue;
                     }
-                    let of_hosts = |it| tables_in(&db, project, it, component).into_iter().next();
                     let tables = match (chosen, host) {
-                        (Some(deployment), Some(_)) => Some(tables_of_host(&db, project, deployment, host)),
-                        (chosen, _) => chosen.and_then(of_hosts),
+                        (Some(of), Some(_)) => Some(tables_of_host(&db, project, of, host)),
+                        (Some(of), None) => tables_in(&db, project, of, component).into_iter().next(),
+                        (None, _) => None,
                     };
                     let tables = tables.unwrap_or_else(|| first_tables(&db, project, component));
                     found.push((tables, component, level));

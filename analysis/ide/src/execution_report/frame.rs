@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::axis::Axis;
 use super::figures::{self, TimeUnit};
+use crate::chart::Axis;
+use crate::svg::{Anchor, Svg};
 
 /// The width of all plots. On a narrow screen, a letter is 10 wide: margins have room for these.
 pub(super) const WIDTH: f64 = 560.0;
@@ -32,13 +33,14 @@ impl Frame {
     }
 }
 
-/// The positions and the labels of an axis.
-pub(super) type Ticks = Vec<(f64, String)>;
+/// The title of an axis, and the positions and the labels of its ticks.
+pub(super) type Ticks = (String, Vec<(f64, String)>);
 
 /// A plot with its legend.
 pub(super) struct Plot {
     frame: Frame,
-    svg: String,
+    title: String,
+    pub(super) svg: Svg,
     /// The mark of each entry, as SVG of 28 × 14, and its text.
     legend: Vec<(&'static str, String)>,
 }
@@ -47,64 +49,41 @@ impl Plot {
     /// Returns a plot with its grid and its axes only.
     pub(super) fn new(
         frame: Frame,
-        title: &str,
-        (x_title, x_ticks): (&str, &Ticks),
-        (y_title, y_ticks): (&str, &Ticks),
+        title: String,
+        (x_title, x_ticks): Ticks,
+        (y_title, y_ticks): Ticks,
     ) -> Plot {
         let Frame { left, right, bottom, .. } = frame;
-        let mut out = format!(
-            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\"><title>{title}</title>\n",
-            bottom + 52.0
-        );
+        let mut svg = Svg::default();
         let grid: String = y_ticks.iter().map(|(y, _)| format!("M{left:.1} {y:.1}H{right:.1}")).collect();
         let marks: String = x_ticks.iter().map(|(x, _)| format!("M{x:.1} {bottom:.1}v4")).collect();
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{left:.1} {bottom:.1}H{right:.1}{marks}\"/>"
-        );
-        let alternating = |ticks: &Ticks, index: usize, most: usize| ticks.len() > most && index % 2 == 1;
+        svg.path("grid", &grid);
+        svg.path("axis", &format!("M{left:.1} {bottom:.1}H{right:.1}{marks}"));
+        let class = |ticks: usize, index: usize, most: usize| match ticks > most && index % 2 == 1 {
+            true => "alt",
+            false => "",
+        };
         for (index, (x, label)) in x_ticks.iter().enumerate() {
-            let class = if alternating(x_ticks, index, 4) { " class=\"alt\"" } else { "" };
-            let _ = writeln!(
-                out,
-                "<text{class} x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
-                bottom + 19.0
-            );
+            svg.text(class(x_ticks.len(), index, 4), (*x, bottom + 19.0), Anchor::Middle, label);
         }
         for (index, (y, label)) in y_ticks.iter().enumerate() {
-            let class = if alternating(y_ticks, index, 7) { " class=\"alt\"" } else { "" };
-            let _ = writeln!(
-                out,
-                "<text{class} x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\" text-anchor=\"end\">{label}</text>",
-                left - 8.0
-            );
+            let class = class(y_ticks.len(), index, 7);
+            svg.text_with(class, (left - 8.0, *y), Anchor::End, &[("dy", &".35em")], label);
         }
-        let _ = writeln!(
-            out,
-            "<text class=\"name\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{x_title}</text>\n\
-             <text class=\"name\" x=\"4\" y=\"14\">{y_title}</text>",
-            bottom + 42.0
-        );
-        Plot { frame, svg: out, legend: Vec::new() }
+        svg.text("name", (right, bottom + 42.0), Anchor::End, &x_title);
+        svg.text("name", (4.0, 14.0), Anchor::Start, &y_title);
+        Plot { frame, title, svg, legend: Vec::new() }
     }
 
     /// Draws lines or shapes, each of a class.
     pub(super) fn paths(&mut self, paths: &[(&str, String)]) {
-        let paths: String =
-            paths.iter().map(|(class, d)| format!("<path class=\"{class}\" d=\"{d}\"/>")).collect();
-        self.line(&paths);
+        paths.iter().for_each(|(class, lines)| self.svg.path(class, lines));
     }
 
     /// Draws a line from the top to the bottom.
     pub(super) fn vertical(&mut self, class: &str, x: f64) {
         let Frame { top, bottom, .. } = self.frame;
-        self.paths(&[(class, format!("M{x:.1} {top:.1}V{bottom:.1}"))]);
-    }
-
-    /// Writes a line of SVG.
-    pub(super) fn line(&mut self, svg: &str) {
-        self.svg += svg;
-        self.svg.push('\n');
+        self.svg.path(class, &format!("M{x:.1} {top:.1}V{bottom:.1}"));
     }
 
     /// Adds an entry to the legend.
@@ -119,15 +98,18 @@ impl Plot {
                 "<li><svg viewBox=\"0 0 28 14\" width=\"28\" height=\"14\" aria-hidden=\"true\">{mark}</svg>{text}</li>"
             )
         };
-        let (svg, entries) = (self.svg, self.legend.iter().map(entry).collect::<String>());
+        let entries: String = self.legend.iter().map(entry).collect();
+        let (title, height, svg) = (self.title, self.frame.bottom + 52.0, self.svg.elements());
         format!(
-            "<figure class=\"{class}\">\n<figcaption><b>{caption}</b> {note}</figcaption>\n{svg}</svg>\n<ul class=\"legend\">{entries}</ul>\n</figure>\n"
+            "<figure class=\"{class}\">\n<figcaption><b>{caption}</b> {note}</figcaption>\n\
+             <svg class=\"plot\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\"><title>{title}</title>\n{svg}</svg>\n\
+             <ul class=\"legend\">{entries}</ul>\n</figure>\n"
         )
     }
 }
 
-/// Returns the ticks of an axis of times.
-pub(super) fn time_ticks(axis: &Axis, most: usize, unit: &TimeUnit) -> Ticks {
+/// Returns the ticks of an axis of times of this kind.
+pub(super) fn time_ticks(kind: &str, axis: &Axis, most: f64, unit: &TimeUnit) -> Ticks {
     let (ticks, decimals) = axis.ticks(most, unit.nanoseconds);
     let label = |time: f64| {
         let value = time / unit.nanoseconds;
@@ -140,18 +122,21 @@ pub(super) fn time_ticks(axis: &Axis, most: usize, unit: &TimeUnit) -> Ticks {
             format!("{value:.decimals$}")
         }
     };
-    ticks.into_iter().map(|time| (axis.at(time), label(time))).collect()
+    let scale = if axis.is_logarithmic() { ", logarithmic" } else { "" };
+    let ticks = ticks.into_iter().map(|time| (axis.at(time), label(time))).collect();
+    (format!("{kind} in {}{scale}", unit.name), ticks)
 }
 
-/// Returns the ticks of an axis that counts executions, and how its title continues.
-pub(super) fn count_ticks(axis: &Axis, most: usize, greatest: usize) -> (Ticks, &'static str) {
-    let (unit, title) = match greatest {
+/// Returns the ticks of an axis that counts executions.
+pub(super) fn count_ticks(kind: &str, axis: &Axis, most: f64, greatest: usize) -> Ticks {
+    let (unit, scale) = match greatest {
         ..20_000 => (1.0, ""),
         20_000..20_000_000 => (1e3, ", in thousands"),
         _ => (1e6, ", in millions"),
     };
     let (ticks, decimals) = axis.ticks(most, unit);
-    (ticks.into_iter().map(|it| (axis.at(it), format!("{:.decimals$}", it / unit))).collect(), title)
+    let label = |it: f64| (axis.at(it), format!("{:.decimals$}", it / unit));
+    (format!("{kind}{scale}"), ticks.into_iter().map(label).collect())
 }
 
 /// Returns a line through points.

@@ -147,46 +147,33 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
         levels.len().max(1)
     );
     for (index, measured) in order.iter().enumerate() {
-        let verdict = Verdict::of(measured);
-        let unit = unit_of(measured);
-        let high_water = measured
-            .measurement
-            .executions
-            .iter()
-            .max()
-            .map_or("–".to_owned(), |&time| unit.bound(time as f64));
-        let instance = measured.instance().map_or("all".to_owned(), code);
+        let (verdict, unit) = (Verdict::of(measured), unit_of(measured));
+        let executions = &measured.measurement.executions;
+        let high_water = executions.iter().max().map_or("–".to_owned(), |&time| unit.bound(time as f64));
         let _ = write!(
             out,
-            "<tr><th scope=\"row\"><a href=\"#codel-{}\">{}</a></th><td>{instance}</td><td>{}</td>\
+            "<tr><th scope=\"row\"><a href=\"#codel-{}\">{}</a></th><td>{}</td><td>{}</td>\
              <td class=\"number\">{}</td><td class=\"number\">{high_water}</td>",
             index + 1,
             code(measured.key),
+            measured.instance().map_or("all".to_owned(), code),
             verdict.badges(),
-            count(measured.measurement.executions.len()),
+            count(executions.len()),
         );
-        match (&measured.measurement.result, &verdict.refusal) {
-            (Ok(estimate), _) => {
-                for level in &estimate.levels {
-                    let cell = match level.bound {
-                        Ok(bound) => {
-                            let ratio = figures::ratio(bound / estimate.greatest as f64);
-                            let mark = if level.is_extrapolated { " ~" } else { "" };
-                            format!("{}{mark}<small>{ratio}</small>", unit.bound(bound))
-                        }
-                        Err(_) => "–".to_owned(),
-                    };
-                    let _ = write!(out, "<td class=\"number\">{cell}</td>");
+        let of_levels = measured.measurement.result.iter().flat_map(|estimate| {
+            estimate.levels.iter().map(|level| match level.bound {
+                Ok(bound) => {
+                    let ratio = figures::ratio(bound / estimate.greatest as f64);
+                    let mark = if level.is_extrapolated { " ~" } else { "" };
+                    format!("<td class=\"number\">{}{mark}<small>{ratio}</small></td>", unit.bound(bound))
                 }
-            }
-            (Err(_), refusal) => {
-                let _ = write!(
-                    out,
-                    "<td class=\"why\" colspan=\"{}\"><small>{}</small></td>",
-                    levels.len().max(1),
-                    text(refusal.as_deref().unwrap_or_default())
-                );
-            }
+                Err(_) => "<td class=\"number\">–</td>".to_owned(),
+            })
+        });
+        out.extend(of_levels);
+        if let Some(refusal) = &verdict.refusal {
+            let (columns, why) = (levels.len().max(1), text(refusal));
+            let _ = write!(out, "<td class=\"why\" colspan=\"{columns}\"><small>{why}</small></td>");
         }
         out.push_str("</tr>\n");
     }
@@ -201,8 +188,6 @@ fn unit_of(measured: &Measured<'_>) -> TimeUnit {
 fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Options) {
     let verdict = Verdict::of(measured);
     let kind = if measured.is_program() { "program" } else { "codel" };
-    let key = text(measured.key);
-    let instance = measured.instance().map(text);
     let of_instance = measured.instance().map_or(String::new(), |it| format!(" of instance {}", code(it)));
     let _ = write!(
         out,
@@ -214,11 +199,8 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
         number = index + 1,
     );
     if let Some(refusal) = &verdict.refusal {
-        let _ = writeln!(
-            out,
-            "<div class=\"refusal\"><h3>No estimate</h3><p>{}</p></div>",
-            text(&sentence(refusal))
-        );
+        let why = text(&sentence(refusal));
+        let _ = writeln!(out, "<div class=\"refusal\"><h3>No estimate</h3><p>{why}</p></div>");
     }
     if !verdict.warnings.is_empty() {
         let items: String =
@@ -230,10 +212,8 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
     ascending.sort_unstable();
     let unit = unit_of(measured);
     key_figures(out, measured, &ascending, &unit);
-    let name = match &instance {
-        Some(instance) => format!("{key} of instance {instance}"),
-        None => key,
-    };
+    let instance = measured.instance().map(|instance| format!(" of instance {instance}"));
+    let name = text(&(measured.key.to_owned() + &instance.unwrap_or_default()));
     let plotted = Plotted { name, unit, executions, ascending, runs };
     let estimate = result.as_ref().ok();
     if executions.len() >= 2 {
@@ -262,11 +242,9 @@ fn sentence(message: &str) -> String {
 
 fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], unit: &TimeUnit) {
     let mut figures = vec![("executions", count(ascending.len()))];
-    let runs =
-        measured.measurement.runs.iter().filter(|&&start| 0 < start && start < ascending.len()).count() + 1;
-    if runs > 1 {
-        figures.push(("runs", count(runs)));
-    }
+    let is_inside = |start: &&usize| (1..ascending.len()).contains(*start);
+    let runs = measured.measurement.runs.iter().filter(is_inside).count() + 1;
+    figures.extend((runs > 1).then(|| ("runs", count(runs))));
     let time = |time: Option<&u64>| time.map(|&time| unit.time(time as f64));
     figures.extend(time(ascending.first()).map(|it| ("least", it)));
     figures.extend(time(ascending.get(ascending.len() / 2)).map(|it| ("median", it)));

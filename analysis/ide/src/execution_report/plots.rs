@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 
 use mauve_pwcet::{CurvePoint, Estimate, Options};
 
-use super::axis::Axis;
 use super::figures::{self, TimeUnit};
 use super::frame::{
     BAND, BARS, BOUND, BUDGET, DOTS, FIT, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, Plot, RANGE, RECORD,
     RUNS, THRESHOLD, Ticks, count_ticks, diamond, dots, line, time_ticks, triangle,
 };
 use super::samples::{Part, histogram, parts, ranks};
+use crate::chart::Axis;
+use crate::svg::Anchor;
 
 /// What the plots of a codel show.
 pub(super) struct Plotted<'a> {
@@ -35,14 +36,9 @@ pub(super) fn recording(of: &Plotted<'_>) -> String {
     let low = if least < 0.4 * greatest { 0.0 } else { least };
     let x = Axis::linear((0.5, count as f64 + 0.5), 0.0, frame.horizontal());
     let y = Axis::linear((low, greatest), 0.05, frame.vertical());
-    let (x_ticks, thousands) = count_ticks(&x, 5, count);
     let title = format!("Execution times of {} in the order of recording", of.name);
-    let mut plot = Plot::new(
-        frame,
-        &title,
-        (&format!("execution{thousands}"), &x_ticks),
-        (&format!("time in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
-    );
+    let executions = count_ticks("execution", &x, 5.0, count);
+    let mut plot = Plot::new(frame, title, executions, time_ticks("time", &y, 5.0, &of.unit));
     shade_runs(&mut plot, of, &frame, &x);
     let found = parts(of.executions, PARTS);
     let at = |index: usize| x.at(index as f64 + 1.0);
@@ -86,23 +82,16 @@ const MOST_RUNS: usize = 40;
 /// Shades every second run.
 fn shade_runs(plot: &mut Plot, of: &Plotted<'_>, frame: &Frame, x: &Axis) {
     let count = of.executions.len();
-    let starts: Vec<usize> = of.runs.iter().copied().filter(|&start| 0 < start && start < count).collect();
-    let runs = starts.len() + 1;
+    let starts = of.runs.iter().copied().filter(|&start| 0 < start && start < count);
+    let edges: Vec<usize> = std::iter::once(0).chain(starts).chain([count]).collect();
+    let runs = edges.len() - 1;
     if !(2..=MOST_RUNS).contains(&runs) {
         return;
     }
-    let edge = |index: usize| match index.checked_sub(1) {
-        Some(index) => starts.get(index).copied().unwrap_or(count),
-        None => 0,
-    };
-    for run in (1..runs).step_by(2) {
-        let (from, to) = (x.at(edge(run) as f64 + 0.5), x.at(edge(run + 1) as f64 + 0.5));
-        plot.line(&format!(
-            "<rect class=\"run\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
-            frame.top,
-            to - from,
-            frame.bottom - frame.top
-        ));
+    for run in edges.windows(2).skip(1).step_by(2) {
+        let [from, to] = run else { continue };
+        let (from, to) = (x.at(*from as f64 + 0.5), x.at(*to as f64 + 0.5));
+        plot.svg.rect("run", [from, frame.top, to - from, frame.bottom - frame.top]);
     }
     plot.explain(RUNS, format!("every second of {runs} runs"));
 }
@@ -121,15 +110,11 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<S
     let tallest = found.counts.iter().copied().max().unwrap_or_default();
     let x = Axis::linear((found.start, end), 0.02, frame.horizontal());
     let y = Axis::linear((0.0, share(tallest) * 1.05), 0.0, frame.vertical());
-    let (percentages, decimals) = y.ticks(4, 1.0);
+    let (percentages, decimals) = y.ticks(4.0, 1.0);
     let y_ticks = percentages.into_iter().map(|it| (y.at(it), format!("{it:.decimals$}\u{a0}%"))).collect();
     let title = format!("Histogram of the execution times of {}", of.name);
-    let mut plot = Plot::new(
-        frame,
-        &title,
-        (&format!("execution time in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
-        ("share of executions", &y_ticks),
-    );
+    let times = time_ticks("execution time", &x, 5.0, &of.unit);
+    let mut plot = Plot::new(frame, title, times, ("share of executions".to_owned(), y_ticks));
     let base = frame.bottom;
     let mut bars = format!("M{:.1} {base:.1}", x.at(found.start));
     for (index, &count) in found.counts.iter().enumerate() {
@@ -179,17 +164,12 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budget: Option<(usize,
     let curve: Vec<_> = estimate.curve.iter().filter(|it| it.probability >= strictest * 0.99).collect();
     let greatest = estimate.greatest as f64;
     let x = times_of_tail(estimate, &curve, budget, &frame);
-    let scale = if x.is_logarithmic() { ", logarithmic" } else { "" };
     let title = format!(
         "Exceedance probabilities of {}: observed executions, the fitted tail, and the bounds of the levels",
         of.name
     );
-    let mut plot = Plot::new(
-        frame,
-        &title,
-        (&format!("execution time in {}{scale}", of.unit.name), &time_ticks(&x, 6, &of.unit)),
-        ("exceedance probability", &powers_of_ten(&y, lowest)),
-    );
+    let times = time_ticks("execution time", &x, 6.0, &of.unit);
+    let mut plot = Plot::new(frame, title, times, powers_of_ten(&y, lowest));
     plot.explain(DOTS, "observed");
     let at = |time: f64, probability: f64| (x.at(time), y.at(probability));
     let edge = curve.iter().map(|it| at(it.upper, it.probability));
@@ -234,7 +214,7 @@ fn powers_of_ten(y: &Axis, lowest: f64) -> Ticks {
         let label = if power == 0 { "1".to_owned() } else { format!("1e-{power}") };
         (y.at(10_f64.powi(-power)), label)
     };
-    powers.map(tick).collect()
+    ("exceedance probability".to_owned(), powers.map(tick).collect())
 }
 
 /// Returns the axis of times: logarithmic where the bounds are far beyond what was observed.
@@ -290,7 +270,7 @@ fn level_marks(
     for (index, label) in &labels {
         let (Some((x, y)), Some(&(level, bound))) = (marks.get(*index), levels.get(*index)) else { continue };
         let _ = write!(leaders, "M{x:.1} {y:.1}H{:.1}L{:.1} {label:.1}", frame.right, frame.right + 6.0);
-        plot.line(&format!(
+        plot.svg.markup(&format!(
             "<text class=\"value\" x=\"{:.1}\" y=\"{label:.1}\" dy=\".35em\"><tspan class=\"alt\">{}: </tspan>{}</text>",
             frame.right + 9.0,
             figures::level(level),
@@ -317,12 +297,9 @@ pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> String {
     let x = Axis::linear((0.0, greatest.0), 0.03, frame.horizontal());
     let y = Axis::linear((0.0, greatest.1), 0.03, frame.vertical());
     let title = format!("Observed excesses of {} against the excesses of the fitted tail", of.name);
-    let mut plot = Plot::new(
-        frame,
-        &title,
-        (&format!("fitted excess in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
-        (&format!("observed excess in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
-    );
+    let [fitted, observed] = [("fitted excess", &x), ("observed excess", &y)]
+        .map(|(kind, axis)| time_ticks(kind, axis, 5.0, &of.unit));
+    let mut plot = Plot::new(frame, title, fitted, observed);
     let at = |(fitted, observed): (f64, f64)| (x.at(fitted), y.at(observed));
     let end = x.range().1.min(y.range().1);
     let identity = line([(0.0, 0.0), (end, end)].into_iter().map(at));
@@ -361,27 +338,21 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     } else {
         Axis::linear((low, high), 0.06, frame.vertical())
     };
-    let (x_ticks, thousands) = count_ticks(&x, 4, estimate.count);
+    let used = count_ticks("executions used", &x, 4.0, estimate.count);
     let title = format!("Estimates and bounds of {} from the first executions", of.name);
-    let scale = if y.is_logarithmic() { ", logarithmic" } else { "" };
-    let mut plot = Plot::new(
-        frame,
-        &title,
-        (&format!("executions used{thousands}"), &x_ticks),
-        (&format!("time in {}{scale}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
-    );
+    let mut plot = Plot::new(frame, title, used, time_ticks("time", &y, 5.0, &of.unit));
     let mut labels: Vec<(f64, String)> = Vec::new();
     for ((points, &index), (class, marks)) in all.iter().zip(&shown).zip(SERIES) {
         let upper = points.iter().map(|it| (x.at(it.0), y.at(it.2)));
         let point = points.iter().map(|it| (x.at(it.0), y.at(it.1)));
-        plot.line(&format!(
-            "<g class=\"{class}\"><path class=\"between\" d=\"{}z\"/><path class=\"upper\" d=\"{}\"/>\
-             <path class=\"point\" d=\"{}\"/><path class=\"ends\" d=\"{}\"/></g>",
-            line(upper.clone().chain(point.clone().rev())),
-            line(upper.clone()),
-            line(point.clone()),
-            dots(upper.clone().chain(point))
-        ));
+        plot.svg.group(class, &[], "");
+        plot.paths(&[
+            ("between", line(upper.clone().chain(point.clone().rev())) + "z"),
+            ("upper", line(upper.clone())),
+            ("point", line(point.clone())),
+            ("ends", dots(upper.clone().chain(point))),
+        ]);
+        plot.svg.end();
         let level = figures::level(order(&index));
         plot.explain(marks, format!("level {level}: estimate to upper bound"));
         labels.extend(points.last().map(|it| y.at(it.2)).map(|y| (y, level)));
@@ -394,8 +365,8 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
         *second = *first - 20.0;
     }
     for (y, level) in labels {
-        let x = frame.right + LETTER;
-        plot.line(&format!("<text class=\"value\" x=\"{x:.1}\" y=\"{y:.1}\" dy=\".35em\">{level}</text>"));
+        let at = (frame.right + LETTER, y);
+        plot.svg.text_with("value", at, Anchor::Start, &[("dy", &".35em")], &level);
     }
     let note = "Estimates from the first executions only. They are stable if more executions move them within their earlier band.";
     Some(plot.figure("convergence", "Convergence.", note))

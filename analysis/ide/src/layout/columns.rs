@@ -44,7 +44,7 @@ impl Layout<'_> {
             Graph::with_options(GraphOptions { directed: true, multigraph: true, compound: false });
         for number in 0..self.diagram.boxes.len() {
             let (width, height) = self.outer_size(number);
-            graph.set_node(box_key(number), Some(NodeLabel { width, height, ..NodeLabel::default() }));
+            graph.set_node(key(number), Some(NodeLabel { width, height, ..NodeLabel::default() }));
         }
         for &line in &self.lines {
             let (left, right) = self.ends_of(line);
@@ -53,7 +53,7 @@ impl Layout<'_> {
                 None => (0.0, 0.0),
             };
             let edge = EdgeLabel { width, height, labelpos: LabelPos::Center, ..EdgeLabel::default() };
-            graph.set_edge(box_key(left), box_key(right), Some(edge), Some(&line_key(line)));
+            graph.set_edge(key(left), key(right), Some(edge), Some(&key(line)));
         }
         let options = LayoutOptions {
             rankdir: RankDir::LR,
@@ -68,7 +68,7 @@ impl Layout<'_> {
         let rank = |x: f64| (x * 8.0).round() as i64;
         let mut rank_of = vec![0; self.diagram.boxes.len()];
         for (number, rank_of) in rank_of.iter_mut().enumerate() {
-            let node = graph.node(&box_key(number));
+            let node = graph.node(&key(number));
             let (x, y) = node.and_then(|node| Some((node.x?, node.y?))).unwrap_or_default();
             let (_, height) = self.outer_size(number);
             *rank_of = rank(x);
@@ -77,14 +77,16 @@ impl Layout<'_> {
         }
         for &line in &self.lines {
             let (left, right) = self.ends_of(line);
-            let Some(edge) = graph.edge(&box_key(left), &box_key(right), Some(&line_key(line))) else {
+            let Some(edge) = graph.edge(&key(left), &key(right), Some(&key(line))) else {
                 continue;
             };
             let label_at = edge.x.map(rank);
             for point in &edge.points {
                 let at = rank(point.x);
                 // The first and the last one are on the borders of the boxes.
-                let is_known = ranks.get(&at).is_some_and(|items| has_line(items, line));
+                let is_known = ranks
+                    .get(&at)
+                    .is_some_and(|items| items.iter().any(|it| it.content.line() == Some(line)));
                 if at > rank_of[left] && at < rank_of[right] && !is_known {
                     let (content, height) = self.content(line, label_at == Some(at));
                     ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
@@ -147,15 +149,7 @@ impl Layout<'_> {
     }
 }
 
-fn has_line(items: &[Item], line: usize) -> bool {
-    items.iter().any(|item| is_of_line(item.content, line))
-}
-
-/// Names that sort like their numbers.
-fn box_key(number: usize) -> String {
+/// Names of boxes and lines that sort like their numbers.
+fn key(number: usize) -> String {
     format!("{number:09}")
-}
-
-fn line_key(line: usize) -> String {
-    format!("{line:09}")
 }

@@ -1,4 +1,4 @@
-//! An axis of a plot: from values to positions, and the values of its ticks.
+//! An axis of a drawing: from values to positions, and the values of its ticks.
 
 /// A linear or logarithmic axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,16 +30,16 @@ impl Axis {
         Axis { low, high, start, end, is_logarithmic: true }
     }
 
-    pub(super) fn is_logarithmic(&self) -> bool {
+    pub(crate) fn is_logarithmic(&self) -> bool {
         self.is_logarithmic
     }
 
     /// Returns the values at the ends.
-    pub(super) fn range(&self) -> (f64, f64) {
+    pub(crate) fn range(&self) -> (f64, f64) {
         (self.low, self.high)
     }
 
-    pub(super) fn has(&self, value: f64) -> bool {
+    pub(crate) fn has(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
 
@@ -57,13 +57,13 @@ impl Axis {
     /// Returns the values of at most about `most` ticks, ascending: 1, 2 or 5 times a power of ten.
     ///
     /// The second value is the number of decimal places that tell the ticks apart, where a tick is divided by `unit`.
-    pub(crate) fn ticks(&self, most: usize, unit: f64) -> (Vec<f64>, usize) {
+    pub(crate) fn ticks(&self, most: f64, unit: f64) -> (Vec<f64>, usize) {
         let (low, high) = (self.low / unit, self.high / unit);
         if self.is_logarithmic {
             let ticks = logarithmic_ticks(low, high, most);
             return (ticks.iter().map(|tick| tick * unit).collect(), 0);
         }
-        let step = step((high - low) / most.max(1) as f64);
+        let step = step((high - low) / most.max(1.0));
         let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
         // The step is at least the length by `most`, so there are few ticks.
         let ticks = (first..=last.min(first.saturating_add(100))).map(|index| index as f64 * step * unit);
@@ -84,7 +84,7 @@ pub(crate) fn step(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
+fn logarithmic_ticks(low: f64, high: f64, most: f64) -> Vec<f64> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let decades = (high / low).log10();
     let factors: &[f64] = if decades <= 0.8 {
@@ -94,7 +94,7 @@ fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     } else {
         &[1.0]
     };
-    let every = ((decades / most.max(1) as f64).ceil() as usize).max(1);
+    let every = ((decades / most.max(1.0)).ceil() as usize).max(1);
     let powers = (first..=last).step_by(every);
     let ticks = powers.flat_map(|power| factors.iter().map(move |factor| factor * 10_f64.powi(power)));
     ticks.filter(|tick| low * 0.999_999 <= *tick && *tick <= high * 1.000_001).collect()
@@ -107,15 +107,15 @@ mod tests {
     #[test]
     fn ticks_are_round() {
         let axis = Axis::linear((0.0, 97.0), 0.0, (0.0, 100.0));
-        assert_eq!(axis.ticks(5, 1.0), (vec![0.0, 20.0, 40.0, 60.0, 80.0], 0));
+        assert_eq!(axis.ticks(5.0, 1.0), (vec![0.0, 20.0, 40.0, 60.0, 80.0], 0));
         let narrow = Axis::linear((10_001_200.0, 10_003_400.0), 0.0, (0.0, 100.0));
-        let (ticks, decimals) = narrow.ticks(4, 1e6);
+        let (ticks, decimals) = narrow.ticks(4.0, 1e6);
         assert_eq!(ticks.len(), 2);
         assert_eq!(decimals, 3);
         let wide = Axis::logarithmic((1.0, 1e9), (0.0, 100.0));
-        assert_eq!(wide.ticks(5, 1.0).0.len(), 5);
+        assert_eq!(wide.ticks(5.0, 1.0).0.len(), 5);
         let decade = Axis::logarithmic((8.0, 60.0), (0.0, 100.0));
-        assert_eq!(decade.ticks(6, 1.0).0, [10.0, 20.0, 50.0]);
+        assert_eq!(decade.ticks(6.0, 1.0).0, [10.0, 20.0, 50.0]);
     }
 
     #[test]
@@ -126,7 +126,7 @@ mod tests {
                     let at = axis.at(value);
                     assert!((10.0..=90.0).contains(&at), "{value} at {at} of {axis:?}");
                 }
-                assert!(axis.ticks(6, 1e6).0.len() <= 102);
+                assert!(axis.ticks(6.0, 1e6).0.len() <= 102);
             }
         }
         assert_eq!(Axis::linear((3.0, 3.0), 0.05, (0.0, 100.0)).at(3.0), 50.0);
