@@ -17,7 +17,7 @@ use crate::drawing::{Drawing, dot_head, dot_text, drawn_name, too_large};
 use crate::graph::{Graph, GraphEdge, GraphNode};
 use crate::lanes::{NetEnd, draw_lanes, lanes_of};
 use crate::layout::{
-    Area, BoxSize, Diagram, LineEnds, PlacedBox, PlacedLine, Placement, Side, Slot, Spacing, place,
+    Area, BoxSide, BoxSize, Diagram, LineEnds, PlacedBox, PlacedLine, Placement, PortSlot, Spacing, place,
 };
 use crate::svg::{Anchor, Attributes, Svg, fitted, number, path_through, text_width};
 use crate::text_canvas::{TextCanvas, cells, padded};
@@ -155,7 +155,7 @@ fn diagram(
     let lines: Vec<LineEnds> = lines.collect();
     let boxes = graph.nodes.iter().zip(&ports).map(|(node, ports)| {
         let side =
-            |(_, is_incoming): &(Name, bool)| Some(if *is_incoming { Side::Left } else { Side::Right });
+            |(_, is_incoming): &(Name, bool)| Some(if *is_incoming { BoxSide::Left } else { BoxSide::Right });
         BoxSize { ports: ports.iter().map(side).collect(), ..size(node, ports) }
     });
     (Diagram { boxes: boxes.collect(), lines }, ports)
@@ -215,13 +215,13 @@ fn title_width(graph: &Graph<'_>) -> f64 {
 }
 
 /// What is drawn as a box: the graph, and the number of the instance.
-type Instance<'a, 'db> = (&'a Graph<'db>, usize, &'a GraphNode<'db>);
+type DrawnInstance<'a, 'db> = (&'a Graph<'db>, usize, &'a GraphNode<'db>);
 
 /// The lines and boxes of a drawing.
 fn drawn(
     graph: &Graph<'_>,
     placement: &Placement,
-    draw: impl Fn(&mut Svg, &PlacedBox, Instance<'_, '_>),
+    draw: impl Fn(&mut Svg, &PlacedBox, DrawnInstance<'_, '_>),
 ) -> Svg {
     let mut svg = Svg::default();
     for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
@@ -290,7 +290,7 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let placement = Placement { boxes, lines: lines.collect(), ..Placement::default() };
     let width = right + NARROW.lines * (lanes.len() + 1) as f64;
     let size = (width.max(title_width(graph)), below + NARROW.margin);
-    let draw = |svg: &mut Svg, placed: &PlacedBox, instance: Instance<'_, '_>| {
+    let draw = |svg: &mut Svg, placed: &PlacedBox, instance: DrawnInstance<'_, '_>| {
         let Area { x, y, width, height } = placed.area;
         svg_group(svg, instance, placed.area);
         let y = y + height / 2.0;
@@ -309,7 +309,7 @@ fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
 }
 
 /// Opens the group of a box, with its frame.
-fn svg_group(svg: &mut Svg, (graph, index, node): Instance<'_, '_>, area: Area) {
+fn svg_group(svg: &mut Svg, (graph, index, node): DrawnInstance<'_, '_>, area: Area) {
     let lit = if node.is_lit { " passed" } else { "" };
     let figures = node.activity.map(|it| format!(", {}, {}", node.figure, settings_of(graph, it)));
     let title = format!("{}: {}{}", node.instance, node.component, figures.unwrap_or_default());
@@ -342,7 +342,7 @@ fn svg_port(svg: &mut Svg, free: &str, (x, y): (f64, f64), tip: f64, name: &str)
     svg.titled_path(&format!("port{free}"), &format!("M{a} {top}L{b} {y}L{a} {bottom}z"), name);
 }
 
-fn svg_box(svg: &mut Svg, instance: Instance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+fn svg_box(svg: &mut Svg, instance: DrawnInstance<'_, '_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
     let Area { x, y, width, .. } = placed.area;
     let (node, left) = (instance.2, x + 14.0);
     svg_group(svg, instance, placed.area);
@@ -355,10 +355,10 @@ fn svg_box(svg: &mut Svg, instance: Instance<'_, '_>, placed: &PlacedBox, ports:
     for slot in &placed.slots {
         let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
         let (border, inside, anchor) = match slot.side {
-            Side::Left => (x, x + 12.0, Anchor::Start),
-            Side::Right => (x + width, x + width - 12.0, Anchor::End),
+            BoxSide::Left => (x, x + 12.0, Anchor::Start),
+            BoxSide::Right => (x + width, x + width - 12.0, Anchor::End),
         };
-        let to_right = *is_incoming == (slot.side == Side::Left);
+        let to_right = *is_incoming == (slot.side == BoxSide::Left);
         let tip = if to_right { 5.0 } else { -5.0 };
         let free = if slot.has_line { "" } else { " free" };
         svg_port(svg, free, (border, slot.y), tip, name);
@@ -405,11 +405,11 @@ fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Opti
         for (row, text) in rows_of(node).iter().enumerate() {
             canvas.text(x + 2.0, y + 1.0 + row as f64, text);
         }
-        for Slot { port, side, y, .. } in &placed.slots {
+        for PortSlot { port, side, y, .. } in &placed.slots {
             let Some((name, _)) = ports.get(*port) else { continue };
             let at = match side {
-                Side::Left => x + 2.0,
-                Side::Right => x + width - 2.0 - cells(name),
+                BoxSide::Left => x + 2.0,
+                BoxSide::Right => x + width - 2.0 - cells(name),
             };
             canvas.text(at, *y, name);
         }
@@ -418,10 +418,10 @@ fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Opti
 }
 
 /// The end of a net at an instance: whether data leaves, the port, the net, and the tip of its arrow.
-type End<'a> = (bool, &'a Name, &'a (usize, Name), Option<&'static str>);
+type PortEnd<'a> = (bool, &'a Name, &'a (usize, Name), Option<&'static str>);
 
 /// The ends of a connection, each with the number of its instance.
-fn ends_of<'a>(edge: &'a GraphEdge<'_>) -> [(usize, End<'a>); 2] {
+fn ends_of<'a>(edge: &'a GraphEdge<'_>) -> [(usize, PortEnd<'a>); 2] {
     let GraphEdge { source, target, .. } = edge;
     let tip = if edge.operation { "◃" } else { "◂" };
     [(source.0, (true, &source.1, source, None)), (target.0, (false, &target.1, source, Some(tip)))]
@@ -429,7 +429,7 @@ fn ends_of<'a>(edge: &'a GraphEdge<'_>) -> [(usize, End<'a>); 2] {
 
 /// Returns the rows of a graph in few columns: the numbers of the instances, in the order of the columns of the wide drawing, and the
 /// ends of their nets. A port has an end for each source that writes to it.
-fn rows_of<'a>(graph: &'a Graph<'_>, wide: &Placement) -> Vec<(usize, BTreeSet<End<'a>>)> {
+fn rows_of<'a>(graph: &'a Graph<'_>, wide: &Placement) -> Vec<(usize, BTreeSet<PortEnd<'a>>)> {
     let mut rows: Vec<_> = (0..graph.nodes.len()).map(|number| (number, BTreeSet::new())).collect();
     for (number, end) in graph.edges.iter().flat_map(ends_of) {
         if let Some((_, ends)) = rows.get_mut(number) {

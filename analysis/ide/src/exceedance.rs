@@ -15,7 +15,7 @@ use mauve_wcrt::{
 
 use crate::drawing::Drawing;
 use crate::occurrences::{Definition, names_at};
-use crate::probability_plot::{Plot, PlotPoint, plot_width};
+use crate::probability_plot::{PlotPoint, ProbabilityPlot, plot_width};
 
 /// The execution times of a codel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -217,7 +217,7 @@ fn svg(instance: Option<&str>, all: &[Exceedance], width: f64) -> String {
         let stairs = of.levels.iter().map(|(level, time)| (*time, level.as_f64()));
         (*class, format!("{}: {time} at {}{assumed}", of.codel, of.shown), stairs.collect())
     });
-    Plot {
+    ProbabilityPlot {
         title: instance.map(of_codels).or(all.first().map(title)).unwrap_or_default(),
         axis: "execution time in ms",
         upright: "probability of a longer execution",

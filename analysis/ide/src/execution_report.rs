@@ -35,12 +35,12 @@ pub struct ExecutionReport<'a> {
     /// The options of all estimates.
     pub options: &'a Options,
     /// The codels and programs, each instance of its own.
-    pub measured: &'a [Measured<'a>],
+    pub measured: &'a [ReportedCodel<'a>],
 }
 
 /// A codel or program in one instance.
 #[derive(Debug, Clone, Copy)]
-pub struct Measured<'a> {
+pub struct ReportedCodel<'a> {
     /// The key in timing tables.
     pub key: &'a str,
     /// What was measured, and the estimate with the options of the report.
@@ -51,7 +51,7 @@ pub struct Measured<'a> {
     pub budget: Option<(usize, Time)>,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> ReportedCodel<'a> {
     /// Returns the instance; none if the measurement has all instances together.
     fn instance(&self) -> Option<&'a str> {
         Some(self.measurement.instance.as_str()).filter(|name| !name.is_empty())
@@ -110,7 +110,7 @@ mod tests {
             result: estimate(&it.executions, &options),
         };
         let measurements: Vec<_> = samples.iter().map(measurement).collect();
-        let measured = samples.iter().zip(&measurements).map(|(sample, measurement)| Measured {
+        let measured = samples.iter().zip(&measurements).map(|(sample, measurement)| ReportedCodel {
             key: sample.key,
             measurement,
             table: &[],
@@ -310,8 +310,12 @@ mod tests {
                     runs: (0..executions.len()).collect(),
                     result: first.clone(),
                 };
-                let measured =
-                    [Measured { key: "Pilot/update", measurement: &measurement, table: &[], budget: None }];
+                let measured = [ReportedCodel {
+                    key: "Pilot/update",
+                    measurement: &measurement,
+                    table: &[],
+                    budget: None,
+                }];
                 execution_report(&ExecutionReport {
                     date: "",
                     sources: &[],

@@ -39,7 +39,7 @@ pub fn draw_schedule(
 }
 
 /// A row of the chart.
-struct Lane<'a> {
+struct TaskLane<'a> {
     /// The index of the task: see [`Slice::activity`].
     activity: usize,
     name: String,
@@ -52,7 +52,7 @@ struct Lane<'a> {
     slices: Vec<&'a Slice>,
 }
 
-fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane<'a>> {
+fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<TaskLane<'a>> {
     let tasks = &deployment.tasks;
     // Other work and throttling have no statistics.
     let is_simulated = |index: usize| match schedule.statistics.get(index) {
@@ -64,8 +64,8 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
     let mut jobs: FxHashMap<usize, Vec<&Job>> = jobs.into_iter().collect();
     let mut slices: FxHashMap<usize, Vec<&Slice>> = slices.into_iter().collect();
     let simulated = tasks.all().iter().enumerate().filter(|(index, _)| is_simulated(*index));
-    let mut lanes: Vec<Lane<'_>> = simulated
-        .map(|(activity, task)| Lane {
+    let mut lanes: Vec<TaskLane<'_>> = simulated
+        .map(|(activity, task)| TaskLane {
             activity,
             name: shortened(&tasks.name(activity), 2 * MOST_LETTERS),
             shown: shortened(&tasks.name(activity), MOST_LETTERS),
@@ -82,7 +82,7 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
     lanes
 }
 
-impl Lane<'_> {
+impl TaskLane<'_> {
     /// Returns its priority as a text; empty for throttling.
     fn priority(&self) -> String {
         self.priority.map_or_else(String::new, |priority| priority.to_string())
@@ -111,7 +111,7 @@ fn colour(cpu: u32) -> String {
 }
 
 struct Chart<'a, 'db> {
-    lanes: &'a [Lane<'a>],
+    lanes: &'a [TaskLane<'a>],
     deployment: &'a DeployedTasks<'db>,
     schedule: &'a Schedule,
     way: &'a [Pass],
@@ -132,7 +132,7 @@ struct Chart<'a, 'db> {
 
 impl<'a, 'db> Chart<'a, 'db> {
     fn new(
-        lanes: &'a [Lane<'a>],
+        lanes: &'a [TaskLane<'a>],
         deployment: &'a DeployedTasks<'db>,
         (schedule, way, job): (&'a Schedule, &'a [Pass], Option<(&'a Job, u32)>),
         is_narrow: bool,
@@ -298,7 +298,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// Returns the lanes by their CPUs.
-    fn groups(&self) -> impl Iterator<Item = &'a [Lane<'a>]> {
+    fn groups(&self) -> impl Iterator<Item = &'a [TaskLane<'a>]> {
         self.lanes.chunk_by(|one, other| one.cpus == other.cpus)
     }
 
@@ -342,7 +342,7 @@ impl<'a, 'db> Chart<'a, 'db> {
         }
     }
 
-    fn lane(&self, svg: &mut Svg, lane: &Lane<'_>, top: f64, is_shaded: bool, interrupt: &dyn Fn()) {
+    fn lane(&self, svg: &mut Svg, lane: &TaskLane<'_>, top: f64, is_shaded: bool, interrupt: &dyn Fn()) {
         let base = top + self.lane - 5.0;
         let height = self.lane * 0.56;
         if is_shaded {
@@ -361,7 +361,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// The slices, and thin lines where a job is preempted.
-    fn slices(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64, height: f64, interrupt: &dyn Fn()) {
+    fn slices(&self, svg: &mut Svg, lane: &TaskLane<'_>, base: f64, height: f64, interrupt: &dyn Fn()) {
         let mut preempted = String::new();
         for pair in lane.slices.windows(2) {
             if let [before, after] = pair
@@ -404,7 +404,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// Arrows up for the releases, and marks below the line for the deadlines.
-    fn releases(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64) {
+    fn releases(&self, svg: &mut Svg, lane: &TaskLane<'_>, base: f64) {
         let (mut arrows, mut marks) = (String::new(), String::new());
         let top = base - self.lane + 9.0;
         for job in &lane.jobs {
@@ -419,7 +419,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// A red line from each missed deadline to the end of the job.
-    fn misses(&self, svg: &mut Svg, lane: &Lane<'_>, base: f64) {
+    fn misses(&self, svg: &mut Svg, lane: &TaskLane<'_>, base: f64) {
         let mut lines = String::new();
         for job in lane.jobs.iter().filter(|job| job.is_missed) {
             let end = self.x(job.end.unwrap_or(self.schedule.end));
@@ -438,7 +438,7 @@ impl<'a, 'db> Chart<'a, 'db> {
     }
 
     /// `pilot, job 3 on CPU 1, 20 to 25 ms: Idle → Moving (go)`
-    fn description(&self, lane: &Lane<'_>, slice: &Slice) -> String {
+    fn description(&self, lane: &TaskLane<'_>, slice: &Slice) -> String {
         let (name, job) = (&lane.name, slice.job);
         let cpu = self.deployment.hosts.names(CpuSet::of(slice.cpu));
         let times = format!("{} to {}", slice.start.number(), slice.end);

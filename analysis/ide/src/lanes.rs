@@ -20,16 +20,16 @@ const LANE: f64 = 2.0;
 const MOST_LANES: usize = 1000;
 
 /// The first and the last row of a net, and its ends.
-type Span<'a> = (usize, usize, &'a Vec<NetEnd>);
+type NetSpan<'a> = (usize, usize, &'a Vec<NetEnd>);
 
 /// Returns the nets of each lane, from left to right; nothing if there are too many lanes.
-pub(crate) fn lanes_of<'a>(nets: impl Iterator<Item = &'a Vec<NetEnd>>) -> Option<Vec<Vec<Span<'a>>>> {
+pub(crate) fn lanes_of<'a>(nets: impl Iterator<Item = &'a Vec<NetEnd>>) -> Option<Vec<Vec<NetSpan<'a>>>> {
     let rows_of = |net: &'a Vec<NetEnd>| net.iter().map(|end| end.row);
     let mut spans: Vec<_> =
         nets.filter_map(|net| Some((rows_of(net).min()?, rows_of(net).max()?, net))).collect();
     // Short ones beside the rows, so that fewer lines cross.
     spans.sort_by_key(|(first, last, _)| (last - first, Reverse(*first)));
-    let mut lanes: Vec<Vec<Span<'_>>> = Vec::new();
+    let mut lanes: Vec<Vec<NetSpan<'_>>> = Vec::new();
     for span in spans {
         if lanes.len() > MOST_LANES {
             return None;

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use order::order_of;
 use rustc_hash::FxHashMap;
-use turns::Gap;
+use turns::ColumnGap;
 
 /// A diagram without positions.
 #[derive(Debug, Clone, Default)]
@@ -42,12 +42,12 @@ pub(crate) struct BoxSize {
     /// The height below the slots.
     pub(crate) foot: f64,
     /// The ports: the ends of lines. A port without a line has a slot if it has a side.
-    pub(crate) ports: Vec<Option<Side>>,
+    pub(crate) ports: Vec<Option<BoxSide>>,
 }
 
 /// A side of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Side {
+pub(crate) enum BoxSide {
     Left,
     Right,
 }
@@ -99,7 +99,7 @@ pub(crate) struct PlacedBox {
     /// The left, the top, the width and the height.
     pub(crate) area: Area,
     /// From the top.
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) slots: Vec<PortSlot>,
 }
 
 /// A rectangle.
@@ -119,9 +119,9 @@ impl From<Area> for [f64; 4] {
 
 /// The place of a port. A port has two if it has lines to both sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slot {
+pub(crate) struct PortSlot {
     pub(crate) port: usize,
-    pub(crate) side: Side,
+    pub(crate) side: BoxSide,
     pub(crate) y: f64,
     pub(crate) has_line: bool,
 }
@@ -149,19 +149,19 @@ pub(crate) fn place(diagram: &Diagram, spacing: Spacing, interrupt: &dyn Fn()) -
     let is_usable = |line: &LineEnds| exists(&line.source) && exists(&line.target);
     // From here on, all numbers are those of boxes, ports and lines that exist.
     let lines = (0..diagram.lines.len()).filter(|&line| is_usable(&diagram.lines[line])).collect();
-    Layout::new(diagram, spacing, lines, interrupt).map(Layout::placement)
+    DiagramLayout::new(diagram, spacing, lines, interrupt).map(DiagramLayout::placement)
 }
 
 /// A place in the sequence of columns that a line passes: a slot, or a position in a column between.
 #[derive(Debug, Clone, Copy)]
-struct Stop {
+struct LineStop {
     column: usize,
     y: f64,
 }
 
 /// What a column contains.
 #[derive(Debug, Clone, Copy)]
-struct Item {
+struct ColumnItem {
     content: Content,
     top: f64,
     height: f64,
@@ -183,7 +183,7 @@ impl Content {
     }
 }
 
-struct Layout<'a> {
+struct DiagramLayout<'a> {
     diagram: &'a Diagram,
     spacing: Spacing,
     interrupt: &'a dyn Fn(),
@@ -193,7 +193,7 @@ struct Layout<'a> {
     loops: BTreeMap<usize, Vec<usize>>,
     /// The position of each box in an order that most lines follow.
     order: Vec<usize>,
-    columns: Vec<Vec<Item>>,
+    columns: Vec<Vec<ColumnItem>>,
     /// The column of each box.
     column_of: Vec<usize>,
     /// Where a line passes a column: the index in the column, by line and column.
@@ -201,13 +201,13 @@ struct Layout<'a> {
     boxes: Vec<PlacedBox>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> DiagramLayout<'a> {
     fn new(
         diagram: &'a Diagram,
         spacing: Spacing,
         usable: Vec<usize>,
         interrupt: &'a dyn Fn(),
-    ) -> Option<Layout<'a>> {
+    ) -> Option<DiagramLayout<'a>> {
         let ends = |line: &usize| (diagram.lines[*line].source.0, diagram.lines[*line].target.0);
         let is_loop = |line: &usize| ends(line).0 == ends(line).1;
         let (all_loops, lines): (Vec<usize>, Vec<usize>) = usable.into_iter().partition(is_loop);
@@ -217,7 +217,7 @@ impl<'a> Layout<'a> {
             return None;
         }
         let order = order_of(diagram.boxes.len(), &lines.iter().map(ends).collect::<Vec<_>>());
-        let mut layout = Layout {
+        let mut layout = DiagramLayout {
             diagram,
             spacing,
             interrupt,
@@ -252,8 +252,8 @@ impl<'a> Layout<'a> {
     fn ends_of(&self, line: usize) -> (usize, usize) {
         let LineEnds { source, target, .. } = self.line(line);
         match self.sides(self.line(line)) {
-            (Side::Right, _) => (source.0, target.0),
-            (Side::Left, _) => (target.0, source.0),
+            (BoxSide::Right, _) => (source.0, target.0),
+            (BoxSide::Left, _) => (target.0, source.0),
         }
     }
 
@@ -279,7 +279,8 @@ impl<'a> Layout<'a> {
         }
         self.separate();
         let items = self.columns.iter().enumerate().flat_map(|(column, items)| {
-            let passing = move |(index, item): (usize, &Item)| Some(((item.content.line()?, column), index));
+            let passing =
+                move |(index, item): (usize, &ColumnItem)| Some(((item.content.line()?, column), index));
             items.iter().enumerate().filter_map(passing)
         });
         self.passes = items.collect();
@@ -296,7 +297,7 @@ impl<'a> Layout<'a> {
     fn separate(&mut self) {
         let mut columns = std::mem::take(&mut self.columns);
         for items in &mut columns {
-            let mut above: Option<Item> = None;
+            let mut above: Option<ColumnItem> = None;
             for item in items.iter_mut() {
                 item.top = item.top.round();
                 if let Some(above) = above {
@@ -315,16 +316,16 @@ impl<'a> Layout<'a> {
     }
 
     /// The sides at which a line leaves its source and reaches its target.
-    fn sides(&self, line: LineEnds) -> (Side, Side) {
+    fn sides(&self, line: LineEnds) -> (BoxSide, BoxSide) {
         match self.order[line.source.0] <= self.order[line.target.0] {
-            true => (Side::Right, Side::Left),
-            false => (Side::Left, Side::Right),
+            true => (BoxSide::Right, BoxSide::Left),
+            false => (BoxSide::Left, BoxSide::Right),
         }
     }
 
     /// Makes the slots of all boxes, without positions.
     fn make_slots(&mut self) {
-        let mut used: Vec<BTreeSet<(usize, Side)>> = vec![BTreeSet::new(); self.diagram.boxes.len()];
+        let mut used: Vec<BTreeSet<(usize, BoxSide)>> = vec![BTreeSet::new(); self.diagram.boxes.len()];
         for &line in &self.lines {
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
@@ -335,14 +336,15 @@ impl<'a> Layout<'a> {
         for &line in self.loops.values().flatten() {
             let LineEnds { source: (number, source), target: (_, target), .. } = self.line(line);
             if self.diagram.boxes[number].head.is_some() {
-                used[number].extend([(source, Side::Right), (target, Side::Left)]);
+                used[number].extend([(source, BoxSide::Right), (target, BoxSide::Left)]);
             }
         }
         for ((size, placed), used) in self.diagram.boxes.iter().zip(&mut self.boxes).zip(&used) {
-            let with_line = used.iter().map(|&(port, side)| Slot { port, side, y: 0.0, has_line: true });
+            let with_line = used.iter().map(|&(port, side)| PortSlot { port, side, y: 0.0, has_line: true });
             let without = size.ports.iter().enumerate().filter_map(|(port, side)| {
-                let has_any = [Side::Left, Side::Right].into_iter().any(|side| used.contains(&(port, side)));
-                side.filter(|_| !has_any).map(|side| Slot { port, side, y: 0.0, has_line: false })
+                let has_any =
+                    [BoxSide::Left, BoxSide::Right].into_iter().any(|side| used.contains(&(port, side)));
+                side.filter(|_| !has_any).map(|side| PortSlot { port, side, y: 0.0, has_line: false })
             });
             placed.slots = with_line.chain(without).collect();
         }
@@ -351,8 +353,8 @@ impl<'a> Layout<'a> {
     /// The width and the height of a box without the lines to itself.
     fn size(&self, number: usize) -> (f64, f64) {
         let (size, placed) = (&self.diagram.boxes[number], &self.boxes[number]);
-        let on = |side: Side| placed.slots.iter().filter(|slot| slot.side == side).count();
-        let rows = on(Side::Left).max(on(Side::Right)) as f64;
+        let on = |side: BoxSide| placed.slots.iter().filter(|slot| slot.side == side).count();
+        let rows = on(BoxSide::Left).max(on(BoxSide::Right)) as f64;
         let mut width = size.width;
         if size.head.is_none() {
             for line in self.loops_of(number) {
@@ -413,15 +415,15 @@ impl<'a> Layout<'a> {
 
     /// Orders the slots of each side by the other ends of their lines, and sets their positions.
     fn order_slots(&mut self) {
-        let mut others: BTreeMap<(usize, usize, Side), (f64, f64)> = BTreeMap::new();
+        let mut others: BTreeMap<(usize, usize, BoxSide), (f64, f64)> = BTreeMap::new();
         let centre = |number: usize| self.boxes[number].area.y + self.boxes[number].area.height / 2.0;
         for &line in &self.lines {
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
             // The next stop of the line says more than its other end.
-            let near = |number: usize, side: Side, other: usize| {
+            let near = |number: usize, side: BoxSide, other: usize| {
                 let column = self.column_of[number];
-                let next = if side == Side::Right { column.checked_add(1) } else { column.checked_sub(1) };
+                let next = if side == BoxSide::Right { column.checked_add(1) } else { column.checked_sub(1) };
                 let item = next.and_then(|next| self.passing(line, next));
                 item.map_or_else(|| centre(other), |item| item.top + item.height / 2.0)
             };
@@ -435,12 +437,12 @@ impl<'a> Layout<'a> {
             }
         }
         for (number, (placed, size)) in self.boxes.iter_mut().zip(&self.diagram.boxes).enumerate() {
-            let order = |slot: &Slot| {
+            let order = |slot: &PortSlot| {
                 let mean = others.get(&(number, slot.port, slot.side)).map(|(sum, count)| sum / count);
                 (slot.side, !slot.has_line, mean.unwrap_or(f64::INFINITY), slot.port)
             };
             placed.slots.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal));
-            for side in [Side::Left, Side::Right] {
+            for side in [BoxSide::Left, BoxSide::Right] {
                 let count = placed.slots.iter().filter(|slot| slot.side == side).count() as f64;
                 let first = match size.head {
                     Some(head) => head,
@@ -454,25 +456,25 @@ impl<'a> Layout<'a> {
     }
 
     /// Where a line passes a column.
-    fn passing(&self, line: usize, column: usize) -> Option<Item> {
+    fn passing(&self, line: usize, column: usize) -> Option<ColumnItem> {
         self.columns.get(column)?.get(*self.passes.get(&(line, column))?).copied()
     }
 
     /// The heights of the slots, by box, port and side.
-    fn slots(&self) -> FxHashMap<(usize, usize, Side), f64> {
+    fn slots(&self) -> FxHashMap<(usize, usize, BoxSide), f64> {
         let all = self.boxes.iter().enumerate();
         all.flat_map(|(number, it)| it.slots.iter().map(move |slot| ((number, slot.port, slot.side), slot.y)))
             .collect()
     }
 
     /// The stops of each line between boxes, from left to right.
-    fn stops(&self) -> Vec<Vec<Stop>> {
-        let mut between: BTreeMap<usize, Vec<Stop>> = BTreeMap::new();
+    fn stops(&self) -> Vec<Vec<LineStop>> {
+        let mut between: BTreeMap<usize, Vec<LineStop>> = BTreeMap::new();
         for (column, items) in self.columns.iter().enumerate() {
             for item in items {
                 if let Content::Line(line) | Content::Label(line) = item.content {
                     let y = item.top + item.height - self.spacing.line;
-                    between.entry(line).or_default().push(Stop { column, y });
+                    between.entry(line).or_default().push(LineStop { column, y });
                 }
             }
         }
@@ -481,7 +483,7 @@ impl<'a> Layout<'a> {
             (self.interrupt)();
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
-            let stop = |end: (usize, usize), side: Side| Stop {
+            let stop = |end: (usize, usize), side: BoxSide| LineStop {
                 column: self.column_of[end.0],
                 y: slots.get(&(end.0, end.1, side)).copied().unwrap_or_default(),
             };
@@ -495,7 +497,7 @@ impl<'a> Layout<'a> {
 
     /// Moves lines inside columns to the height of a neighbouring stop where that keeps all distances: straight lines are
     /// easier to follow.
-    fn straighten(&mut self, stops: &mut [Vec<Stop>]) {
+    fn straighten(&mut self, stops: &mut [Vec<LineStop>]) {
         let mut columns = std::mem::take(&mut self.columns);
         for (&line, stops) in self.lines.iter().zip(stops) {
             (self.interrupt)();
@@ -524,13 +526,13 @@ impl<'a> Layout<'a> {
     }
 
     /// Sets the horizontal positions, and makes the lines.
-    fn turn(mut self, stops: &[Vec<Stop>]) -> Placement {
+    fn turn(mut self, stops: &[Vec<LineStop>]) -> Placement {
         let gaps = self.gaps(stops);
         // The left and the right end of each column.
         let mut ends: Vec<(f64, f64)> = Vec::new();
         let mut x = self.spacing.margin;
         for (index, items) in self.columns.iter().enumerate() {
-            let width = |item: &Item| match item.content {
+            let width = |item: &ColumnItem| match item.content {
                 Content::Box(number) => self.outer_size(number).0,
                 Content::Label(line) => self.line(line).label.unwrap_or_default().0,
                 Content::Line(_) => 0.0,
@@ -562,7 +564,13 @@ impl<'a> Layout<'a> {
         Placement { width, height: bottom + self.spacing.margin, boxes: self.boxes, lines }
     }
 
-    fn points(&self, line: usize, stops: &[Stop], gaps: &[Gap], ends: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    fn points(
+        &self,
+        line: usize,
+        stops: &[LineStop],
+        gaps: &[ColumnGap],
+        ends: &[(f64, f64)],
+    ) -> Vec<(f64, f64)> {
         let (source_side, _) = self.sides(self.line(line));
         let (left, right) = self.ends_of(line);
         let (left, right) = (self.boxes[left].area, self.boxes[right].area);
@@ -578,7 +586,7 @@ impl<'a> Layout<'a> {
             points.extend([(x, from.y), (x, to.y)]);
         }
         points.extend(stops.last().map(|last| (right.x, last.y)));
-        if source_side == Side::Left {
+        if source_side == BoxSide::Left {
             points.reverse();
         }
         points
@@ -606,7 +614,7 @@ impl<'a> Layout<'a> {
             let (right, bottom) = (x + width - self.spacing.line, y + height - self.spacing.line);
             let count = index as f64 + 1.0;
             if self.diagram.boxes[ends.source.0].head.is_some() {
-                let (from, to) = (slot(ends.source, Side::Right), slot(ends.target, Side::Left));
+                let (from, to) = (slot(ends.source, BoxSide::Right), slot(ends.target, BoxSide::Left));
                 let (from, to) = (from.unwrap_or_default(), to.unwrap_or_default());
                 let side = self.spacing.ends + (count - 1.0) * self.spacing.turns;
                 let below = bottom + count * (self.spacing.lines + self.spacing.line);
@@ -661,9 +669,9 @@ mod tests {
         let mut diagram = Diagram::default();
         for _ in 0..boxes {
             let ports = match has_ports {
-                true => {
-                    (0..random.below(5) + 1).map(|port| Some([Side::Left, Side::Right][port % 2])).collect()
-                }
+                true => (0..random.below(5) + 1)
+                    .map(|port| Some([BoxSide::Left, BoxSide::Right][port % 2]))
+                    .collect(),
                 false => Vec::new(),
             };
             diagram.boxes.push(BoxSize {
@@ -683,7 +691,7 @@ mod tests {
                     ports.push(None);
                     return (number, ports.len() - 1);
                 }
-                let side = if is_source { Side::Right } else { Side::Left };
+                let side = if is_source { BoxSide::Right } else { BoxSide::Left };
                 let fitting: Vec<usize> =
                     (0..ports.len()).filter(|&port| ports[port] == Some(side)).collect();
                 let port = fitting.get(random.below(fitting.len())).copied().unwrap_or_else(|| {

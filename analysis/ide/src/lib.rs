@@ -137,7 +137,7 @@ pub use exceedance::{
     ActivityCodels, CodelOf, Exceedance, activity_codels, draw_exceedance, exceedance, exceedances_of,
     selected_codel,
 };
-pub use execution_report::{ExecutionReport, Measured, execution_report};
+pub use execution_report::{ExecutionReport, ReportedCodel, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};

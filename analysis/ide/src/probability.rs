@@ -10,7 +10,7 @@ use mauve_wcrt::{
 };
 
 use crate::drawing::Drawing;
-use crate::probability_plot::{Plot, PlotLine, PlotPoint, plot_width};
+use crate::probability_plot::{PlotLine, PlotPoint, ProbabilityPlot, plot_width};
 use crate::text_canvas::in_columns;
 
 /// Draws how probable it is that the activity of this index is late; `None` where that is unknown, or no time depends on the level.
@@ -59,7 +59,7 @@ pub fn draw_probability<'db>(
     let lines = lines.into_iter().filter(|(_, _, points): &PlotLine| !points.is_empty());
     let (points, lines) = (points.collect(), lines.collect());
     Some(
-        Plot {
+        ProbabilityPlot {
             title,
             axis: "response time in ms",
             upright: "probability in an hour",

@@ -7,7 +7,7 @@ use crate::drawing::Drawing;
 use crate::svg::{Anchor, Svg, number, text_width};
 
 /// What is drawn.
-pub(crate) struct Plot<'a> {
+pub(crate) struct ProbabilityPlot<'a> {
     pub(crate) title: String,
     /// The label of the axis of times.
     pub(crate) axis: &'a str,
@@ -51,7 +51,7 @@ pub(crate) fn plot_width(drawing: Drawing) -> f64 {
 /// The least probability that is drawn: sums of doubles do not support less.
 const LEAST: f64 = 1e-13;
 
-impl Plot<'_> {
+impl ProbabilityPlot<'_> {
     pub(crate) fn svg(&self) -> String {
         let all = || self.lines.iter().flat_map(|it| &it.2).copied();
         let decades = all().map(|(_, it)| -it.max(LEAST).log10()).fold(1.0, f64::max).ceil();

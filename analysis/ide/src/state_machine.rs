@@ -57,7 +57,7 @@ pub fn draw_state_machine<'db>(
         interrupt();
         file_and_line(db, workspace, at)
     };
-    let machine = Machine::new(title.text(view), view, place_of);
+    let machine = DrawnMachine::new(title.text(view), view, place_of);
     let drawn = match drawing {
         Drawing::Dot => Some(machine.dot(&drawn_name(title.component))),
         Drawing::Svg | Drawing::Narrow => machine.svg(&interrupt),
@@ -69,7 +69,7 @@ pub fn draw_state_machine<'db>(
     })
 }
 
-struct Machine {
+struct DrawnMachine {
     title: String,
     states: Vec<DrawnState>,
     /// By source and target.
@@ -104,12 +104,12 @@ struct DrawnEdge {
     place: String,
 }
 
-impl Machine {
+impl DrawnMachine {
     fn new<'db>(
         title: String,
         view: &MachineView<'db>,
         place_of: impl Fn(&Location<'db>) -> String,
-    ) -> Machine {
+    ) -> DrawnMachine {
         let place_of = |at: &Option<Location<'db>>| at.as_ref().map(&place_of).unwrap_or_default();
         let mut arrows: BTreeMap<(usize, usize), ByTransition<'_, 'db>> = BTreeMap::new();
         for (number, edge) in view.edges.iter().enumerate() {
@@ -140,7 +140,7 @@ impl Machine {
                 place: place_of(if edge.at.is_some() { &edge.at } else { at_state(edge.source) }),
             }
         };
-        Machine {
+        DrawnMachine {
             title,
             states: (view.states.iter().enumerate())
                 .map(|(number, state)| DrawnState {

@@ -20,7 +20,7 @@ use crate::errors::{missing, say_errors, several_of};
 use crate::options::{DrawingFormat, Paths, level};
 
 #[derive(Debug, clap::Args)]
-pub struct Graph {
+pub struct GraphCommand {
     #[command(flatten)]
     paths: Paths,
     #[command(flatten)]
@@ -45,7 +45,7 @@ pub struct Graph {
     format: DrawingFormat,
 }
 
-impl Graph {
+impl GraphCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;

@@ -85,11 +85,11 @@ pub enum Command {
     ///
     /// Exit codes: 0 every deadline is proved; 1 one is not, or the models have errors, as for `mauve check`: the page says which; 2
     /// wrong usage, or a file that cannot be read or written.
-    Report(report::Report),
+    Report(report::ReportCommand),
     /// Show a component's periodic state machine with its times.
-    Psm(psm::Psm),
+    Psm(psm::PsmCommand),
     /// Draw the instances and connections of an architecture; of a deployment, with response times and utilisations.
-    Graph(graph::Graph),
+    Graph(graph::GraphCommand),
     /// Simulate a schedule, and compare its response times with their bounds.
     ///
     /// The releases, the paths through the state machines and the execution times are random. Exit codes: 0 each simulated

@@ -24,7 +24,7 @@ use crate::text::columns;
 
 #[derive(Debug, clap::Args)]
 #[command(override_usage = "mauve psm [OPTIONS] [PATH] [COMPONENT]")]
-pub struct Psm {
+pub struct PsmCommand {
     /// A model, a folder or a mauve.toml (by default the current folder), then the component. Without a component, draws
     /// the only one, or lists them.
     #[arg(value_name = "[PATH] COMPONENT", num_args = 0..=2)]
@@ -48,7 +48,7 @@ pub struct Psm {
 /// A component, with the timing tables and the level of its times.
 type FoundMachine<'db> = (TableSet<'db>, Decl<'db>, Level);
 
-impl Psm {
+impl PsmCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (path, name) = match self.component.as_slice() {
             [] => (".", None),

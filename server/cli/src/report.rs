@@ -33,7 +33,7 @@ use crate::errors::{nothing_to, say_errors};
 use crate::options::level;
 
 #[derive(Debug, clap::Args)]
-pub struct Report {
+pub struct ReportCommand {
     /// A model, a folder or a mauve.toml.
     #[arg(value_name = "PATH", default_value = ".", value_hint = clap::ValueHint::AnyPath)]
     path: PathBuf,
@@ -53,7 +53,7 @@ pub struct Report {
     significance: Option<Level>,
 }
 
-impl Report {
+impl ReportCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         if let Some(path) = &self.output {
             check_own(path, "<!doctype", "report", "--output")?;

@@ -22,7 +22,7 @@ use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
 use mauve_wcrt::{DeployedTasks, Footing, Query, Report, response_times, response_times_of, system_of};
 
-use self::simulation::{Row, Simulation};
+use self::simulation::{Simulation, SimulationRow};
 use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
 use crate::errors::{nothing_to, say_errors};
 use crate::options::{Models, level, time};
@@ -56,11 +56,11 @@ pub struct Simulate {
     worst_chain: Option<String>,
     /// How to show the schedule.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    format: ScheduleFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum ScheduleFormat {
     /// The response times, for people.
     Table,
     /// A Gantt chart for terminals.
@@ -73,22 +73,22 @@ enum Format {
     Perfetto,
 }
 
-impl Format {
+impl ScheduleFormat {
     /// The most jobs of a simulation whose length is not given.
     fn most_jobs(self, activities: usize) -> u64 {
         match self {
-            Format::Table => 10_000,
-            Format::Svg | Format::Text => (8 * activities as u64).max(30),
-            Format::Json | Format::Perfetto => 100_000,
+            ScheduleFormat::Table => 10_000,
+            ScheduleFormat::Svg | ScheduleFormat::Text => (8 * activities as u64).max(30),
+            ScheduleFormat::Json | ScheduleFormat::Perfetto => 100_000,
         }
     }
 
     /// The most events of a simulation, so that the memory is enough for the schedule.
     fn most_events(self) -> u64 {
         match self {
-            Format::Table => 1_000_000_000,
-            Format::Svg | Format::Text => 50_000,
-            Format::Json | Format::Perfetto => 2_000_000,
+            ScheduleFormat::Table => 1_000_000_000,
+            ScheduleFormat::Svg | ScheduleFormat::Text => 50_000,
+            ScheduleFormat::Json | ScheduleFormat::Perfetto => 2_000_000,
         }
     }
 }
@@ -180,7 +180,7 @@ impl Simulate {
         let length =
             self.length.or(worst.as_ref().map(|worst| worst.case.length)).or(of_way).unwrap_or_else(|| {
                 let shown = set.length_to_show(self.format.most_jobs(set.activities().len()));
-                let times = if self.format == Format::Table { 100 } else { 1 };
+                let times = if self.format == ScheduleFormat::Table { 100 } else { 1 };
                 shown.checked_mul(times).unwrap_or(shown)
             });
         let new = SimulationOptions::new(self.seed, length);
@@ -188,10 +188,10 @@ impl Simulate {
             simultaneous: self.simultaneous,
             initial_states: deployment.initial_states(),
             least_time: if self.full_times || worst.is_some() { 100 } else { new.least_time },
-            keeps_schedule: self.format != Format::Table || worst.is_some(),
+            keeps_schedule: self.format != ScheduleFormat::Table || worst.is_some(),
             // The table keeps no schedule otherwise.
             most_events: match worst {
-                Some(_) => self.format.most_events().min(Format::Json.most_events()),
+                Some(_) => self.format.most_events().min(ScheduleFormat::Json.most_events()),
                 None => self.format.most_events(),
             },
             script: worst.as_ref().map(|worst| worst.case.script.clone()),
@@ -217,24 +217,27 @@ impl Simulate {
 
     fn output(&self, all: &[Simulation<'_>], errors: usize) -> Result<Output, String> {
         let text = match self.format {
-            Format::Table => {
+            ScheduleFormat::Table => {
                 let tables: Vec<String> = all.iter().map(table).collect();
                 shown_tables(&tables).join("\n")
             }
-            Format::Json => json::one_or_all(all.iter().map(document::document))?,
-            Format::Svg | Format::Text => {
+            ScheduleFormat::Json => json::one_or_all(all.iter().map(document::document))?,
+            ScheduleFormat::Svg | ScheduleFormat::Text => {
                 let it = only(all)?;
                 let what = it.worst_case();
                 let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
-                let drawing =
-                    if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text(terminal_columns()) };
+                let drawing = if self.format == ScheduleFormat::Svg {
+                    Drawing::Svg
+                } else {
+                    Drawing::Text(terminal_columns())
+                };
                 let worst = it.worst.as_ref().map(|it| (it, TIGHT_SLACK));
                 let shown = (&it.schedule, it.passes(), worst);
                 draw_schedule(&title, &it.deployment, shown, drawing, &|| ())
             }
-            Format::Perfetto => trace_events::text(only(all)?),
+            ScheduleFormat::Perfetto => trace_events::text(only(all)?),
         };
         say_errors(errors);
         for it in all.iter().filter(|it| it.schedule.statistics.iter().all(Option::is_none)) {
@@ -243,7 +246,7 @@ impl Simulate {
         let is_fine = all.iter().all(Simulation::is_fine);
         let code = u8::from(!is_fine || errors > 0);
         Ok(match self.format {
-            Format::Text => Output::escaped(text, code),
+            ScheduleFormat::Text => Output::escaped(text, code),
             _ => Output::verbatim(text, code),
         })
     }
@@ -331,7 +334,7 @@ fn way_table(it: &Simulation<'_>) -> String {
 }
 
 /// Says that a row has no figures of jobs.
-fn left_out(row: &Row<'_, '_>) -> String {
+fn left_out(row: &SimulationRow<'_, '_>) -> String {
     match (row.statistics, row.left_out) {
         (Some(Statistics { jobs: 0, .. }), _) => "no job ended".to_owned(),
         (Some(_), _) | (None, Some(LeftOut::Background)) => String::new(),

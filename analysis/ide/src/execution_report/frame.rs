@@ -12,16 +12,16 @@ pub(super) const LETTER: f64 = 9.5;
 
 /// The rectangle of the values.
 #[derive(Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct PlotFrame {
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) top: f64,
     pub(super) bottom: f64,
 }
 
-impl Frame {
-    pub(super) fn new(height: f64, right: f64) -> Frame {
-        Frame { left: 70.0, right: WIDTH - right, top: 32.0, bottom: height - 52.0 }
+impl PlotFrame {
+    pub(super) fn new(height: f64, right: f64) -> PlotFrame {
+        PlotFrame { left: 70.0, right: WIDTH - right, top: 32.0, bottom: height - 52.0 }
     }
 
     pub(super) fn horizontal(&self) -> (f64, f64) {
@@ -37,23 +37,23 @@ impl Frame {
 pub(super) type Ticks = (String, Vec<(f64, String)>);
 
 /// A plot with its legend.
-pub(super) struct Plot {
-    frame: Frame,
+pub(super) struct ReportPlot {
+    frame: PlotFrame,
     title: String,
     pub(super) svg: Svg,
     /// The mark of each entry, as SVG of 28 × 14, and its text.
     legend: Vec<(&'static str, String)>,
 }
 
-impl Plot {
+impl ReportPlot {
     /// Returns a plot with its grid and its axes only.
     pub(super) fn new(
-        frame: Frame,
+        frame: PlotFrame,
         title: String,
         (x_title, x_ticks): Ticks,
         (y_title, y_ticks): Ticks,
-    ) -> Plot {
-        let Frame { left, right, bottom, .. } = frame;
+    ) -> ReportPlot {
+        let PlotFrame { left, right, bottom, .. } = frame;
         let mut svg = Svg::default();
         let grid: String = y_ticks.iter().map(|(y, _)| format!("M{left:.1} {y:.1}H{right:.1}")).collect();
         let marks: String = x_ticks.iter().map(|(x, _)| format!("M{x:.1} {bottom:.1}v4")).collect();
@@ -72,7 +72,7 @@ impl Plot {
         }
         svg.text("name", (right, bottom + 42.0), Anchor::End, &x_title);
         svg.text("name", (4.0, 14.0), Anchor::Start, &y_title);
-        Plot { frame, title, svg, legend: Vec::new() }
+        ReportPlot { frame, title, svg, legend: Vec::new() }
     }
 
     /// Draws lines or shapes, each of a class.
@@ -82,7 +82,7 @@ impl Plot {
 
     /// Draws a line from the top to the bottom.
     pub(super) fn vertical(&mut self, class: &str, x: f64) {
-        let Frame { top, bottom, .. } = self.frame;
+        let PlotFrame { top, bottom, .. } = self.frame;
         self.svg.path(class, &format!("M{x:.1} {top:.1}V{bottom:.1}"));
     }
 

@@ -8,7 +8,7 @@ use mauve_pwcet::{Estimate, InstanceMeasurement, Options, Warning};
 
 use super::figures::{self, TimeUnit, count, counted};
 use super::plots::{self, Plotted};
-use super::{ExecutionReport, Measured, tables};
+use super::{ExecutionReport, ReportedCodel, tables};
 use crate::html::{self, code, text};
 
 /// Returns the report as an HTML document. The same values give the same text.
@@ -16,9 +16,9 @@ pub fn execution_report(report: &ExecutionReport<'_>) -> String {
     let names: Vec<&str> = report.sources.iter().map(|(name, _)| name.as_str()).collect();
     let names = names.join(", ");
     let title = text(&names);
-    let mut order: Vec<&Measured<'_>> = report.measured.iter().collect();
+    let mut order: Vec<&ReportedCodel<'_>> = report.measured.iter().collect();
     // A stable sort keeps the order of the caller among equals.
-    order.sort_by_key(|it| Verdict::of(it).rank());
+    order.sort_by_key(|it| CodelVerdict::of(it).rank());
     let mut out = String::new();
     header(&mut out, report, &title);
     out.push_str("<main>\n");
@@ -57,7 +57,7 @@ fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {
 }
 
 /// Returns how many codels and programs there are, whatever the number of their instances: `7 codels and 2 programs`.
-fn kinds(measured: &[Measured<'_>]) -> String {
+fn kinds(measured: &[ReportedCodel<'_>]) -> String {
     let keys: BTreeMap<&str, bool> = measured.iter().map(|it| (it.key, it.is_program())).collect();
     let programs = keys.values().filter(|is_program| **is_program).count();
     match (keys.len() - programs, programs) {
@@ -68,7 +68,7 @@ fn kinds(measured: &[Measured<'_>]) -> String {
 }
 
 /// What the overview says about a codel.
-pub(super) struct Verdict {
+pub(super) struct CodelVerdict {
     refusal: Option<String>,
     warnings: Vec<String>,
     is_over_budget: bool,
@@ -76,11 +76,11 @@ pub(super) struct Verdict {
     is_extrapolated: bool,
 }
 
-impl Verdict {
-    fn of(measured: &Measured<'_>) -> Verdict {
+impl CodelVerdict {
+    fn of(measured: &ReportedCodel<'_>) -> CodelVerdict {
         let is_over_budget = tables::is_over_budget(measured);
         let mut verdict =
-            Verdict { refusal: None, warnings: Vec::new(), is_over_budget, is_extrapolated: false };
+            CodelVerdict { refusal: None, warnings: Vec::new(), is_over_budget, is_extrapolated: false };
         match &measured.measurement.result {
             Ok(estimate) => {
                 // At the level of the budget, otherwise at all.
@@ -102,9 +102,9 @@ impl Verdict {
     /// First what misses a deadline, then refusals, then what needs a look.
     fn rank(&self) -> u32 {
         match self {
-            Verdict { is_over_budget: true, .. } => 0,
-            Verdict { refusal: Some(_), .. } => 1,
-            Verdict { warnings, .. } if !warnings.is_empty() => 2,
+            CodelVerdict { is_over_budget: true, .. } => 0,
+            CodelVerdict { refusal: Some(_), .. } => 1,
+            CodelVerdict { warnings, .. } if !warnings.is_empty() => 2,
             _ => 3,
         }
     }
@@ -127,7 +127,7 @@ impl Verdict {
     }
 }
 
-fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'_>]) {
+fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&ReportedCodel<'_>]) {
     let levels = &report.options.levels;
     let heads: String = levels
         .iter()
@@ -147,7 +147,7 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
         levels.len().max(1)
     );
     for (index, measured) in order.iter().enumerate() {
-        let (verdict, unit) = (Verdict::of(measured), unit_of(measured));
+        let (verdict, unit) = (CodelVerdict::of(measured), unit_of(measured));
         let executions = &measured.measurement.executions;
         let high_water = executions.iter().max().map_or("–".to_owned(), |&time| unit.bound(time as f64));
         let _ = write!(
@@ -181,12 +181,12 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
 }
 
 /// Returns the unit of all times of a codel: that of its high-water mark.
-fn unit_of(measured: &Measured<'_>) -> TimeUnit {
+fn unit_of(measured: &ReportedCodel<'_>) -> TimeUnit {
     TimeUnit::of(measured.measurement.executions.iter().copied().max().unwrap_or_default() as f64)
 }
 
-fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Options) {
-    let verdict = Verdict::of(measured);
+fn section(out: &mut String, index: usize, measured: &ReportedCodel<'_>, options: &Options) {
+    let verdict = CodelVerdict::of(measured);
     let kind = if measured.is_program() { "program" } else { "codel" };
     let of_instance = measured.instance().map_or(String::new(), |it| format!(" of instance {}", code(it)));
     let _ = write!(
@@ -240,7 +240,7 @@ fn sentence(message: &str) -> String {
     format!("{}.", capitalised(message))
 }
 
-fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], unit: &TimeUnit) {
+fn key_figures(out: &mut String, measured: &ReportedCodel<'_>, ascending: &[u64], unit: &TimeUnit) {
     let mut figures = vec![("executions", count(ascending.len()))];
     let is_inside = |start: &&usize| (1..ascending.len()).contains(*start);
     let runs = measured.measurement.runs.iter().filter(is_inside).count() + 1;

@@ -7,10 +7,10 @@ use mauve_pwcet::{CurvePoint, Estimate, Options};
 
 use super::figures::{self, TimeUnit};
 use super::frame::{
-    BAND, BARS, BOUND, BUDGET, DOTS, FIT, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, Plot, RANGE, RECORD,
-    RUNS, THRESHOLD, Ticks, count_ticks, diamond, dots, line, time_ticks, triangle,
+    BAND, BARS, BOUND, BUDGET, DOTS, FIT, HIGH_WATER, IDENTITY, LETTER, MEAN, PlotFrame, RANGE, RECORD, RUNS,
+    ReportPlot, THRESHOLD, Ticks, count_ticks, diamond, dots, line, time_ticks, triangle,
 };
-use super::samples::{Part, histogram, parts, ranks};
+use super::samples::{RecordedPart, histogram, parts, ranks};
 use crate::chart::Axis;
 use crate::svg::Anchor;
 
@@ -30,7 +30,7 @@ pub(super) struct Plotted<'a> {
 pub(super) fn recording(of: &Plotted<'_>) -> String {
     const PARTS: usize = 280;
     let count = of.executions.len();
-    let frame = Frame::new(270.0, 26.0);
+    let frame = PlotFrame::new(270.0, 26.0);
     let (least, greatest) = ends(&of.ascending);
     // From 0 unless that hides the variation.
     let low = if least < 0.4 * greatest { 0.0 } else { least };
@@ -38,11 +38,11 @@ pub(super) fn recording(of: &Plotted<'_>) -> String {
     let y = Axis::linear((low, greatest), 0.05, frame.vertical());
     let title = format!("Execution times of {} in the order of recording", of.name);
     let executions = count_ticks("execution", &x, 5.0, count);
-    let mut plot = Plot::new(frame, title, executions, time_ticks("time", &y, 5.0, &of.unit));
+    let mut plot = ReportPlot::new(frame, title, executions, time_ticks("time", &y, 5.0, &of.unit));
     shade_runs(&mut plot, of, &frame, &x);
     let found = parts(of.executions, PARTS);
     let at = |index: usize| x.at(index as f64 + 1.0);
-    let middle = |part: &Part| x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0);
+    let middle = |part: &RecordedPart| x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0);
     let records: Vec<(f64, f64)> =
         found.iter().filter_map(|part| Some((at(part.record?), y.at(part.greatest as f64)))).collect();
     if count <= 2 * PARTS {
@@ -50,7 +50,7 @@ pub(super) fn recording(of: &Plotted<'_>) -> String {
         plot.paths(&[("dots", dots(points))]);
         plot.explain(DOTS, "execution");
     } else {
-        let bar = |part: &Part| {
+        let bar = |part: &RecordedPart| {
             // A line of equal times has a length too.
             let (from, to) = (y.at(part.least as f64) + 0.4, y.at(part.greatest as f64) - 0.4);
             format!("M{:.1} {from:.1}V{to:.1}", middle(part))
@@ -80,7 +80,7 @@ pub(super) fn recording(of: &Plotted<'_>) -> String {
 const MOST_RUNS: usize = 40;
 
 /// Shades every second run.
-fn shade_runs(plot: &mut Plot, of: &Plotted<'_>, frame: &Frame, x: &Axis) {
+fn shade_runs(plot: &mut ReportPlot, of: &Plotted<'_>, frame: &PlotFrame, x: &Axis) {
     let count = of.executions.len();
     let starts = of.runs.iter().copied().filter(|&start| 0 < start && start < count);
     let edges: Vec<usize> = std::iter::once(0).chain(starts).chain([count]).collect();
@@ -104,7 +104,7 @@ fn ends(ascending: &[u64]) -> (f64, f64) {
 /// Draws the density as a histogram.
 pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<String> {
     let found = histogram(&of.ascending)?;
-    let frame = Frame::new(270.0, 26.0);
+    let frame = PlotFrame::new(270.0, 26.0);
     let end = found.start + found.width * found.counts.len() as f64;
     let share = |count: usize| 100.0 * count as f64 / of.ascending.len() as f64;
     let tallest = found.counts.iter().copied().max().unwrap_or_default();
@@ -114,7 +114,7 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<S
     let y_ticks = percentages.into_iter().map(|it| (y.at(it), format!("{it:.decimals$}\u{a0}%"))).collect();
     let title = format!("Histogram of the execution times of {}", of.name);
     let times = time_ticks("execution time", &x, 5.0, &of.unit);
-    let mut plot = Plot::new(frame, title, times, ("share of executions".to_owned(), y_ticks));
+    let mut plot = ReportPlot::new(frame, title, times, ("share of executions".to_owned(), y_ticks));
     let base = frame.bottom;
     let mut bars = format!("M{:.1} {base:.1}", x.at(found.start));
     for (index, &count) in found.counts.iter().enumerate() {
@@ -155,7 +155,7 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<S
 
 /// Draws the probabilities of longer executions: observed, fitted, and the bounds of the levels.
 pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budget: Option<(usize, f64)>) -> String {
-    let frame = Frame::new(410.0, 112.0);
+    let frame = PlotFrame::new(410.0, 112.0);
     let count = estimate.count as f64;
     let strictest = estimate.levels.iter().map(|it| it.level).fold(1.0 / count, f64::min);
     // With room for the mark of the strictest level.
@@ -169,7 +169,7 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budget: Option<(usize,
         of.name
     );
     let times = time_ticks("execution time", &x, 6.0, &of.unit);
-    let mut plot = Plot::new(frame, title, times, powers_of_ten(&y, lowest));
+    let mut plot = ReportPlot::new(frame, title, times, powers_of_ten(&y, lowest));
     plot.explain(DOTS, "observed");
     let at = |time: f64, probability: f64| (x.at(time), y.at(probability));
     let edge = curve.iter().map(|it| at(it.upper, it.probability));
@@ -222,7 +222,7 @@ fn times_of_tail(
     estimate: &Estimate,
     curve: &[&CurvePoint],
     budget: Option<(usize, f64)>,
-    frame: &Frame,
+    frame: &PlotFrame,
 ) -> Axis {
     let bounds = estimate.levels.iter().filter_map(|it| it.bound.ok()).chain(curve.iter().map(|it| it.upper));
     let (least, greatest) = (estimate.least as f64, estimate.greatest as f64);
@@ -240,8 +240,8 @@ fn times_of_tail(
 
 /// Draws a mark for the bound of each level, and its time to the right of the plot.
 fn level_marks(
-    plot: &mut Plot,
-    frame: &Frame,
+    plot: &mut ReportPlot,
+    frame: &PlotFrame,
     of: &Plotted<'_>,
     estimate: &Estimate,
     at: impl Fn(f64, f64) -> (f64, f64),
@@ -282,7 +282,7 @@ fn level_marks(
 
 /// Draws the observed excesses against those of the fitted tail.
 pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> String {
-    let frame = Frame::new(270.0, 26.0);
+    let frame = PlotFrame::new(270.0, 26.0);
     let tail = &estimate.tail;
     let points: Vec<(f64, f64)> = ranks(tail.excesses, 180)
         .into_iter()
@@ -299,7 +299,7 @@ pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> String {
     let title = format!("Observed excesses of {} against the excesses of the fitted tail", of.name);
     let [fitted, observed] = [("fitted excess", &x), ("observed excess", &y)]
         .map(|(kind, axis)| time_ticks(kind, axis, 5.0, &of.unit));
-    let mut plot = Plot::new(frame, title, fitted, observed);
+    let mut plot = ReportPlot::new(frame, title, fitted, observed);
     let at = |(fitted, observed): (f64, f64)| (x.at(fitted), y.at(observed));
     let end = x.range().1.min(y.range().1);
     let identity = line([(0.0, 0.0), (end, end)].into_iter().map(at));
@@ -330,7 +330,7 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     let all: Vec<Vec<(f64, f64, f64)>> = shown.iter().map(|&index| series(index)).collect();
     let low = all.iter().flatten().map(|it| it.1).fold(f64::INFINITY, f64::min);
     let high = all.iter().flatten().map(|it| it.2).fold(0.0, f64::max);
-    let frame = Frame::new(270.0, 64.0);
+    let frame = PlotFrame::new(270.0, 64.0);
     let first = estimate.convergence.first()?.count as f64;
     let x = Axis::linear((first, estimate.count as f64), 0.0, frame.horizontal());
     let y = if high > 8.0 * low && low > 0.0 {
@@ -340,7 +340,7 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     };
     let used = count_ticks("executions used", &x, 4.0, estimate.count);
     let title = format!("Estimates and bounds of {} from the first executions", of.name);
-    let mut plot = Plot::new(frame, title, used, time_ticks("time", &y, 5.0, &of.unit));
+    let mut plot = ReportPlot::new(frame, title, used, time_ticks("time", &y, 5.0, &of.unit));
     let mut labels: Vec<(f64, String)> = Vec::new();
     for ((points, &index), (class, marks)) in all.iter().zip(&shown).zip(SERIES) {
         let upper = points.iter().map(|it| (x.at(it.0), y.at(it.2)));

@@ -4,7 +4,7 @@ use mauve_timing::greatest_common_divisor;
 
 /// Consecutive executions.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Part {
+pub(super) struct RecordedPart {
     /// The index of the first one.
     pub(super) first: usize,
     /// How many there are.
@@ -22,7 +22,7 @@ pub(super) struct Part {
 /// Returns the executions in at most `most` parts of about the same size.
 ///
 /// Each part has its greatest time, so no high-water mark is higher than the parts show.
-pub(super) fn parts(executions: &[u64], most: usize) -> Vec<Part> {
+pub(super) fn parts(executions: &[u64], most: usize) -> Vec<RecordedPart> {
     let count = executions.len();
     let number = most.min(count);
     let mut seen = None;
@@ -34,7 +34,7 @@ pub(super) fn parts(executions: &[u64], most: usize) -> Vec<Part> {
         let record = (seen < Some(greatest)).then_some(first + position);
         seen = seen.max(Some(greatest));
         let mean = times.iter().map(|&time| time as f64).sum::<f64>() / times.len() as f64;
-        Some(Part { first, count: times.len(), least, greatest, mean, record })
+        Some(RecordedPart { first, count: times.len(), least, greatest, mean, record })
     };
     (0..number).filter_map(part).collect()
 }

@@ -6,12 +6,12 @@ use mauve_diagnostics::{check_assumption, check_name, no_bound};
 use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate};
 use mauve_timing::Time;
 
-use super::Measured;
+use super::ReportedCodel;
 use super::figures::{self, TimeUnit, count, p_value, significant};
 use crate::html::text;
 
 /// Writes all tables of an estimate.
-pub(super) fn tables(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: &TimeUnit) {
+pub(super) fn tables(out: &mut String, measured: &ReportedCodel<'_>, estimate: &Estimate, unit: &TimeUnit) {
     levels(out, measured, estimate, unit);
     tests(out, estimate);
     out.push_str("<div class=\"tables\">\n<div>\n");
@@ -23,7 +23,7 @@ pub(super) fn tables(out: &mut String, measured: &Measured<'_>, estimate: &Estim
 }
 
 /// Whether the time of a level exceeds its budget: the time in the table, otherwise the bound.
-pub(super) fn is_over_budget(measured: &Measured<'_>) -> bool {
+pub(super) fn is_over_budget(measured: &ReportedCodel<'_>) -> bool {
     let (Some((index, budget)), Ok(estimate)) = (measured.budget, &measured.measurement.result) else {
         return false;
     };
@@ -37,29 +37,33 @@ pub(super) fn is_over_budget(measured: &Measured<'_>) -> bool {
 }
 
 /// A column of a table: its head, its class, and its cell for an item.
-struct Column<'a, T> {
+struct ReportColumn<'a, T> {
     head: &'static str,
     class: &'static str,
     cell: Box<dyn Fn(&T) -> String + 'a>,
 }
 
-fn column<'a, T>(head: &'static str, class: &'static str, cell: impl Fn(&T) -> String + 'a) -> Column<'a, T> {
-    Column { head, class, cell: Box::new(cell) }
+fn column<'a, T>(
+    head: &'static str,
+    class: &'static str,
+    cell: impl Fn(&T) -> String + 'a,
+) -> ReportColumn<'a, T> {
+    ReportColumn { head, class, cell: Box::new(cell) }
 }
 
 /// Writes a table, with a row for each item. The first cell of a row is its head.
-fn table<T>(out: &mut String, title: &str, caption: &str, columns: &[Column<'_, T>], items: &[T]) {
+fn table<T>(out: &mut String, title: &str, caption: &str, columns: &[ReportColumn<'_, T>], items: &[T]) {
     let _ = write!(
         out,
         "<h3>{title}</h3>\n<p class=\"note\">{caption}</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\">\n<table>\n<thead><tr>"
     );
-    for Column { head, class, .. } in columns {
+    for ReportColumn { head, class, .. } in columns {
         let _ = write!(out, "<th scope=\"col\"{}>{head}</th>", attribute(class));
     }
     out.push_str("</tr></thead>\n<tbody>\n");
     for item in items {
         out.push_str("<tr>");
-        for (index, Column { class, cell, .. }) in columns.iter().enumerate() {
+        for (index, ReportColumn { class, cell, .. }) in columns.iter().enumerate() {
             let (class, cell) = (attribute(class), cell(item));
             let _ = match index {
                 0 => write!(out, "<th scope=\"row\"{class}>{cell}</th>"),
@@ -92,7 +96,7 @@ fn badge(class: &str, text: &str) -> String {
 
 const NUMBER: &str = "number";
 
-fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: &TimeUnit) {
+fn levels(out: &mut String, measured: &ReportedCodel<'_>, estimate: &Estimate, unit: &TimeUnit) {
     type Level = (usize, LevelEstimate);
     let time = |it: Time| it.as_nanos() as f64;
     let or_none = |cell: Option<String>| cell.unwrap_or_else(|| "–".to_owned());

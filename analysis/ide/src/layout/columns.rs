@@ -6,7 +6,7 @@ use dagre::{EdgeLabel, LayoutOptions, NodeLabel, RankDir};
 
 use super::*;
 
-impl Layout<'_> {
+impl DiagramLayout<'_> {
     /// The rank of each box: greater than those to the left of its lines. There is a rank for labels between two ranks of boxes.
     pub(super) fn ranks(&self) -> Vec<usize> {
         let outgoing = self.lines_by(|(left, _)| left);
@@ -64,7 +64,7 @@ impl Layout<'_> {
         };
         dagre::layout(&mut graph, Some(options));
         // Items by the horizontal position of their middle, which all items of a rank share.
-        let mut ranks: BTreeMap<i64, Vec<Item>> = BTreeMap::new();
+        let mut ranks: BTreeMap<i64, Vec<ColumnItem>> = BTreeMap::new();
         let rank = |x: f64| (x * 8.0).round() as i64;
         let mut rank_of = vec![0; self.diagram.boxes.len()];
         for (number, rank_of) in rank_of.iter_mut().enumerate() {
@@ -72,7 +72,7 @@ impl Layout<'_> {
             let (x, y) = node.and_then(|node| Some((node.x?, node.y?))).unwrap_or_default();
             let (_, height) = self.outer_size(number);
             *rank_of = rank(x);
-            let item = Item { content: Content::Box(number), top: y - height / 2.0, height };
+            let item = ColumnItem { content: Content::Box(number), top: y - height / 2.0, height };
             ranks.entry(rank(x)).or_default().push(item);
         }
         for &line in &self.lines {
@@ -89,7 +89,11 @@ impl Layout<'_> {
                     .is_some_and(|items| items.iter().any(|it| it.content.line() == Some(line)));
                 if at > rank_of[left] && at < rank_of[right] && !is_known {
                     let (content, height) = self.content(line, label_at == Some(at));
-                    ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
+                    ranks.entry(at).or_default().push(ColumnItem {
+                        content,
+                        top: point.y - height / 2.0,
+                        height,
+                    });
                 }
             }
         }
@@ -98,16 +102,17 @@ impl Layout<'_> {
 
     /// Fills `columns` by rank, each item near those that its lines come from.
     pub(super) fn assign_simply(&mut self, ranks: &[usize]) {
-        let mut columns: Vec<Vec<Item>> = vec![Vec::new(); ranks.iter().max().map_or(0, |most| most + 1)];
+        let mut columns: Vec<Vec<ColumnItem>> =
+            vec![Vec::new(); ranks.iter().max().map_or(0, |most| most + 1)];
         for (number, &rank) in ranks.iter().enumerate() {
             let (_, height) = self.outer_size(number);
-            columns[rank].push(Item { content: Content::Box(number), top: 0.0, height });
+            columns[rank].push(ColumnItem { content: Content::Box(number), top: 0.0, height });
         }
         for &line in &self.lines {
             let span = self.span(line, ranks);
             for rank in span.clone() {
                 let (content, height) = self.content(line, rank == span.start);
-                columns[rank].push(Item { content, top: 0.0, height });
+                columns[rank].push(ColumnItem { content, top: 0.0, height });
             }
         }
         let (outgoing, incoming) = (self.lines_by(|(left, _)| left), self.lines_by(|(_, right)| right));

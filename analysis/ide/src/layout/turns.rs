@@ -10,7 +10,7 @@ const MANY_TURNS: usize = 300;
 /// Lines that share a turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum NetKey {
-    Port((usize, usize), Side),
+    Port((usize, usize), BoxSide),
     Line(usize),
 }
 
@@ -41,14 +41,14 @@ impl Net {
 
 /// The space between two columns.
 #[derive(Debug, Clone)]
-pub(super) struct Gap {
+pub(super) struct ColumnGap {
     /// The turn of each line, from the left.
     turns: BTreeMap<usize, usize>,
     count: usize,
 }
 
-impl Gap {
-    fn new(mut nets: Vec<Net>, spacing: Spacing) -> Gap {
+impl ColumnGap {
+    fn new(mut nets: Vec<Net>, spacing: Spacing) -> ColumnGap {
         nets.sort_by(|a, b| a.span().0.total_cmp(&b.span().0));
         let is_ordered_well = nets.iter().map(|net| net.lines.len()).sum::<usize>() <= MANY_TURNS;
         for _ in 0..if is_ordered_well { nets.len() } else { 0 } {
@@ -89,7 +89,7 @@ impl Gap {
             turns.extend(net.lines.iter().map(|&line| (line, turn)));
         }
         let count = placed.iter().map(|(_, turn)| turn + 1).max().unwrap_or_default();
-        Gap { turns, count }
+        ColumnGap { turns, count }
     }
 
     pub(super) fn turn_of(&self, line: usize) -> Option<usize> {
@@ -101,9 +101,9 @@ impl Gap {
     }
 }
 
-impl Layout<'_> {
+impl DiagramLayout<'_> {
     /// Decides where lines turn between each column and the next.
-    pub(super) fn gaps(&self, stops: &[Vec<Stop>]) -> Vec<Gap> {
+    pub(super) fn gaps(&self, stops: &[Vec<LineStop>]) -> Vec<ColumnGap> {
         let mut all: Vec<BTreeMap<NetKey, Net>> = vec![BTreeMap::new(); self.columns.len().saturating_sub(1)];
         for (&line, stops) in self.lines.iter().zip(stops) {
             (self.interrupt)();
@@ -112,8 +112,8 @@ impl Layout<'_> {
             for (from, to) in stops.iter().zip(stops.iter().skip(1)) {
                 // Lines from one port share their turn next to it.
                 let at_source = match side {
-                    Side::Right => stops.first().is_some_and(|first| first.column == from.column),
-                    Side::Left => stops.last().is_some_and(|last| last.column == to.column),
+                    BoxSide::Right => stops.first().is_some_and(|first| first.column == from.column),
+                    BoxSide::Left => stops.last().is_some_and(|last| last.column == to.column),
                 };
                 let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
                 let Some(nets) = to.column.checked_sub(1).and_then(|gap| all.get_mut(gap)) else { continue };
@@ -125,7 +125,10 @@ impl Layout<'_> {
         }
         let gap = |nets: BTreeMap<NetKey, Net>| {
             (self.interrupt)();
-            Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
+            ColumnGap::new(
+                nets.into_values().filter(|net| net.span().0 < net.span().1).collect(),
+                self.spacing,
+            )
         };
         all.into_iter().map(gap).collect()
     }

@@ -17,7 +17,7 @@ use mauve_wcrt::{
     origin_of, record_of, system_of,
 };
 
-use super::rows::{Row, list, rows, shown, table};
+use super::rows::{ReportRow, list, rows, shown, table};
 use crate::text::{counted, number};
 use crate::wcrt::{conditions, cpu_numbers, priority};
 
@@ -91,9 +91,9 @@ fn not_analysed(of: &Deployed<'_>, report: &Report<'_>) -> String {
 fn response_times(of: &Deployed<'_>, report: &Report<'_>) -> String {
     let interrupt = || ();
     let mut breakdown = report.breakdown(&interrupt);
-    let mut all: Vec<(usize, Row<'_, '_>)> = rows(of).into_iter().enumerate().collect();
+    let mut all: Vec<(usize, ReportRow<'_, '_>)> = rows(of).into_iter().enumerate().collect();
     all.sort_by_key(|(_, row)| row.order());
-    let row = |(index, Row { activity, forms }): &(usize, Row<'_, '_>)| {
+    let row = |(index, ReportRow { activity, forms }): &(usize, ReportRow<'_, '_>)| {
         let accepted =
             of.acceptance(activity).map(|why| format!("<br/><small>accepted: {}</small>", html_text(why)));
         vec![
@@ -172,7 +172,7 @@ fn explanations(
     report: &Report<'_>,
 ) -> String {
     let activities = &system_of(of.db, project, declared).activities;
-    let mut all: Vec<(usize, Row<'_, '_>)> = rows(of).into_iter().enumerate().collect();
+    let mut all: Vec<(usize, ReportRow<'_, '_>)> = rows(of).into_iter().enumerate().collect();
     all.retain(|(_, row)| {
         matches!(row.forms.status, HintStatus::Missed | HintStatus::Tight | HintStatus::Unknown)
     });

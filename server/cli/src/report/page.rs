@@ -11,7 +11,7 @@ use mauve_projects::analysis_document::Deployed;
 use mauve_projects::verdict::Verdict;
 
 use super::deployment;
-use super::rows::{Row, list, rows, shown, table};
+use super::rows::{ReportRow, list, rows, shown, table};
 use crate::check::verdict::{limits, supports};
 use crate::comparison::{changed, lines, why};
 use crate::lines::Lines;
@@ -63,7 +63,7 @@ impl Page<'_, '_> {
 
     /// The verdict, the activities that it depends on, and what to do next.
     fn verdict(&self) -> String {
-        let mut all: Vec<(&Deployed<'_>, Row<'_, '_>)> =
+        let mut all: Vec<(&Deployed<'_>, ReportRow<'_, '_>)> =
             self.deployed.iter().flat_map(|of| rows(of).into_iter().map(move |row| (of, row))).collect();
         all.sort_by_key(|(_, row)| row.order());
         let chains: Vec<_> = self.deployed.iter().flat_map(deployment::late_chains).collect();
@@ -76,7 +76,7 @@ impl Page<'_, '_> {
             html_text(&words),
             html_text(&capitalised(&conditions)),
         );
-        let is_bad = |row: &Row<'_, '_>| row.forms.status.rank() < HintStatus::Tight.rank();
+        let is_bad = |row: &ReportRow<'_, '_>| row.forms.status.rank() < HintStatus::Tight.rank();
         let shown_rows =
             all.iter().take(all.iter().filter(|(_, row)| is_bad(row)).count().clamp(1, MOST_NEXT));
         let named = shown_rows.map(|(of, row)| {

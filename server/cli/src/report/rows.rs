@@ -9,19 +9,20 @@ use mauve_projects::analysis_document::Deployed;
 use mauve_wcrt::ActivityReport;
 
 /// An activity with its figure.
-pub(super) struct Row<'a, 'db> {
+pub(super) struct ReportRow<'a, 'db> {
     pub(super) activity: &'a ActivityReport<'db>,
     pub(super) forms: Forms,
 }
 
 /// Returns the activities of a deployment with their figures.
-pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<Row<'a, 'db>> {
+pub(super) fn rows<'a, 'db>(of: &'a Deployed<'db>) -> Vec<ReportRow<'a, 'db>> {
     let reports = of.reports.iter().flat_map(|(_, it)| it.activities.iter().zip(it.footings()));
-    let row = |(activity, footing)| Row { activity, forms: figure(of.db, activity, footing, TIGHT_SLACK) };
+    let row =
+        |(activity, footing)| ReportRow { activity, forms: figure(of.db, activity, footing, TIGHT_SLACK) };
     reports.map(row).collect()
 }
 
-impl Row<'_, '_> {
+impl ReportRow<'_, '_> {
     /// The worst status is the first; of several with one status, the one with the least slack relative to the deadline.
     pub(super) fn order(&self) -> (usize, i64) {
         (self.forms.status.rank(), self.activity.used().map_or(i64::MIN, |part| -(part * 1e9) as i64))

@@ -48,7 +48,7 @@ use mauve_timing::{CpuSet, Job, LeftOut, Pass, Slice};
 use mauve_wcrt::ActivityReport;
 use serde::Serialize;
 
-use super::simulation::{Row, Simulation};
+use super::simulation::{Simulation, SimulationRow};
 
 pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
     object! {
@@ -92,7 +92,7 @@ fn pass_document(of: &Simulation<'_>, pass: &Pass) -> impl Serialize + use<> {
     }
 }
 
-fn activity_document(of: &Simulation<'_>, row: &Row<'_, '_>) -> impl Serialize + use<> {
+fn activity_document(of: &Simulation<'_>, row: &SimulationRow<'_, '_>) -> impl Serialize + use<> {
     let ActivityReport { task, instance, component_name, response, .. } = row.activity;
     let statistics = row.statistics;
     let status = match (statistics, row.left_out) {

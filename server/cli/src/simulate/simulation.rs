@@ -25,13 +25,13 @@ pub(super) struct Simulation<'db> {
 }
 
 /// An activity of a simulation.
-pub(super) struct Row<'a, 'db> {
+pub(super) struct SimulationRow<'a, 'db> {
     pub(super) activity: &'a ActivityReport<'db>,
     pub(super) statistics: Option<Statistics>,
     pub(super) left_out: Option<LeftOut>,
 }
 
-impl Row<'_, '_> {
+impl SimulationRow<'_, '_> {
     /// Returns the greatest simulated response time as a part of the bound.
     pub(super) fn ratio(&self) -> Option<f64> {
         let greatest = self.statistics?.greatest?.as_f64(Unit::Milliseconds);
@@ -41,10 +41,10 @@ impl Row<'_, '_> {
 }
 
 impl<'db> Simulation<'db> {
-    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_, 'db>> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = SimulationRow<'_, 'db>> {
         let left_out = |index: usize| self.schedule.left_out.iter().find(|(activity, _)| *activity == index);
         let activities = self.report.activities.iter().enumerate().zip(&self.schedule.statistics);
-        activities.map(move |((index, activity), statistics)| Row {
+        activities.map(move |((index, activity), statistics)| SimulationRow {
             activity,
             statistics: *statistics,
             left_out: left_out(index).map(|(_, why)| *why),
