@@ -10,6 +10,7 @@ mod format;
 mod summary;
 mod words;
 
+use format::HoverContext;
 pub use format::{Hover, HoverFormat};
 
 use std::fmt::Write as _;
@@ -20,7 +21,7 @@ use mauve_diagnostics::{
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, node_around, parse};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
+use mauve_syntax::{SyntaxNode, TextRange, TextSize, comment_above};
 use mauve_wcrt::{
     ActivityReport, Lookup, Query, TableSet, level_shown, probabilities_of, response_times, support,
     system_of, timetable_of,
@@ -44,13 +45,13 @@ pub fn hover(
     format: HoverFormat<'_>,
 ) -> Option<Hover> {
     let Some(project) = project else { return words::of_word(db, file, offset) };
-    let explained = of_activity(db, project, file, offset, format);
+    let cx = &HoverContext { db, project, file, offset, format };
+    let explained = of_activity(cx);
     let deployment = explained.as_ref().map(|(_, deployment, _)| *deployment);
-    let of_connection = || connection::of_connection(db, project, file, offset);
-    let explained = explained.map(|(range, _, text)| (range, text)).or_else(of_connection);
-    let of_name = of_name(db, project, file, offset, deployment, format)
-        .or_else(|| of_message(db, project, file, offset))
-        .or_else(|| of_word(db, project, file, offset))
+    let explained = explained.map(|(range, _, text)| (range, text)).or_else(|| connection::of_connection(cx));
+    let of_name = of_name(cx, deployment)
+        .or_else(|| of_message(cx))
+        .or_else(|| of_word(cx))
         .or_else(|| configuration::of_key(db, project, file, offset));
     let Some((range, markdown)) = explained else { return of_name };
     match of_name {
@@ -60,10 +61,8 @@ pub fn hover(
 }
 
 /// What a word of the language means, and for a field of an activity, what its value means.
-fn of_word(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
-    let word = words::of_word(db, file, offset);
-    let field = activity_field::of_field(db, project, file, offset);
-    match (word, field) {
+fn of_word(cx: &HoverContext<'_, '_>) -> Option<Hover> {
+    match (words::of_word(cx.db, cx.file, cx.offset), activity_field::of_field(cx)) {
         (Some(word), Some(field)) => {
             Some(Hover { markdown: format!("{}\n{}", word.markdown, field.markdown), ..word })
         }
@@ -71,23 +70,13 @@ fn of_word(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize)
     }
 }
 
-fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken> {
-    let root = mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax())?;
-    tokens_at(&root, offset).find(|token| token.kind().is_word())
-}
-
 /// The greatest number of activities in a table.
 const MOST_ROWS: usize = 16;
 
 /// Returns the explanation of the activity whose name or keyword is at `offset`, with its deployment.
-fn of_activity<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    file: File,
-    offset: TextSize,
-    format: HoverFormat<'_>,
-) -> Option<(TextRange, Decl<'db>, String)> {
-    let token = word_at(db, file, offset)?;
+fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>, String)> {
+    let HoverContext { db, project, file, offset, format } = *cx;
+    let token = cx.word()?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
     let whole = activity.syntax().text_range();
@@ -127,15 +116,9 @@ fn of_activity<'db>(
     (!markdown.is_empty()).then_some((range, deployment, markdown))
 }
 
-fn of_name<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    file: File,
-    offset: TextSize,
-    explained: Option<Decl<'db>>,
-    format: HoverFormat<'_>,
-) -> Option<Hover> {
-    let names = names_at(db, project, file, offset);
+fn of_name<'db>(cx: &HoverContext<'_, 'db>, explained: Option<Decl<'db>>) -> Option<Hover> {
+    let HoverContext { db, project, .. } = *cx;
+    let names = names_at(db, project, cx.file, cx.offset);
     let found = definition_of(db, project, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
@@ -157,7 +140,7 @@ fn of_name<'db>(
                 markdown += &times;
             }
         }
-        let details = details::details(db, project, &name, &markdown, explained, format);
+        let details = details::details(cx, &name, &markdown, explained);
         if !markdown.contains(&details) {
             markdown += &details;
         }
@@ -165,8 +148,8 @@ fn of_name<'db>(
     (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
 }
 
-fn of_message(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
-    let token = word_at(db, file, offset)?;
+fn of_message(cx: &HoverContext<'_, '_>) -> Option<Hover> {
+    let token = cx.word()?;
     let ty = token.parent_ancestors().find_map(ast::Type::cast)?;
     if !is_of_value(ty.syntax()) {
         return None;
@@ -174,7 +157,7 @@ fn of_message(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSi
     let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
     let library = library.map(|name| Name::from(name.syntax().text().to_string()));
     let path: Vec<Name> = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
-    let (package, message) = message_of(db, project, library.as_ref(), &path)?;
+    let (package, message) = message_of(cx.db, cx.project, library.as_ref(), &path)?;
     Some(Hover { range: ty.syntax().text_range(), markdown: fields(package, path.last()?, message) })
 }
 

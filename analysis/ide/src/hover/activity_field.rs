@@ -3,28 +3,22 @@
 
 use mauve_diagnostics::known_utilisation;
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, Hosts, ModelDb, PERIODS, Project, declaration_at, hosts_of, parse};
+use mauve_hir::{Decl, Hosts, PERIODS, declaration_at, hosts_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
-use mauve_syntax::{TextSize, tokens_at};
 use mauve_timing::{Task, Time, name_of_other};
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
-use super::format::{Hover, and_more};
+use super::format::{Hover, HoverContext, and_more};
 
 /// Names at most this many activities of higher or equal priority.
 const MOST_ACTIVITIES: usize = 12;
 
 /// Returns the hover of a field of an activity, or of its value. Its range is that of the field.
-pub(super) fn of_field(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    file: File,
-    offset: TextSize,
-) -> Option<Hover> {
-    let tokens = mauve_hir::is_model(file.path(db)).then(|| tokens_at(&parse(db, file).syntax(), offset))?;
-    let is_meant = |token: &mauve_syntax::SyntaxToken| !token.kind().is_trivia();
-    let fields = tokens.filter(is_meant).filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
+pub(super) fn of_field(cx: &HoverContext<'_, '_>) -> Option<Hover> {
+    let HoverContext { db, project, file, .. } = *cx;
+    let tokens = cx.tokens().filter(|token| !token.kind().is_trivia());
+    let fields = tokens.filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
     let field = fields.last()?;
     let kind = field.field()?;
     let whole = field.syntax().ancestors().find_map(ast::Activity::cast)?.syntax().text_range();
@@ -32,7 +26,7 @@ pub(super) fn of_field(
     let activities = &system_of(db, project, deployment).activities;
     let activity = activities.iter().find(|it| whole.contains_range(it.at.range(db)))?;
     let markdown = match kind {
-        ActivityField::Affinity | ActivityField::Cpus => affinity(db, project, deployment, activity)?,
+        ActivityField::Affinity | ActivityField::Cpus => affinity(cx, deployment, activity)?,
         ActivityField::Rate => computed("A period of", activity.period?, activity.is_exact),
         ActivityField::Deadline if is_quotient(&field) => computed("A deadline of", activity.deadline?, true),
         _ if is_quotient(&field) && PERIODS.contains(&kind) => {
@@ -58,11 +52,11 @@ fn computed(what: &str, time: Time, is_exact: bool) -> String {
 
 /// `CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 62.0 %, CPU 3 40.0 %.`
 fn affinity<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+    cx: &HoverContext<'_, 'db>,
     deployment: Decl<'db>,
     activity: &ResolvedActivity<'db>,
 ) -> Option<String> {
+    let HoverContext { db, project, .. } = *cx;
     let hosts = hosts_of(db, project.workspace(db));
     let cpus = activity.cpus.filter(|cpus| !cpus.is_empty())?;
     let (_, written) = hosts.local(cpus);

@@ -11,13 +11,14 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{chain_reason, connection_reason, not_lasting, overwrite};
-use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
+use mauve_hir::{ModelDb, Project, declaration_at};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, TextRange, TextSize, tokens_at};
+use mauve_syntax::{SyntaxKind, TextRange};
 use mauve_timing::{ChainRule, Time};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{Query, system_of};
 
+use super::format::HoverContext;
 use crate::connections::{LinkReport, connections_in};
 use crate::markdown;
 use crate::occurrences::grouped;
@@ -27,14 +28,9 @@ use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure, short};
 const MOST_CHAINS: usize = 3;
 
 /// Returns the text of the connection whose keyword, arrow or target is at `offset`.
-pub(super) fn of_connection(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    file: File,
-    offset: TextSize,
-) -> Option<(TextRange, String)> {
-    let root = mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax())?;
-    let (token, connection) = tokens_at(&root, offset).find_map(|token| {
+pub(super) fn of_connection(cx: &HoverContext<'_, '_>) -> Option<(TextRange, String)> {
+    let HoverContext { db, project, file, .. } = *cx;
+    let (token, connection) = cx.tokens().find_map(|token| {
         let connection = token.parent_ancestors().find_map(ast::Connection::cast)?;
         let target =
             connection.target().is_some_and(|it| it.syntax().text_range().contains_range(token.text_range()));
@@ -77,7 +73,9 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &LinkRep
                 format!("{writer} has a higher priority on the same CPU: {reader} starts after its write")
             }
         };
-        let waits = match (part.by_data, is_periodic(db, project, *deployment, reader)) {
+        let activities = &system_of(db, project, *deployment).activities;
+        let activity = activities.iter().find(|it| it.instance == **reader);
+        let waits = match (part.by_data, activity.is_none_or(|it| it.is_periodic())) {
             (true, _) => {
                 format!("the data releases {reader}: at most the rest of its least time between releases")
             }
@@ -125,16 +123,6 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &LinkRep
         out += &format!("\n{}", chain_text(db, chain));
     }
     out
-}
-
-fn is_periodic<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    instance: &str,
-) -> bool {
-    let activities = &system_of(db, project, deployment).activities;
-    activities.iter().find(|it| it.instance == *instance).is_none_or(|it| it.is_periodic())
 }
 
 /// Returns a chain with its latency and what each component contributes, or why it has none.

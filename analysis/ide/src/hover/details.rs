@@ -14,7 +14,7 @@ use mauve_timing::Time;
 use mauve_wcrt::{TableSet, files_of, level_shown, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
-use super::format::{HoverFormat, and_more};
+use super::format::{HoverContext, and_more};
 use super::summary::{self, by_tables};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
@@ -27,13 +27,12 @@ const MOST_LINES: usize = 12;
 /// Returns the details of `found` in Markdown, empty for most names. `shown` is the Markdown so far; `explained` is the deployment
 /// whose activity the hover explains.
 pub(super) fn details<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+    cx: &HoverContext<'_, 'db>,
     found: &FoundName<'db>,
     shown: &str,
     explained: Option<Decl<'db>>,
-    format: HoverFormat<'_>,
 ) -> String {
+    let HoverContext { db, project, .. } = *cx;
     if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
     {
@@ -44,7 +43,7 @@ pub(super) fn details<'db>(
         return out;
     }
     if let Definition::Declaration(decl) = found.definition {
-        return summary::of_declaration(db, project, decl, format);
+        return summary::of_declaration(cx, decl);
     }
     let Definition::At(Location::Source(of, id)) = found.definition else { return String::new() };
     match found.kind {
@@ -60,7 +59,7 @@ pub(super) fn details<'db>(
             resolved_type(db, project, of, id, shown) + &values
         }
         SymbolKind::Instance => {
-            let (connections, responses) = summary::of_instance(db, project, (of, id), explained, format);
+            let (connections, responses) = summary::of_instance(cx, (of, id), explained);
             match block(connections) {
                 connections if responses.is_empty() => connections,
                 connections => format!("{connections}\n{responses}"),

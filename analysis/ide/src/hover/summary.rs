@@ -12,7 +12,7 @@ use mauve_wcrt::{
     table_sets,
 };
 
-use super::format::{HoverFormat, and_more};
+use super::format::{HoverContext, HoverFormat, and_more};
 use crate::connections::deployments;
 use crate::cpu_budget::drawn_budget;
 use crate::markdown::code;
@@ -23,16 +23,11 @@ use crate::project::instances_by_component;
 const MOST_NAMES: usize = 6;
 
 /// Returns the summary of a declaration as a list; empty for other kinds.
-pub(super) fn of_declaration(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    decl: Decl<'_>,
-    format: HoverFormat<'_>,
-) -> String {
-    let lines = match decl.kind(db) {
-        Kind::Deployment => deployment(db, project, decl, format),
-        Kind::Architecture => of_architecture(db, project, decl, format),
-        Kind::Component => component(db, project, decl, format),
+pub(super) fn of_declaration<'db>(cx: &HoverContext<'_, 'db>, decl: Decl<'db>) -> String {
+    let lines = match decl.kind(cx.db) {
+        Kind::Deployment => deployment(cx, decl),
+        Kind::Architecture => of_architecture(cx, decl),
+        Kind::Component => component(cx, decl),
         _ => Vec::new(),
     };
     list(&lines)
@@ -51,8 +46,8 @@ fn enumerated(names: Vec<String>) -> String {
     and_more(names, MOST_NAMES).join(", ")
 }
 
-fn link_to(db: &dyn ModelDb, format: HoverFormat<'_>, decl: Decl<'_>) -> String {
-    format.link(db, decl.name(db), &Location::name_of(decl))
+fn link_to(cx: &HoverContext<'_, '_>, decl: Decl<'_>) -> String {
+    cx.link(decl.name(cx.db), &Location::name_of(decl))
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -60,12 +55,8 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// The deadlines, the utilisation of each CPU, and the activity with the least slack.
-fn deployment<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    format: HoverFormat<'_>,
-) -> Vec<String> {
+fn deployment<'db>(cx: &HoverContext<'_, 'db>, of: Decl<'db>) -> Vec<String> {
+    let HoverContext { db, project, .. } = *cx;
     let query = Query::shown(db, project, of);
     let report = response_times(db, project, of, query);
     let Deadlines { met, unknown, all } = report.deadlines();
@@ -82,7 +73,7 @@ fn deployment<'db>(
     let budget = drawn_budget(db, (project, of, query), TIGHT_SLACK);
     lines.extend(budget.cpus.iter().map(|cpu| cpu.line(code)));
     let name = |it: &ActivityReport<'_>| match &it.at {
-        Some(at) => format.link(db, &it.instance, at),
+        Some(at) => cx.link(&it.instance, at),
         None => code(&it.instance),
     };
     let bounded = report.activities.iter().zip(report.footings());
@@ -105,12 +96,8 @@ fn verdict(db: &dyn ModelDb, it: &ActivityReport<'_>, footing: Footing) -> Strin
 }
 
 /// The number of instances and connections, and the deployments.
-fn of_architecture<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    format: HoverFormat<'_>,
-) -> Vec<String> {
+fn of_architecture<'db>(cx: &HoverContext<'_, 'db>, of: Decl<'db>) -> Vec<String> {
+    let HoverContext { db, project, .. } = *cx;
     let flat = flat_of(db, project, of);
     let imported = flat.instances.iter().filter(|it| it.declared.0 != of).count();
     let imported = if imported > 0 { format!(" ({imported} imported)") } else { String::new() };
@@ -123,7 +110,7 @@ fn of_architecture<'db>(
         counted(flat.links.len(), "connection")
     );
     let using = deployments(db, project).into_iter().filter(|(_, flat)| flat.architectures.contains(&of));
-    let using: Vec<String> = using.map(|(deployment, _)| link_to(db, format, deployment)).collect();
+    let using: Vec<String> = using.map(|(deployment, _)| link_to(cx, deployment)).collect();
     let using = match using.is_empty() {
         true => "in no deployment".to_owned(),
         false => format!("deployed by {}", enumerated(using)),
@@ -132,25 +119,20 @@ fn of_architecture<'db>(
 }
 
 /// The shell and the core, the instances, and the greatest execution time of a period.
-fn component<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    format: HoverFormat<'_>,
-) -> Vec<String> {
+fn component<'db>(cx: &HoverContext<'_, 'db>, of: Decl<'db>) -> Vec<String> {
+    let HoverContext { db, project, .. } = *cx;
     let mut lines = Vec::new();
     // The declaration has the names already.
     if let (HoverFormat::Markdown(_), Some(shell), Some(core)) =
-        (format, shell_of(db, project, of), core_of(db, project, of))
+        (cx.format, shell_of(db, project, of), core_of(db, project, of))
     {
-        let (shell, core) = (link_to(db, format, shell), link_to(db, format, core));
-        lines.push(format!("shell {shell}, core {core}"));
+        lines.push(format!("shell {}, core {}", link_to(cx, shell), link_to(cx, core)));
     }
     let instances = instances_by_component(db, project).get(&of).into_iter().flatten();
     let instances: Vec<String> = instances
         .filter_map(|(name, at)| {
             let Location::Source(of, _) = at else { return None };
-            Some(format!("{} in {}", format.link(db, name, at), code(of.name(db))))
+            Some(format!("{} in {}", cx.link(name, at), code(of.name(db))))
         })
         .collect();
     lines.push(match instances.is_empty() {
@@ -174,12 +156,11 @@ fn component<'db>(
 
 /// Returns the connections of an instance, and its response time in each deployment except `explained`, which the hover explains.
 pub(super) fn of_instance<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+    cx: &HoverContext<'_, 'db>,
     (of, id): (Decl<'db>, SourceId),
     explained: Option<Decl<'db>>,
-    format: HoverFormat<'_>,
 ) -> (Vec<String>, String) {
+    let HoverContext { db, project, .. } = *cx;
     let declared = architecture(db, of).into_iter().flat_map(|data| data.instances.iter().enumerate());
     let Some((index, instance)) = declared.into_iter().find(|(_, it)| it.name.id == id) else {
         return Default::default();
@@ -209,7 +190,7 @@ pub(super) fn of_instance<'db>(
             }
             None => (Location::name_of(deployment), "no activity".to_owned()),
         };
-        lines.push(format!("{}: {said}", format.link(db, deployment.name(db), &at)));
+        lines.push(format!("{}: {said}", cx.link(deployment.name(db), &at)));
     }
     (connections, list(&lines))
 }
