@@ -7,23 +7,21 @@ mod document;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{EXHAUSTED, times_of, timing_reason};
+use mauve_diagnostics::{EXHAUSTED, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{
-    CpuRule, CpuSet, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace,
-};
+use mauve_timing::{CpuRule, CpuSet, Method, Status, Task, Time, Window, name_of_other, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, psm_at, psm_of,
-    worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, psm_at, psm_of, worst_path,
 };
 use rustc_hash::FxHashSet;
 
-use crate::doc::Doc;
+use crate::doc::{Doc, Line, Span};
 use crate::occurrences::grouped;
 
 const SHOWN_PERIODS: usize = 12;
+const SHOWN_ITERATIONS: usize = 12;
 
 /// Explains the response time of the activity of `report`, the report with these timing tables, with that index. A table names at
 /// `most` as many activities.
@@ -71,68 +69,34 @@ struct Origin<'a> {
     worst_path: &'a dyn Fn(usize) -> Vec<(String, Time)>,
 }
 
-/// The facts of an explanation.
+/// An activity, and what its explanation is computed from.
 struct Explanation<'a, 'db> {
+    db: &'db dyn ModelDb,
+    report: &'a Report<'db>,
+    /// The index of the activity.
+    index: usize,
     activity: &'a ActivityReport<'db>,
     query: Query,
-    /// Words for the timing tables that the figures are from, to be appended.
-    of_which: String,
-    /// Whether the times of the activity or of its interference are partly assumed.
-    is_assumed: bool,
-    /// Why there is no response time.
-    reasons: Vec<Why>,
-    /// The activities that overload its CPU, if these are the reason.
-    overload: Option<Overload<'db>>,
-    /// How it is released, unless that is in each period.
-    released: Option<String>,
-    /// Which activities are counted, the assumptions about the platform, and the precision: a clause each.
-    notes: Vec<String>,
-    sum: Option<Sum<'db>>,
-    own: Option<OwnTime<'db>>,
-    crossed: Option<Crossed>,
-    /// The response time of the first job at the critical instant, if the first job of the activity may be released there.
-    critical: Option<Time>,
-    trace: Option<Trace<'db>>,
+    origin: &'a Origin<'a>,
+    own: Option<OwnTime>,
 }
 
-/// A row: what takes time, how often, and how long.
+/// A row of a table: an activity or other work on the platform.
 #[derive(Clone, Default)]
 struct Row<'db> {
-    /// An activity, other work on the platform, a program, a codel, or the states of a period.
     name: Name,
     /// The location of an activity.
     at: Option<Location<'db>>,
     /// Where it is in the thread of the explained activity, or how it is released, in words.
     note: Option<String>,
     priority: Option<u32>,
-    /// The number of jobs or periods.
+    /// The number of jobs.
     count: u64,
     /// The greatest time of one of them.
     each: Option<Time>,
     /// The time of all of them.
     time: Time,
     is_assumed: bool,
-}
-
-/// A reason, and where the reason is another activity, the reason of that.
-struct Why {
-    text: String,
-    behind: Option<(Name, String)>,
-}
-
-/// The utilisation of an overloaded CPU.
-struct Overload<'db> {
-    named: Name,
-    priority: u32,
-    utilisation: Share,
-    parts: Vec<Load<'db>>,
-}
-
-/// What one activity contributes to the utilisation of an overloaded CPU.
-struct Load<'db> {
-    of: Row<'db>,
-    period: Option<Time>,
-    share: Share,
 }
 
 /// The summands of a response time; without a bound, of the time until the first job ends.
@@ -147,51 +111,26 @@ struct Sum<'db> {
     at_once: Time,
     /// The time for which lower priorities hold locks.
     blocking: Time,
-    released: Released,
-}
-
-/// The nominal release of the job whose response time is the greatest, relative to the start of the busy window.
-enum Released {
-    AtStart,
-    /// The response time is less than the window by this.
-    After(Time),
-    /// The response time is greater than the window by this.
-    Before(Time),
+    /// By how much the window is longer than the response time, since the nominal release of the job whose response time is the greatest
+    /// is after the start of the window.
+    until_release: Time,
+    /// By how much it is shorter, since the release is before the start.
+    since_release: Time,
 }
 
 /// The greatest execution time of a period by programs and codels, without those that take no time.
-struct OwnTime<'db> {
+struct OwnTime {
     /// The time of the greatest period by the programs.
     of_programs: Time,
     /// The greater time of the component in the timing table, if that counts.
     of_component: Option<Time>,
     /// The states and the transition of the period.
     period: String,
-    /// The programs with the codels that they call.
-    programs: Vec<(Row<'db>, Vec<Row<'db>>)>,
+    /// A line for each program with the codels that it calls.
+    programs: Vec<Line<'static>>,
     overhead: Time,
-    /// The context switches of its waits.
-    switches: Time,
-    /// The time that its codels wait.
-    wait: Time,
-    /// What else it executes: all of it where its programs are not known.
-    other: Time,
-}
-
-/// The first iteration of the busy window that exceeds the deadline.
-struct Crossed {
-    iteration: usize,
-    /// The deadline, counted from the start of the window.
-    deadline: Time,
-    /// The successive values, with `… n more …` in place of many.
-    shown: String,
-}
-
-/// The consecutive periods with the greatest total execution time.
-struct Trace<'db> {
-    total: Option<Time>,
-    /// The periods with their states, without those that take no time.
-    periods: Vec<Row<'db>>,
+    /// What is in no program, each with what it is.
+    others: Vec<(Time, &'static str)>,
 }
 
 impl<'a, 'db> Explanation<'a, 'db> {
@@ -200,70 +139,104 @@ impl<'a, 'db> Explanation<'a, 'db> {
         report: &'a Report<'db>,
         index: usize,
         query: Query,
-        origin: &Origin<'_>,
+        origin: &'a Origin<'a>,
     ) -> Option<Self> {
         let activity = report.activities.get(index)?;
-        let is_background = activity.verdict == Status::Background;
-        let with_assumptions = report.with_assumptions();
-        let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin.worst_path));
-        let sum = if is_background { None } else { Sum::new(db, report, index, own.as_ref()) };
-        let has_start = activity.window.as_ref().is_some_and(|window| window.start.is_some());
-        let number = activity.window.as_ref().filter(|_| has_start).map_or(0, |window| window.clock);
-        let clock = (origin.clocks)(number);
+        let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin));
+        Some(Explanation { db, report, index, activity, query, origin, own })
+    }
+
+    /// Returns which activities are counted, the assumptions about the platform, the precision, what is special about the busy window,
+    /// and the iteration that exceeds the deadline: a clause each.
+    fn notes(&self) -> Vec<String> {
+        let Explanation { report, activity, origin, .. } = self;
         let mut notes = Vec::new();
         if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
             notes.push(EXHAUSTED.to_owned());
         }
         notes.extend(counted_cpus(report, activity));
-        let is_analysed = activity.verdict != Status::NotAnalysed;
-        if is_analysed && origin.throttling.is_none() {
+        if activity.verdict != Status::NotAnalysed && origin.throttling.is_none() {
             notes.push("assumes real-time throttling off".to_owned());
         }
         notes.extend(waits(report, activity).map(str::to_owned));
-        if has_start {
+        let window = activity.window.as_ref();
+        let start = window.and_then(|window| window.start);
+        if start.is_some() {
             notes.push("assumes synchronised clocks".to_owned());
         }
-        if let Some(clock) = clock {
-            notes.push(format!("counts the offsets of [clocks.{clock}]"));
-        }
-        // In the classic method, every job has the greatest execution time.
-        let has_states = |psm: &&Psm<'_>| query.method != Method::Classic && psm.machine.states() > 1;
-        let machine = origin.psm.filter(has_states);
-        let machine = machine.filter(|_| report.activities.iter().any(|it| delays(activity, it)));
-        let is_critical = activity.jitter == Time::ZERO && !has_start && activity.burst() == 1;
-        Some(Explanation {
-            activity,
-            query,
-            of_which: times_of(report.times.as_deref()),
-            is_assumed: with_assumptions.get(index).copied().unwrap_or_default(),
-            reasons: reasons(db, report, activity),
-            overload: Overload::new(report, activity, origin.throttling == Some(true)),
-            released: releases(&activity.task),
-            notes,
-            sum,
-            own,
-            crossed: Crossed::new(activity),
-            critical: activity.first_job.filter(|_| is_critical && !is_on_all_cpus(activity)),
-            trace: machine.and_then(Trace::new),
-        })
-    }
-
-    /// Returns what is special about the busy window, in sentences.
-    fn busy_window(&self) -> impl Iterator<Item = String> {
-        let window = self.activity.window.as_ref();
-        let start = window.and_then(|window| window.start).map(|start| {
+        let clock = window.filter(|_| start.is_some()).map_or(0, |window| window.clock);
+        notes.extend((origin.clocks)(clock).map(|clock| format!("counts the offsets of [clocks.{clock}]")));
+        notes.extend(start.map(|start| {
             format!("the busy window begins {start} after the instant that the synchronised clocks share")
-        });
-        let job = window.filter(|window| window.job > 1).map(|Window { job, length, .. }| {
+        }));
+        notes.extend(window.filter(|window| window.job > 1).map(|Window { job, length, .. }| {
             let ends = format!("it ends {length} after the start of the window");
             format!("job {job} of the busy window has the largest response time: {ends}")
-        });
-        start.into_iter().chain(job)
+        }));
+        notes.extend(exceeded_deadline(activity));
+        // The first job of the activity may be released at the critical instant.
+        let is_critical = activity.jitter == Time::ZERO && start.is_none() && activity.burst() == 1;
+        let critical = activity.first_job.filter(|_| is_critical && !is_on_all_cpus(activity));
+        notes.extend(
+            critical
+                .filter(|time| activity.response != Some(*time))
+                .map(|time| format!("response time at the critical instant: {time}")),
+        );
+        notes
     }
 
-    /// Returns the method that gives the response time, otherwise the requested one.
-    fn method(&self) -> Method {
-        self.activity.method.map_or(self.query.method, |(method, _)| method)
+    /// Returns why there is no response time; where a reason is another activity, also the reason of that.
+    fn reasons(&self) -> (Vec<String>, Vec<Line<'db>>) {
+        let (mut texts, mut behind): (Vec<String>, Vec<Line<'db>>) = Default::default();
+        for reason in &self.activity.reasons {
+            let text = timing_reason(self.db, &reason.reason);
+            if texts.contains(&text) {
+                continue;
+            }
+            texts.push(text);
+            // The first activity that may delay it and is not analysed itself.
+            let activities = &self.report.activities;
+            let mut others = activities.iter().filter(|other| other.instance != self.activity.instance);
+            let other = match reason.reason {
+                Reason::DelayedBy { first, .. } => activities.get(first),
+                _ => others.find(|other| other.at.is_some() && other.at == reason.at),
+            };
+            behind.extend(other.and_then(|other| {
+                let why = timing_reason(self.db, &other.reasons.first()?.reason);
+                Some(vec![Span::Code(other.instance.to_string()), Span::Words(format!(": {why}"))])
+            }));
+        }
+        (texts, behind)
+    }
+
+    /// Returns the number and the total time of the consecutive periods with the greatest total execution time, and each kind of
+    /// period once, as a cycle repeats them; without those that take no time.
+    fn costliest_path(&self) -> Option<(String, Vec<Line<'db>>)> {
+        // In the classic method, every job has the greatest execution time.
+        let psm = self.origin.psm.filter(|_| self.query.method != Method::Classic)?;
+        if psm.machine.states() <= 1 || !self.report.activities.iter().any(|it| delays(self.activity, it)) {
+            return None;
+        }
+        let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
+        let edges = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge));
+        let in_text = |edge: &mauve_timing::Edge| {
+            let of = |state: u32| psm.text_state(state as usize);
+            (of(edge.source), of(edge.target), edge.cost)
+        };
+        let edges: Vec<(usize, usize, Time)> = edges.map(in_text).collect();
+        let total = edges.iter().try_fold(Time::ZERO, |sum, (_, _, cost)| sum.checked_add(*cost));
+        let costly = edges.into_iter().zip(0..).filter(|((_, _, cost), _)| *cost > Time::ZERO);
+        let kinds = grouped(costly).into_iter().map(|((source, target, time), positions)| {
+            let name = match psm.states.len() {
+                1 => psm.state(source).to_owned(),
+                _ => format!("{} → {}", psm.state(source), psm.state(target)),
+            };
+            let every = if psm.has_values() { repetition(&positions) } else { String::new() };
+            vec![Span::Code(name + &every), Span::Words(format!(" {} × {time}", positions.len()))]
+        });
+        let kinds: Vec<Line<'db>> = kinds.collect();
+        let total = total.map_or_else(String::new, |sum| format!(": {sum}"));
+        (!kinds.is_empty()).then(|| (format!("costliest {SHOWN_PERIODS} consecutive periods{total}"), kinds))
     }
 }
 
@@ -287,28 +260,6 @@ fn waits(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<&'static 
             Some("counts no waits of other activities, whose execution may be late by their response times")
         }
     }
-}
-
-fn reasons<'db>(db: &'db dyn ModelDb, report: &Report<'db>, activity: &ActivityReport<'db>) -> Vec<Why> {
-    let mut found: Vec<Why> = Vec::new();
-    for reason in &activity.reasons {
-        let text = timing_reason(db, &reason.reason);
-        if found.iter().any(|known| known.text == text) {
-            continue;
-        }
-        // The first activity that may delay it and is not analysed itself.
-        let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
-        let other = match reason.reason {
-            Reason::DelayedBy { first, .. } => report.activities.get(first),
-            _ => others.find(|other| other.at.is_some() && other.at == reason.at),
-        };
-        let behind = other.and_then(|other| {
-            let why = other.reasons.first()?;
-            Some((other.instance.clone(), timing_reason(db, &why.reason)))
-        });
-        found.push(Why { text, behind });
-    }
-    found
 }
 
 /// Returns which activities are counted in the response time of one, unless these are just those of its only CPU.
@@ -337,36 +288,6 @@ pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Optio
 
 fn is_on_all_cpus(activity: &ActivityReport<'_>) -> bool {
     matches!(activity.rule, Some(CpuRule::Global(_)))
-}
-
-impl<'db> Overload<'db> {
-    fn new(report: &Report<'db>, activity: &ActivityReport<'db>, is_throttled: bool) -> Option<Self> {
-        let (cpu, named, priority, utilisation) =
-            activity.reasons.iter().find_map(|it| match &it.reason {
-                Reason::Overloaded { cpu, named, priority, utilisation } => {
-                    Some((*cpu, named.clone(), *priority, *utilisation))
-                }
-                _ => None,
-            })?;
-        let is_counted = |it: &Task| {
-            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus.meets(cpu))
-        };
-        let of_activity = |it: &ActivityReport<'db>| {
-            Some(Load { of: Row::activity(it), period: it.period, share: it.share? })
-        };
-        let of_other = |it: &Task| {
-            let (time, period) = it.greatest_cost().zip(it.period)?;
-            let share = Share(time.as_nanos() as f64 * it.burst() as f64 / period.as_nanos() as f64);
-            Some(Load { of: Row::other(it), period: it.period, share })
-        };
-        let others = report.others().iter().filter(|it| is_counted(it));
-        let activities = report.activities.iter().filter(|it| is_counted(it)).filter_map(of_activity);
-        let mut parts: Vec<Load<'db>> = activities.chain(others.filter_map(of_other)).collect();
-        if is_throttled {
-            parts.push(Load { of: Row::named(THROTTLING), period: None, share: Share(0.05) });
-        }
-        Some(Overload { named, priority, utilisation, parts })
-    }
 }
 
 /// Returns how a task is released, unless that is in each period.
@@ -402,7 +323,7 @@ impl<'db> Sum<'db> {
         db: &'db dyn ModelDb,
         report: &Report<'db>,
         index: usize,
-        own_time: Option<&OwnTime<'_>>,
+        own_time: Option<&OwnTime>,
     ) -> Option<Self> {
         let activity = report.activities.get(index)?;
         let window = activity.window.as_ref();
@@ -436,6 +357,9 @@ impl<'db> Sum<'db> {
             let (calls, time) = (it.calls.checked_mul(jobs)?, it.time.checked_mul(jobs)?);
             Some(CallsReport { calls, time, ..it.clone() })
         });
+        // The nominal release is at delay − J + (q − 1)·T; in bursts of b, + ⌊(q − 1)/b⌋·T.
+        let released = window.and_then(|window| activity.release_of(window.job)?.checked_add(window.delay));
+        let released = released.unwrap_or(activity.jitter);
         Some(Sum {
             own,
             // A declared time of the component has it.
@@ -447,7 +371,8 @@ impl<'db> Sum<'db> {
             interference,
             at_once: at_once.unwrap_or_default(),
             blocking: window.map_or(until_first.unwrap_or_default(), |window| window.blocking),
-            released: Released::of(activity),
+            until_release: released.checked_sub(activity.jitter).unwrap_or_default(),
+            since_release: activity.jitter.checked_sub(released).unwrap_or_default(),
         })
     }
 
@@ -469,53 +394,25 @@ impl<'db> Sum<'db> {
     }
 }
 
-impl Released {
-    fn of(activity: &ActivityReport<'_>) -> Released {
-        let released = activity.window.as_ref().and_then(|window| {
-            // The nominal release is at delay − J + (q − 1)·T; in bursts of b, + ⌊(q − 1)/b⌋·T.
-            activity.release_of(window.job)?.checked_add(window.delay)
-        });
-        let Some(released) = released else { return Released::AtStart };
-        match (released.checked_sub(activity.jitter), activity.jitter.checked_sub(released)) {
-            (Some(Time::ZERO), _) | (None, None) => Released::AtStart,
-            (Some(after), _) => Released::After(after),
-            (None, Some(before)) => Released::Before(before),
-        }
+/// Returns the first iteration of the busy window that exceeds the deadline, with the successive values.
+fn exceeded_deadline(activity: &ActivityReport<'_>) -> Option<String> {
+    let window = activity.window.as_ref()?;
+    // The deadline of job q is delay − J + (q − 1)·T + D after the start of the window.
+    let deadline = activity.release_of(window.job)?.checked_add(activity.deadline?)?;
+    let deadline = deadline.checked_add(window.delay)?.checked_sub(activity.jitter)?;
+    let iteration = window.iterations.iter().position(|&length| length > deadline)? + 1;
+    let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
+    if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
+        shown.splice(1..=more, [format!("… {more} more …")]);
     }
+    Some(format!(
+        "fixed-point iteration {iteration} exceeds the deadline, {deadline} after the start of the busy window: {}",
+        shown.join(" → ")
+    ))
 }
 
-impl Crossed {
-    const SHOWN_ITERATIONS: usize = 12;
-
-    fn new(activity: &ActivityReport<'_>) -> Option<Crossed> {
-        let window = activity.window.as_ref()?;
-        // The deadline of job q is delay − J + (q − 1)·T + D after the start of the window.
-        let deadline = activity.release_of(window.job)?.checked_add(activity.deadline?)?;
-        let deadline = deadline.checked_add(window.delay)?.checked_sub(activity.jitter)?;
-        let iteration = window.iterations.iter().position(|&length| length > deadline)? + 1;
-        let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
-        if let Some(more) = shown.len().checked_sub(Self::SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
-            shown.splice(1..=more, [format!("… {more} more …")]);
-        }
-        Some(Crossed { iteration, deadline, shown: shown.join(" → ") })
-    }
-}
-
-impl OwnTime<'_> {
-    /// Returns what is in no program, each with what it is.
-    fn others(&self) -> impl Iterator<Item = (Time, &'static str)> {
-        let others = [
-            (self.overhead, "dispatch and context switches"),
-            (self.switches, "context switches of its waits"),
-            (self.wait, "waits of its codels, until the thread runs again"),
-        ];
-        let is_alone = others.iter().all(|(time, _)| *time == Time::ZERO);
-        let execution = (self.other, "execution");
-        let all = others.into_iter().chain((!is_alone).then_some(execution));
-        all.filter(|(time, _)| *time > Time::ZERO)
-    }
-
-    fn new(psm: &Psm<'_>, method: Method, worst_path: &dyn Fn(usize) -> Vec<(String, Time)>) -> Option<Self> {
+impl OwnTime {
+    fn new(psm: &Psm<'_>, method: Method, origin: &Origin<'_>) -> Option<Self> {
         let greatest = psm.machine.greatest_edge();
         let edge = psm.machine.edges().get(greatest)?;
         let described = psm.edges.all.get(psm.text_edge(greatest)?)?;
@@ -530,78 +427,53 @@ impl OwnTime<'_> {
             let _ = write!(period, " with {values}");
         }
         let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
-        let row = |name: &str, time: Time| {
-            let is_assumed = assumed.contains(name);
-            (time > Time::ZERO).then(|| Row { time, is_assumed, ..Row::named(name) })
-        };
-        let programs = psm.greatest.iter().filter_map(|(index, time)| {
-            let (program, _) = psm.programs.get(*index)?;
-            let codels = worst_path(*index).into_iter().filter_map(|(codel, time)| row(&codel, time));
-            Some((row(&program.to_string(), *time)?, codels.collect()))
-        });
+        let programs =
+            psm.greatest.iter().filter(|(_, time)| *time > Time::ZERO).filter_map(|(index, time)| {
+                let (program, _) = psm.programs.get(*index)?;
+                let mut line = vec![Span::Code(program.to_string()), Span::Words(format!(" {time}"))];
+                let codels = (origin.worst_path)(*index).into_iter().filter(|(_, time)| *time > Time::ZERO);
+                for (position, (codel, time)) in codels.enumerate() {
+                    let assumed = if assumed.contains(codel.as_str()) { " (assumed)" } else { "" };
+                    let sign = if position == 0 { ": " } else { ", " };
+                    let time = Span::Words(format!(" {time}{assumed}"));
+                    line.extend([Span::Words(sign.to_owned()), Span::Code(codel), time]);
+                }
+                Some(line)
+            });
         let of_component = psm.component_time.filter(|_| method == Method::Classic);
         let known = psm.greatest.iter().map(|(_, time)| *time).chain([psm.overhead, psm.switches]);
         let rest = known.fold(edge.cost, |rest, part| rest.checked_sub(part).unwrap_or_default());
         let wait = if psm.greatest.is_empty() { psm.wait_of(greatest).unwrap_or_default() } else { rest };
+        let mut others = vec![
+            (psm.overhead, "dispatch and context switches"),
+            (psm.switches, "context switches of its waits"),
+            (wait, "waits of its codels, until the thread runs again"),
+        ];
+        others.retain(|(time, _)| *time > Time::ZERO);
+        // All of it is execution where its programs are not known.
+        let execution = rest.checked_sub(wait).unwrap_or_default();
+        if !others.is_empty() && execution > Time::ZERO {
+            others.push((execution, "execution"));
+        }
         Some(OwnTime {
             of_programs: edge.cost,
             of_component: of_component.filter(|time| *time > edge.cost),
             period,
             programs: programs.collect(),
             overhead: psm.overhead,
-            switches: psm.switches,
-            wait,
-            other: rest.checked_sub(wait).unwrap_or_default(),
+            others,
         })
     }
 }
 
-impl Trace<'_> {
-    fn new(psm: &Psm<'_>) -> Option<Self> {
-        let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
-        let edges = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge));
-        let in_text = |edge: &mauve_timing::Edge| {
-            let of = |state: u32| psm.text_state(state as usize);
-            (of(edge.source), of(edge.target), edge.cost)
-        };
-        let edges: Vec<(usize, usize, Time)> = edges.map(in_text).collect();
-        let total = edges.iter().try_fold(Time::ZERO, |sum, (_, _, cost)| sum.checked_add(*cost));
-        let name = |source: usize, target: usize| match psm.states.len() {
-            1 => psm.state(source).to_owned(),
-            _ => format!("{} → {}", psm.state(source), psm.state(target)),
-        };
-        if psm.has_values() {
-            return Some(Trace { total, periods: repeated(&edges, name) });
-        }
-        let periods = edges.chunk_by(|a, b| a == b).filter_map(|same| {
-            let &(source, target, time) = same.first().filter(|(_, _, cost)| *cost > Time::ZERO)?;
-            Some(Row { count: same.len() as u64, time, ..Row::named(&name(source, target)) })
-        });
-        Some(Trace { total, periods: periods.collect() })
-    }
-}
-
-/// Returns each kind of period once, with how often it repeats: `Idle → Planning, every 10th period`. The kinds of periods of
-/// counters alternate.
-fn repeated(edges: &[(usize, usize, Time)], name: impl Fn(usize, usize) -> String) -> Vec<Row<'static>> {
-    let costly = edges.iter().copied().zip(0..).filter(|((_, _, cost), _)| *cost > Time::ZERO);
-    let kinds = grouped(costly);
-    let row = |((source, target, time), positions): ((usize, usize, Time), Vec<usize>)| {
-        let mut steps = positions.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?));
-        let mut name = name(source, target);
-        if let Some(step) = steps.next().filter(|step| *step > 1)
-            && steps.all(|it| it == step)
-        {
-            let ending = if step == 2 {
-                "nd"
-            } else if step == 3 {
-                "rd"
-            } else {
-                "th"
-            };
-            let _ = write!(name, ", every {step}{ending} period");
-        }
-        Row { count: positions.len() as u64, time, ..Row::named(&name) }
+/// Returns how often a kind of period repeats, by its positions: `, every 10th period`. The kinds of periods of counters alternate.
+fn repetition(positions: &[usize]) -> String {
+    let mut steps = positions.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?));
+    let step = steps.next().filter(|step| *step > 1 && steps.all(|it| it == *step));
+    let ending = |step: usize| match step {
+        2 => "nd",
+        3 => "rd",
+        _ => "th",
     };
-    kinds.into_iter().map(row).collect()
+    step.map_or_else(String::new, |step| format!(", every {step}{} period", ending(step)))
 }

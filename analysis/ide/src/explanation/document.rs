@@ -10,15 +10,14 @@
 //! response time                       53 ms
 //! ```
 
-use mauve_diagnostics::capitalised;
 use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
+use mauve_diagnostics::{capitalised, times_of};
 use mauve_hir::item_tree::Name;
-use mauve_timing::{Status, Time};
-use mauve_wcrt::Share;
+use mauve_timing::{Status, THROTTLING, Task, Time};
+use mauve_wcrt::{ActivityReport, Reason, Share};
 
-use super::{Explanation, Load, Overload, OwnTime, Released, Row, SHOWN_PERIODS, Sum, Trace};
+use super::{Explanation, Row, Sum, releases};
 use crate::doc::{Align, Block, Doc, Line, Span, Table, words};
-use crate::occurrences::grouped;
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
 const SUM: &[(&str, Align)] = &[
@@ -45,21 +44,22 @@ impl<'db> Explanation<'_, 'db> {
         if self.activity.verdict == Status::Background {
             return doc;
         }
-        match (&self.sum, self.activity.response, self.activity.first_job) {
-            (Some(sum), Some(response), _) => {
-                doc.blocks.push(self.sum_table(sum, response, "response time", most))
-            }
-            (Some(sum), None, Some(end)) if self.overload.is_none() => {
-                doc.blocks.push(self.sum_table(sum, end, "end of its first job", most));
-            }
-            _ => {}
-        }
-        doc.blocks.extend(self.overload.as_ref().map(|overload| load_table(overload, most)));
+        let overload = self.load_table(most);
+        doc.blocks.extend(match (self.activity.response, self.activity.first_job) {
+            (Some(response), _) => self.sum_table(response, "response time", most),
+            (None, Some(end)) if overload.is_none() => self.sum_table(end, "end of its first job", most),
+            _ => None,
+        });
+        doc.blocks.extend(overload);
         if let Some(own) = self.own.as_ref().filter(|own| own.of_programs > Time::ZERO) {
-            own.costliest_period(&mut doc);
+            let line = Span::Words(format!("costliest period: {}, ", own.of_programs));
+            doc.blocks.push(Block::Line(vec![line, Span::Code(own.period.clone())]));
+            let others = own.others.iter().map(|(time, what)| words(format!("{what} {time}")));
+            doc.list(own.programs.iter().cloned().chain(others));
         }
-        if let Some(trace) = self.trace.as_ref().filter(|trace| !trace.periods.is_empty()) {
-            trace.costliest_path(&mut doc);
+        if let Some((line, kinds)) = self.costliest_path() {
+            doc.blocks.push(Block::Line(words(line)));
+            doc.list(kinds);
         }
         doc.blocks.push(Block::Rule);
         doc.list(self.details());
@@ -70,7 +70,8 @@ impl<'db> Explanation<'_, 'db> {
     fn verdict(&self, doc: &mut Doc<'db>) {
         let activity = self.activity;
         let deadline = activity.deadline.unwrap_or_default();
-        let first = self.reasons.first().map(|why| why.text.clone()).unwrap_or_default();
+        let (reasons, behind) = self.reasons();
+        let first = reasons.first().cloned().unwrap_or_default();
         let after = |from: Time, to: Time| to.checked_sub(from).unwrap_or_default();
         let figure = |response: Time, slack: String| {
             let forms = Forms::of(response, deadline, TIGHT_SLACK);
@@ -87,22 +88,22 @@ impl<'db> Explanation<'_, 'db> {
             (Status::NotAnalysed, _) => ("Not analysed".to_owned(), format!(": {first}")),
             (_, _) => (capitalised(&first), String::new()),
         };
-        let assumed = if self.is_assumed { ", with assumed times" } else { "" };
+        let is_assumed = self.report.with_assumptions().get(self.index) == Some(&true);
+        let assumed = if is_assumed { ", with assumed times" } else { "" };
+        let of_which = times_of(self.report.times.as_deref());
         match activity.verdict {
             Status::Background => {}
             // Most reasons do not depend on the level.
-            Status::NotAnalysed => rest += &self.of_which,
-            _ => rest += &format!(" at {}{assumed}{}", self.query.level, self.of_which),
+            Status::NotAnalysed => rest += &of_which,
+            _ => rest += &format!(" at {}{assumed}{}", self.query.level, of_which),
         }
         doc.blocks.push(Block::Line(vec![Span::Strong(strong), Span::Words(rest)]));
-        let others = self.reasons.iter().skip(1).map(|why| words(why.text.clone()));
-        let behind = self.reasons.iter().filter_map(|why| why.behind.as_ref());
-        let behind = behind.map(|(instance, text)| vec![code(instance), Span::Words(format!(": {text}"))]);
-        doc.list(others.chain(behind));
+        doc.list(reasons.into_iter().skip(1).map(words).chain(behind));
     }
 
     /// Returns the table of a response time, or of the time until the first job ends. Its rows sum to that.
-    fn sum_table(&self, sum: &Sum<'db>, total: Time, name: &str, most: usize) -> Block<'db> {
+    fn sum_table(&self, total: Time, name: &str, most: usize) -> Option<Block<'db>> {
+        let sum = Sum::new(self.db, self.report, self.index, self.own.as_ref())?;
         let whole = total.as_nanos() as f64;
         let mut rows: Vec<Vec<Line<'db>>> = Vec::new();
         let mut line = |what: Line<'db>, priority: String, jobs: String, time: Time| {
@@ -138,7 +139,7 @@ impl<'db> Explanation<'_, 'db> {
         }
         let (shown, others, of_others) = sum.greatest(most);
         for it in shown {
-            line(named(it), priority(it.priority), jobs_of(it.count, it.each, it.time), it.time);
+            line(named_row(it), priority(it.priority), jobs_of(it.count, it.each, it.time), it.time);
         }
         if others > 0 {
             line(words(format!("{others} more activities")), String::new(), String::new(), of_others);
@@ -146,22 +147,17 @@ impl<'db> Explanation<'_, 'db> {
         if sum.blocking > Time::ZERO {
             line(words("lower priorities that hold locks"), String::new(), String::new(), sum.blocking);
         }
-        let mut without_bar = |what: &str, time: String| {
-            let empty = Vec::new;
-            rows.push(vec![words(what), empty(), empty(), words(time), empty()]);
-        };
-        if sum.at_once > Time::ZERO {
-            without_bar("on several CPUs at once", format!("−{}", sum.at_once));
-        }
-        match sum.released {
-            Released::AtStart => {}
-            Released::After(by) => {
-                without_bar("start of the busy window until the release", format!("−{by}"))
-            }
-            Released::Before(by) => without_bar("release until the start of the busy window", by.to_string()),
+        let without_bar = [
+            ("on several CPUs at once", "−", sum.at_once),
+            ("start of the busy window until the release", "−", sum.until_release),
+            ("release until the start of the busy window", "", sum.since_release),
+        ];
+        for (what, sign, time) in without_bar.into_iter().filter(|(.., time)| *time > Time::ZERO) {
+            let time = words(format!("{sign}{time}"));
+            rows.push(vec![words(what), Vec::new(), Vec::new(), time, Vec::new()]);
         }
         rows.push(last_row(name, total.to_string()));
-        Block::Table(Table { columns: SUM, rows })
+        Some(Block::Table(Table { columns: SUM, rows }))
     }
 
     fn details(&self) -> Vec<Line<'db>> {
@@ -169,8 +165,10 @@ impl<'db> Explanation<'_, 'db> {
         let jitter = Some(activity.jitter).filter(|jitter| *jitter > Time::ZERO);
         let times = [("period", activity.period), ("deadline", activity.deadline), ("jitter", jitter)];
         let times = times.into_iter().filter_map(|(name, time)| Some(format!("{name} {}", time?)));
-        let method = format!("method {}", self.method());
-        let rest: Vec<String> = times.chain(self.released.clone()).chain([method]).collect();
+        // The method that gives the response time, otherwise the requested one.
+        let method = activity.method.map_or(self.query.method, |(method, _)| method);
+        let method = format!("method {method}");
+        let rest: Vec<String> = times.chain(releases(&activity.task)).chain([method]).collect();
         let rest = rest.join(", ");
         let first = match activity.component_name.is_empty() {
             true => words(rest),
@@ -182,18 +180,47 @@ impl<'db> Explanation<'_, 'db> {
                 ]
             }
         };
-        let mut found = vec![first];
-        found.extend(self.notes.iter().cloned().chain(self.busy_window()).map(words));
-        if let Some(crossed) = &self.crossed {
-            found.push(words(format!(
-                "fixed-point iteration {} exceeds the deadline, {} after the start of the busy window: {}",
-                crossed.iteration, crossed.deadline, crossed.shown
-            )));
+        std::iter::once(first).chain(self.notes().into_iter().map(words)).collect()
+    }
+
+    /// Returns the table of the utilisation of its CPU, if that is overloaded.
+    fn load_table(&self, most: usize) -> Option<Block<'db>> {
+        let overload = self.activity.reasons.iter().find_map(|it| match &it.reason {
+            Reason::Overloaded { cpu, named, priority, utilisation } => {
+                Some((*cpu, named, *priority, *utilisation))
+            }
+            _ => None,
+        });
+        let (cpu, named, least, Share(utilisation)) = overload?;
+        let is_counted =
+            |it: &Task| it.priority.real_time() >= Some(least) && it.cpus.is_some_and(|cpus| cpus.meets(cpu));
+        let of_activity = |it: &ActivityReport<'db>| Some((Row::activity(it), it.period, it.share?.0));
+        let of_other = |it: &Task| {
+            let (time, period) = it.greatest_cost().zip(it.period)?;
+            let share = time.as_nanos() as f64 * it.burst() as f64 / period.as_nanos() as f64;
+            Some((Row::other(it), it.period, share))
+        };
+        let activities = self.report.activities.iter().filter(|it| is_counted(it)).filter_map(of_activity);
+        let others = self.report.others().iter().filter(|it| is_counted(it)).filter_map(of_other);
+        let throttling = self.origin.throttling == Some(true);
+        let throttling = throttling.then(|| (Row::named(THROTTLING), None, 0.05));
+        let mut parts: Vec<_> = activities.chain(others).chain(throttling).collect();
+        parts.sort_by(|a, b| b.2.total_cmp(&a.2));
+        let percent = |share: f64| format!("{:.1} %", share * 100.0);
+        let row = |(of, period, share): &(Row<'db>, Option<Time>, f64)| {
+            let time = of.each.zip(*period).map(|(time, period)| format!("{time} per {period}"));
+            let bar = Span::Bar(share / utilisation);
+            let (priority, time) = (words(priority(of.priority)), words(time.unwrap_or_default()));
+            vec![named_row(of), priority, time, words(percent(*share)), vec![bar]]
+        };
+        let mut rows: Vec<Vec<Line<'db>>> = parts.iter().take(most).map(row).collect();
+        if let Some(others) = parts.len().checked_sub(most).filter(|others| *others > 0) {
+            let share = parts.iter().skip(most).map(|it| it.2).sum();
+            let what = words(format!("{others} more activities"));
+            rows.push(vec![what, Vec::new(), Vec::new(), words(percent(share)), Vec::new()]);
         }
-        if let Some(first_job) = self.critical.filter(|time| activity.response != Some(*time)) {
-            found.push(words(format!("response time at the critical instant: {first_job}")));
-        }
-        found
+        rows.push(last_row(&format!("{named}, priority ≥ {least}"), percent(utilisation)));
+        Some(Block::Table(Table { columns: LOAD, rows }))
     }
 }
 
@@ -202,7 +229,7 @@ fn code<'db>(name: &Name) -> Span<'db> {
 }
 
 /// Returns the name of an activity with its note and the mark of assumed times.
-fn named<'db>(of: &Row<'db>) -> Line<'db> {
+fn named_row<'db>(of: &Row<'db>) -> Line<'db> {
     let assumed = if of.is_assumed { " (with assumed times)" } else { "" };
     let note = of.note.as_ref().map_or_else(String::new, |note| format!(" ({note})"));
     vec![Span::Name(of.name.clone(), of.at.clone()), Span::Words(note + assumed)]
@@ -224,59 +251,5 @@ fn jobs_of(jobs: u64, greatest: Option<Time>, sum: Time) -> String {
         Some((greatest, all)) if all == sum => format!("{jobs} × {greatest}"),
         Some((greatest, all)) if all > sum => format!("{jobs} × ≤ {greatest}"),
         _ => jobs.to_string(),
-    }
-}
-
-/// Returns the table of the utilisation of an overloaded CPU.
-fn load_table<'db>(overload: &Overload<'db>, most: usize) -> Block<'db> {
-    let mut parts: Vec<_> = overload.parts.iter().collect();
-    parts.sort_by(|a, b| b.share.0.total_cmp(&a.share.0));
-    let percent = |share: f64| format!("{:.1} %", share * 100.0);
-    let row = |Load { of, period, share: Share(share) }: &Load<'db>| {
-        let time = of.each.zip(*period).map(|(time, period)| format!("{time} per {period}"));
-        let bar = Span::Bar(share / overload.utilisation.0);
-        let (priority, time) = (words(priority(of.priority)), words(time.unwrap_or_default()));
-        vec![named(of), priority, time, words(percent(*share)), vec![bar]]
-    };
-    let mut rows: Vec<Vec<Line<'db>>> = parts.iter().take(most).map(|of| row(of)).collect();
-    if let Some(others) = parts.len().checked_sub(most).filter(|others| *others > 0) {
-        let share = parts.iter().skip(most).map(|it| it.share.0).sum();
-        let what = words(format!("{others} more activities"));
-        rows.push(vec![what, Vec::new(), Vec::new(), words(percent(share)), Vec::new()]);
-    }
-    let what = format!("{}, priority ≥ {}", overload.named, overload.priority);
-    rows.push(last_row(&what, percent(overload.utilisation.0)));
-    Block::Table(Table { columns: LOAD, rows })
-}
-
-impl OwnTime<'_> {
-    /// Adds the greatest execution time of a period by programs and codels.
-    fn costliest_period(&self, doc: &mut Doc<'_>) {
-        let line = Span::Words(format!("costliest period: {}, ", self.of_programs));
-        doc.blocks.push(Block::Line(vec![line, Span::Code(self.period.clone())]));
-        let programs = self.programs.iter().map(|(program, codels)| {
-            let mut line = vec![code(&program.name), Span::Words(format!(" {}", program.time))];
-            for (index, it) in codels.iter().enumerate() {
-                let assumed = if it.is_assumed { " (assumed)" } else { "" };
-                let sign = if index == 0 { ": " } else { ", " };
-                line.push(Span::Words(sign.to_owned()));
-                line.extend([code(&it.name), Span::Words(format!(" {}{assumed}", it.time))]);
-            }
-            line
-        });
-        doc.list(programs.chain(self.others().map(|(time, what)| words(format!("{what} {time}")))));
-    }
-}
-
-impl Trace<'_> {
-    fn costliest_path(&self, doc: &mut Doc<'_>) {
-        let total = self.total.map_or_else(String::new, |sum| format!(": {sum}"));
-        doc.blocks.push(Block::Line(words(format!("costliest {SHOWN_PERIODS} consecutive periods{total}"))));
-        // Each kind of period once, as a cycle repeats them.
-        let kinds = grouped(self.periods.iter().map(|it| ((&it.name, it.time), it.count))).into_iter();
-        doc.list(kinds.map(|((name, time), counts)| {
-            let count: u64 = counts.into_iter().sum();
-            vec![code(name), Span::Words(format!(" {count} × {time}"))]
-        }));
     }
 }
