@@ -418,7 +418,7 @@ pub use findings::{
     file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
 use lists::enumerated;
-pub use lists::{all_of, each_once, known_utilisation, utilisation};
+pub use lists::{all_of, each_once, grouped, known_utilisation, utilisation};
 pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
 pub use table_reasons::{times_of, unusable_time};
 use timing_facts::timing_diagnostic;

@@ -1,6 +1,9 @@
 //! Lists and CPUs in messages.
 
+use std::hash::Hash;
+
 use mauve_timing::CpuLoad;
+use rustc_hash::FxHashMap;
 
 /// Returns the utilisation of a CPU: `62.0 %`. That of several CPUs together: `131.0 % of 200 %`.
 pub fn utilisation(load: &CpuLoad) -> String {
@@ -23,6 +26,20 @@ pub fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
     for it in all {
         if !found.contains(&it) {
             found.push(it);
+        }
+    }
+    found
+}
+
+/// Groups values by their keys, in the order of the first value of each key.
+pub fn grouped<K: Eq + Hash + Clone, V>(all: impl IntoIterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
+    let mut found: Vec<(K, Vec<V>)> = Vec::new();
+    let mut numbers: FxHashMap<K, usize> = FxHashMap::default();
+    for (key, value) in all {
+        let number = *numbers.entry(key.clone()).or_insert(found.len());
+        match found.get_mut(number) {
+            Some((_, values)) => values.push(value),
+            None => found.push((key, vec![value])),
         }
     }
     found

@@ -273,7 +273,7 @@ deployment D { architecture A
         let project = projects(db, fixture.workspace)[0];
         let of = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
         let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-        what_if(db, project, of, Query::shown(db, project, of), &values).unwrap()
+        what_if(db, (project, of, Query::shown(db, project, of)), &values).unwrap()
     }
 
     fn text(of: &Comparison) -> String {

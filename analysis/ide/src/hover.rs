@@ -19,7 +19,7 @@ use mauve_diagnostics::{
     late_at_most, miss_conditions, miss_rule, not_independent, supported, unusable_time,
 };
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, node_around, parse};
+use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, node_around};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, TextSize, comment_above};
 use mauve_wcrt::{

@@ -153,7 +153,7 @@ pub use inlay_hints::{
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::{Links, code as markdown_code};
 pub use probability::draw_probability;
-pub use project::{has_name_at, name_of_root, projects_with};
+pub use project::{DeploymentAt, has_name_at, name_of_root, projects_with};
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};
 pub use rename_files::rename_files;

@@ -7,10 +7,9 @@ mod toml;
 pub(crate) use in_file::{definition_of_type, names_at, names_in, names_of_definition};
 pub(crate) use toml::in_toml;
 
-use std::hash::Hash;
 use std::ops::Range;
 
-pub(crate) use mauve_diagnostics::each_once;
+pub(crate) use mauve_diagnostics::{each_once, grouped};
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
     Parameter, Setting, Shell, SourceId, Statement, Transition, TypeRef, Variable,
@@ -24,7 +23,6 @@ use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPER
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
-use rustc_hash::FxHashMap;
 
 use crate::document_symbols::SymbolKind;
 
@@ -173,20 +171,6 @@ pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
     ty.parent().is_some_and(|of| {
         matches!(of.kind(), PARAM | CODEL | PROPERTY | PORT | OPERATION_DECLARATION | VAR | RESULT_TYPE)
     })
-}
-
-/// Groups values by their keys, in the order of the first value of each key.
-pub(crate) fn grouped<K: Eq + Hash + Clone, V>(all: impl IntoIterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
-    let mut found: Vec<(K, Vec<V>)> = Vec::new();
-    let mut numbers: FxHashMap<K, usize> = FxHashMap::default();
-    for (key, value) in all {
-        let number = *numbers.entry(key.clone()).or_insert(found.len());
-        match found.get_mut(number) {
-            Some((_, values)) => values.push(value),
-            None => found.push((key, vec![value])),
-        }
-    }
-    found
 }
 
 fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> FoundName<'_> {

@@ -9,9 +9,12 @@ use mauve_hir::{
     projects, resolve_type,
 };
 use mauve_syntax::TextSize;
-use mauve_wcrt::{observed_files, table_files};
+use mauve_wcrt::{Query, observed_files, table_files};
 
 use crate::occurrences::names_at;
+
+/// A deployment of a project, and how it is analysed.
+pub type DeploymentAt<'db> = (Project<'db>, Decl<'db>, Query);
 
 /// Returns the projects that have this model, table or configuration.
 pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {

@@ -19,12 +19,13 @@ use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Rounding, Time, with_time};
-use mauve_wcrt::{Query, TableSet, Timed, WhatIfField, executed_times, files_of};
+use mauve_wcrt::{TableSet, Timed, WhatIfField, executed_times, files_of};
 use rustc_hash::FxHashSet;
 
 use crate::cancellation::until_cancelled;
 use crate::change::Change;
 use crate::comparison::{Comparison, Figures};
+use crate::project::DeploymentAt;
 
 /// Another value of a field of an activity, or of an execution time.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,19 +54,15 @@ enum Setting<'db> {
 /// let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
 /// let query = Query::shown(&db, project, deployment);
 /// let values = ["look=6ms".to_owned(), "eye.period = 8".to_owned()];
-/// let found = mauve_ide::what_if(&db, project, deployment, query, &values).unwrap();
+/// let found = mauve_ide::what_if(&db, (project, deployment, query), &values).unwrap();
 /// assert_eq!(found.activities[0].shown(), ["✓ 4 / 10 ms", "✓ 6 / 8 ms"]);
 /// ```
 pub fn what_if<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
+    at: DeploymentAt<'db>,
     values: &[String],
 ) -> Result<Comparison, String> {
-    let with = |values: &[String]| {
-        compared(db, project, of, query, &what_if_change(db, project, of, query, values)?)
-    };
+    let with = |values: &[String]| compared(db, at, &what_if_change(db, at, values)?);
     with(values).map_err(|why| {
         // Which value it is, where one alone is refused for the same reason.
         let alone = values.iter().find(|it| with(std::slice::from_ref(it)).as_ref() == Err(&why));
@@ -84,16 +81,15 @@ pub fn what_if<'db>(
 /// What is wrong with a value, and what to write.
 pub fn what_if_change<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
+    at: DeploymentAt<'db>,
     values: &[String],
 ) -> Result<Change, String> {
+    let (project, of, _) = at;
     let mut fields: Vec<WhatIfField> = Vec::new();
     let mut times: FxHashSet<String> = FxHashSet::default();
     let mut texts: BTreeMap<&Path, (File, String)> = BTreeMap::new();
     for value in values {
-        let is_new = match setting(db, project, of, query, value)? {
+        let is_new = match setting(db, at, value)? {
             Setting::Field(new) => {
                 let is_same = |it: &WhatIfField| same_fields(&it.field) == same_fields(&new.field);
                 let is_new = !fields.iter().any(|it| it.instance == new.instance && is_same(it));
@@ -156,9 +152,7 @@ fn write_time<'db>(
 /// The message of an error that the deployment has then, and does not have now.
 pub fn compared<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
+    (project, of, query): DeploymentAt<'db>,
     change: &Change,
 ) -> Result<Comparison, String> {
     let before = Figures::of(db, project, of, query);
@@ -191,9 +185,7 @@ pub fn compared<'db>(
 /// Reads one value.
 fn setting<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
+    (project, of, query): DeploymentAt<'db>,
     text: &str,
 ) -> Result<Setting<'db>, String> {
     let wrong = || {

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure};
-use mauve_diagnostics::{errors_of, errors_of_text, not_lasting, origins, reasons_of_chain, times_of};
+use mauve_diagnostics::{errors_of, not_lasting, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
 use mauve_ide::{Drawing, draw_chains, drawn_chains};
-use mauve_projects::analysis_document::{deployments, milliseconds};
+use mauve_projects::analysis_document::milliseconds;
 use mauve_projects::harmless::harmless;
 use mauve_projects::json::{object, one_or_all};
 use mauve_projects::output::{Output, terminal_columns};
@@ -18,9 +18,9 @@ use mauve_wcrt::{Query, basis_of, response_times};
 use serde::Serialize;
 
 use crate::check::verdict::conditions_of;
-use crate::errors::{nothing_to, say_errors, several_of};
+use crate::errors::{say_errors, several_of};
 use crate::options::{Models, level};
-use crate::text::{assumptions, columns, counted, csv, number, shown};
+use crate::text::{Sheet, assumptions, columns, counted, csv_number, number, shown};
 use crate::wcrt::{bar_of, shown_tables};
 
 #[derive(Debug, clap::Args)]
@@ -66,12 +66,8 @@ struct Shown<'db> {
 impl ChainsCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = self.models.load(&mut db)?;
-        let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
-        if found.is_empty() {
-            return Err(nothing_to("analyse", errors_of_text(&db, &workspaces)));
-        }
-        let of = |(project, deployment)| self.shown(&db, project, deployment);
+        let (db, found, _) = self.models.deployments(&mut db, "analyse")?;
+        let of = |(project, deployment)| self.shown(db, project, deployment);
         let all: Vec<Shown<'_>> = found.iter().copied().map(of).collect();
         if let Some(name) = self.chain.as_deref().filter(|_| all.iter().all(|it| it.shown.is_empty())) {
             let names: Vec<_> = all.iter().flat_map(|it| &it.chains.all).map(|it| it.name.clone()).collect();
@@ -87,7 +83,7 @@ impl ChainsCommand {
             Format::Csv => figures_csv(&all),
             Format::Svg => match all.as_slice() {
                 [one] => self.drawing(one, Drawing::Svg),
-                _ => return Err(several_of(&db, Kind::Deployment, &found)),
+                _ => return Err(several_of(db, Kind::Deployment, &found)),
             },
             Format::Text => {
                 let drawn = all.iter().map(|it| self.drawing(it, Drawing::Text(terminal_columns())));
@@ -96,7 +92,7 @@ impl ChainsCommand {
         };
         let mut projects: Vec<Project<'_>> = found.into_iter().map(|(project, _)| project).collect();
         projects.dedup();
-        let errors = projects.into_iter().map(|project| errors_of(&db, project)).sum();
+        let errors = projects.into_iter().map(|project| errors_of(db, project)).sum();
         say_errors(errors);
         let is_late = all.iter().flat_map(|it| &it.shown).any(|chain| !chain.is_within_limit());
         Ok(Output::verbatim(text, u8::from(is_late || errors > 0)))
@@ -154,8 +150,7 @@ impl ChainsCommand {
             let name = chain.name.to_string();
             vec![name, number(chain.age_at_write), text, bar_of(&forms, 0), bar_of(&forms, 1)]
         };
-        let rows: Vec<Vec<String>> = it.shown.iter().map(row).collect();
-        out += &columns(&["chain", "age at write", "latency / limit", "", ""], &rows);
+        out += &columns(&["chain", "age at write", "latency / limit", "", ""], it.shown.iter().map(row));
         if it.chains.left_out > 0 && self.chain.is_none() {
             out += "  too many chains: only the shortest from each source to each effect is shown\n";
         }
@@ -208,10 +203,9 @@ impl<'db> Shown<'db> {
         if assumed.is_empty() { assumed } else { format!("  {}: {assumed}\n", chain.name) }
     }
 
-    /// Returns where a chain begins and ends.
-    fn ends(&self, chain: &ChainReport<'db>) -> [Option<String>; 2] {
-        let Some([from, to]) = &chain.ends else { return [None, None] };
-        [Some(from.shown(self.db)), Some(to.shown(self.db))]
+    /// Returns where a chain begins (0) or ends (1).
+    fn end(&self, chain: &ChainReport<'db>, end: usize) -> Option<String> {
+        Some(chain.ends.as_ref()?.get(end)?.shown(self.db))
     }
 
     /// Returns the connection that leads to a step, as users write it.
@@ -241,15 +235,16 @@ impl<'db> Shown<'db> {
             let name = self.connection(step).unwrap_or_else(|| step.instance.to_string());
             std::iter::once(name).chain(times.map(Time::number)).chain([notes.join("; ")]).collect()
         };
-        let mut rows: Vec<Vec<String>> = chain.steps.iter().map(row).collect();
-        let total = [chain.name.to_string(), String::new(), String::new(), String::new(), String::new()];
-        rows.push(total.into_iter().chain([number(chain.latency), String::new()]).collect());
-        columns(&["", "wait", "buffer", "periods", "run", "sum", ""], &rows)
+        let empty = std::iter::repeat_n(String::new(), 4);
+        let total = std::iter::once(chain.name.to_string()).chain(empty).chain([number(chain.latency)]);
+        columns(
+            &["", "wait", "buffer", "periods", "run", "sum", ""],
+            chain.steps.iter().map(row).chain([total.collect()]),
+        )
     }
 
     fn document(&self) -> impl Serialize + use<> {
         let chains = self.shown.iter().map(|chain| {
-            let [from, to] = self.ends(chain);
             let hops = chain.steps.iter().map(|step| {
                 let part = step.part;
                 object! {
@@ -268,8 +263,8 @@ impl<'db> Shown<'db> {
             object! {
                 name: chain.name.to_string(),
                 declared: chain.declared.is_some(),
-                from: from,
-                to: to,
+                from: self.end(chain, 0),
+                to: self.end(chain, 1),
                 latency: chain.latency.map(milliseconds),
                 age_at_write: chain.age_at_write.map(milliseconds),
                 limit: chain.limit.map(milliseconds),
@@ -293,28 +288,19 @@ impl<'db> Shown<'db> {
 }
 
 fn figures_csv(all: &[Shown<'_>]) -> String {
-    let header =
-        "deployment,significance,chain,from,to,latency_ms,age_at_write_ms,limit_ms,status,reasons,root";
     let here = std::env::current_dir().unwrap_or_default();
-    let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
-    let mut rows = Vec::new();
-    for it in all {
-        for chain in &it.shown {
-            let [from, to] = it.ends(chain).map(Option::unwrap_or_default);
-            rows.push(vec![
-                it.deployment.name(it.db).to_string(),
-                it.query.level.to_string(),
-                chain.name.to_string(),
-                from,
-                to,
-                cell(chain.latency),
-                cell(chain.age_at_write),
-                cell(chain.limit),
-                status(chain).to_owned(),
-                reasons_of_chain(it.db, chain).join("; "),
-                shown(it.project.root(it.db).path(it.db), &here),
-            ]);
-        }
-    }
-    csv(header, rows)
+    let rows = all.iter().flat_map(|it| it.shown.iter().map(move |chain| (it, *chain)));
+    Sheet::of(&rows.collect::<Vec<_>>())
+        .column("deployment", |(it, _)| it.deployment.name(it.db).to_string())
+        .column("significance", |(it, _)| it.query.level.to_string())
+        .column("chain", |(_, chain)| chain.name.to_string())
+        .column("from", |(it, chain)| it.end(chain, 0).unwrap_or_default())
+        .column("to", |(it, chain)| it.end(chain, 1).unwrap_or_default())
+        .column("latency_ms", |(_, chain)| csv_number(chain.latency))
+        .column("age_at_write_ms", |(_, chain)| csv_number(chain.age_at_write))
+        .column("limit_ms", |(_, chain)| csv_number(chain.limit))
+        .column("status", |(_, chain)| status(chain).to_owned())
+        .column("reasons", |(it, chain)| reasons_of_chain(it.db, chain).join("; "))
+        .column("root", |(it, _)| shown(it.project.root(it.db).path(it.db), &here))
+        .csv()
 }

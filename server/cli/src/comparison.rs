@@ -18,7 +18,7 @@ pub(super) fn comparison_table(it: &Comparison) -> String {
             let [before, after] = row.shown();
             vec![format!("{}{}", row.name(), was(row.was())), before, after, why(row)]
         };
-        out += &columns(&[head, "before", "after", ""], &rows.iter().map(row).collect::<Vec<_>>());
+        out += &columns(&[head, "before", "after", ""], rows.iter().map(row));
     }
     out.extend(lines(it).into_iter().map(|it| format!("  {it}\n")));
     out

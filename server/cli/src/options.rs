@@ -3,12 +3,16 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mauve_diagnostics::time_error_message;
-use mauve_hir::{Database, Workspace};
+use mauve_diagnostics::{errors_of_text, time_error_message};
+use mauve_hir::{Database, Decl, Project};
 use mauve_ide::Drawing;
+use mauve_projects::analysis_document::deployments;
 use mauve_projects::load::{Outside, load};
 use mauve_projects::output::terminal_columns;
+use mauve_timing::task_set::Notation;
 use mauve_timing::{Level, Rounding, Time};
+
+use crate::errors::nothing_to;
 
 /// The paths that most commands take.
 #[derive(Debug, clap::Args)]
@@ -17,6 +21,9 @@ pub(super) struct Paths {
     #[arg(value_name = "PATH", default_value = ".", hide_default_value = true)]
     pub(super) paths: Vec<PathBuf>,
 }
+
+/// The deployments of models, and the number of errors in the texts.
+type DeploymentsOf<'db> = (&'db Database, Vec<(Project<'db>, Decl<'db>)>, usize);
 
 /// The models that a command analyses.
 #[derive(Debug, clap::Args)]
@@ -31,13 +38,26 @@ pub(super) struct Models {
 }
 
 impl Models {
-    /// Loads the workspaces of the paths.
+    /// Loads the models, and returns their deployments, at least one, and the number of errors in the texts.
     ///
     /// # Errors
     ///
-    /// A path cannot be read, in words for the user.
-    pub(super) fn load(&self, db: &mut Database) -> Result<Vec<Workspace>, String> {
-        load(db, &self.paths.paths, self.outside.allow_outside)
+    /// A path cannot be read, or there is nothing to do, such as to `analyse`, in words for the user.
+    pub(super) fn deployments<'db>(
+        &self,
+        db: &'db mut Database,
+        doing: &str,
+    ) -> Result<DeploymentsOf<'db>, String> {
+        let workspaces = load(db, &self.paths.paths, self.outside.allow_outside)?;
+        let db: &'db Database = db;
+        let found = deployments(db, &workspaces, self.deployment.as_deref())?;
+        let errors = errors_of_text(db, &workspaces);
+        if found.is_empty() { Err(nothing_to(doing, errors)) } else { Ok((db, found, errors)) }
+    }
+
+    /// Returns whether a path is that of a task set.
+    pub(super) fn are_task_sets(&self) -> bool {
+        self.paths.paths.iter().any(|path| Notation::of(path).is_some())
     }
 }
 

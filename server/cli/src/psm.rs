@@ -208,7 +208,7 @@ fn list<'db>(
         ));
     }
     let header = ["component", "states", "edges", "execution time in ms"];
-    let table = columns(&header, &rows);
+    let table = columns(&header, rows);
     Ok(Output::escaped(format!("{table}{notes}"), 0))
 }
 

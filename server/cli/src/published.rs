@@ -2,7 +2,7 @@
 
 use mauve_timing::{Level, Tasks, Time, published_response_times};
 
-use crate::text::{columns, csv, number};
+use crate::text::{Sheet, csv_number, number};
 
 /// A deployment at several levels.
 pub(super) struct Published {
@@ -22,34 +22,33 @@ impl Published {
 
     /// Returns the figures for people: a row for each instance, a column for each level.
     pub(super) fn table(&self) -> String {
-        let (levels, all): (Vec<Level>, Vec<_>) = self.figures().unzip();
-        let levels: Vec<String> = levels.iter().map(Level::to_string).collect();
-        let header: Vec<&str> =
-            std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
-        let names = all.first().into_iter().flatten().map(|(name, _)| vec![name.clone()]);
-        let mut rows: Vec<Vec<String>> = names.collect();
-        for figures in &all {
-            rows.iter_mut().zip(figures).for_each(|(row, (_, time))| row.push(number(*time)));
+        let instances = self.tasks.first().map_or(&[][..], |(_, tasks)| tasks.activities());
+        let instances: Vec<_> = instances.iter().enumerate().collect();
+        let mut sheet = Sheet::of(&instances).column("instance", |(_, it)| it.name.to_string());
+        for (level, all) in self.figures() {
+            let time = |index: usize| all.get(index).and_then(|(_, time)| *time);
+            sheet = sheet.column(level.to_string(), |(index, _)| number(time(*index)));
         }
         format!(
             "{}: response times in ms as the paper computes them\n{}  UNSAFE: they count no interference after the hyperperiod, \
              and are not bounds\n",
             self.name,
-            columns(&header, &rows)
+            sheet.text()
         )
     }
 }
 
 /// Returns a row for each deployment, level and instance.
 pub(super) fn published_csv(all: &[Published]) -> String {
-    let mut rows = Vec::new();
-    for it in all {
-        for (level, figures) in it.figures() {
-            rows.extend(figures.into_iter().map(|(instance, time)| {
-                let time = time.map(Time::number).unwrap_or_default();
-                vec![it.name.clone(), level.to_string(), instance, time]
-            }));
-        }
-    }
-    csv("deployment,significance,instance,unsafe_response_ms", rows)
+    let rows = all.iter().flat_map(|it| {
+        let of_level =
+            move |(level, figures): (Level, Vec<_>)| figures.into_iter().map(move |it| (level, it));
+        it.figures().flat_map(of_level).map(move |(level, (instance, time))| (it, level, instance, time))
+    });
+    Sheet::of(&rows.collect::<Vec<_>>())
+        .column("deployment", |(it, ..)| it.name.clone())
+        .column("significance", |(_, level, ..)| level.to_string())
+        .column("instance", |(_, _, instance, _)| instance.clone())
+        .column("unsafe_response_ms", |(.., time)| csv_number(*time))
+        .csv()
 }

@@ -12,21 +12,20 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::TIGHT_SLACK;
-use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
+use mauve_diagnostics::{errors_of, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WayOf, WorstOf, draw_schedule, no_worst_case, to_micros};
-use mauve_projects::analysis_document::deployments;
 use mauve_projects::json;
 use mauve_projects::output::{Output, say, terminal_columns};
-use mauve_timing::task_set::{Notation, TaskSet};
-use mauve_timing::{LeftOut, Level, Method, NoWorstCase, Pass, SimulationOptions, Statistics, Time, Unit};
+use mauve_timing::task_set::TaskSet;
+use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Statistics, Time, Unit};
 use mauve_wcrt::{DeployedTasks, Footing, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Simulation, SimulationRow};
 use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
-use crate::errors::{nothing_to, say_errors};
+use crate::errors::say_errors;
 use crate::options::{Models, level, time};
-use crate::text::{self, columns, counted, number};
+use crate::text::{Sheet, counted, number};
 
 #[derive(Debug, clap::Args)]
 pub struct Simulate {
@@ -96,19 +95,14 @@ impl ScheduleFormat {
 impl Simulate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+        if self.models.are_task_sets() {
             let all = self.of_task_sets(&db)?;
             return self.output(&all, 0);
         }
-        let workspaces = self.models.load(&mut db)?;
-        let mut found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
-        let errors = errors_of_text(&db, &workspaces);
-        if found.is_empty() {
-            return Err(nothing_to("simulate", errors));
-        }
+        let (db, mut found, errors) = self.models.deployments(&mut db, "simulate")?;
         if let Some(instance) = &self.worst {
             let has_it = |&(project, deployment): &(Project<'_>, Decl<'_>)| {
-                let activities = &system_of(&db, project, deployment).activities;
+                let activities = &system_of(db, project, deployment).activities;
                 activities.iter().any(|activity| activity.instance.as_str() == instance)
             };
             found.retain(has_it);
@@ -117,18 +111,15 @@ impl Simulate {
             }
         }
         let of_model = |(project, of)| {
-            let query = Query::at_level(&db, project, of, self.significance);
-            let report = response_times(&db, project, of, query).clone();
-            let name = of.name(&db).to_string();
-            let deployment = DeployedTasks::simulated(&db, project, of, query.level);
-            let errors = errors_of(&db, project);
+            let query = Query::at_level(db, project, of, self.significance);
+            let report = response_times(db, project, of, query).clone();
+            let name = of.name(db).to_string();
+            let deployment = DeployedTasks::simulated(db, project, of, query.level);
+            let errors = errors_of(db, project);
             let chain = self.worst_chain.as_ref();
             let way = chain
-                .map(|chain| WayOf::of(&db, (project, of, query), &deployment, (chain, self.seed), &|| ()));
-            Ok(Simulation {
-                errors,
-                ..self.simulate(&db, name, query, report, deployment, way.transpose()?)?
-            })
+                .map(|chain| WayOf::of(db, (project, of, query), &deployment, (chain, self.seed), &|| ()));
+            Ok(Simulation { errors, ..self.simulate(db, name, query, report, deployment, way.transpose()?)? })
         };
         let all: Result<Vec<Simulation<'_>>, String> = found.into_iter().map(of_model).collect();
         self.output(&all?, errors)
@@ -284,24 +275,21 @@ fn table(it: &Simulation<'_>) -> String {
     let none = || "—".to_owned();
     let rounded =
         |time: Option<Time>| time.map_or_else(none, |it| format!("{:.3}", it.as_f64(Unit::Milliseconds)));
-    out += &text::table(
-        &it.rows().collect::<Vec<_>>(),
-        &[
-            ("instance", &|row| row.activity.instance.to_string()),
-            ("CPU", &|row| cpu_numbers(&it.report.hosts, row.activity.cpus)),
-            ("priority", &|row| priority(row.activity.priority)),
-            ("period", &|row| number(row.activity.period)),
-            ("jobs", &|row| row.statistics.map_or_else(none, |it| it.jobs.to_string())),
-            ("average", &|row| rounded(row.statistics.and_then(|it| it.average))),
-            ("greatest", &|row| rounded(row.statistics.and_then(|it| it.greatest))),
-            ("of bound", &|row| row.ratio().map_or_else(none, |ratio| format!("{:.1} %", ratio * 100.0))),
-            ("late", &|row| row.statistics.map_or_else(none, |it| it.misses.to_string())),
-            ("bound / deadline", &|row| {
-                figure(it.db, row.activity, Footing::Known, TIGHT_SLACK).text().to_owned()
-            }),
-            ("", &left_out),
-        ],
-    );
+    out += &Sheet::of(&it.rows().collect::<Vec<_>>())
+        .column("instance", |row| row.activity.instance.to_string())
+        .column("CPU", |row| cpu_numbers(&it.report.hosts, row.activity.cpus))
+        .column("priority", |row| priority(row.activity.priority))
+        .column("period", |row| number(row.activity.period))
+        .column("jobs", |row| row.statistics.map_or_else(none, |it| it.jobs.to_string()))
+        .column("average", |row| rounded(row.statistics.and_then(|it| it.average)))
+        .column("greatest", |row| rounded(row.statistics.and_then(|it| it.greatest)))
+        .column("of bound", |row| row.ratio().map_or_else(none, |ratio| format!("{:.1} %", ratio * 100.0)))
+        .column("late", |row| row.statistics.map_or_else(none, |it| it.misses.to_string()))
+        .column("bound / deadline", |row| {
+            figure(it.db, row.activity, Footing::Known, TIGHT_SLACK).text().to_owned()
+        })
+        .column("", left_out)
+        .text();
     match it.worst_case() {
         Some(worst) => out += &format!("  {worst}\n{}", way_table(it)),
         None => out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n",
@@ -322,15 +310,16 @@ fn table(it: &Simulation<'_>) -> String {
 
 /// Says how data passes through each instance of a chain, in times since the change.
 fn way_table(it: &Simulation<'_>) -> String {
-    let change = it.passes().first().map(|pass| pass.arrival).unwrap_or_default();
+    let passes = it.passes();
+    let Some(change) = passes.first().map(|pass| pass.arrival) else { return String::new() };
     let since = |at: Time| number(at.checked_sub(change).map(to_micros));
-    let row = |pass: &Pass| {
-        let name = it.instance(pass.task).unwrap_or_default();
-        vec![name, since(pass.arrival), pass.reads.to_string(), pass.writes.to_string(), since(pass.write)]
-    };
-    let rows: Vec<Vec<String>> = it.passes().iter().map(row).collect();
-    let header = ["instance", "arrives", "read by job", "written by job", "written"];
-    if rows.is_empty() { String::new() } else { columns(&header, &rows) }
+    Sheet::of(passes)
+        .column("instance", |pass| it.instance(pass.task).unwrap_or_default())
+        .column("arrives", |pass| since(pass.arrival))
+        .column("read by job", |pass| pass.reads.to_string())
+        .column("written by job", |pass| pass.writes.to_string())
+        .column("written", |pass| since(pass.write))
+        .text()
 }
 
 /// Says that a row has no figures of jobs.

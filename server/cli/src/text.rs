@@ -56,19 +56,18 @@ pub(super) fn counted(count: usize, what: &str) -> String {
 const MOST_LETTERS: usize = 400;
 
 /// Formats a table: text is aligned to the left, numbers to the right.
-pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
-    let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
-        cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..header.len()).map(width).map(|it| it.min(MOST_LETTERS)).collect();
-    let right: Vec<bool> = (0..header.len())
-        .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
-        .collect();
-    let mut out = String::new();
+pub(super) fn columns(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let names = header.iter().map(|name| (*name).to_owned()).collect();
-    for row in std::iter::once(&names).chain(rows) {
+    let rows: Vec<Vec<String>> = std::iter::once(names).chain(rows).collect();
+    let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
+    let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
+    let width = |column| cells(column).map(|cell| cell.chars().count().min(MOST_LETTERS)).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    // The head of a column may be a level, which is no number of it.
+    let right: Vec<bool> =
+        (0..header.len()).map(|column| cells(column).skip(1).any(|cell| is_number(cell))).collect();
+    let mut out = String::new();
+    for row in &rows {
         let mut line = String::from(" ");
         for (column, cell) in row.iter().enumerate() {
             let cell = shortened(cell, MOST_LETTERS);
@@ -85,14 +84,46 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     out
 }
 
-/// The head of a column, and its cell of an item.
-pub(super) type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+/// A table with a row for each item: its columns are listed once, for people and for programs.
+pub(super) struct Sheet<'a, T> {
+    items: &'a [T],
+    heads: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
 
-/// Formats a table with a row for each item.
-pub(super) fn table<T>(items: &[T], of_columns: &[Column<'_, T>]) -> String {
-    let header: Vec<&str> = of_columns.iter().map(|(head, _)| *head).collect();
-    let row = |item: &T| of_columns.iter().map(|(_, cell)| cell(item)).collect();
-    columns(&header, &items.iter().map(row).collect::<Vec<Vec<String>>>())
+impl<'a, T> Sheet<'a, T> {
+    pub(super) fn of(items: &'a [T]) -> Self {
+        Sheet { items, heads: Vec::new(), rows: items.iter().map(|_| Vec::new()).collect() }
+    }
+
+    /// Adds a column: its head, and its cell of an item.
+    pub(super) fn column(mut self, head: impl Into<String>, cell: impl FnMut(&T) -> String) -> Self {
+        self.heads.push(head.into());
+        self.rows.iter_mut().zip(self.items.iter().map(cell)).for_each(|(row, cell)| row.push(cell));
+        self
+    }
+
+    /// Adds a column that is not always shown.
+    pub(super) fn column_if(
+        self,
+        is_shown: bool,
+        head: impl Into<String>,
+        cell: impl FnMut(&T) -> String,
+    ) -> Self {
+        if is_shown { self.column(head, cell) } else { self }
+    }
+
+    /// Returns the table for people.
+    pub(super) fn text(self) -> String {
+        columns(&self.heads.iter().map(String::as_str).collect::<Vec<_>>(), self.rows)
+    }
+
+    /// Returns the table as CSV.
+    pub(super) fn csv(self) -> String {
+        let line =
+            |row: &Vec<String>| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
+        std::iter::once(&self.heads).chain(&self.rows).map(line).collect()
+    }
 }
 
 /// Returns a time in ms.
@@ -100,10 +131,9 @@ pub(super) fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)
 }
 
-/// Formats a table of CSV: its header, and a line for each row.
-pub(super) fn csv(header: &str, rows: Vec<Vec<String>>) -> String {
-    let lines = rows.iter().map(|row| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(","));
-    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+/// Returns a time in ms as a cell of CSV.
+pub(super) fn csv_number(time: Option<Time>) -> String {
+    time.map(Time::number).unwrap_or_default()
 }
 
 /// Returns a cell of CSV, in quotes if it needs them.

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mauve_diagnostics::{all_of, errors_of_text, timing_reason};
+use mauve_diagnostics::{all_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Project, similar};
 use mauve_ide::{Change, Compared, Comparison, Figure, Figures, compared, edit_of_fields};
-use mauve_projects::analysis_document::{deployments, milliseconds};
+use mauve_projects::analysis_document::milliseconds;
 use mauve_projects::harmless::harmless;
 use mauve_projects::json::{self, non_empty, object};
 use mauve_projects::load::models_in;
@@ -23,7 +23,6 @@ use serde::Serialize;
 
 use crate::comparison::{comparison_document, comparison_table, name_project};
 use crate::edited_files::EditedFiles;
-use crate::errors::nothing_to;
 use crate::options::{Models, TableFormat, level};
 use crate::text::shown;
 
@@ -93,12 +92,7 @@ impl Tune {
     pub(crate) fn run(self) -> Result<Output, String> {
         let here = std::env::current_dir().unwrap_or_default();
         let mut db = Database::default();
-        let workspaces = self.models.load(&mut db)?;
-        let db = &db;
-        let declared = deployments(db, &workspaces, self.models.deployment.as_deref())?;
-        if declared.is_empty() {
-            return Err(nothing_to("tune", errors_of_text(db, &workspaces)));
-        }
+        let (db, declared, _) = self.models.deployments(&mut db, "tune")?;
         self.check_pins(db, &declared)?;
         let (writable, _) = models_in(&self.models.paths.paths)?;
         let mut all = Vec::new();
@@ -185,7 +179,7 @@ impl Tune {
         let is_shared = others.clone().next().is_some();
         let effect = |project: Project<'db>| {
             let query = Query::at_level(db, project, deployment, self.significance);
-            let mut found = compared(db, project, deployment, query, &change)?;
+            let mut found = compared(db, (project, deployment, query), &change)?;
             if is_shared && self.format == TableFormat::Table {
                 name_project(&mut found, &root(project));
             }

@@ -120,19 +120,18 @@ pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
             return Err(format!("no certificate: fix {} first", counted(it.errors, "error")));
         }
         for (query, report) in &it.reports {
-            let mut parts = match (it.origin, it.declared) {
-                (Origin::Model(tables), Some(deployment)) => {
+            let mut parts = match it.origin {
+                Origin::Model(project, deployment) => {
                     let why = |chain: &ChainReport<'_>| match chain.latency.zip(chain.limit) {
                         Some((latency, limit)) => {
                             format!("its latency of {latency} exceeds its limit of {limit}")
                         }
                         None => format!("it has no latency: {}", reasons_of_chain(it.db, chain).join("; ")),
                     };
-                    certificate_of(it.db, tables.project(it.db), deployment, *query, &why)
+                    certificate_of(it.db, project, deployment, *query, &why)
                 }
-                (Origin::File { set, .. }, _) => certificate_of_file(set, *query, report)
+                Origin::File { set, .. } => certificate_of_file(set, *query, report)
                     .map_err(|_| "no certificate: the task set has no times at this level".to_owned())?,
-                (Origin::Model(_), None) => continue,
             };
             parts.insert("deployment".to_owned(), it.name.into());
             systems.push(lines(&parts));

@@ -1,6 +1,6 @@
 //! `mauve wcrt [PATH]`: the worst-case response times of deployments, of models or of the task sets in generated packages.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -9,15 +9,13 @@ use clap::ValueEnum;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_diagnostics::{
-    EXHAUSTED, errors_of_text, known_utilisation, origins, reasons_of, supported, task_set_error_message,
+    EXHAUSTED, each_once, grouped, known_utilisation, origins, reasons_of, supported, task_set_error_message,
     times_of, timing_reason,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
 use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
-use mauve_projects::analysis_document::{
-    Deployed, Origin, Significance, analysis_document, deployments, levels,
-};
+use mauve_projects::analysis_document::{Deployed, Origin, Significance, analysis_document, levels};
 use mauve_projects::disk::{LONGEST, read};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json;
@@ -33,11 +31,11 @@ use mauve_wcrt::{
 use super::probability::{probability_csv, probability_svg, probability_table};
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::comparison::{comparison_document, comparison_table};
-use crate::errors::{nothing_to, say_errors};
+use crate::errors::say_errors;
 use crate::lines::Lines;
 use crate::options::{Method, Models};
 use crate::published::{Published, published_csv};
-use crate::text::{self, Column, columns, counted, csv, number, shown};
+use crate::text::{Sheet, counted, csv_number, number, shown};
 use crate::verify::certificate;
 
 #[derive(Debug, clap::Args)]
@@ -91,7 +89,7 @@ impl Wcrt {
         let Some(method) = self.method.analysed() else { return self.published() };
         let query = |level| Query { level, method };
         let mut db = Database::default();
-        if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+        if self.models.are_task_sets() {
             if self.sensitivity || self.probability.is_some() {
                 let option = if self.sensitivity { "--sensitivity" } else { "--probability" };
                 return Err(format!("{option} needs a model: task sets do not have the times of codels"));
@@ -101,30 +99,25 @@ impl Wcrt {
             }
             return self.task_sets(&db, &query);
         }
-        let workspaces = self.models.load(&mut db)?;
-        let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
-        let errors = errors_of_text(&db, &workspaces);
-        if found.is_empty() {
-            return Err(nothing_to("analyse", errors));
-        }
+        let (db, found, errors) = self.models.deployments(&mut db, "analyse")?;
         if matches!(self.significance, Some(Significance::All)) {
             let tables =
-                found.iter().flat_map(|&(project, deployment)| all_tables_of(&db, project, deployment));
+                found.iter().flat_map(|&(project, deployment)| all_tables_of(db, project, deployment));
             let left_out: BTreeSet<&(Level, String)> =
-                tables.flat_map(|it| &timetable_of(&db, it).partial_levels).collect();
+                tables.flat_map(|it| &timetable_of(db, it).partial_levels).collect();
             for (level, without) in left_out.iter().rev() {
                 say(&format!("{level} is left out: {without} does not have it"));
             }
         }
         if !self.set.is_empty() {
-            return self.with_other_values(&db, &found, &query);
+            return self.with_other_values(db, &found, &query);
         }
         let deployed = |(project, deployment)| {
-            let queries = levels(&db, project, deployment, self.significance.as_ref()).into_iter().map(query);
-            let mut found = Deployed::of_model(&db, project, deployment, queries);
+            let queries = levels(db, project, deployment, self.significance.as_ref()).into_iter().map(query);
+            let mut found = Deployed::of_model(db, project, deployment, queries);
             found.has_probabilities = self.probability.is_some();
             if self.sensitivity {
-                let of = |(query, _): &(Query, _)| sensitivity(&db, project, deployment, *query);
+                let of = |(query, _): &(Query, _)| sensitivity(db, project, deployment, *query);
                 found.sensitivities = found.reports.iter().map(of).collect();
             }
             found
@@ -147,7 +140,7 @@ impl Wcrt {
             );
         }
         let mut db = Database::default();
-        let all: Vec<Published> = if self.models.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
+        let all: Vec<Published> = if self.models.are_task_sets() {
             let sets = task_sets(&self.models.paths.paths, self.models.deployment.as_deref())?.into_iter();
             let of_set = |(path, set): (PathBuf, TaskSet)| {
                 let tasks = |level| Ok((level, set.at(level, mauve_timing::Method::Psm)?));
@@ -158,13 +151,12 @@ impl Wcrt {
             };
             sets.map(of_set).collect::<Result<_, String>>()?
         } else {
-            let workspaces = self.models.load(&mut db)?;
+            let (db, found, _) = self.models.deployments(&mut db, "analyse")?;
             let of_model = |(project, deployment): (Project<'_>, Decl<'_>)| {
-                let tasks = |level| (level, DeployedTasks::simulated(&db, project, deployment, level).tasks);
-                let levels = levels(&db, project, deployment, self.significance.as_ref()).into_iter();
-                Published { name: deployment.name(&db).to_string(), tasks: levels.map(tasks).collect() }
+                let tasks = |level| (level, DeployedTasks::simulated(db, project, deployment, level).tasks);
+                let levels = levels(db, project, deployment, self.significance.as_ref()).into_iter();
+                Published { name: deployment.name(db).to_string(), tasks: levels.map(tasks).collect() }
             };
-            let found = deployments(&db, &workspaces, self.models.deployment.as_deref())?;
             found.into_iter().map(of_model).collect()
         };
         let text = match self.format {
@@ -187,7 +179,7 @@ impl Wcrt {
         let (mut all, mut refused) = (Vec::new(), None);
         for &(project, deployment) in found {
             for level in levels(db, project, deployment, self.significance.as_ref()) {
-                match what_if(db, project, deployment, query(level), &self.set) {
+                match what_if(db, (project, deployment, query(level)), &self.set) {
                     Ok(compared) => all.push(compared),
                     Err(why) => refused = Some(why),
                 }
@@ -218,7 +210,6 @@ impl Wcrt {
         let deployed = read.iter().zip(&reports).map(|((path, set), reports)| Deployed {
             db,
             name: set.name.as_deref().unwrap_or_default(),
-            declared: None,
             origin: Origin::File { path, set },
             sensitivities: Vec::new(),
             errors: 0,
@@ -316,11 +307,9 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             let activities = activities.filter(|(_, activity)| activity.instance == *instance);
             texts.extend(activities.filter_map(|(activity, _)| {
                 let doc = match it.origin {
-                    Origin::Model(tables) => {
-                        let system = it.declared.map(|of| system_of(it.db, tables.project(it.db), of));
-                        // A host may have tables of its own.
-                        let own = system.and_then(|it| Some(it.activities.get(activity)?.tables));
-                        explain_response(it.db, own.unwrap_or(tables), report, activity, *query, MOST_ROWS)
+                    Origin::Model(project, of) => {
+                        let tables = system_of(it.db, project, of).activities.get(activity)?.tables;
+                        explain_response(it.db, tables, report, activity, *query, MOST_ROWS)
                     }
                     Origin::File { set, .. } => {
                         explain_response_of(it.db, set, report, activity, *query, MOST_ROWS)
@@ -395,7 +384,7 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
     }
     if it.rt_throttling().is_none() {
         let key = match it.origin {
-            Origin::Model(_) => "`[platform] rt_throttling` in mauve.toml",
+            Origin::Model(..) => "`[platform] rt_throttling` in mauve.toml",
             Origin::File { .. } => "`rt_throttling` in the file",
         };
         let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
@@ -414,74 +403,61 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
         let priority = priority(other.priority);
         format!("  {name} interferes too: {time} every {period}, priority {priority}, {cpus}\n")
     }));
-    out.extend(notes(it));
-    out
+    out + &notes(it)
 }
 
 /// Returns why figures are missing, and which depend on assumptions: a line each, with the levels if it does not hold at all.
-fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
-    let mut notes: Vec<(String, Vec<String>)> = Vec::new();
-    let mut index: HashMap<String, usize> = HashMap::new();
+fn notes(it: &Deployed<'_>) -> String {
+    let of_level = |(query, report)| notes_of(it, report).into_iter().map(move |note| (note, query));
+    let line = |(note, queries): (String, Vec<&Query>)| {
+        // Two activities of one instance may have one reason.
+        let levels = each_once(queries.iter().map(|query| query.level.to_string()));
+        match levels.len() == it.reports.len() {
+            true => format!("  {note}\n"),
+            false => format!("  at {}: {note}\n", levels.join(", ")),
+        }
+    };
+    let reports = it.reports.iter().map(|(query, report)| (query, *report));
+    grouped(reports.flat_map(of_level)).into_iter().map(line).collect()
+}
+
+fn notes_of<'db>(it: &Deployed<'db>, report: &Report<'db>) -> Vec<String> {
     let lines = Lines { width: |text| text.chars().count() };
     let here = std::env::current_dir().unwrap_or_default();
-    for (query, report) in &it.reports {
-        // Activities are named already.
-        let named: HashSet<&Location<'_>> =
-            report.activities.iter().filter_map(|activity| activity.at.as_ref()).collect();
-        let mut located = |refusal: &Refusal<'db>| {
-            let reason = timing_reason(it.db, &refusal.reason);
-            match &refusal.at {
-                Some(at) if !named.contains(at) => reason + &lines.shown(it.db, &here, at),
-                _ => reason,
-            }
-        };
-        let mut found: Vec<String> =
-            report.not_analysed.iter().map(|it| format!("nothing is analysed: {}", located(it))).collect();
-        for activity in &report.activities {
-            // A reason of the deployment is not repeated for each activity.
-            let own = activity.reasons.len().saturating_sub(report.not_analysed.len());
-            let own = activity.reasons.iter().take(own);
-            let mut seen = HashSet::new();
-            let reasons: Vec<String> =
-                own.map(&mut located).filter(|reason| seen.insert(reason.clone())).collect();
-            if !reasons.is_empty() {
-                found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
-            }
+    // Activities are named already.
+    let named: HashSet<&Location<'_>> = report.activities.iter().filter_map(|it| it.at.as_ref()).collect();
+    let located = |refusal: &Refusal<'db>| {
+        let reason = timing_reason(it.db, &refusal.reason);
+        match &refusal.at {
+            Some(at) if !named.contains(at) => reason + &lines.shown(it.db, &here, at),
+            _ => reason,
         }
-        let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
-        found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
-        for activity in report.activities.iter().filter(|activity| activity.response.is_some()) {
-            let wait = activity.task.wait();
-            if wait > Time::ZERO {
-                found.push(format!("{}: {wait} of its own time are waits", activity.instance));
-            }
-            let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
-            if blocking > Time::ZERO {
-                found.push(format!(
-                    "{}: lower priorities that hold locks delay it by {blocking}",
-                    activity.instance
-                ));
-            }
-        }
-        let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-        found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
-        for note in found {
-            let at = *index.entry(note.clone()).or_insert(notes.len());
-            if at == notes.len() {
-                notes.push((note, Vec::new()));
-            }
-            let level = query.level.to_string();
-            // Two activities of one instance may have one reason.
-            if let Some((_, levels)) = notes.get_mut(at).filter(|(_, levels)| levels.last() != Some(&level)) {
-                levels.push(level);
-            }
+    };
+    let mut found: Vec<String> =
+        report.not_analysed.iter().map(|it| format!("nothing is analysed: {}", located(it))).collect();
+    for activity in &report.activities {
+        // A reason of the deployment is not repeated for each activity.
+        let own = activity.reasons.len().saturating_sub(report.not_analysed.len());
+        let reasons = each_once(activity.reasons.iter().take(own).map(located));
+        if !reasons.is_empty() {
+            found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
         }
     }
-    let line = |(note, levels): (String, Vec<String>)| match levels.len() == it.reports.len() {
-        true => format!("  {note}\n"),
-        false => format!("  at {}: {note}\n", levels.join(", ")),
-    };
-    notes.into_iter().map(line).collect()
+    let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
+    found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
+    for activity in report.activities.iter().filter(|activity| activity.response.is_some()) {
+        let (instance, wait) = (&activity.instance, activity.task.wait());
+        if wait > Time::ZERO {
+            found.push(format!("{instance}: {wait} of its own time are waits"));
+        }
+        let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
+        if blocking > Time::ZERO {
+            found.push(format!("{instance}: lower priorities that hold locks delay it by {blocking}"));
+        }
+    }
+    let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
+    found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
+    found
 }
 
 /// `assumes 5 ms for robot.plan`.
@@ -504,28 +480,26 @@ fn one_level<'db>(of: &Deployed<'db>, report: &Report<'db>) -> String {
     };
     let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
     let has_components = report.activities.iter().any(|it| !it.component_name.is_empty());
-    let all: [(bool, Column<'_, ActivityReport<'db>>); 12] = [
-        (true, ("instance", &|it| it.instance.to_string())),
-        (has_components, ("component", &|it| it.component_name.to_string())),
-        (true, ("CPU", &|it| cpu_numbers(&report.hosts, it.cpus))),
-        (true, ("priority", &|it| priority(it.priority))),
-        (true, ("period", &|it| number(it.period))),
-        (true, ("WCET", &|it| number(it.own))),
-        (!is_first_greatest, ("first job", &|it| number(it.first_job))),
-        (has_methods, ("method", &method)),
-        (true, (RESPONSE, &|it| forms(of, it).text().to_owned())),
-        (true, ("", &|it| bar_of(&forms(of, it), 0))),
-        (true, ("", &|it| bar_of(&forms(of, it), 1))),
-        (true, ("", &|it| acceptance(of, it).unwrap_or_default())),
-    ];
-    let shown: Vec<_> = all.into_iter().filter(|(is_shown, _)| *is_shown).map(|(_, column)| column).collect();
-    let mut out = text::table(&report.activities, &shown);
+    let mut out = Sheet::of(&report.activities)
+        .column("instance", |it| it.instance.to_string())
+        .column_if(has_components, "component", |it| it.component_name.to_string())
+        .column("CPU", |it| cpu_numbers(&report.hosts, it.cpus))
+        .column("priority", |it| priority(it.priority))
+        .column("period", |it| number(it.period))
+        .column("WCET", |it| number(it.own))
+        .column_if(!is_first_greatest, "first job", |it| number(it.first_job))
+        .column_if(has_methods, "method", method)
+        .column("response / deadline", |it| forms(of, it).text().to_owned())
+        .column("", |it| bar_of(&forms(of, it), 0))
+        .column("", |it| bar_of(&forms(of, it), 1))
+        .column("", |it| acceptance(of, it).unwrap_or_default())
+        .text();
     if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
         let _ = writeln!(out, "  *: {EXHAUSTED}");
     }
     if report.assumes_clocks() {
         let clocks = match of.origin {
-            Origin::Model(_) => "the clocks which mauve.toml names",
+            Origin::Model(..) => "the clocks which mauve.toml names",
             Origin::File { .. } => "the clocks of the tasks with an offset",
         };
         let _ = writeln!(out, "  assumes that {clocks} are synchronised");
@@ -534,25 +508,20 @@ fn one_level<'db>(of: &Deployed<'db>, report: &Report<'db>) -> String {
 }
 
 fn several_levels<'db>(db: &'db dyn ModelDb, reports: &[(Query, &Report<'db>)]) -> String {
-    let levels: Vec<String> = reports.iter().map(|(query, _)| query.level.to_string()).collect();
-    let header: Vec<&str> = std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
     let Some((_, first)) = reports.first() else { return String::new() };
-    let footings: Vec<_> = reports.iter().map(|(_, report)| report.footings()).collect();
-    let rows: Vec<Vec<String>> = (0..first.activities.len())
-        .map(|index| {
-            let cell = |((_, report), footings): (&(Query, &Report<'db>), &Vec<Footing>)| {
-                let footing = footings.get(index).copied().unwrap_or(Footing::Known);
-                let activity = report.activities.get(index);
-                activity.map_or_else(String::new, |it| match it.verdict {
-                    Status::Background => "–".to_owned(),
-                    _ => figure(db, it, footing, TIGHT_SLACK).with_response().to_owned(),
-                })
-            };
-            let name = first.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
-            std::iter::once(name).chain(reports.iter().zip(&footings).map(cell)).collect()
-        })
-        .collect();
-    columns(&header, &rows)
+    let activities: Vec<_> = first.activities.iter().enumerate().collect();
+    let mut sheet = Sheet::of(&activities).column("instance", |(_, it)| it.instance.to_string());
+    for (query, report) in reports {
+        let footings = report.footings();
+        sheet = sheet.column(query.level.to_string(), |(index, _)| {
+            let activity = report.activities.get(*index).zip(footings.get(*index));
+            activity.map_or_else(String::new, |(it, footing)| match it.verdict {
+                Status::Background => "–".to_owned(),
+                _ => figure(db, it, *footing, TIGHT_SLACK).with_response().to_owned(),
+            })
+        });
+    }
+    sheet.text()
 }
 
 /// `CPU 1 utilisation: 99.4 % · CPU 2: 78.9 %`
@@ -581,9 +550,6 @@ pub(super) fn priority(priority: Priority) -> String {
         Priority::Unknown => "?".to_owned(),
     }
 }
-
-/// The head of a column of response times beside their deadlines.
-pub(super) const RESPONSE: &str = "response / deadline";
 
 fn forms<'db>(of: &Deployed<'db>, activity: &ActivityReport<'db>) -> Forms {
     figure(of.db, activity, Footing::Known, TIGHT_SLACK)
@@ -658,58 +624,52 @@ fn narrowed(mut table: String, width: usize) -> String {
 }
 
 fn figures_csv(all: &[Deployed<'_>]) -> String {
-    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,host,remark";
-    let mut rows = Vec::new();
-    for it in all {
-        let root = root(it);
-        for (query, report) in &it.reports {
-            let of_all = remarks(it);
-            for activity in &report.activities {
-                let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
-                let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
-                let (host, cpus) = activity.cpus.map(|cpus| report.hosts.local(cpus)).unzip();
-                rows.push(vec![
-                    it.name.to_owned(),
-                    query.level.to_string(),
-                    activity.method.map_or(query.method, |(method, _)| method).to_string(),
-                    activity.instance.to_string(),
-                    activity.component_name.to_string(),
-                    cpus.map(|cpus| cpus.0.to_string()).unwrap_or_default(),
-                    activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
-                    cell(activity.period),
-                    cell(activity.deadline),
-                    cell(activity.own),
-                    cell(activity.first_job),
-                    cell(activity.response),
-                    activity.verdict.name().to_owned(),
-                    assumed.join(" "),
-                    root.clone(),
-                    host.flatten().map(|it| it.to_string()).unwrap_or_default(),
-                    remark(it, &of_all, activity),
-                ]);
-            }
-        }
-    }
-    csv(header, rows)
+    let reports =
+        all.iter().flat_map(|it| it.reports.iter().map(move |(query, report)| (it, query, *report)));
+    let rows = reports.flat_map(|(it, query, report)| {
+        report.activities.iter().map(move |activity| (it, query, report, activity))
+    });
+    Sheet::of(&rows.collect::<Vec<_>>())
+        .column("deployment", |(of, ..)| of.name.to_owned())
+        .column("significance", |(_, query, ..)| query.level.to_string())
+        .column("method", |(_, query, _, it)| {
+            it.method.map_or(query.method, |(method, _)| method).to_string()
+        })
+        .column("instance", |(.., it)| it.instance.to_string())
+        .column("component", |(.., it)| it.component_name.to_string())
+        .column("affinity", |(.., report, it)| {
+            it.cpus.map(|cpus| report.hosts.local(cpus).1.0.to_string()).unwrap_or_default()
+        })
+        .column("priority", |(.., it)| it.priority.real_time().map(|it| it.to_string()).unwrap_or_default())
+        .column("period_ms", |(.., it)| csv_number(it.period))
+        .column("deadline_ms", |(.., it)| csv_number(it.deadline))
+        .column("own_ms", |(.., it)| csv_number(it.own))
+        .column("first_job_ms", |(.., it)| csv_number(it.first_job))
+        .column("response_ms", |(.., it)| csv_number(it.response))
+        .column("status", |(.., it)| it.verdict.name().to_owned())
+        .column("assumed", |(.., it)| {
+            it.assumed.iter().map(|(codel, _)| codel.as_str()).collect::<Vec<_>>().join(" ")
+        })
+        .column("root", |(of, ..)| root(of))
+        .column("host", |(.., report, it)| {
+            let host = it.cpus.and_then(|cpus| report.hosts.local(cpus).0);
+            host.map(|it| it.to_string()).unwrap_or_default()
+        })
+        .column("remark", |(of, .., it)| remark(of, it))
+        .csv()
 }
 
 /// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
-fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -> String {
+fn remark(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
     let mut remarks = reasons_of(of.db, activity);
     remarks.extend(of.acceptance(activity).map(|reason| format!("accepted: {reason}")));
     remarks.extend(of.exceeded_acceptance(activity));
     if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
         remarks.push(EXHAUSTED.to_owned());
     }
-    remarks.extend_from_slice(of_all);
+    remarks.extend(of.times().map(|section| format!("times of {section}")));
+    remarks.extend((of.errors > 0).then(|| "not proved: the project has errors".to_owned()));
     remarks.join("; ")
-}
-
-/// Why the figures of all rows of a deployment are not what they seem to be.
-fn remarks(of: &Deployed<'_>) -> Vec<String> {
-    let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
-    let times = of.times().map(|section| format!("times of {section}"));
-    [times, errors].into_iter().flatten().collect()
 }
 
 #[cfg(test)]

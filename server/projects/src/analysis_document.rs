@@ -16,8 +16,7 @@ use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
     ActivityReport, Basis, InterferenceReport, LaterThan, Limit, MissProbability, Query, Report, Sensitivity,
-    Support, TableSet, basis_of, distribution_of, levels_of, probabilities_of, response_times, support,
-    tables_of,
+    Support, basis_of, distribution_of, levels_of, probabilities_of, response_times, support,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -31,8 +30,6 @@ pub struct Deployed<'db> {
     pub db: &'db Database,
     /// The name of the deployment, or of the task set.
     pub name: &'db str,
-    /// Its declaration; `None` for a task set.
-    pub declared: Option<Decl<'db>>,
     /// Where it comes from.
     pub origin: Origin<'db>,
     /// A report for each query, in the order of the levels.
@@ -76,8 +73,8 @@ impl Proved {
 /// What was analysed.
 #[derive(Clone, Copy)]
 pub enum Origin<'db> {
-    /// A deployment of a project, with these timing tables.
-    Model(TableSet<'db>),
+    /// A deployment of a project.
+    Model(Project<'db>, Decl<'db>),
     /// A task set of the file at this path.
     File {
         /// The file.
@@ -96,7 +93,6 @@ impl<'db> Deployed<'db> {
         queries: impl Iterator<Item = Query>,
     ) -> Deployed<'db> {
         let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
-        let origin = Origin::Model(tables_of(db, project, deployment));
         let errors = errors_of(db, project);
         let reports: Vec<(Query, &Report<'db>)> = reports.collect();
         let activities = reports.iter().flat_map(|(_, report)| &report.activities);
@@ -105,8 +101,7 @@ impl<'db> Deployed<'db> {
         Deployed {
             db,
             name: deployment.name(db),
-            declared: Some(deployment),
-            origin,
+            origin: Origin::Model(project, deployment),
             reports,
             sensitivities: Vec::new(),
             errors,
@@ -136,7 +131,7 @@ impl<'db> Deployed<'db> {
     /// The root of its project, or the file that it comes from.
     pub fn root(&self) -> &'db Path {
         match self.origin {
-            Origin::Model(tables) => tables.project(self.db).root(self.db).path(self.db),
+            Origin::Model(project, _) => project.root(self.db).path(self.db),
             Origin::File { path, .. } => path,
         }
     }
@@ -149,9 +144,7 @@ impl<'db> Deployed<'db> {
     /// Returns whether Linux throttles real-time tasks; `None` if the configuration does not say.
     pub fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
-            Origin::Model(tables) => {
-                config_of(self.db, tables.project(self.db).workspace(self.db)).rt_throttling
-            }
+            Origin::Model(project, _) => config_of(self.db, project.workspace(self.db)).rt_throttling,
             Origin::File { set, .. } => set.rt_throttling,
         }
     }
@@ -165,9 +158,7 @@ impl<'db> Deployed<'db> {
     pub fn basis(&self) -> Option<Basis> {
         let (query, _) = self.reports.first()?;
         match self.origin {
-            Origin::Model(tables) => {
-                Some(basis_of(self.db, tables.project(self.db), self.declared?, query.level))
-            }
+            Origin::Model(project, of) => Some(basis_of(self.db, project, of, query.level)),
             Origin::File { set, .. } => {
                 let assumed = self.assumed().collect::<BTreeSet<&str>>().len();
                 Some(Basis { times: set.task.len(), assumed, ..Basis::default() })
@@ -176,27 +167,28 @@ impl<'db> Deployed<'db> {
     }
 
     /// Its project and declaration; none for a task set, which does not say how often its tasks execute codels.
-    fn of_project(&self) -> Option<(Project<'db>, Decl<'db>)> {
-        let Origin::Model(tables) = self.origin else { return None };
-        Some((tables.project(self.db), self.declared?))
+    pub fn model(&self) -> Option<(Project<'db>, Decl<'db>)> {
+        match self.origin {
+            Origin::Model(project, deployment) => Some((project, deployment)),
+            Origin::File { .. } => None,
+        }
     }
 
     /// What the levels of its reports support, if its times depend on them.
     pub fn supports(&self) -> Vec<Support> {
-        let Some((project, declared)) = self.of_project() else { return Vec::new() };
+        let Some((project, declared)) = self.model() else { return Vec::new() };
         let of = |level| support(self.db, project, declared, level);
         self.reports.iter().filter_map(|(query, _)| of(query.level)).collect()
     }
 
     /// How probable it is that each activity is late.
     pub fn probabilities(&self) -> &'db [Option<MissProbability>] {
-        self.of_project().map_or(&[], |(project, declared)| probabilities_of(self.db, project, declared))
+        self.model().map_or(&[], |(project, declared)| probabilities_of(self.db, project, declared))
     }
 
     /// The distribution of the response time of an activity.
     fn distribution(&self, index: usize) -> &'db [LaterThan] {
-        self.of_project()
-            .map_or(&[], |(project, declared)| distribution_of(self.db, project, declared, index))
+        self.model().map_or(&[], |(project, declared)| distribution_of(self.db, project, declared, index))
     }
 
     /// The codels whose times are assumed.
@@ -254,7 +246,7 @@ pub fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         // The number of errors in its project: with an error, no deadline is proved.
         [errors]: Some(it.errors).filter(|errors| *errors > 0),
         // How many executions may exceed their times at the first level; a task set does not say it.
-        [support]: it.declared.zip(query).map(|(_, query)| {
+        [support]: it.model().zip(query).map(|(_, query)| {
             let support = it.supports().first().copied();
             let executions = support.map_or(0.0, |it| it.executions_per_hour);
             object! {

@@ -12,7 +12,7 @@ use mauve_wcrt::Basis;
 use mauve_wcrt::chains::chains_of;
 use serde_json::{Value, json};
 
-use crate::analysis_document::{Deployed, Origin};
+use crate::analysis_document::Deployed;
 
 /// The verdict on all deployments, at their first levels.
 #[derive(Debug, Default)]
@@ -57,8 +57,8 @@ impl Verdict {
                     Status::Missed | Status::Unbounded | Status::NoBound => sum.late += 1,
                 }
             }
-            let (Origin::Model(tables), Some(declared)) = (it.origin, it.declared) else { continue };
-            let chains = chains_of(it.db, tables.project(it.db), declared, query).all.iter();
+            let Some((project, declared)) = it.model() else { continue };
+            let chains = chains_of(it.db, project, declared, query).all.iter();
             for chain in chains.filter(|chain| !chain.is_within_limit()) {
                 let count = if chain.latency.is_some() { &mut sum.late_chains } else { &mut sum.unknown };
                 *count += 1;

@@ -4,7 +4,7 @@ use mauve_diagnostics::{
     Finding, Suppression, code_named, is_lowered, is_missing_proof, missing_proof, supported,
 };
 use mauve_hir::{Config, config_of};
-use mauve_projects::analysis_document::{Deployed, Origin, Proved};
+use mauve_projects::analysis_document::{Deployed, Proved};
 use mauve_wcrt::chains::{ChainReport, chains_of};
 use mauve_wcrt::{ActivityReport, Basis, Report};
 
@@ -19,10 +19,8 @@ pub(crate) type Suppressed<'db> = [(Finding<'db>, Suppression)];
 /// the message only. While the project has errors, nothing is proved, and nothing of this applies.
 pub(crate) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
     deployed.iter().any(|it| {
-        let config = match it.origin {
-            Origin::Model(tables) => config_of(it.db, tables.project(it.db).workspace(it.db)),
-            Origin::File { .. } => &Config::default(),
-        };
+        let none = Config::default();
+        let config = it.model().map_or(&none, |(project, _)| config_of(it.db, project.workspace(it.db)));
         let fails = |activity: &ActivityReport<'_>| {
             missing_proof(activity)
                 .is_some_and(|code| !is_lowered(config, code) && it.acceptance(activity).is_none())
@@ -38,14 +36,11 @@ pub(crate) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
 
 /// Returns the chains with a limit, over all levels.
 fn limited<'db>(deployed: &Deployed<'db>) -> Vec<&'db ChainReport<'db>> {
-    let (db, declared) = (deployed.db, deployed.declared);
-    let Origin::Model(tables) = deployed.origin else { return Vec::new() };
-    let project = tables.project(db);
+    let (db, Some((project, of))) = (deployed.db, deployed.model()) else { return Vec::new() };
     if config_of(db, project.workspace(db)).chains.iter().all(|it| it.latency.is_none()) {
         return Vec::new();
     }
-    let of = |of| deployed.reports.iter().map(move |(query, _)| chains_of(db, project, of, *query));
-    let all = declared.into_iter().flat_map(of).flat_map(|chains| &chains.all);
+    let all = deployed.reports.iter().flat_map(|(query, _)| &chains_of(db, project, of, *query).all);
     all.filter(|chain| chain.limit.is_some()).collect()
 }
 

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
+use mauve_diagnostics::grouped;
 use mauve_pwcet::rounded_up;
 use mauve_pwcet::trace::SpanKind;
 use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 
 use super::estimates::{Estimates, Lack, Measured};
-use crate::text::columns;
+use crate::text::{Sheet, number};
 
 /// The lines below the table have at most so many characters, if their words allow that.
 const WIDTH: usize = 80;
@@ -44,15 +45,18 @@ pub(super) fn table(estimates: &Estimates, next: &str) -> String {
         _ => levels.clone(),
     };
     let has_ports = rows.iter().any(|it| it.kind() == SpanKind::Access);
-    let mut header = vec![if has_ports { "codel or port" } else { "codel" }, "n", "greatest"];
-    header.extend(heads.iter().map(String::as_str));
-    if with_budgets {
-        header.push("budget");
+    let mut sheet = Sheet::of(&rows)
+        .column(if has_ports { "codel or port" } else { "codel" }, |it| it.key().to_owned())
+        .column("n", |it| it.measurement.count().to_string())
+        .column("greatest", |it| Time::from_nanos(rounded_up(it.measurement.greatest() as f64)).number());
+    for (&level, head) in estimates.shown.iter().zip(heads) {
+        let is_marked = |it: &Measured| estimates.shown.len() > 1 && it.is_extrapolated(level);
+        sheet = sheet.column(head, |it| number(it.time(level)) + if is_marked(it) { " ~" } else { "" });
     }
-    header.push("");
-    let mut out = heading(estimates, &levels);
-    let cells: Vec<Vec<String>> = rows.iter().map(|it| row(estimates, it, with_budgets)).collect();
-    out += &columns(&header, &cells);
+    let sheet = sheet
+        .column_if(with_budgets, "budget", |it| number(it.budget))
+        .column("", |it| verdict(estimates, it));
+    let mut out = heading(estimates, &levels) + &sheet.text();
     if !short.is_empty() {
         let each =
             if short.len() == 1 { "1 port takes".to_owned() } else { format!("{} ports take", short.len()) };
@@ -89,20 +93,6 @@ fn heading(estimates: &Estimates, levels: &[String]) -> String {
     format!("95 % upper bounds in ms from n executions{of}\n\n")
 }
 
-fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> {
-    let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
-    let number = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), Time::number);
-    let mut row = vec![it.key().to_owned(), it.measurement.count().to_string(), greatest.number()];
-    let is_marked = |level| estimates.shown.len() > 1 && it.is_extrapolated(level);
-    let time = |&level: &usize| number(it.time(level)) + if is_marked(level) { " ~" } else { "" };
-    row.extend(estimates.shown.iter().map(time));
-    if with_budgets {
-        row.push(number(it.budget));
-    }
-    row.push(verdict(estimates, it));
-    row
-}
-
 /// Says whether the times of a codel can be used.
 fn verdict(estimates: &Estimates, it: &Measured) -> String {
     if it.is_over_budget {
@@ -126,15 +116,8 @@ fn verdict(estimates: &Estimates, it: &Measured) -> String {
 
 /// Names each kind of warning once, with its codels.
 fn warnings(estimates: &Estimates, rows: &[&Measured]) -> String {
-    let mut kinds: Vec<(&str, Vec<&str>)> = Vec::new();
-    for it in rows {
-        for kind in estimates.kinds(it) {
-            match kinds.iter_mut().find(|(name, _)| *name == kind) {
-                Some((_, names)) => names.push(it.key()),
-                None => kinds.push((kind, vec![it.key()])),
-            }
-        }
-    }
+    let kinds = rows.iter().flat_map(|it| estimates.kinds(it).into_iter().map(|kind| (kind, it.key())));
+    let kinds = grouped(kinds);
     let Some((first, _)) = kinds.first() else { return String::new() };
     let mut out = format!("\nWarnings, each with a page, such as `mauve explain {first}`:\n");
     for (kind, names) in kinds {

@@ -5,16 +5,15 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK, short};
 use mauve_diagnostics::{reasons_of, timing_reason};
-use mauve_hir::{Decl, Project};
 use mauve_ide::{
-    Drawing, DrawnChain, draw_budget, draw_chains, draw_graph, drawn_budget, drawn_chains, explain_response,
-    graph, html_code, html_text,
+    DeploymentAt, Drawing, DrawnChain, draw_budget, draw_chains, draw_graph, drawn_budget, drawn_chains,
+    explain_response, graph, html_code, html_text,
 };
-use mauve_projects::analysis_document::{Deployed, Origin};
+use mauve_projects::analysis_document::Deployed;
 use mauve_timing::{Measured, Status, Time};
 use mauve_wcrt::{
-    ActivityReport, Origin as TimeOrigin, Query, Report, ReportBreakdown, executed_times, file_name,
-    origin_of, record_of, system_of,
+    ActivityReport, Origin as TimeOrigin, Report, ReportBreakdown, executed_times, file_name, origin_of,
+    record_of, system_of,
 };
 
 use super::rows::{ReportRow, list, rows, shown, table};
@@ -32,13 +31,10 @@ const MOST_PARTS: usize = 4;
 
 /// Returns the section of the deployment of this index.
 pub(super) fn section(of: &Deployed<'_>, index: usize) -> String {
-    let (Origin::Model(tables), Some(declared), Some((query, report))) =
-        (&of.origin, of.declared, of.reports.first())
-    else {
+    let Some(((project, declared), (query, report))) = of.model().zip(of.reports.first()) else {
         return String::new();
     };
-    let (project, db) = (tables.project(of.db), of.db);
-    let at = (project, declared, *query);
+    let (db, at) = (of.db, (project, declared, *query));
     let times = mauve_diagnostics::times_of(of.times());
     let mut out = format!(
         "<section id=\"deployment-{index}\">\n<h2>{} <small>at {}, method {}{}</small></h2>\n",
@@ -168,7 +164,7 @@ fn parts(breakdown: &mut ReportBreakdown<'_>, index: usize, activity: &ActivityR
 /// The full explanations of the response times that are not met with slack.
 fn explanations(
     of: &Deployed<'_>,
-    (project, declared, query): (Project<'_>, Decl<'_>, Query),
+    (project, declared, query): DeploymentAt<'_>,
     report: &Report<'_>,
 ) -> String {
     let activities = &system_of(of.db, project, declared).activities;
@@ -193,12 +189,10 @@ fn explanations(
 
 /// Returns the chains whose limits are not kept, or not known to be.
 pub(super) fn late_chains<'db>(of: &Deployed<'db>) -> Vec<DrawnChain<'db>> {
-    let (Origin::Model(tables), Some(declared), Some((query, _))) =
-        (&of.origin, of.declared, of.reports.first())
-    else {
+    let Some(((project, declared), (query, _))) = of.model().zip(of.reports.first()) else {
         return Vec::new();
     };
-    let at = (tables.project(of.db), declared, *query);
+    let at = (project, declared, *query);
     let is_open =
         |it: &DrawnChain<'_>| it.status == HintStatus::Missed || it.limit.is_some() && it.latency.is_none();
     drawn_chains(of.db, at, None, TIGHT_SLACK).all.into_iter().filter(is_open).collect()
@@ -210,7 +204,7 @@ pub(super) fn chain_figure(it: &DrawnChain<'_>) -> String {
 }
 
 /// The chains with a latency or a limit, also as a drawing.
-fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> String {
+fn chains<'db>(of: &Deployed<'db>, at: DeploymentAt<'db>) -> String {
     let mut drawn = drawn_chains(of.db, at, None, TIGHT_SLACK);
     let (known, unknown): (Vec<_>, Vec<_>) =
         std::mem::take(&mut drawn.all).into_iter().partition(|it| it.latency.is_some() || it.limit.is_some());
@@ -244,7 +238,7 @@ fn chains<'db>(of: &Deployed<'db>, at: (Project<'db>, Decl<'db>, Query)) -> Stri
 /// The execution times with their evidence.
 fn execution_times<'db>(
     of: &Deployed<'db>,
-    (project, declared, query): (Project<'db>, Decl<'db>, Query),
+    (project, declared, query): DeploymentAt<'db>,
     report: &Report<'db>,
 ) -> String {
     let db = of.db;

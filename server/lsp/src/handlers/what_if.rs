@@ -36,8 +36,8 @@ use crate::to_proto;
 pub(crate) fn what_if(snapshot: &Snapshot, params: &DrawingParams) -> Result<Value> {
     let (project, of, query) = deployment(snapshot, params)?;
     let db = &snapshot.db;
-    let change = what_if_change(db, project, of, query, &params.values).map_err(Error::invalid_params)?;
-    let found = compared(db, project, of, query, &change).map_err(Error::invalid_params)?;
+    let change = what_if_change(db, (project, of, query), &params.values).map_err(Error::invalid_params)?;
+    let found = compared(db, (project, of, query), &change).map_err(Error::invalid_params)?;
     let with_slack = |it: Figures| it.with_tight_slack(snapshot.settings.hints.tight_slack);
     let kept = params.before.as_ref().map(|text| serde_json::from_str::<Figures>(text)).transpose();
     let kept =

@@ -3,15 +3,13 @@
 use std::fmt::Write as _;
 
 use mauve_timing::{LEAST_WORK, Priority};
-use mauve_wcrt::observed::{
-    EdgeCount, ExpectedChain, ExpectedInstance, IMPROBABLE, ObservedChain, ObservedInstance, ObservedTime,
-};
+use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
 use super::super::import::messages::{cut, work_elsewhere};
 use super::super::import::shown_key;
 use super::checked::Checked;
 use super::findings::{message, number};
-use crate::text::{counted, duration, table};
+use crate::text::{Sheet, counted, duration};
 
 /// The names in a list of what was not observed.
 const MOST_NAMES: usize = 8;
@@ -23,60 +21,45 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     let _ = writeln!(out, "{}: a recording{length} beside the model at {}, times in ms", it.name, it.level);
     let ms = |time: Option<u64>| time.map_or_else(none, milliseconds);
     let rows: Vec<Row<'_>> = rows(it).collect();
-    out += &table(
-        &rows,
-        &[
-            ("instance", &|(_, model, _)| model.instance.clone()),
-            ("periods", &|(.., seen)| seen.periods.to_string()),
-            ("every", &|(.., seen)| ms(seen.interval)),
-            ("period", &|(_, model, _)| ms(model.period)),
-            ("response", &|(.., seen)| ms(seen.response.map(|it| it.time))),
-            ("bound", &|(_, model, _)| ms(model.response)),
-            ("of bound", &of_bound),
-            ("jitter", &|(.., seen)| ms(seen.jitter)),
-            ("execution", &|(.., seen)| ms(seen.execution.map(|it| it.time))),
-            ("greatest", &|(_, model, _)| ms(model.own)),
-            ("", &|row| verdict(it, row)),
-        ],
-    );
+    out += &Sheet::of(&rows)
+        .column("instance", |(_, model, _)| model.instance.clone())
+        .column("periods", |(.., seen)| seen.periods.to_string())
+        .column("every", |(.., seen)| ms(seen.interval))
+        .column("period", |(_, model, _)| ms(model.period))
+        .column("response", |(.., seen)| ms(seen.response.map(|it| it.time)))
+        .column("bound", |(_, model, _)| ms(model.response))
+        .column("of bound", |(_, model, seen)| share(seen.response.map(|it| it.time), model.response))
+        .column("jitter", |(.., seen)| ms(seen.jitter))
+        .column("execution", |(.., seen)| ms(seen.execution.map(|it| it.time)))
+        .column("greatest", |(_, model, _)| ms(model.own))
+        .column("", |row| verdict(it, row))
+        .text();
     out += "  every, response, jitter, execution: observed; period, bound and the greatest execution of a period: model\n";
     out.push('\n');
     // What no table has is compared with nothing.
     let compared = |of: &ObservedTime, cell: String| of.time.map_or_else(none, |_| cell);
     if !it.observed.times.is_empty() {
-        out += &table(
-            &it.observed.times,
-            &[
-                ("codel or program", &|of| shown_key(&of.key)),
-                ("executions", &|of| of.executions.to_string()),
-                ("above", &|of| compared(of, of.exceeded.to_string())),
-                ("expected", &|of| compared(of, number(of.executions as f64 * it.expected.level))),
-                ("longest", &|of| ms(of.greatest.map(|it| it.time))),
-                ("time", &|of| ms(of.time)),
-                ("", &verdict_of_time),
-            ],
-        );
+        out += &Sheet::of(&it.observed.times)
+            .column("codel or program", |of| shown_key(&of.key))
+            .column("executions", |of| of.executions.to_string())
+            .column("above", |of| compared(of, of.exceeded.to_string()))
+            .column("expected", |of| compared(of, number(of.executions as f64 * it.expected.level)))
+            .column("longest", |of| ms(of.greatest.map(|it| it.time)))
+            .column("time", |of| ms(of.time))
+            .column("", verdict_of_time)
+            .text();
         out.push('\n');
     }
     let chains: Vec<_> = it.expected.chains.iter().zip(&it.observed.chains).collect();
     if !chains.is_empty() {
-        let share = |(model, seen): &(&ExpectedChain, &ObservedChain)| {
-            share_of(seen.greatest.map(|it| it.time), model.bound)
-        };
-        let at = |(_, seen): &(&ExpectedChain, &ObservedChain)| {
-            ms(seen.greatest.and_then(|it| it.at).map(|at| it.since_begin(at)))
-        };
-        out += &table(
-            &chains,
-            &[
-                ("chain", &|(model, _)| model.name.clone()),
-                ("latency", &|(_, seen)| ms(seen.greatest.map(|it| it.time))),
-                ("bound", &|(model, _)| ms(model.bound)),
-                ("of bound", &share),
-                ("limit", &|(model, _)| ms(model.limit)),
-                ("at", &at),
-            ],
-        );
+        out += &Sheet::of(&chains)
+            .column("chain", |(model, _)| model.name.clone())
+            .column("latency", |(_, seen)| ms(seen.greatest.map(|it| it.time)))
+            .column("bound", |(model, _)| ms(model.bound))
+            .column("of bound", |(model, seen)| share(seen.greatest.map(|it| it.time), model.bound))
+            .column("limit", |(model, _)| ms(model.limit))
+            .column("at", |(_, seen)| ms(seen.greatest.and_then(|at| Some(it.since_begin(at.at?)))))
+            .text();
         out += "  latency: observed, the greatest time from a change to its effect, at least; at: its end, since the begin\n\n";
     }
     for finding in &it.observed.findings {
@@ -114,11 +97,7 @@ fn none() -> String {
     "—".to_owned()
 }
 
-fn of_bound((_, model, seen): &Row<'_>) -> String {
-    share_of(seen.response.map(|it| it.time), model.response)
-}
-
-fn share_of(observed: Option<u64>, bound: Option<u64>) -> String {
+fn share(observed: Option<u64>, bound: Option<u64>) -> String {
     let ratio = observed.zip(bound.filter(|bound| *bound > 0));
     ratio.map_or_else(none, |(observed, bound)| format!("{:.1} %", 100.0 * observed as f64 / bound as f64))
 }

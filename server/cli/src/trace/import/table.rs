@@ -6,7 +6,7 @@ use std::path::Path;
 use mauve_pwcet::samples::Run;
 use mauve_pwcet::trace::{SpanKind, Summary, lock_of, port_of};
 
-use crate::text::{Column, counted, duration, table};
+use crate::text::{Sheet, counted, duration};
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,17 +72,19 @@ impl Imported {
         let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
         let listed: Vec<&&Series> = listed.collect();
         let kinds = if with_programs { "codel, port or program" } else { "codel or port" };
-        let of_columns: [Column<'_, &&Series>; 6] = [
-            (kinds, &|it| shown_key(&it.name.0)),
-            ("instance", &|it| if it.name.1.is_empty() { "—".to_owned() } else { it.name.1.clone() }),
-            ("executions", &|it| it.count.to_string()),
-            ("least", &|it| duration(it.least)),
-            ("mean", &|it| duration(it.mean())),
-            ("greatest", &|it| duration(it.greatest)),
-        ];
+        let sheet = Sheet::of(&listed)
+            .column(kinds, |it| shown_key(&it.name.0))
+            .column(
+                "instance",
+                |it| if it.name.1.is_empty() { "—".to_owned() } else { it.name.1.clone() },
+            )
+            .column("executions", |it| it.count.to_string())
+            .column("least", |it| duration(it.least))
+            .column("mean", |it| duration(it.mean()))
+            .column("greatest", |it| duration(it.greatest));
         let count: u64 = self.series.values().map(|it| it.count).sum();
         let all: u64 = runs.iter().map(|run| run.executions).sum();
-        let mut out = if listed.is_empty() { String::new() } else { table(&listed, &of_columns) };
+        let mut out = if listed.is_empty() { String::new() } else { sheet.text() };
         if !with_programs && !programs.is_empty() {
             let of_programs = programs.iter().map(|it| it.count).sum();
             let series = counted(programs.len(), "program");
