@@ -17,7 +17,8 @@ use crate::drawing::{Drawing, dot_head, dot_text, drawn_name, too_large};
 use crate::graph::{Graph, GraphEdge, GraphNode};
 use crate::lanes::{NetEnd, draw_lanes, lanes_of};
 use crate::layout::{
-    Area, BoxSide, BoxSize, Diagram, LineEnds, PlacedBox, PlacedLine, Placement, PortSlot, Spacing, place,
+    Area, BoxSide, BoxSize, CELLS, Diagram, LineEnds, PIXELS, PlacedBox, PlacedLine, Placement, PortSlot,
+    Spacing, place,
 };
 use crate::svg::{Anchor, Attributes, Svg, fitted, number, path_through, text_width};
 use crate::text_canvas::{TextCanvas, cells, padded};
@@ -161,17 +162,6 @@ fn diagram(
     (Diagram { boxes: boxes.collect(), lines }, ports)
 }
 
-const PIXELS: Spacing = Spacing {
-    boxes: 26.0,
-    lines: 12.0,
-    turns: 9.0,
-    ends: 18.0,
-    label: 4.0,
-    margin: 24.0,
-    top: TITLE,
-    line: 0.0,
-};
-
 /// The width of the part of a box with figures: it does not depend on them, so that a drawing keeps its shape while times change.
 const FIGURES: f64 = 168.0;
 /// The width of a utilisation.
@@ -206,9 +196,6 @@ fn svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     }
     Some(svg.document(size, (PIXELS.margin, 30.0), &graph.title))
 }
-
-/// The height of the title.
-const TITLE: f64 = 28.0;
 
 fn title_width(graph: &Graph<'_>) -> f64 {
     text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin
@@ -260,7 +247,7 @@ fn narrow_svg(graph: &Graph<'_>, interrupt: &dyn Fn()) -> Option<String> {
     let mut boxes = vec![PlacedBox::default(); graph.nodes.len()];
     let mut ports = vec![Vec::new(); graph.nodes.len()];
     let (mut nets, mut places) = (BTreeMap::<_, Vec<NetEnd>>::new(), FxHashMap::default());
-    let mut below = TITLE + NARROW.margin;
+    let mut below = PIXELS.top + NARROW.margin;
     for (instance, ends) in &rows {
         let count = (ends.len() + 1) as f64;
         let height = (NARROW.ends * count).max(27.0);
@@ -315,7 +302,7 @@ fn svg_group(svg: &mut Svg, (graph, index, node): DrawnInstance<'_, '_>, area: A
     let title = format!("{}: {}{}", node.instance, node.component, figures.unwrap_or_default());
     let data: Attributes<'_> = &[("data-instance", &index), ("data-place", &node.place)];
     svg.group(&format!("box {}{lit}", status_of(node)), data, &title);
-    svg.round_rect("frame", area.into(), 7);
+    svg.rect_with("frame", area.into(), &[("rx", &7)], "");
 }
 
 /// The verdict of a box, with a bar of the response time as a part of the deadline: from a position on, in a width.
@@ -330,7 +317,7 @@ fn svg_verdict(svg: &mut Svg, node: &GraphNode<'_>, (left, y): (f64, f64), width
     {
         let part = (response / deadline.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         for (class, part) in [("track", 1.0), ("filled", part)] {
-            svg.round_rect(class, [left, y + 7.0, width * part, 4.0], 2);
+            svg.rect_with(class, [left, y + 7.0, width * part, 4.0], &[("rx", &2)], "");
         }
     }
 }
@@ -366,9 +353,6 @@ fn svg_box(svg: &mut Svg, instance: DrawnInstance<'_, '_>, placed: &PlacedBox, p
     }
     svg.end();
 }
-
-const CELLS: Spacing =
-    Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, top: 0.0, line: 1.0 };
 
 fn text(graph: &Graph<'_>, columns: Option<usize>, interrupt: &dyn Fn()) -> Option<String> {
     let rows_of = |node: &GraphNode<'_>| -> Vec<String> {

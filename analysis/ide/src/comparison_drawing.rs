@@ -171,7 +171,7 @@ fn svg_row(svg: &mut Svg, (index, row): (usize, &Compared), mut y: f64) -> f64 {
     }
     svg.group(&format!("box {}", row.status().name()), &[("data-row", &index)], &title);
     // All of the row can be pointed at.
-    svg.round_rect("row", [MARGIN / 2.0, top, WIDTH - MARGIN, y + 7.0 - top], 3);
+    svg.rect_with("row", [MARGIN / 2.0, top, WIDTH - MARGIN, y + 7.0 - top], &[("rx", &3)], "");
     svg.markup(parts.elements().trim_end());
     svg.end();
     y + LINE + 7.0

@@ -256,7 +256,7 @@ fn svg_cpu(svg: &mut Svg, cpu: &DrawnCpu<'_>, y: &mut f64) {
         let column = (index % 2) as f64 * (PLOT / 2.0 + 8.0);
         *y += if column == 0.0 { LINE } else { 0.0 };
         let (x, width) = (MARGIN + column, PLOT / 2.0 - 16.0);
-        svg.round_rect(&format!("cpu{}", index % 8), [x, *y - 10.0, 11.0, 11.0], 2);
+        svg.rect_with(&format!("cpu{}", index % 8), [x, *y - 10.0, 11.0, 11.0], &[("rx", &2)], "");
         // The name comes first where both have no room.
         let of_name = text_width(name, 12.0, false).min(width - 190.0);
         let figure = &fitted(figure, width - of_name - 84.0, 12.0, false);
@@ -274,7 +274,7 @@ fn svg_bar(svg: &mut Svg, shown: &[(String, f64, &str)], cpu: &DrawnCpu<'_>, axi
     let mut rect = |class: &str, start: f64, end: f64, title: &str| {
         let (x, width) = (axis.at(start), axis.at(end) - axis.at(start));
         if width > 0.0 {
-            svg.titled_rect(class, [x, y, width, BAR], title);
+            svg.rect_with(class, [x, y, width, BAR], &[], title);
         }
     };
     rect("track", 0.0, cpu.limit, "");

@@ -246,20 +246,14 @@ impl<'a, 'db> Chart<'a, 'db> {
         let column = |time: Time| (u128::from(time.as_nanos()) * plot as u128 / u128::from(end)) as usize;
         let mut out = in_columns(&format!("{title}; times in ms"), columns, "  ") + "\n";
         // The marks of the axis, where they do not touch.
-        let mut axis = vec![' '; left + plot + 12];
-        let mut free = 0;
+        let mut axis = String::new();
         for time in marks(&times_until(self.schedule.end, (0.0, 1.0)), self.schedule.end) {
             let start = left + column(time);
-            if start >= free {
-                let label = format!("│{}", time.number());
-                free = start + label.chars().count() + 1;
-                for (cell, letter) in axis.iter_mut().skip(start).zip(label.chars()) {
-                    *cell = letter;
-                }
+            if start > cells(&axis) as usize {
+                axis = format!("{}│{}", padded(&axis, start), time.number());
             }
         }
-        out += axis.iter().collect::<String>().trim_end();
-        out.push('\n');
+        let _ = writeln!(out, "{axis}");
         for lanes in self.groups() {
             let _ = writeln!(out, "{}", self.deployment.hosts.names(lanes[0].cpus));
             for lane in lanes {

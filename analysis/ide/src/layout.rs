@@ -84,6 +84,22 @@ pub(crate) struct Spacing {
     pub(crate) line: f64,
 }
 
+/// The distances of drawings in pixels, below a title.
+pub(crate) const PIXELS: Spacing = Spacing {
+    boxes: 26.0,
+    lines: 12.0,
+    turns: 9.0,
+    ends: 18.0,
+    label: 4.0,
+    margin: 24.0,
+    top: 28.0,
+    line: 0.0,
+};
+
+/// The distances of drawings in characters.
+pub(crate) const CELLS: Spacing =
+    Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, top: 0.0, line: 1.0 };
+
 /// A diagram with positions. No position is negative.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Placement {

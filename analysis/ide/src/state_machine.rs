@@ -11,7 +11,7 @@ use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::TableSet;
 
 use crate::drawing::{Drawing, dot_head, dot_text, drawn_name, too_large};
-use crate::layout::{Area, BoxSize, Diagram, LineEnds, Placement, Spacing, place};
+use crate::layout::{Area, BoxSize, CELLS, Diagram, LineEnds, PIXELS, Placement, Spacing, place};
 use crate::machine_view::{MachineEdge, MachineView};
 use crate::svg::{Anchor, Attributes, Svg, path_through, text_width, tip_of};
 use crate::text_canvas::{TextCanvas, cells, padded};
@@ -217,16 +217,7 @@ impl DrawnMachine {
             let widths = arrow.edges.iter().map(|edge| text_width(&edge.widest, 12.0, true));
             (widths.fold(0.0, f64::max).ceil(), arrow.edges.len() as f64 * ROW)
         };
-        let spacing = Spacing {
-            boxes: 30.0,
-            lines: 14.0,
-            turns: 10.0,
-            ends: 18.0,
-            label: 3.0,
-            margin: 24.0,
-            top: 28.0,
-            line: 0.0,
-        };
+        let spacing = Spacing { boxes: 30.0, lines: 14.0, turns: 10.0, label: 3.0, ..PIXELS };
         let placement = self.place(spacing, 14.0, size, label, interrupt)?;
         let mut svg = Svg::default();
         for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
@@ -251,7 +242,7 @@ impl DrawnMachine {
             let worst = if state.is_worst { " worst" } else { "" };
             let data: Attributes<'_> = &[("data-state", &index), ("data-place", &state.place)];
             svg.group(&format!("box{initial}{worst}"), data, &format!("{}{said}", state.name));
-            svg.round_rect("frame", placed.area.into(), 12);
+            svg.rect_with("frame", placed.area.into(), &[("rx", &12)], "");
             let at = (x + width / 2.0, y + height / 2.0 + 4.5);
             svg.text("name", at, Anchor::Middle, &state.name);
             svg.end();
@@ -267,16 +258,7 @@ impl DrawnMachine {
             let widths = arrow.edges.iter().map(|edge| cells(&edge.label));
             (widths.fold(0.0, f64::max) + 2.0, arrow.edges.len() as f64)
         };
-        let spacing = Spacing {
-            boxes: 1.0,
-            lines: 1.0,
-            turns: 2.0,
-            ends: 2.0,
-            label: 0.0,
-            margin: 0.0,
-            top: 0.0,
-            line: 1.0,
-        };
+        let spacing = Spacing { ends: 2.0, ..CELLS };
         let placement = self.place(spacing, 1.0, size, label, interrupt)?;
         if columns.is_some_and(|columns| placement.width > columns as f64) {
             return Some(format!("{}\n\n{}\n{}\n", self.title, self.list(), self.legend()));

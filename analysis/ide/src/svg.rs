@@ -87,20 +87,14 @@ impl Svg {
 
     /// Draws a rectangle: its left, top, width and height.
     pub(crate) fn rect(&mut self, class: &str, area: [f64; 4]) {
-        self.titled_rect(class, area, "");
+        self.rect_with(class, area, &[], "");
     }
 
-    pub(crate) fn titled_rect(&mut self, class: &str, area: [f64; 4], title: &str) {
+    /// Draws a rectangle with further attributes, and what a tooltip says, if anything.
+    pub(crate) fn rect_with(&mut self, class: &str, area: [f64; 4], further: Attributes<'_>, title: &str) {
         let [x, y, width, height] = area.map(number);
-        self.shape("rect", class, &[("x", &x), ("y", &y), ("width", &width), ("height", &height)], title);
-    }
-
-    /// Draws a rectangle with corners of this radius.
-    pub(crate) fn round_rect(&mut self, class: &str, area: [f64; 4], radius: u32) {
-        let [x, y, width, height] = area.map(number);
-        let attributes: Attributes<'_> =
-            &[("x", &x), ("y", &y), ("width", &width), ("height", &height), ("rx", &radius)];
-        self.shape("rect", class, attributes, "");
+        let area: Attributes<'_> = &[("x", &x), ("y", &y), ("width", &width), ("height", &height)];
+        self.shape("rect", class, &[area, further].concat(), title);
     }
 
     pub(crate) fn circle(&mut self, class: &str, (x, y): (f64, f64), radius: f64) {

@@ -42,7 +42,7 @@ pub(super) struct ReportPlot {
     title: String,
     pub(super) svg: Svg,
     /// The mark of each entry, as SVG of 28 × 14, and its text.
-    legend: Vec<(&'static str, String)>,
+    legend: Vec<(String, String)>,
 }
 
 impl ReportPlot {
@@ -87,13 +87,13 @@ impl ReportPlot {
     }
 
     /// Adds an entry to the legend.
-    pub(super) fn explain(&mut self, mark: &'static str, text: impl Into<String>) {
-        self.legend.push((mark, text.into()));
+    pub(super) fn explain(&mut self, mark: impl Into<String>, text: impl Into<String>) {
+        self.legend.push((mark.into(), text.into()));
     }
 
     /// Returns the plot with its caption, a note in HTML, and its legend.
     pub(super) fn figure(self, class: &str, caption: &str, note: &str) -> String {
-        let entry = |(mark, text): &(&str, String)| {
+        let entry = |(mark, text): &(String, String)| {
             format!(
                 "<li><svg viewBox=\"0 0 28 14\" width=\"28\" height=\"14\" aria-hidden=\"true\">{mark}</svg>{text}</li>"
             )

@@ -342,7 +342,7 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     let title = format!("Estimates and bounds of {} from the first executions", of.name);
     let mut plot = ReportPlot::new(frame, title, used, time_ticks("time", &y, 5.0, &of.unit));
     let mut labels: Vec<(f64, String)> = Vec::new();
-    for ((points, &index), (class, marks)) in all.iter().zip(&shown).zip(SERIES) {
+    for ((points, &index), class) in all.iter().zip(&shown).zip(SERIES) {
         let upper = points.iter().map(|it| (x.at(it.0), y.at(it.2)));
         let point = points.iter().map(|it| (x.at(it.0), y.at(it.1)));
         plot.svg.group(class, &[], "");
@@ -354,7 +354,7 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
         ]);
         plot.svg.end();
         let level = figures::level(order(&index));
-        plot.explain(marks, format!("level {level}: estimate to upper bound"));
+        plot.explain(series_mark(class), format!("level {level}: estimate to upper bound"));
         labels.extend(points.last().map(|it| y.at(it.2)).map(|y| (y, level)));
     }
     if let [(first, _), (second, _)] = labels.as_mut_slice()
@@ -382,16 +382,13 @@ fn usual_and_strictest(count: usize, level: impl Fn(&usize) -> f64) -> Option<Ve
     Some([usual].into_iter().chain(Some(strictest).filter(|it| *it != usual)).collect())
 }
 
-/// The class of each level in the plot of the convergence, and its entry in the legend.
-const SERIES: [(&str, &str); 2] = [
-    (
-        "first",
-        "<g class=\"first\"><path class=\"between\" d=\"M2 2h24v10h-24z\"/><path class=\"upper\" d=\"M2 2h24\"/>\
-         <path class=\"point\" d=\"M2 12h24\"/></g>",
-    ),
-    (
-        "second",
-        "<g class=\"second\"><path class=\"between\" d=\"M2 2h24v10h-24z\"/><path class=\"upper\" d=\"M2 2h24\"/>\
-         <path class=\"point\" d=\"M2 12h24\"/></g>",
-    ),
-];
+/// The class of each level in the plot of the convergence.
+const SERIES: [&str; 2] = ["first", "second"];
+
+/// Returns the entry of a level in the legend.
+fn series_mark(class: &str) -> String {
+    format!(
+        "<g class=\"{class}\"><path class=\"between\" d=\"M2 2h24v10h-24z\"/><path class=\"upper\" d=\"M2 2h24\"/>\
+         <path class=\"point\" d=\"M2 12h24\"/></g>"
+    )
+}
