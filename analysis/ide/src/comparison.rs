@@ -300,7 +300,7 @@ impl Comparison {
         let row = |(before, after)| Compared { before, after, is_tolerated: false };
         let name = |it: &Figure| Some(vec![it.name.clone()]);
         let component = |it: &Figure| it.fields.first().map(|it| vec![it.clone()]);
-        let by_fields: [Pass<'_, Figure>; 3] =
+        let by_fields: [PairingPass<'_, Figure>; 3] =
             [(false, &name), (true, &|it| Some(it.fields.clone())), (true, &component)];
         let activities: Vec<Compared> =
             paired(figures(|it| &it.activities), &by_fields).into_iter().map(row).collect();
@@ -315,7 +315,7 @@ impl Comparison {
                 it.way.iter().take(most).flat_map(|[instance, end]| [new_name(instance), end.clone()]);
             Some(parts.collect::<Vec<_>>()).filter(|it| !it.is_empty())
         };
-        let by_way: [Pass<'_, Figure>; 3] =
+        let by_way: [PairingPass<'_, Figure>; 3] =
             [(false, &name), (true, &|it| way(it, usize::MAX)), (true, &|it| way(it, 2))];
         let chains = paired(figures(|it| &it.chains), &by_way).into_iter().map(row).collect();
         Comparison { before, after, activities, chains, unread: Vec::new() }
@@ -325,7 +325,7 @@ impl Comparison {
     /// moved; at last the only one that is left on each side, if they have an activity in common. The others are new or gone.
     pub fn of_all(before: Vec<Figures>, after: Vec<Figures>) -> Vec<Comparison> {
         let project = |it: &Figures| Some(vec![it.root.display().to_string(), it.deployment.clone()]);
-        let passes: [Pass<'_, Figures>; 3] = [
+        let passes: [PairingPass<'_, Figures>; 3] = [
             (false, &project),
             (false, &|it| Some(vec![it.deployment.clone()])),
             (true, &|_| Some(Vec::new())),
@@ -581,11 +581,11 @@ impl Compared {
 type Pair<T> = (Option<T>, Option<T>);
 
 /// Whether only the lone ones of a key are paired, and the key, if there is one.
-type Pass<'a, T> = (bool, &'a dyn Fn(&T) -> Option<Vec<String>>);
+type PairingPass<'a, T> = (bool, &'a dyn Fn(&T) -> Option<Vec<String>>);
 
 /// Pairs those of two states that have one key, in their order: those that are left after each pass by the next one. Returns the new
 /// ones in their order, then those that are gone.
-fn paired<T>([old, new]: [Vec<T>; 2], passes: &[Pass<'_, T>]) -> Vec<Pair<T>> {
+fn paired<T>([old, new]: [Vec<T>; 2], passes: &[PairingPass<'_, T>]) -> Vec<Pair<T>> {
     let mut old: Vec<Option<T>> = old.into_iter().map(Some).collect();
     let mut pairs: Vec<Pair<T>> = new.into_iter().map(|it| (None, Some(it))).collect();
     for (is_lone, key) in passes {

@@ -19,25 +19,25 @@ use crate::markdown::{self, Links};
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Doc<'db> {
-    pub(crate) blocks: Vec<Block<'db>>,
+    pub(crate) blocks: Vec<DocBlock<'db>>,
 }
 
 /// A part of a document.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Block<'db> {
-    Line(Line<'db>),
-    List(Vec<Line<'db>>),
-    Table(Table<'db>),
+pub(crate) enum DocBlock<'db> {
+    Line(DocLine<'db>),
+    List(Vec<DocLine<'db>>),
+    Table(DocTable<'db>),
     /// What follows is less important.
     Rule,
 }
 
 /// Texts beside each other.
-pub(crate) type Line<'db> = Vec<Span<'db>>;
+pub(crate) type DocLine<'db> = Vec<DocSpan<'db>>;
 
 /// A part of a line.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Span<'db> {
+pub(crate) enum DocSpan<'db> {
     /// Words, with names in backquotes.
     Words(String),
     Strong(String),
@@ -50,9 +50,9 @@ pub(crate) enum Span<'db> {
 
 /// A table. Its heads may be empty.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Table<'db> {
+pub(crate) struct DocTable<'db> {
     pub(crate) columns: &'static [(&'static str, Align)],
-    pub(crate) rows: Vec<Vec<Line<'db>>>,
+    pub(crate) rows: Vec<Vec<DocLine<'db>>>,
 }
 
 /// Where the cells of a column stand in it.
@@ -64,45 +64,45 @@ pub(crate) enum Align {
 }
 
 /// Returns a line of words.
-pub(crate) fn words<'db>(text: impl Into<String>) -> Line<'db> {
-    vec![Span::Words(text.into())]
+pub(crate) fn words<'db>(text: impl Into<String>) -> DocLine<'db> {
+    vec![DocSpan::Words(text.into())]
 }
 
 impl<'db> Doc<'db> {
     /// Adds a list, unless it is empty.
-    pub(crate) fn list(&mut self, lines: impl IntoIterator<Item = Line<'db>>) {
-        let lines: Vec<Line<'db>> = lines.into_iter().collect();
+    pub(crate) fn list(&mut self, lines: impl IntoIterator<Item = DocLine<'db>>) {
+        let lines: Vec<DocLine<'db>> = lines.into_iter().collect();
         if !lines.is_empty() {
-            self.blocks.push(Block::List(lines));
+            self.blocks.push(DocBlock::List(lines));
         }
     }
 
     /// Returns the document in Markdown; `links` has the addresses of declarations.
     pub fn markdown(&self, db: &dyn ModelDb, links: Links<'_>) -> String {
-        let line = |line: &Line<'db>| line.iter().map(|span| span.markdown(db, links)).collect::<String>();
-        let block = |block: &Block<'db>| match block {
-            Block::Line(of) => line(of) + "\n",
-            Block::List(lines) => lines.iter().map(|of| format!("- {}\n", line(of))).collect(),
-            Block::Table(table) => table.markdown(&line),
-            Block::Rule => "---\n".to_owned(),
+        let line = |line: &DocLine<'db>| line.iter().map(|span| span.markdown(db, links)).collect::<String>();
+        let block = |block: &DocBlock<'db>| match block {
+            DocBlock::Line(of) => line(of) + "\n",
+            DocBlock::List(lines) => lines.iter().map(|of| format!("- {}\n", line(of))).collect(),
+            DocBlock::Table(table) => table.markdown(&line),
+            DocBlock::Rule => "---\n".to_owned(),
         };
         self.blocks.iter().map(block).collect::<Vec<_>>().join("\n")
     }
 
     /// Returns the document as text. A rule is the blank line that is between all blocks.
     pub fn text(&self) -> String {
-        let block = |block: &Block<'db>| match block {
-            Block::Line(of) => Some(text(of) + "\n"),
-            Block::List(lines) => Some(lines.iter().map(|of| format!("- {}\n", text(of))).collect()),
-            Block::Table(table) => Some(table.text()),
-            Block::Rule => None,
+        let block = |block: &DocBlock<'db>| match block {
+            DocBlock::Line(of) => Some(text(of) + "\n"),
+            DocBlock::List(lines) => Some(lines.iter().map(|of| format!("- {}\n", text(of))).collect()),
+            DocBlock::Table(table) => Some(table.text()),
+            DocBlock::Rule => None,
         };
         self.blocks.iter().filter_map(block).collect::<Vec<_>>().join("\n")
     }
 
     /// Returns the document in HTML.
     pub fn html(&self) -> String {
-        let line = |line: &Line<'_>| line.iter().map(Span::html).collect::<String>();
+        let line = |line: &DocLine<'_>| line.iter().map(DocSpan::html).collect::<String>();
         let cells = |name: &str, columns: &[(&str, Align)], cells: Vec<String>| {
             let cell = |(cell, (_, align)): (String, &(&str, Align))| {
                 let class = if *align == Align::Left { "" } else { " class=\"number\"" };
@@ -110,25 +110,25 @@ impl<'db> Doc<'db> {
             };
             format!("<tr>{}</tr>\n", cells.into_iter().zip(columns).map(cell).collect::<String>())
         };
-        let block = |block: &Block<'db>| match block {
-            Block::Line(of) => format!("<p>{}</p>\n", line(of)),
-            Block::List(lines) => {
+        let block = |block: &DocBlock<'db>| match block {
+            DocBlock::Line(of) => format!("<p>{}</p>\n", line(of)),
+            DocBlock::List(lines) => {
                 let lines: String = lines.iter().map(|of| format!("<li>{}</li>\n", line(of))).collect();
                 format!("<ul>\n{lines}</ul>\n")
             }
-            Block::Table(Table { columns, rows }) => {
+            DocBlock::Table(DocTable { columns, rows }) => {
                 let heads = cells("th", columns, columns.iter().map(|(head, _)| html::text(head)).collect());
                 let rows = rows.iter().map(|row| cells("td", columns, row.iter().map(line).collect()));
                 let rows: String = rows.collect();
                 format!("<table>\n<thead>{heads}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
             }
-            Block::Rule => String::new(),
+            DocBlock::Rule => String::new(),
         };
         self.blocks.iter().map(block).collect()
     }
 }
 
-impl<'db> Table<'db> {
+impl<'db> DocTable<'db> {
     /// Returns the width of each column, in letters.
     fn widths(&self) -> Vec<usize> {
         let letters = |text: &str| text.chars().count();
@@ -140,7 +140,7 @@ impl<'db> Table<'db> {
     }
 
     /// Returns the table in Markdown, with columns of one width: most editors in terminals show its text, without its signs.
-    fn markdown(&self, line: &impl Fn(&Line<'db>) -> String) -> String {
+    fn markdown(&self, line: &impl Fn(&DocLine<'db>) -> String) -> String {
         // The line below the heads has at least three signs in a column.
         let widths: Vec<usize> = self.widths().into_iter().map(|width| width.max(3)).collect();
         let row = |cells: &mut dyn Iterator<Item = (String, usize)>| {
@@ -181,36 +181,38 @@ impl<'db> Table<'db> {
 }
 
 /// Returns the text of a line.
-fn text(line: &Line<'_>) -> String {
-    line.iter().map(Span::text).collect()
+fn text(line: &DocLine<'_>) -> String {
+    line.iter().map(DocSpan::text).collect()
 }
 
-impl Span<'_> {
+impl DocSpan<'_> {
     fn markdown(&self, db: &dyn ModelDb, links: Links<'_>) -> String {
         match self {
-            Span::Words(text) => markdown::words(text),
-            Span::Strong(text) => format!("**{}**", markdown::words(text)),
-            Span::Code(text) => markdown::code(text),
-            Span::Name(name, at) => markdown::link(db, links, name, at.as_ref()),
-            Span::Bar(share) => markdown::bar(*share),
+            DocSpan::Words(text) => markdown::words(text),
+            DocSpan::Strong(text) => format!("**{}**", markdown::words(text)),
+            DocSpan::Code(text) => markdown::code(text),
+            DocSpan::Name(name, at) => markdown::link(db, links, name, at.as_ref()),
+            DocSpan::Bar(share) => markdown::bar(*share),
         }
     }
 
     fn text(&self) -> String {
         match self {
-            Span::Words(text) | Span::Strong(text) | Span::Code(text) => text.replace(['\n', '\r'], " "),
-            Span::Name(name, _) => name.to_string(),
-            Span::Bar(share) => markdown::bar(*share),
+            DocSpan::Words(text) | DocSpan::Strong(text) | DocSpan::Code(text) => {
+                text.replace(['\n', '\r'], " ")
+            }
+            DocSpan::Name(name, _) => name.to_string(),
+            DocSpan::Bar(share) => markdown::bar(*share),
         }
     }
 
     fn html(&self) -> String {
         match self {
-            Span::Words(text) => html::words(text),
-            Span::Strong(text) => format!("<b>{}</b>", html::words(text)),
-            Span::Code(text) => html::code(text),
-            Span::Name(name, _) => html::code(name),
-            Span::Bar(share) => markdown::bar(*share),
+            DocSpan::Words(text) => html::words(text),
+            DocSpan::Strong(text) => format!("<b>{}</b>", html::words(text)),
+            DocSpan::Code(text) => html::code(text),
+            DocSpan::Name(name, _) => html::code(name),
+            DocSpan::Bar(share) => markdown::bar(*share),
         }
     }
 }
@@ -227,18 +229,26 @@ mod tests {
 
     fn doc() -> Doc<'static> {
         let row = |name: &str, priority: &str, time: &str, share: f64| {
-            vec![vec![Span::Name(name.into(), None)], words(priority), words(time), vec![Span::Bar(share)]]
+            vec![
+                vec![DocSpan::Name(name.into(), None)],
+                words(priority),
+                words(time),
+                vec![DocSpan::Bar(share)],
+            ]
         };
         let rows = vec![row("a|b", "9", "43 ms", 0.81), row("<c>", "10", "10 ms", 0.19)];
         Doc {
             blocks: vec![
-                Block::Line(vec![
-                    Span::Strong("✓ 53 ms".into()),
-                    Span::Words(", no time for `x_y` <b>".into()),
+                DocBlock::Line(vec![
+                    DocSpan::Strong("✓ 53 ms".into()),
+                    DocSpan::Words(", no time for `x_y` <b>".into()),
                 ]),
-                Block::Table(Table { columns: COLUMNS, rows }),
-                Block::Rule,
-                Block::List(vec![words("one"), vec![Span::Words("of ".into()), Span::Code("A & B".into())]]),
+                DocBlock::Table(DocTable { columns: COLUMNS, rows }),
+                DocBlock::Rule,
+                DocBlock::List(vec![
+                    words("one"),
+                    vec![DocSpan::Words("of ".into()), DocSpan::Code("A & B".into())],
+                ]),
             ],
         }
     }

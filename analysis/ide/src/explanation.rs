@@ -17,7 +17,7 @@ use mauve_wcrt::{
 };
 use rustc_hash::FxHashSet;
 
-use crate::doc::{Doc, Line, Span};
+use crate::doc::{Doc, DocLine, DocSpan};
 use crate::occurrences::grouped;
 
 const SHOWN_PERIODS: usize = 12;
@@ -40,7 +40,8 @@ pub fn explain_response<'db>(
     };
     let config = config_of(db, tables.project(db).workspace(db));
     let throttling = config.rt_throttling;
-    let origin = Origin { throttling, clocks: &|number| config.clock_name(number), psm, worst_path: &path };
+    let origin =
+        ExplanationOrigin { throttling, clocks: &|number| config.clock_name(number), psm, worst_path: &path };
     Some(Explanation::new(db, report, activity, query, &origin)?.document(most))
 }
 
@@ -55,11 +56,12 @@ pub fn explain_response_of<'db>(
 ) -> Option<Doc<'db>> {
     let psm = set.task.get(activity).and_then(|task| psm_at(set, task, query.level));
     let throttling = set.rt_throttling;
-    let origin = Origin { throttling, clocks: &|_| None, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
+    let origin =
+        ExplanationOrigin { throttling, clocks: &|_| None, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     Some(Explanation::new(db, report, activity, query, &origin)?.document(most))
 }
 
-struct Origin<'a> {
+struct ExplanationOrigin<'a> {
     /// Whether real-time throttling is on, if `mauve.toml` says so.
     throttling: Option<bool>,
     /// The names of clocks, by number.
@@ -77,13 +79,13 @@ struct Explanation<'a, 'db> {
     index: usize,
     activity: &'a ActivityReport<'db>,
     query: Query,
-    origin: &'a Origin<'a>,
+    origin: &'a ExplanationOrigin<'a>,
     own: Option<OwnTime>,
 }
 
 /// A row of a table: an activity or other work on the platform.
 #[derive(Clone, Default)]
-struct Row<'db> {
+struct Summand<'db> {
     name: Name,
     /// The location of an activity.
     at: Option<Location<'db>>,
@@ -106,7 +108,7 @@ struct Sum<'db> {
     /// The parts of `own`: a call or an overhead is in each job.
     overhead: Time,
     calls: Vec<CallsReport>,
-    interference: Vec<Row<'db>>,
+    interference: Vec<Summand<'db>>,
     /// What of it is not waited for, as several CPUs execute it at once.
     at_once: Time,
     /// The time for which lower priorities hold locks.
@@ -127,7 +129,7 @@ struct OwnTime {
     /// The states and the transition of the period.
     period: String,
     /// A line for each program with the codels that it calls.
-    programs: Vec<Line<'static>>,
+    programs: Vec<DocLine<'static>>,
     overhead: Time,
     /// What is in no program, each with what it is.
     others: Vec<(Time, &'static str)>,
@@ -139,7 +141,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         report: &'a Report<'db>,
         index: usize,
         query: Query,
-        origin: &'a Origin<'a>,
+        origin: &'a ExplanationOrigin<'a>,
     ) -> Option<Self> {
         let activity = report.activities.get(index)?;
         let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin));
@@ -186,8 +188,8 @@ impl<'a, 'db> Explanation<'a, 'db> {
     }
 
     /// Returns why there is no response time; where a reason is another activity, also the reason of that.
-    fn reasons(&self) -> (Vec<String>, Vec<Line<'db>>) {
-        let (mut texts, mut behind): (Vec<String>, Vec<Line<'db>>) = Default::default();
+    fn reasons(&self) -> (Vec<String>, Vec<DocLine<'db>>) {
+        let (mut texts, mut behind): (Vec<String>, Vec<DocLine<'db>>) = Default::default();
         for reason in &self.activity.reasons {
             let text = timing_reason(self.db, &reason.reason);
             if texts.contains(&text) {
@@ -203,7 +205,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
             };
             behind.extend(other.and_then(|other| {
                 let why = timing_reason(self.db, &other.reasons.first()?.reason);
-                Some(vec![Span::Code(other.instance.to_string()), Span::Words(format!(": {why}"))])
+                Some(vec![DocSpan::Code(other.instance.to_string()), DocSpan::Words(format!(": {why}"))])
             }));
         }
         (texts, behind)
@@ -211,7 +213,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
 
     /// Returns the number and the total time of the consecutive periods with the greatest total execution time, and each kind of
     /// period once, as a cycle repeats them; without those that take no time.
-    fn costliest_path(&self) -> Option<(String, Vec<Line<'db>>)> {
+    fn costliest_path(&self) -> Option<(String, Vec<DocLine<'db>>)> {
         // In the classic method, every job has the greatest execution time.
         let psm = self.origin.psm.filter(|_| self.query.method != Method::Classic)?;
         if psm.machine.states() <= 1 || !self.report.activities.iter().any(|it| delays(self.activity, it)) {
@@ -232,9 +234,9 @@ impl<'a, 'db> Explanation<'a, 'db> {
                 _ => format!("{} → {}", psm.state(source), psm.state(target)),
             };
             let every = if psm.has_values() { repetition(&positions) } else { String::new() };
-            vec![Span::Code(name + &every), Span::Words(format!(" {} × {time}", positions.len()))]
+            vec![DocSpan::Code(name + &every), DocSpan::Words(format!(" {} × {time}", positions.len()))]
         });
-        let kinds: Vec<Line<'db>> = kinds.collect();
+        let kinds: Vec<DocLine<'db>> = kinds.collect();
         let total = total.map_or_else(String::new, |sum| format!(": {sum}"));
         (!kinds.is_empty()).then(|| (format!("costliest {SHOWN_PERIODS} consecutive periods{total}"), kinds))
     }
@@ -299,22 +301,30 @@ fn releases(task: &Task) -> Option<String> {
     }
 }
 
-impl<'db> Row<'db> {
+impl<'db> Summand<'db> {
     fn named(name: &str) -> Self {
-        Row { name: name.into(), ..Row::default() }
+        Summand { name: name.into(), ..Summand::default() }
     }
 
     fn activity(it: &ActivityReport<'db>) -> Self {
         let (at, is_assumed) = (it.at.clone(), !it.assumed.is_empty());
         let priority = it.priority.real_time();
         let note = releases(&it.task);
-        Row { name: it.instance.clone(), at, note, priority, each: it.own, is_assumed, ..Row::default() }
+        Summand {
+            name: it.instance.clone(),
+            at,
+            note,
+            priority,
+            each: it.own,
+            is_assumed,
+            ..Summand::default()
+        }
     }
 
     fn other(it: &Task) -> Self {
         let priority = it.priority.real_time();
         let (each, note) = (it.greatest_cost(), releases(it));
-        Row { priority, each, note, ..Row::named(&name_of_other(&it.name)) }
+        Summand { priority, each, note, ..Summand::named(&name_of_other(&it.name)) }
     }
 }
 
@@ -331,20 +341,20 @@ impl<'db> Sum<'db> {
             return None;
         }
         let interrupt = || db.unwind_if_revision_cancelled();
-        let others = report.others().iter().map(Row::other);
+        let others = report.others().iter().map(Summand::other);
         let rows = others.chain(report.activities.iter().enumerate().map(|(other, it)| {
             let before = if other < index { "before" } else { "after" };
             let thread = it.thread.as_ref().filter(|_| it.is_mate(activity));
             let in_thread = thread.map(|thread| format!("{before} it in the thread `{thread}`"));
-            let row = Row::activity(it);
-            Row { note: in_thread.or(row.note), ..row }
+            let row = Summand::activity(it);
+            Summand { note: in_thread.or(row.note), ..row }
         }));
-        let by_name: HashMap<Name, Row<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
+        let by_name: HashMap<Name, Summand<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
         let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {
-            let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Row::named(&it.instance));
-            Row { count: it.jobs, time: it.time, ..of }
+            let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Summand::named(&it.instance));
+            Summand { count: it.jobs, time: it.time, ..of }
         });
-        let interference: Vec<Row<'db>> = interference.collect();
+        let interference: Vec<Summand<'db>> = interference.collect();
         let jobs = window.map_or(1, |window| window.job);
         let own = window.map(|window| window.own).or(activity.own).unwrap_or_default();
         let own = own.max(Time::from_nanos(1));
@@ -383,7 +393,7 @@ impl<'db> Sum<'db> {
     }
 
     /// Returns the greatest interferences, in the order of the deployment, and the number and the sum of the others.
-    fn greatest(&self, most: usize) -> (Vec<&Row<'db>>, usize, Time) {
+    fn greatest(&self, most: usize) -> (Vec<&Summand<'db>>, usize, Time) {
         let mut by_time: Vec<usize> = (0..self.interference.len()).collect();
         by_time.sort_by_key(|&place| std::cmp::Reverse(self.interference.get(place).map(|it| it.time)));
         let shown: FxHashSet<usize> = by_time.into_iter().take(most).collect();
@@ -412,7 +422,7 @@ fn exceeded_deadline(activity: &ActivityReport<'_>) -> Option<String> {
 }
 
 impl OwnTime {
-    fn new(psm: &Psm<'_>, method: Method, origin: &Origin<'_>) -> Option<Self> {
+    fn new(psm: &Psm<'_>, method: Method, origin: &ExplanationOrigin<'_>) -> Option<Self> {
         let greatest = psm.machine.greatest_edge();
         let edge = psm.machine.edges().get(greatest)?;
         let described = psm.edges.all.get(psm.text_edge(greatest)?)?;
@@ -430,13 +440,13 @@ impl OwnTime {
         let programs =
             psm.greatest.iter().filter(|(_, time)| *time > Time::ZERO).filter_map(|(index, time)| {
                 let (program, _) = psm.programs.get(*index)?;
-                let mut line = vec![Span::Code(program.to_string()), Span::Words(format!(" {time}"))];
+                let mut line = vec![DocSpan::Code(program.to_string()), DocSpan::Words(format!(" {time}"))];
                 let codels = (origin.worst_path)(*index).into_iter().filter(|(_, time)| *time > Time::ZERO);
                 for (position, (codel, time)) in codels.enumerate() {
                     let assumed = if assumed.contains(codel.as_str()) { " (assumed)" } else { "" };
                     let sign = if position == 0 { ": " } else { ", " };
-                    let time = Span::Words(format!(" {time}{assumed}"));
-                    line.extend([Span::Words(sign.to_owned()), Span::Code(codel), time]);
+                    let time = DocSpan::Words(format!(" {time}{assumed}"));
+                    line.extend([DocSpan::Words(sign.to_owned()), DocSpan::Code(codel), time]);
                 }
                 Some(line)
             });

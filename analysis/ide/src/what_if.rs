@@ -29,7 +29,7 @@ use crate::project::DeploymentAt;
 
 /// Another value of a field of an activity, or of an execution time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Setting<'db> {
+enum WhatIfSetting<'db> {
     Field(WhatIfField),
     Time { key: String, time: Time, tables: Vec<TableSet<'db>> },
 }
@@ -90,13 +90,13 @@ pub fn what_if_change<'db>(
     let mut texts: BTreeMap<&Path, (File, String)> = BTreeMap::new();
     for value in values {
         let is_new = match setting(db, at, value)? {
-            Setting::Field(new) => {
+            WhatIfSetting::Field(new) => {
                 let is_same = |it: &WhatIfField| same_fields(&it.field) == same_fields(&new.field);
                 let is_new = !fields.iter().any(|it| it.instance == new.instance && is_same(it));
                 fields.push(new);
                 is_new
             }
-            Setting::Time { key, time, tables } => {
+            WhatIfSetting::Time { key, time, tables } => {
                 for tables in tables {
                     write_time(db, project, &mut texts, (&key, time), tables)?;
                 }
@@ -187,7 +187,7 @@ fn setting<'db>(
     db: &'db dyn ModelDb,
     (project, of, query): DeploymentAt<'db>,
     text: &str,
-) -> Result<Setting<'db>, String> {
+) -> Result<WhatIfSetting<'db>, String> {
     let wrong = || {
         format!(
             "`{text}`: expected INSTANCE.FIELD=VALUE or CODEL=TIME, such as imu.period=5 or nav.plan=12ms"
@@ -205,7 +205,7 @@ fn setting<'db>(
         && let Some(field) = ActivityField::from_keyword(field)
     {
         let value = field_value(field, value).map_err(|why| format!("`{text}`: {why}"))?;
-        return Ok(Setting::Field(WhatIfField {
+        return Ok(WhatIfSetting::Field(WhatIfField {
             instance: instance.into(),
             field,
             value: value.as_str().into(),
@@ -228,7 +228,7 @@ fn setting<'db>(
         let time = Time::parse_with_unit(value, Rounding::Up).map_err(|error| {
             format!("`{text}`: a time needs its unit, as in 12ms: {}", time_error_message(error))
         })?;
-        return Ok(Setting::Time { key: key(&found.of), time, tables: found.tables.clone() });
+        return Ok(WhatIfSetting::Time { key: key(&found.of), time, tables: found.tables.clone() });
     }
     let fields = activities.iter().flat_map(|it| &it.instances).flat_map(|instance| {
         ActivityField::ALL.iter().map(|field| format!("{}.{}", instance.name, field.keyword()))

@@ -35,11 +35,11 @@ pub struct ChainsCommand {
     chain: Option<String>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    format: ChainsFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum ChainsFormat {
     /// For people.
     Table,
     /// One document.
@@ -53,7 +53,7 @@ enum Format {
 }
 
 /// The chains of a deployment that are shown.
-struct Shown<'db> {
+struct ChainList<'db> {
     db: &'db Database,
     project: Project<'db>,
     deployment: Decl<'db>,
@@ -68,7 +68,7 @@ impl ChainsCommand {
         let mut db = Database::default();
         let (db, found, _) = self.models.deployments(&mut db, "analyse")?;
         let of = |(project, deployment)| self.shown(db, project, deployment);
-        let all: Vec<Shown<'_>> = found.iter().copied().map(of).collect();
+        let all: Vec<ChainList<'_>> = found.iter().copied().map(of).collect();
         if let Some(name) = self.chain.as_deref().filter(|_| all.iter().all(|it| it.shown.is_empty())) {
             let names: Vec<_> = all.iter().flat_map(|it| &it.chains.all).map(|it| it.name.clone()).collect();
             let near = mauve_hir::similar(name, &names);
@@ -76,16 +76,16 @@ impl ChainsCommand {
             return Err(format!("no chain `{name}`{hint}"));
         }
         let text = match self.format {
-            Format::Table => {
+            ChainsFormat::Table => {
                 shown_tables(&all.iter().map(|it| self.table(it)).collect::<Vec<_>>()).join("\n")
             }
-            Format::Json => one_or_all(all.iter().map(Shown::document))?,
-            Format::Csv => figures_csv(&all),
-            Format::Svg => match all.as_slice() {
+            ChainsFormat::Json => one_or_all(all.iter().map(ChainList::document))?,
+            ChainsFormat::Csv => figures_csv(&all),
+            ChainsFormat::Svg => match all.as_slice() {
                 [one] => self.drawing(one, Drawing::Svg),
                 _ => return Err(several_of(db, Kind::Deployment, &found)),
             },
-            Format::Text => {
+            ChainsFormat::Text => {
                 let drawn = all.iter().map(|it| self.drawing(it, Drawing::Text(terminal_columns())));
                 harmless(&drawn.collect::<Vec<_>>().join("\n"))
             }
@@ -98,11 +98,11 @@ impl ChainsCommand {
         Ok(Output::verbatim(text, u8::from(is_late || errors > 0)))
     }
 
-    fn shown<'db>(&self, db: &'db Database, project: Project<'db>, deployment: Decl<'db>) -> Shown<'db> {
+    fn shown<'db>(&self, db: &'db Database, project: Project<'db>, deployment: Decl<'db>) -> ChainList<'db> {
         let query = Query::at_level(db, project, deployment, self.significance);
         let chains = chains_of(db, project, deployment, query);
         let is_shown = |it: &&ChainReport<'db>| self.chain.as_deref().is_none_or(|name| it.name == *name);
-        Shown {
+        ChainList {
             db,
             project,
             deployment,
@@ -113,12 +113,12 @@ impl ChainsCommand {
         }
     }
 
-    fn drawing(&self, it: &Shown<'_>, drawing: Drawing) -> String {
+    fn drawing(&self, it: &ChainList<'_>, drawing: Drawing) -> String {
         let of = (it.project, it.deployment, it.query);
         draw_chains(&drawn_chains(it.db, of, self.chain.as_deref(), TIGHT_SLACK), drawing)
     }
 
-    fn table(&self, it: &Shown<'_>) -> String {
+    fn table(&self, it: &ChainList<'_>) -> String {
         let times = response_times(it.db, it.project, it.deployment, it.query).times.as_deref();
         let basis = basis_of(it.db, it.project, it.deployment, it.query.level);
         let origins = origins(&basis).map_or_else(String::new, |it| format!("; {it}"));
@@ -190,7 +190,7 @@ fn status(chain: &ChainReport<'_>) -> &'static str {
     }
 }
 
-impl<'db> Shown<'db> {
+impl<'db> ChainList<'db> {
     /// Says in which states a chain is intended to work, and what has to answer.
     fn assumed(&self, chain: &ChainReport<'db>) -> String {
         let config = config_of(self.db, self.project.workspace(self.db));
@@ -287,7 +287,7 @@ impl<'db> Shown<'db> {
     }
 }
 
-fn figures_csv(all: &[Shown<'_>]) -> String {
+fn figures_csv(all: &[ChainList<'_>]) -> String {
     let here = std::env::current_dir().unwrap_or_default();
     let rows = all.iter().flat_map(|it| it.shown.iter().map(move |chain| (it, *chain)));
     Sheet::of(&rows.collect::<Vec<_>>())

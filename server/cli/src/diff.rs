@@ -16,7 +16,7 @@ use mauve_projects::revision::copy_of;
 use mauve_timing::{Level, Time};
 use mauve_wcrt::Query;
 
-use self::states::{State, states};
+use self::states::{ModelState, states};
 use self::unread::{Unread, lone_projects, unread, unread_of};
 use crate::comparison::{
     Tolerance, comparison_document, comparison_markdown, comparison_table, escaped, name_project, tolerance,
@@ -48,11 +48,11 @@ pub struct Diff {
     tolerance: Tolerance,
     /// How to show what changed.
     #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    format: DiffFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum DiffFormat {
     /// For people.
     Text,
     /// One document, with all figures.
@@ -69,7 +69,7 @@ impl Diff {
         let is_unread = all.iter().any(Comparison::is_unread);
         let summary = summary(&all);
         let text = match self.format {
-            Format::Json => {
+            DiffFormat::Json => {
                 let document = |it: &Comparison| {
                     json::object! {
                         root: it.state().map(|it| it.root.clone()),
@@ -84,10 +84,10 @@ impl Diff {
                     deployments: all.iter().map(document).collect::<Vec<_>>(),
                 })?
             }
-            Format::Text => harmless(
+            DiffFormat::Text => harmless(
                 &sections(&all, format!("{before} → {after}: {summary}\n"), comparison_table).join("\n"),
             ),
-            Format::Markdown => {
+            DiffFormat::Markdown => {
                 let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
                 let mark = match is_worse {
                     true => "❌",
@@ -113,7 +113,7 @@ impl Diff {
     ) -> Diff {
         let tolerance = Tolerance::default();
         let (first, second) = (Some(before.to_owned()), Some(path));
-        Diff { first, second, outside, deployment, significance, tolerance, format: Format::Text }
+        Diff { first, second, outside, deployment, significance, tolerance, format: DiffFormat::Text }
     }
 
     /// Compares the deployments of both states, and returns how the user calls these.
@@ -141,15 +141,15 @@ impl Diff {
             it.tolerating(&tolerance).without_unread(unread)
         };
         let mut all: Vec<Comparison> = found.into_iter().map(compared).collect();
-        if self.format != Format::Json {
+        if self.format != DiffFormat::Json {
             name_projects(&mut all);
         }
-        Ok((all, states.each_ref().map(State::name)))
+        Ok((all, states.each_ref().map(ModelState::name)))
     }
 
     /// Returns the figures of the deployments of a state, or which deployments it has, the number of errors in it, and what cannot
     /// be read.
-    fn figures(&self, state: &State) -> Result<FiguresOfState, String> {
+    fn figures(&self, state: &ModelState) -> Result<FiguresOfState, String> {
         let mut db = Database::default();
         let (workspaces, folder, left_out) = state.load(&mut db, self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref());

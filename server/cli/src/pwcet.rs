@@ -22,7 +22,7 @@ use mauve_pwcet::{Measurement, Options, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
-use self::estimates::{Estimates, Measured};
+use self::estimates::{Estimates, MeasuredEntry};
 use super::measure::alone_and_in_robot;
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
@@ -106,9 +106,9 @@ impl Pwcet {
             let budget = budgets.as_ref().and_then(|it| it.greatest.get(&measurement.key).copied());
             let compared = budget_level.and_then(|level| times.get(level).copied().flatten());
             let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| time > budget);
-            Measured { name: shown_key(&measurement.key), measurement, times, budget, is_over_budget }
+            MeasuredEntry { name: shown_key(&measurement.key), measurement, times, budget, is_over_budget }
         };
-        let measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
+        let measurements: Vec<MeasuredEntry> = measurements.into_iter().map(measured).collect();
         let shown = self.shown(&levels, budget_level);
         let needed = match (&self.output, of_table.is_some() || !self.levels.is_empty()) {
             (None, _) => shown.clone(),
@@ -253,10 +253,10 @@ impl Pwcet {
 
 /// Returns the indices of the levels of a new table: those at which each codel has a time that has one at the levels that are shown.
 /// Short accesses need none.
-fn supported(levels: usize, shown: &[usize], all: &[Measured]) -> Vec<usize> {
+fn supported(levels: usize, shown: &[usize], all: &[MeasuredEntry]) -> Vec<usize> {
     let has_shown =
-        |it: &&Measured| !it.is_short_access() && shown.iter().all(|&level| it.time(level).is_some());
-    let all: Vec<&Measured> = all.iter().filter(has_shown).collect();
+        |it: &&MeasuredEntry| !it.is_short_access() && shown.iter().all(|&level| it.time(level).is_some());
+    let all: Vec<&MeasuredEntry> = all.iter().filter(has_shown).collect();
     let is_supported = |level: usize| !all.is_empty() && all.iter().all(|it| it.time(level).is_some());
     (0..levels).filter(|level| shown.contains(level) || is_supported(*level)).collect()
 }

@@ -64,7 +64,7 @@ pub struct Tune {
 }
 
 /// What was found for a deployment of a project.
-struct Found<'db> {
+struct Tuning<'db> {
     project: Project<'db>,
     /// The path of its root.
     root: String,
@@ -107,9 +107,9 @@ impl Tune {
             }
         }
         share(&mut all);
-        let is_met = is_complete && all.iter().all(Found::is_met);
+        let is_met = is_complete && all.iter().all(Tuning::is_met);
         if self.diff {
-            all.iter().flat_map(Found::losses).for_each(|it| say(&it));
+            all.iter().flat_map(Tuning::losses).for_each(|it| say(&it));
         }
         let mut text = match (self.diff, self.format) {
             (true, _) => {
@@ -165,7 +165,7 @@ impl Tune {
         (project, deployment): (Project<'db>, Decl<'db>),
         declared: &[(Project<'db>, Decl<'db>)],
         writable: &BTreeSet<PathBuf>,
-    ) -> Result<Result<Found<'db>, Vec<Untunable<'db>>>, String> {
+    ) -> Result<Result<Tuning<'db>, Vec<Untunable<'db>>>, String> {
         let query = Query::at_level(db, project, deployment, self.significance);
         let tuned = match tune(db, project, deployment, query, &self.request()) {
             Ok(tuned) => tuned,
@@ -193,7 +193,17 @@ impl Tune {
         };
         let elsewhere = others.filter(|_| !tuned.fields.is_empty()).map(elsewhere).collect();
         let root = root(project);
-        Ok(Ok(Found { project, root, deployment, tuned, change, edited, comparison, elsewhere, other: None }))
+        Ok(Ok(Tuning {
+            project,
+            root,
+            deployment,
+            tuned,
+            change,
+            edited,
+            comparison,
+            elsewhere,
+            other: None,
+        }))
     }
 
     /// Refuses a pin that no deployment has.
@@ -212,7 +222,7 @@ impl Tune {
         Err(format!("--pin {pin}: no activity of this name{near}"))
     }
 
-    fn shown(&self, found: &Found, here: &Path) -> String {
+    fn shown(&self, found: &Tuning, here: &Path) -> String {
         let mut out = comparison_table(&found.comparison);
         let diff = found.edited.diff(here);
         if !diff.is_empty() {
@@ -267,7 +277,7 @@ impl Tune {
     }
 }
 
-impl<'db> Found<'db> {
+impl<'db> Tuning<'db> {
     /// Whether every deadline of the edited text is met, and none is missed in another project that is met there now.
     fn is_met(&self) -> bool {
         let is_met = self.comparison.after.as_ref().is_some_and(Figures::schedulable);
@@ -305,9 +315,9 @@ fn is_lost(row: &Compared) -> bool {
 }
 
 /// Takes the same values for a deployment in all projects: the first ones that are written.
-fn share(all: &mut [Found<'_>]) {
+fn share(all: &mut [Tuning<'_>]) {
     for index in 0..all.len() {
-        let is_taken = |it: &&Found<'_>| it.other.is_none() && !it.tuned.fields.is_empty() && it.is_met();
+        let is_taken = |it: &&Tuning<'_>| it.other.is_none() && !it.tuned.fields.is_empty() && it.is_met();
         let Some(taken) = all.get(index).filter(is_taken) else { continue };
         let (deployment, root, effects) = (taken.deployment, taken.root.clone(), taken.elsewhere.clone());
         for Elsewhere { project, effect, .. } in effects {
@@ -386,8 +396,8 @@ fn remedy_text(of: &Remedy) -> Option<String> {
     (!both.is_empty()).then(|| format!("`{}` {}", of.instance, both.join(", or ")))
 }
 
-fn document(found: &Found<'_>, here: &Path) -> impl Serialize + use<> {
-    let Found { tuned, comparison, .. } = found;
+fn document(found: &Tuning<'_>, here: &Path) -> impl Serialize + use<> {
+    let Tuning { tuned, comparison, .. } = found;
     let values = tuned.fields.iter().map(|it| {
         object! { instance: it.instance.to_string(), field: it.field.keyword(), value: it.value.to_string() }
     });

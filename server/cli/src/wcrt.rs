@@ -68,11 +68,11 @@ pub struct Wcrt {
     certificate: Option<PathBuf>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    format: WcrtFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum WcrtFormat {
     /// For people.
     Table,
     /// One document.
@@ -160,9 +160,9 @@ impl Wcrt {
             found.into_iter().map(of_model).collect()
         };
         let text = match self.format {
-            Format::Table => harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")),
-            Format::Csv => published_csv(&all),
-            Format::Json | Format::Svg => {
+            WcrtFormat::Table => harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")),
+            WcrtFormat::Csv => published_csv(&all),
+            WcrtFormat::Json | WcrtFormat::Svg => {
                 return Err("--method paper has the formats table and csv".to_owned());
             }
         };
@@ -190,9 +190,11 @@ impl Wcrt {
             return Err(format!("--set {why}"));
         }
         let text = match self.format {
-            Format::Table => harmless(&all.iter().map(comparison_table).collect::<Vec<_>>().join("\n")),
-            Format::Json => json::one_or_all(all.iter().map(comparison_document))?,
-            Format::Csv | Format::Svg => return Err("--set has the formats table and json".to_owned()),
+            WcrtFormat::Table => harmless(&all.iter().map(comparison_table).collect::<Vec<_>>().join("\n")),
+            WcrtFormat::Json => json::one_or_all(all.iter().map(comparison_document))?,
+            WcrtFormat::Csv | WcrtFormat::Svg => {
+                return Err("--set has the formats table and json".to_owned());
+            }
         };
         let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);
         Ok(Output::verbatim(text, u8::from(!is_proved)))
@@ -230,7 +232,7 @@ impl Wcrt {
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
         Ok(match (&self.explain, self.format) {
             (Some(instance), _) => harmless(&explain(all, instance)?),
-            (None, Format::Table) => {
+            (None, WcrtFormat::Table) => {
                 let tables = tables(all).into_iter().zip(all);
                 let probabilities = |it| self.probability.as_ref().map(|only| probability_table(it, only));
                 let tables = tables.map(|(table, it)| {
@@ -238,16 +240,16 @@ impl Wcrt {
                 });
                 shown_tables(&tables.collect::<Vec<_>>()).join("\n")
             }
-            (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
-            (None, Format::Csv) if self.probability.is_some() => {
+            (None, WcrtFormat::Csv) if self.sensitivity => sensitivity_csv(all, &root),
+            (None, WcrtFormat::Csv) if self.probability.is_some() => {
                 probability_csv(all, self.probability.as_deref().unwrap_or_default(), &root)
             }
-            (None, Format::Svg) => match &self.probability {
+            (None, WcrtFormat::Svg) => match &self.probability {
                 Some(only) => probability_svg(all, only)?,
                 None => return Err("--format svg needs --probability".to_owned()),
             },
-            (None, Format::Csv) => figures_csv(all),
-            (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
+            (None, WcrtFormat::Csv) => figures_csv(all),
+            (None, WcrtFormat::Json) => json::one_or_all(all.iter().map(analysis_document))?,
         })
     }
 }

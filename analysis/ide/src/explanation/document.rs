@@ -16,8 +16,8 @@ use mauve_hir::item_tree::Name;
 use mauve_timing::{Status, THROTTLING, Task, Time};
 use mauve_wcrt::{ActivityReport, Reason, Share};
 
-use super::{Explanation, Row, Sum, releases};
-use crate::doc::{Align, Block, Doc, Line, Span, Table, words};
+use super::{Explanation, Sum, Summand, releases};
+use crate::doc::{Align, Doc, DocBlock, DocLine, DocSpan, DocTable, words};
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
 const SUM: &[(&str, Align)] = &[
@@ -52,16 +52,16 @@ impl<'db> Explanation<'_, 'db> {
         });
         doc.blocks.extend(overload);
         if let Some(own) = self.own.as_ref().filter(|own| own.of_programs > Time::ZERO) {
-            let line = Span::Words(format!("costliest period: {}, ", own.of_programs));
-            doc.blocks.push(Block::Line(vec![line, Span::Code(own.period.clone())]));
+            let line = DocSpan::Words(format!("costliest period: {}, ", own.of_programs));
+            doc.blocks.push(DocBlock::Line(vec![line, DocSpan::Code(own.period.clone())]));
             let others = own.others.iter().map(|(time, what)| words(format!("{what} {time}")));
             doc.list(own.programs.iter().cloned().chain(others));
         }
         if let Some((line, kinds)) = self.costliest_path() {
-            doc.blocks.push(Block::Line(words(line)));
+            doc.blocks.push(DocBlock::Line(words(line)));
             doc.list(kinds);
         }
-        doc.blocks.push(Block::Rule);
+        doc.blocks.push(DocBlock::Rule);
         doc.list(self.details());
         doc
     }
@@ -97,17 +97,17 @@ impl<'db> Explanation<'_, 'db> {
             Status::NotAnalysed => rest += &of_which,
             _ => rest += &format!(" at {}{assumed}{}", self.query.level, of_which),
         }
-        doc.blocks.push(Block::Line(vec![Span::Strong(strong), Span::Words(rest)]));
+        doc.blocks.push(DocBlock::Line(vec![DocSpan::Strong(strong), DocSpan::Words(rest)]));
         doc.list(reasons.into_iter().skip(1).map(words).chain(behind));
     }
 
     /// Returns the table of a response time, or of the time until the first job ends. Its rows sum to that.
-    fn sum_table(&self, total: Time, name: &str, most: usize) -> Option<Block<'db>> {
+    fn sum_table(&self, total: Time, name: &str, most: usize) -> Option<DocBlock<'db>> {
         let sum = Sum::new(self.db, self.report, self.index, self.own.as_ref())?;
         let whole = total.as_nanos() as f64;
-        let mut rows: Vec<Vec<Line<'db>>> = Vec::new();
-        let mut line = |what: Line<'db>, priority: String, jobs: String, time: Time| {
-            let bar = Span::Bar(time.as_nanos() as f64 / whole);
+        let mut rows: Vec<Vec<DocLine<'db>>> = Vec::new();
+        let mut line = |what: DocLine<'db>, priority: String, jobs: String, time: Time| {
+            let bar = DocSpan::Bar(time.as_nanos() as f64 / whole);
             rows.push(vec![what, words(priority), words(jobs), words(time.to_string()), vec![bar]]);
         };
         let jobs = self.activity.window.as_ref().map_or(1, |window| window.job);
@@ -122,9 +122,9 @@ impl<'db> Explanation<'_, 'db> {
                 for it in &sum.calls {
                     let calls = if it.calls == 1 { "call" } else { "calls" };
                     let what = vec![
-                        Span::Words("operation ".into()),
+                        DocSpan::Words("operation ".into()),
                         code(&it.operation),
-                        Span::Words(" for ".into()),
+                        DocSpan::Words(" for ".into()),
                         code(&it.client),
                     ];
                     line(what, String::new(), format!("{} {calls}", it.calls), it.time);
@@ -157,10 +157,10 @@ impl<'db> Explanation<'_, 'db> {
             rows.push(vec![words(what), Vec::new(), Vec::new(), time, Vec::new()]);
         }
         rows.push(last_row(name, total.to_string()));
-        Some(Block::Table(Table { columns: SUM, rows }))
+        Some(DocBlock::Table(DocTable { columns: SUM, rows }))
     }
 
-    fn details(&self) -> Vec<Line<'db>> {
+    fn details(&self) -> Vec<DocLine<'db>> {
         let activity = self.activity;
         let jitter = Some(activity.jitter).filter(|jitter| *jitter > Time::ZERO);
         let times = [("period", activity.period), ("deadline", activity.deadline), ("jitter", jitter)];
@@ -174,9 +174,9 @@ impl<'db> Explanation<'_, 'db> {
             true => words(rest),
             false => {
                 vec![
-                    Span::Words("component ".into()),
+                    DocSpan::Words("component ".into()),
                     code(&activity.component_name),
-                    Span::Words(format!(", {rest}")),
+                    DocSpan::Words(format!(", {rest}")),
                 ]
             }
         };
@@ -184,7 +184,7 @@ impl<'db> Explanation<'_, 'db> {
     }
 
     /// Returns the table of the utilisation of its CPU, if that is overloaded.
-    fn load_table(&self, most: usize) -> Option<Block<'db>> {
+    fn load_table(&self, most: usize) -> Option<DocBlock<'db>> {
         let overload = self.activity.reasons.iter().find_map(|it| match &it.reason {
             Reason::Overloaded { cpu, named, priority, utilisation } => {
                 Some((*cpu, named, *priority, *utilisation))
@@ -194,53 +194,59 @@ impl<'db> Explanation<'_, 'db> {
         let (cpu, named, least, Share(utilisation)) = overload?;
         let is_counted =
             |it: &Task| it.priority.real_time() >= Some(least) && it.cpus.is_some_and(|cpus| cpus.meets(cpu));
-        let of_activity = |it: &ActivityReport<'db>| Some((Row::activity(it), it.period, it.share?.0));
+        let of_activity = |it: &ActivityReport<'db>| Some((Summand::activity(it), it.period, it.share?.0));
         let of_other = |it: &Task| {
             let (time, period) = it.greatest_cost().zip(it.period)?;
             let share = time.as_nanos() as f64 * it.burst() as f64 / period.as_nanos() as f64;
-            Some((Row::other(it), it.period, share))
+            Some((Summand::other(it), it.period, share))
         };
         let activities = self.report.activities.iter().filter(|it| is_counted(it)).filter_map(of_activity);
         let others = self.report.others().iter().filter(|it| is_counted(it)).filter_map(of_other);
         let throttling = self.origin.throttling == Some(true);
-        let throttling = throttling.then(|| (Row::named(THROTTLING), None, 0.05));
+        let throttling = throttling.then(|| (Summand::named(THROTTLING), None, 0.05));
         let mut parts: Vec<_> = activities.chain(others).chain(throttling).collect();
         parts.sort_by(|a, b| b.2.total_cmp(&a.2));
         let percent = |share: f64| format!("{:.1} %", share * 100.0);
-        let row = |(of, period, share): &(Row<'db>, Option<Time>, f64)| {
+        let row = |(of, period, share): &(Summand<'db>, Option<Time>, f64)| {
             let time = of.each.zip(*period).map(|(time, period)| format!("{time} per {period}"));
-            let bar = Span::Bar(share / utilisation);
+            let bar = DocSpan::Bar(share / utilisation);
             let (priority, time) = (words(priority(of.priority)), words(time.unwrap_or_default()));
             vec![named_row(of), priority, time, words(percent(*share)), vec![bar]]
         };
-        let mut rows: Vec<Vec<Line<'db>>> = parts.iter().take(most).map(row).collect();
+        let mut rows: Vec<Vec<DocLine<'db>>> = parts.iter().take(most).map(row).collect();
         if let Some(others) = parts.len().checked_sub(most).filter(|others| *others > 0) {
             let share = parts.iter().skip(most).map(|it| it.2).sum();
             let what = words(format!("{others} more activities"));
             rows.push(vec![what, Vec::new(), Vec::new(), words(percent(share)), Vec::new()]);
         }
         rows.push(last_row(&format!("{named}, priority ≥ {least}"), percent(utilisation)));
-        Some(Block::Table(Table { columns: LOAD, rows }))
+        Some(DocBlock::Table(DocTable { columns: LOAD, rows }))
     }
 }
 
-fn code<'db>(name: &Name) -> Span<'db> {
-    Span::Code(name.to_string())
+fn code<'db>(name: &Name) -> DocSpan<'db> {
+    DocSpan::Code(name.to_string())
 }
 
 /// Returns the name of an activity with its note and the mark of assumed times.
-fn named_row<'db>(of: &Row<'db>) -> Line<'db> {
+fn named_row<'db>(of: &Summand<'db>) -> DocLine<'db> {
     let assumed = if of.is_assumed { " (with assumed times)" } else { "" };
     let note = of.note.as_ref().map_or_else(String::new, |note| format!(" ({note})"));
-    vec![Span::Name(of.name.clone(), of.at.clone()), Span::Words(note + assumed)]
+    vec![DocSpan::Name(of.name.clone(), of.at.clone()), DocSpan::Words(note + assumed)]
 }
 
 fn priority(of: Option<u32>) -> String {
     of.map_or_else(String::new, |priority| priority.to_string())
 }
 
-fn last_row<'db>(name: &str, total: String) -> Vec<Line<'db>> {
-    vec![vec![Span::Strong(name.to_owned())], Vec::new(), Vec::new(), vec![Span::Strong(total)], Vec::new()]
+fn last_row<'db>(name: &str, total: String) -> Vec<DocLine<'db>> {
+    vec![
+        vec![DocSpan::Strong(name.to_owned())],
+        Vec::new(),
+        Vec::new(),
+        vec![DocSpan::Strong(total)],
+        Vec::new(),
+    ]
 }
 
 /// Returns `10 × 43 ms` where each job has the greatest time, `10 × ≤ 297 ms` where some have less. A job without demand, which

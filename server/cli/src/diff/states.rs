@@ -11,7 +11,7 @@ use mauve_projects::revision::{Loaded, load_commit};
 
 /// A state of models: as they are on the disk, or in a commit.
 #[derive(Debug)]
-pub(super) enum State {
+pub(super) enum ModelState {
     Disk(PathBuf),
     Commit(Commit),
 }
@@ -90,7 +90,7 @@ impl Argument {
 /// # Errors
 ///
 /// An argument is neither a path nor a revision, or is both, in words for the user.
-pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State; 2], String> {
+pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[ModelState; 2], String> {
     let [first, second] = [first, second].map(|it| it.map(Argument::new).transpose());
     let (first, second) = (first?, second?);
     let here = || PathBuf::from(".");
@@ -108,7 +108,7 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State
             old.name = format!("the common ancestor of {} and {}", old.name, new.name);
             old.has_path = false;
         }
-        return Ok([State::Commit(old), State::Commit(new)]);
+        return Ok([ModelState::Commit(old), ModelState::Commit(new)]);
     }
     let head = || Argument::Revision("HEAD".to_owned());
     let both = match (first, second) {
@@ -121,8 +121,8 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[State
         both.iter().find_map(|it| if let Argument::Path(path) = it { Some(path.clone()) } else { None });
     let path = path.unwrap_or_else(here);
     let [old, new] = both.map(|it| match it {
-        Argument::Path(path) => Ok(State::Disk(path)),
-        Argument::Revision(name) => Commit::new(&name, &path).map(State::Commit),
+        Argument::Path(path) => Ok(ModelState::Disk(path)),
+        Argument::Revision(name) => Commit::new(&name, &path).map(ModelState::Commit),
         Argument::Range { .. } => Err(RANGE.to_owned()),
     });
     Ok([old?, new?])
@@ -157,13 +157,13 @@ impl Commit {
     }
 }
 
-impl State {
+impl ModelState {
     /// Returns how it is called in results.
     pub(super) fn name(&self) -> String {
         match self {
-            State::Disk(path) if path.as_os_str() == "." => "the working folder".to_owned(),
-            State::Disk(path) => path.display().to_string(),
-            State::Commit(Commit { name, commit, .. }) => {
+            ModelState::Disk(path) if path.as_os_str() == "." => "the working folder".to_owned(),
+            ModelState::Disk(path) => path.display().to_string(),
+            ModelState::Commit(Commit { name, commit, .. }) => {
                 let short = commit.get(..10).unwrap_or(commit);
                 if name.starts_with(short) || commit.starts_with(name) {
                     name.clone()
@@ -181,13 +181,13 @@ impl State {
     /// Files cannot be read, in words for the user.
     pub(super) fn load(&self, db: &mut Database, allows_outside: bool) -> Result<InState, String> {
         match self {
-            State::Disk(path) => {
+            ModelState::Disk(path) => {
                 let workspaces = load(db, std::slice::from_ref(path), allows_outside)?;
                 let real = canonical_path(path);
                 let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
                 Ok((workspaces, folder.to_owned(), BTreeMap::new()))
             }
-            State::Commit(Commit { repository, name, commit, path, has_path }) => {
+            ModelState::Commit(Commit { repository, name, commit, path, has_path }) => {
                 let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
                 let said = left_out.iter().filter(|(it, _)| it.starts_with(path)).map(|(_, why)| why);
                 // A link to a submodule has the same reason.

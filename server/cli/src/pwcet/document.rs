@@ -8,7 +8,7 @@ use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
 use serde::Serialize;
 
-use super::estimates::{Estimates, Measured};
+use super::estimates::{Estimates, MeasuredEntry};
 
 /// All times are in milliseconds; `bounds` has one for each of `levels`.
 pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
@@ -23,7 +23,7 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
     })
 }
 
-fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
+fn codel(estimates: &Estimates, it: &MeasuredEntry) -> impl Serialize + use<> {
     let lack = estimates.lack(it);
     object! {
         key: it.key().to_owned(),

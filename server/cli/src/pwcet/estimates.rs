@@ -25,7 +25,7 @@ pub(super) struct Estimates {
     pub(super) needed: Vec<usize>,
     /// The indices of the levels that a terminal shows.
     pub(super) shown: Vec<usize>,
-    pub(super) measurements: Vec<Measured>,
+    pub(super) measurements: Vec<MeasuredEntry>,
     /// The level of the budgets, and their project; none without a project.
     pub(super) budgets: Option<Budgets>,
     /// The index of the level of the budgets.
@@ -35,7 +35,7 @@ pub(super) struct Estimates {
 }
 
 /// A codel, a program or a port.
-pub(super) struct Measured {
+pub(super) struct MeasuredEntry {
     /// What was measured, in words.
     pub(super) name: String,
     pub(super) measurement: Measurement,
@@ -73,7 +73,7 @@ impl Estimates {
 
     /// Returns whether a codel lacks a time or exceeds its budget.
     pub(super) fn are_incomplete(&self) -> bool {
-        let lacks = |it: &Measured| self.lack(it).is_some() && !it.is_short_access();
+        let lacks = |it: &MeasuredEntry| self.lack(it).is_some() && !it.is_short_access();
         self.measurements.iter().any(|it| it.is_over_budget || lacks(it))
     }
 
@@ -83,19 +83,19 @@ impl Estimates {
     }
 
     /// Returns the times of a timing table, if each level has one.
-    pub(super) fn table_times(&self, it: &Measured) -> Option<Vec<Time>> {
+    pub(super) fn table_times(&self, it: &MeasuredEntry) -> Option<Vec<Time>> {
         self.needed.iter().map(|&index| it.time(index)).collect()
     }
 
     /// Returns why a level that needs a time has none: of the strictest such level.
-    pub(super) fn lack(&self, it: &Measured) -> Option<Lack> {
+    pub(super) fn lack(&self, it: &MeasuredEntry) -> Option<Lack> {
         let lacks = self.needed.iter().filter(|&&index| it.time(index).is_none());
         let strictest = lacks.min_by_key(|&&index| self.levels.get(index))?;
         it.lack(*strictest)
     }
 
     /// Returns the kinds of warnings about a measurement, each once: those of levels that need a time.
-    pub(super) fn kinds(&self, it: &Measured) -> Vec<&'static str> {
+    pub(super) fn kinds(&self, it: &MeasuredEntry) -> Vec<&'static str> {
         let mut kinds = if it.is_over_budget { vec![OVER_BUDGET] } else { Vec::new() };
         if let Some(lack) = self.lack(it) {
             kinds.push(lack.kind);
@@ -119,7 +119,7 @@ impl Estimates {
     }
 }
 
-impl Measured {
+impl MeasuredEntry {
     /// Returns the warnings about the time of a level, of all instances.
     pub(super) fn warnings_at(&self, level: usize) -> Vec<Warning> {
         let estimates = self.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok());

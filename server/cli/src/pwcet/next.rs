@@ -20,7 +20,7 @@ use mauve_pwcet::samples::{Execution, Samples, SeriesId, is_alone};
 use mauve_pwcet::trace::SpanKind;
 use mauve_timing::Level;
 
-use super::estimates::{Estimates, Measured};
+use super::estimates::{Estimates, MeasuredEntry};
 use super::table::{MOST_EXECUTIONS, wrapped};
 use crate::text::argument;
 
@@ -98,7 +98,7 @@ pub(super) fn next(estimates: &Estimates, samples: &[PathBuf], files: &mut [Samp
 }
 
 /// Returns whether executions of the codel alone give a time, or a shorter one, and how many; otherwise, how many more in the robot.
-fn remedy(estimates: &Estimates, it: &Measured) -> Option<(bool, u64)> {
+fn remedy(estimates: &Estimates, it: &MeasuredEntry) -> Option<(bool, u64)> {
     let Some(lack) = estimates.lack(it) else {
         let strictest = estimates.needed_levels().into_iter().min().map(Level::as_f64)?;
         let more = (MARGIN * counted_from(strictest)).saturating_sub(it.measurement.count() as u64);
@@ -116,7 +116,7 @@ fn remedy(estimates: &Estimates, it: &Measured) -> Option<(bool, u64)> {
 }
 
 /// Returns how often a codel is to be executed alone. A long one is executed less often, and has a fitted tail.
-fn executions_alone(it: &Measured, needed: u64) -> u64 {
+fn executions_alone(it: &MeasuredEntry, needed: u64) -> u64 {
     let all = || it.measurement.instances.iter().flat_map(|it| &it.executions);
     let mean = all().map(|it| *it as f64).sum::<f64>() / all().count().max(1) as f64;
     needed.max(USUAL_EXECUTIONS).min(((LONGEST_RUN / mean.max(1200.0)) as u64).max(ENOUGH))

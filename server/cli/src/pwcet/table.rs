@@ -7,7 +7,7 @@ use mauve_pwcet::rounded_up;
 use mauve_pwcet::trace::SpanKind;
 use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 
-use super::estimates::{Estimates, Lack, Measured};
+use super::estimates::{Estimates, Lack, MeasuredEntry};
 use crate::text::{Sheet, number};
 
 /// The lines below the table have at most so many characters, if their words allow that.
@@ -31,7 +31,7 @@ pub(super) const MOST_EXECUTIONS: u64 = 10_000_000;
 
 /// `next` are the commands that measure the missing times.
 pub(super) fn table(estimates: &Estimates, next: &str) -> String {
-    let (short, rows): (Vec<&Measured>, Vec<&Measured>) =
+    let (short, rows): (Vec<&MeasuredEntry>, Vec<&MeasuredEntry>) =
         estimates.measurements.iter().partition(|it| it.is_short_access());
     let with_budgets = rows.iter().any(|it| it.budget.is_some());
     let levels: Vec<String> = estimates
@@ -50,7 +50,7 @@ pub(super) fn table(estimates: &Estimates, next: &str) -> String {
         .column("n", |it| it.measurement.count().to_string())
         .column("greatest", |it| Time::from_nanos(rounded_up(it.measurement.greatest() as f64)).number());
     for (&level, head) in estimates.shown.iter().zip(heads) {
-        let is_marked = |it: &Measured| estimates.shown.len() > 1 && it.is_extrapolated(level);
+        let is_marked = |it: &MeasuredEntry| estimates.shown.len() > 1 && it.is_extrapolated(level);
         sheet = sheet.column(head, |it| number(it.time(level)) + if is_marked(it) { " ~" } else { "" });
     }
     let sheet = sheet
@@ -94,7 +94,7 @@ fn heading(estimates: &Estimates, levels: &[String]) -> String {
 }
 
 /// Says whether the times of a codel can be used.
-fn verdict(estimates: &Estimates, it: &Measured) -> String {
+fn verdict(estimates: &Estimates, it: &MeasuredEntry) -> String {
     if it.is_over_budget {
         return "✗ over budget".to_owned();
     }
@@ -115,7 +115,7 @@ fn verdict(estimates: &Estimates, it: &Measured) -> String {
 }
 
 /// Names each kind of warning once, with its codels.
-fn warnings(estimates: &Estimates, rows: &[&Measured]) -> String {
+fn warnings(estimates: &Estimates, rows: &[&MeasuredEntry]) -> String {
     let kinds = rows.iter().flat_map(|it| estimates.kinds(it).into_iter().map(|kind| (kind, it.key())));
     let kinds = grouped(kinds);
     let Some((first, _)) = kinds.first() else { return String::new() };

@@ -13,7 +13,7 @@ use mauve_timing::{
     EXTRAPOLATED, Kept, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table,
 };
 
-use super::estimates::{Estimates, Measured, OVER_BUDGET};
+use super::estimates::{Estimates, MeasuredEntry, OVER_BUDGET};
 use crate::date::today;
 
 /// What was written.
@@ -102,13 +102,13 @@ pub(super) fn write(
 
 /// Names the codels whose times are not written, since they have them at some levels only: an entry has all levels of its table.
 fn partly(path: &Path, estimates: &Estimates) -> Option<String> {
-    let time = |it: &Measured, level: &usize| it.time(*level).is_some();
-    let is_partial = |it: &&Measured| {
+    let time = |it: &MeasuredEntry, level: &usize| it.time(*level).is_some();
+    let is_partial = |it: &&MeasuredEntry| {
         !it.is_short_access()
             && estimates.needed.iter().any(|level| time(it, level))
             && estimates.table_times(it).is_none()
     };
-    let partial: Vec<&Measured> = estimates.measurements.iter().filter(is_partial).collect();
+    let partial: Vec<&MeasuredEntry> = estimates.measurements.iter().filter(is_partial).collect();
     let (all, others): (Vec<usize>, Vec<usize>) =
         estimates.needed.iter().partition(|level| partial.iter().all(|it| time(it, level)));
     let of = |levels: &[usize]| {
@@ -194,7 +194,7 @@ fn relative(file: &Path, table: &Path) -> String {
 }
 
 /// Returns the kinds of warnings about a measurement, that of extrapolated times with the least strict level that has one.
-fn warnings(estimates: &Estimates, it: &Measured) -> Vec<String> {
+fn warnings(estimates: &Estimates, it: &MeasuredEntry) -> Vec<String> {
     let extrapolated = estimates.needed.iter().filter(|&&level| it.is_extrapolated(level));
     let from = extrapolated.filter_map(|&level| estimates.levels.get(level)).max();
     let kinds = estimates.kinds(it).into_iter().filter(|kind| ![OVER_BUDGET, EXTRAPOLATED].contains(kind));
@@ -211,7 +211,7 @@ struct Origin<'a> {
 }
 
 impl Origin<'_> {
-    fn record(&self, estimates: &Estimates, it: &Measured, times: &[Time]) -> Record {
+    fn record(&self, estimates: &Estimates, it: &MeasuredEntry, times: &[Time]) -> Record {
         let key = &it.measurement.key;
         let path = estimates.budgets.as_ref().and_then(|budgets| budgets.sources.get(key));
         let source = path.and_then(|path| {

@@ -20,7 +20,7 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     let length = length.map_or_else(String::new, |length| format!(" of {}", duration(length)));
     let _ = writeln!(out, "{}: a recording{length} beside the model at {}, times in ms", it.name, it.level);
     let ms = |time: Option<u64>| time.map_or_else(none, milliseconds);
-    let rows: Vec<Row<'_>> = rows(it).collect();
+    let rows: Vec<CheckedRow<'_>> = rows(it).collect();
     out += &Sheet::of(&rows)
         .column("instance", |(_, model, _)| model.instance.clone())
         .column("periods", |(.., seen)| seen.periods.to_string())
@@ -86,9 +86,9 @@ pub(super) fn text(it: &Checked<'_>) -> String {
 }
 
 /// An instance: its index, what the model says of it, and what was observed.
-type Row<'a> = (usize, &'a ExpectedInstance, &'a ObservedInstance);
+type CheckedRow<'a> = (usize, &'a ExpectedInstance, &'a ObservedInstance);
 
-fn rows<'a>(it: &'a Checked<'_>) -> impl Iterator<Item = Row<'a>> {
+fn rows<'a>(it: &'a Checked<'_>) -> impl Iterator<Item = CheckedRow<'a>> {
     let both = it.expected.instances.iter().zip(&it.observed.instances).enumerate();
     both.map(|(index, (model, seen))| (index, model, seen))
 }
@@ -102,7 +102,7 @@ fn share(observed: Option<u64>, bound: Option<u64>) -> String {
     ratio.map_or_else(none, |(observed, bound)| format!("{:.1} %", 100.0 * observed as f64 / bound as f64))
 }
 
-fn verdict(it: &Checked<'_>, (index, _, observed): &Row<'_>) -> String {
+fn verdict(it: &Checked<'_>, (index, _, observed): &CheckedRow<'_>) -> String {
     let findings = it.observed.findings.iter().filter(|finding| finding.instance == Some(*index)).count();
     match findings {
         _ if !observed.is_observed => "not observed".to_owned(),
