@@ -1,6 +1,6 @@
 //! Explains a response time: execution time, interference, and the iteration that exceeds the deadline.
 //!
-//! The facts are computed here, once; `explanation/document.rs` makes a document of them.
+//! Its sums, reasons and notes are computed here, once; `explanation/document.rs` lays them out.
 
 mod document;
 
@@ -83,7 +83,7 @@ struct Explanation<'a, 'db> {
     own: Option<OwnTime>,
 }
 
-/// A row of a table: an activity or other work on the platform.
+/// A part of a response time or of a utilisation: an activity or other work on the platform.
 #[derive(Clone, Default)]
 struct Summand<'db> {
     name: Name,
@@ -113,10 +113,9 @@ struct Sum<'db> {
     at_once: Time,
     /// The time for which lower priorities hold locks.
     blocking: Time,
-    /// By how much the window is longer than the response time, since the nominal release of the job whose response time is the greatest
-    /// is after the start of the window.
+    /// The time from the start of the busy window until the nominal release of the job with the greatest response time.
     until_release: Time,
-    /// By how much it is shorter, since the release is before the start.
+    /// The time from that release until the start, if the release is first.
     since_release: Time,
 }
 
