@@ -34,12 +34,13 @@ impl TaskSet {
     ///
     /// There are no times at the level. A set that [`TaskSet::parse`] gives has no other error.
     pub fn at(&self, level: Level, method: Method) -> Result<Tasks> {
-        Reader::new(self, level, method)?.set()
+        TaskSetReader::new(self, level, method)?.set()
     }
 
     /// Returns what the jobs of a task execute at a level, as far as the file says, analysed or not.
     pub fn demand(&self, task: &TaskEntry, level: Level) -> (Demand, Option<Arc<Waits>>) {
-        Column::of(self, level).and_then(|column| column.demand(task)).unwrap_or_default()
+        let reader = TaskSetReader::new(self, level, Method::Psm);
+        reader.and_then(|reader| reader.demand(task)).unwrap_or_default()
     }
 
     /// Returns the codels of a task whose time is assumed, with it.
@@ -49,26 +50,21 @@ impl TaskSet {
     }
 }
 
-/// Reads the execution times of one level.
-struct Column<'a> {
-    set: &'a TaskSet,
-    /// The index of the level in each list.
-    index: usize,
-}
-
 /// Reads the entries of a file at one level.
-struct Reader<'a> {
+struct TaskSetReader<'a> {
     set: &'a TaskSet,
     level: Level,
+    /// The index of the level in each list of times.
+    column: usize,
     method: Method,
-    times: Column<'a>,
     /// The CPUs that there are.
     cpus: CpuSet,
 }
 
-impl<'a> Reader<'a> {
-    fn new(set: &'a TaskSet, level: Level, method: Method) -> Result<Reader<'a>> {
-        let times = Column::of(set, level)?;
+impl<'a> TaskSetReader<'a> {
+    fn new(set: &'a TaskSet, level: Level, method: Method) -> Result<TaskSetReader<'a>> {
+        let column = set.levels.iter().position(|it| *it == level).or(set.levels.is_empty().then_some(0));
+        let column = column.ok_or_else(|| TaskSetError::NoLevel { level, levels: set.levels.clone() })?;
         let cpus = match &set.cpus {
             Some(number) => CpuSet::first_few(cpu(number)? + 1),
             None => {
@@ -77,7 +73,7 @@ impl<'a> Reader<'a> {
                 Some(named.collect::<CpuSet>()).filter(|it| !it.is_empty()).unwrap_or(CpuSet::of(0))
             }
         };
-        Ok(Reader { set, level, method, times, cpus })
+        Ok(TaskSetReader { set, level, column, method, cpus })
     }
 
     /// Reads the whole set.
@@ -137,7 +133,7 @@ impl<'a> Reader<'a> {
         }
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
         let mut cpus = entry.cpus.as_ref().map(cpu_set).transpose()?;
-        let (demand, waits) = self.times.demand(entry)?;
+        let (demand, waits) = self.demand(entry)?;
         if priority != Priority::Background
             && self.set.not_analysed.is_empty()
             && !self.has_reason(entry, Method::Psm)
@@ -192,7 +188,7 @@ impl<'a> Reader<'a> {
         let user = |user: &LockUserEntry| {
             let task = indices.get(user.task.as_str()).copied();
             let task = task.ok_or_else(|| TaskSetError::NoTask(user.task.clone()))?;
-            let held = user.held.as_ref().map(|held| self.times.time_at("held", held)).transpose()?;
+            let held = user.held.as_ref().map(|held| self.time_at("held", held)).transpose()?;
             Ok(LockUser { task, held: held.flatten() })
         };
         let users: Vec<LockUser> = entry.user.iter().map(user).collect::<Result<_>>()?;
@@ -246,17 +242,9 @@ impl<'a> Reader<'a> {
             provider: index(&entry.provider)?,
             client: index(&entry.client)?,
             sends: entry.sends,
-            time: self.times.time_at("time", &entry.time)?.ok_or(missing)?,
+            time: self.time_at("time", &entry.time)?.ok_or(missing)?,
             during: entry.during,
         })
-    }
-}
-
-impl<'a> Column<'a> {
-    fn of(set: &'a TaskSet, level: Level) -> Result<Column<'a>> {
-        let index = set.levels.iter().position(|it| *it == level).or(set.levels.is_empty().then_some(0));
-        let index = index.ok_or_else(|| TaskSetError::NoLevel { level, levels: set.levels.clone() })?;
-        Ok(Column { set, index })
     }
 
     /// Returns what the jobs of a task execute at the level, as far as the file says, analysed or not.
@@ -305,7 +293,7 @@ impl<'a> Column<'a> {
     fn time_at(&self, key: &'static str, times: &Numbers) -> Result<Option<Time>> {
         let number = match times {
             Numbers::One(number) => Some(number),
-            Numbers::List(times) => times.get(self.index).and_then(Option::as_ref),
+            Numbers::List(times) => times.get(self.column).and_then(Option::as_ref),
         };
         number.map(|number| time_of(self.set, key, number, Rounding::Up)).transpose()
     }
@@ -359,7 +347,7 @@ fn check(set: &TaskSet) -> Result<()> {
     }
     let any = [set.level()];
     let levels = if set.levels.is_empty() { &any } else { set.levels.as_slice() };
-    levels.iter().try_for_each(|level| Reader::new(set, *level, Method::Psm)?.set().map(drop))
+    levels.iter().try_for_each(|level| TaskSetReader::new(set, *level, Method::Psm)?.set().map(drop))
 }
 
 fn check_entry(set: &TaskSet, entry: &TaskEntry) -> Result<()> {
