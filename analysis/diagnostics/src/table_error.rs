@@ -1,5 +1,6 @@
 //! The messages of errors in a timing table.
 
+use mauve_timing::toml_key::ValueKind;
 use mauve_timing::{MOST_LEVELS, TableErrorKind, TimeError, TomlKind, table_keys};
 
 use crate::configuration::time_error;
@@ -97,7 +98,7 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
 
 /// Returns the right text in place of the marked one, where that is known.
 pub(crate) fn correction(kind: &TableErrorKind) -> Option<String> {
-    let similar_key = |name: &str, keys: &[table_keys::Key]| {
+    let similar_key = |name: &str, keys: &[table_keys::TableKey]| {
         mauve_syntax::similar(name, keys.iter().map(|key| key.name)).map(str::to_owned)
     };
     match kind {
@@ -122,11 +123,9 @@ pub(crate) fn correction(kind: &TableErrorKind) -> Option<String> {
     }
 }
 
-fn names_of(keys: &[table_keys::Key]) -> String {
-    let names = keys.iter().map(|key| match key.is_section() {
-        true => format!("`[{}]`", key.name),
-        false => format!("`{}`", key.name),
-    });
+fn names_of(keys: &[table_keys::TableKey]) -> String {
+    let names =
+        keys.iter().map(|key| format!("`{}`", key.kind.header().map_or(key.name, |(label, _)| label)));
     alternatives(&names.collect::<Vec<_>>())
 }
 

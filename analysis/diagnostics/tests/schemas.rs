@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
-use mauve_hir::config_keys::{
-    Entries, Key, KeyKind, OLD_CHAIN, REQUIRED_OF_LOCK, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
-    list_keys,
-};
+use mauve_hir::config_keys::{Key, KeyKind, KeyTable, SECTIONS, SEVERITIES, list_keys};
 use mauve_hir::{Database, Workspace, config_of};
 use mauve_timing::task_set::{Notation, TaskSet};
+use mauve_timing::toml_key::{ANY_NAME, TomlKey};
 use mauve_timing::{Protocol, Table, Unit, table_keys};
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
@@ -21,12 +19,12 @@ const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.js
 /// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main schemas::` writes it.
 #[test]
 fn the_schema_of_configurations_has_every_key() {
-    let mut sections: Vec<&Section> = SECTIONS.iter().collect();
+    let mut sections: Vec<&Key> = SECTIONS.iter().collect();
     sections.sort_by_key(|it| place(CONFIGURATION, &format!("\n    \"{}\": {{", it.name)));
     let expected = document(
         "mauve.toml",
         "What a folder of MAUVE models is: its roots, its timing tables, its platform.",
-        sections.into_iter().map(section).collect(),
+        sections.into_iter().map(|it| configuration_key(2, it)).collect(),
         r#"
     "paths": {
       "type": ["string", "array"],
@@ -39,52 +37,11 @@ fn the_schema_of_configurations_has_every_key() {
 /// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main schemas::` writes it.
 #[test]
 fn the_schema_of_tables_has_every_key() {
-    let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);
-    let key = |it: &table_keys::Key| {
-        let members = match it.kind {
-            table_keys::EntryKind::Unit => {
-                let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
-                vec![format!("\"enum\": [{units}]"), r#""default": "ms""#.to_owned()]
-            }
-            table_keys::EntryKind::Levels => vec![
-                r#""type": "array""#.to_owned(),
-                r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
-                r#""uniqueItems": true"#.to_owned(),
-                r#""examples": [[1e-3, 1e-4, 1e-5]]"#.to_owned(),
-            ],
-            table_keys::EntryKind::Entries(_, example) => vec![
-                r#""type": "object""#.to_owned(),
-                r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
-                format!("\"examples\": [{example}]"),
-            ],
-            table_keys::EntryKind::Overhead => {
-                let keys = table_keys::OVERHEAD.iter();
-                closed(3, keys.map(|it| property(4, it.name, it.documentation, &times)).collect())
-            }
-            table_keys::EntryKind::Measured(example) => {
-                let value = |it: &table_keys::Key| match it.kind {
-                    table_keys::EntryKind::Value(kind) => {
-                        property(5, it.name, it.documentation, &[format!("\"type\": {kind}")])
-                    }
-                    _ => panic!("{} is a value", it.name),
-                };
-                let keys = closed(4, table_keys::MEASURED.iter().map(value).collect());
-                vec![
-                    r#""type": "object""#.to_owned(),
-                    object(3, "additionalProperties", &keys),
-                    format!("\"examples\": [{example}]"),
-                ]
-            }
-            table_keys::EntryKind::Value(kind) => vec![format!("\"type\": {kind}")],
-            table_keys::EntryKind::Times(_) => times.to_vec(),
-        };
-        property(2, it.name, it.documentation, &members)
-    };
     let expected = document(
         "A timing table",
         "Execution times by codel, program or component, one for each significance level. mauve.toml names the tables \
          under [timing].",
-        table_keys::KEYS.iter().map(key).collect(),
+        table_keys::KEYS.iter().map(|it| table_key(2, it)).collect(),
         r##"
     "time": {
       "description": "An execution time in `unit`.",
@@ -111,70 +68,89 @@ fn the_schema_of_tables_has_every_key() {
     expect_test::expect_file!["../../../editors/schemas/timing-table.schema.json"].assert_eq(&expected);
 }
 
-fn section(section: &Section) -> String {
-    let open = || "\"type\": \"object\"".to_owned();
-    let members = match section.entries {
-        Entries::Keys(keys) => closed(3, keys.iter().map(|key| configuration_key(4, key)).collect()),
-        Entries::Clocks(keys, of_clock) => {
-            let mut members = closed(3, keys.iter().map(|key| configuration_key(4, key)).collect());
-            let mut clock = closed(4, of_clock.iter().map(|key| configuration_key(5, key)).collect());
-            clock.insert(2, "\"required\": [\"instances\"]".to_owned());
-            let others = object(3, "additionalProperties", &clock);
-            let closing = members.iter_mut().find(|it| it.contains("additionalProperties")).unwrap();
-            *closing = others;
-            members
+fn table_key(depth: usize, key: &table_keys::TableKey) -> String {
+    let mut members: Vec<String> = match key.kind {
+        table_keys::EntryKind::Unit => {
+            let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
+            vec![format!("\"enum\": [{units}]")]
         }
-        Entries::Types(keys) => {
-            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
-            let example = r#"{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }"#;
-            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        table_keys::EntryKind::Levels => vec![
+            r#""type": "array""#.to_owned(),
+            r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
+            r#""uniqueItems": true"#.to_owned(),
+        ],
+        table_keys::EntryKind::Entries(..) => vec![
+            r#""type": "object""#.to_owned(),
+            r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
+        ],
+        table_keys::EntryKind::Keys(_, [TomlKey { name: ANY_NAME, kind, .. }]) => {
+            let table_keys::EntryKind::Keys(_, keys) = kind else { panic!("a record has keys") };
+            let properties = keys.iter().map(|it| table_key(depth + 3, it)).collect();
+            let record = closed(depth + 2, properties);
+            vec![r#""type": "object""#.to_owned(), object(depth + 1, "additionalProperties", &record)]
         }
-        Entries::Deployments(keys) => {
-            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
-            let example = r#"{ "Sea": { "accept": { "planner": "measured by hand" } } }"#;
-            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        table_keys::EntryKind::Keys(_, keys) => {
+            closed(depth + 1, keys.iter().map(|it| table_key(depth + 2, it)).collect())
         }
-        Entries::Hosts(keys) => {
-            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
-            let example = r#"{ "eyes": { "activities": ["camera", "tracker"], "cpus": 4 } }"#;
-            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        table_keys::EntryKind::Value(kind) => vec![format!("\"type\": {kind}")],
+        table_keys::EntryKind::Times(_) => {
+            vec![r##""allOf": [{ "$ref": "#/definitions/times" }]"##.to_owned()]
         }
-        Entries::Links(keys) => {
-            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
-            let example = r#"{ "eyes-brain": { "latency": "2 ms" } }"#;
-            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
-        }
-        Entries::Locks(keys) => {
-            let mut keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
-            let required = REQUIRED_OF_LOCK.map(|name| format!("\"{name}\"")).join(", ");
-            keys.insert(2, format!("\"required\": [{required}]"));
-            let example = r#"{ "bus": { "codels": ["imu_read", "gps_read"], "protocol": "inheritance" } }"#;
-            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
-        }
-        Entries::Chains(keys) => {
+    };
+    described(depth, key, &mut members)
+}
+
+/// A property with its default value and its examples.
+fn described<K>(depth: usize, key: &TomlKey<K>, members: &mut Vec<String>) -> String {
+    members.extend(key.default.map(|value| format!("\"default\": {value}")));
+    members.extend(Some(key.examples).filter(|it| !it.is_empty()).map(|it| format!("\"examples\": {it}")));
+    property(depth, key.name, key.documentation, members)
+}
+
+/// The members of a table at this depth.
+fn members_of(depth: usize, table: &KeyTable) -> Vec<String> {
+    let any = table.keys.iter().find(|it| it.name == ANY_NAME);
+    let others = match any.map(|it| &it.kind) {
+        None => "\"additionalProperties\": false".to_owned(),
+        Some(KeyKind::Severity) => return closed(depth, codes().map(lint).collect()),
+        Some(KeyKind::Table(chain)) if !chain.older.is_empty() => {
             let (_, rest) = CONFIGURATION.split_once("\n    \"chains\"").unwrap();
-            let mut names: Vec<&str> = list_keys().chain(keys.iter().map(|key| key.name)).collect();
+            let mut names: Vec<&str> = list_keys().chain(chain.keys.iter().map(|key| key.name)).collect();
             names.sort_by_key(|name| place(rest, &format!("\"{name}\": {{ \"type\": \"object\" }}")));
             let names: Vec<String> =
                 names.iter().map(|name| format!("\"{name}\": {{ \"type\": \"object\" }}")).collect();
-            let properties = keys.iter().chain(&OLD_CHAIN).map(|key| configuration_key(6, key)).collect();
-            let chain = object(4, "items", &closed(5, properties)).replacen("\"items\": ", "", 1);
+            let keys = chain.keys.iter().chain(chain.older);
+            let properties = keys.map(|key| configuration_key(depth + 3, key)).collect();
+            let chain =
+                object(depth + 1, "items", &closed(depth + 2, properties)).replacen("\"items\": ", "", 1);
             let list = r#"{ "type": "array", "items": { "type": "string", "pattern": "^[^.]+[.][^.]+$" } }"#;
-            let example = r#"{ "avoid": { "from": "hokuyo.scan", "to": "pilot", "latency": "300 ms" } }"#;
-            vec![
-                open(),
+            return vec![
+                "\"type\": \"object\"".to_owned(),
                 format!("\"allOf\": [{{ \"properties\": {{ {} }} }}]", names.join(", ")),
                 format!("\"additionalProperties\": {{ \"oneOf\": [{chain}, {list}] }}"),
-                format!("\"examples\": [{example}]"),
-            ]
+            ];
         }
-        Entries::Lints => {
-            let mut members = closed(3, codes().map(lint).collect());
-            members.push(r#""examples": [{ "lost-write": "error", "missing-else": "allow" }]"#.to_owned());
-            members
+        Some(KeyKind::Table(topic)) if table.header.is_some_and(|(label, _)| label == "[ros2.topics]") => {
+            let topic = members_of(depth + 1, topic).join(",\n");
+            format!("\"additionalProperties\": {{ \"anyOf\": [{{ \"type\": \"string\" }}, {{\n{topic}\n}}] }}")
         }
+        Some(KeyKind::Table(table)) => object(depth, "additionalProperties", &members_of(depth + 1, table)),
+        Some(_) => r#""additionalProperties": { "type": "array", "minItems": 1, "items": { "type": "integer", "minimum": 1, "maximum": 128 } }"#.to_owned(),
     };
-    property(2, section.name, section.documentation, &members)
+    let has_rate = table.keys.iter().any(|it| it.name == "rate");
+    let required = table.required.iter().filter(|it| !has_rate || **it != "period");
+    let required: Vec<String> = required.map(|name| format!("\"{name}\"")).collect();
+    let properties = table.keys.iter().filter(|it| it.name != ANY_NAME);
+    let properties: Vec<String> = properties.map(|key| configuration_key(depth + 1, key)).collect();
+    let mut members = vec!["\"type\": \"object\"".to_owned(), others];
+    members.extend(
+        Some(required).filter(|it| !it.is_empty()).map(|it| format!("\"required\": [{}]", it.join(", "))),
+    );
+    if has_rate {
+        members.push("\"oneOf\": [{ \"required\": [\"period\"] }, { \"required\": [\"rate\"] }]".to_owned());
+    }
+    members.extend(Some(properties).filter(|it| !it.is_empty()).map(|it| object(depth, "properties", &it)));
+    members
 }
 
 fn lint(code: &Code) -> String {
@@ -186,7 +162,7 @@ fn lint(code: &Code) -> String {
     property(4, code.name, &first.join(" "), &members)
 }
 
-fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
+fn configuration_key(depth: usize, key: &Key) -> String {
     const TIME: &str =
         r"^\s*[+]?[0-9]+(_[0-9]+)*([.][0-9]+(_[0-9]+)*)?([eE][-+]?[0-9]+(_[0-9]+)*)?\s*(ns|us|ms|s)\s*$";
     let pattern = |pattern: &str| format!("\"type\": \"string\"\n\"pattern\": {}", Value::from(pattern));
@@ -222,9 +198,7 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
                 false => name.replace(", ", "\n"),
             }
         }
-        KeyKind::Level(_) => {
-            "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()
-        }
+        KeyKind::Level => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
         KeyKind::Required(_) => pattern(r"^\s*[0-9.eE+-]+\s+per\s+([0-9.eE+-]+\s*)?(h|hour|hours|min|s)\s*$"),
         KeyKind::Time(_) => pattern(TIME),
         KeyKind::Period(_) => {
@@ -232,55 +206,16 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
             pattern(&TIME.replacen('^', &format!("^({number}\\s*/)?"), 1))
         }
         KeyKind::Rate(_) => pattern(r"^\s*[0-9.]+\s*(/\s*[0-9.]+\s*)?Hz$"),
-        KeyKind::CpuSets(..) => {
-            "\"type\": \"object\"\n\"additionalProperties\": { \"type\": \"array\", \"minItems\": 1, \
-                                 \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 128 } }"
-                .to_owned()
-        }
         KeyKind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
                           \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 128 }"
             .to_owned(),
-        KeyKind::Others(_, keys, _) => {
-            let required = REQUIRED_OF_OTHER.iter().filter(|name| **name != "period");
-            let required = required.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-            let mut members =
-                closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
-            members.insert(2, format!("\"required\": [{required}]"));
-            let period = "\"oneOf\": [{ \"required\": [\"period\"] }, { \"required\": [\"rate\"] }]";
-            members.insert(3, period.to_owned());
-            let items = object(depth + 1, "items", &members);
-            let members =
-                vec!["\"type\": \"array\"".to_owned(), items, format!("\"examples\": {}", key.examples)];
-            return property(depth, key.name, key.documentation, &members);
+        KeyKind::Table(table) if table.is_list => {
+            let items = object(depth + 1, "items", &members_of(depth + 2, table));
+            return described(depth, key, &mut vec!["\"type\": \"array\"".to_owned(), items]);
         }
-        KeyKind::DeploymentTables(_, keys, _) => {
-            let mut of_deployment =
-                closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
-            of_deployment.insert(2, "\"required\": [\"tables\"]".to_owned());
-            let deployments = object(depth + 1, "additionalProperties", &of_deployment);
-            let members = vec![
-                "\"type\": \"object\"".to_owned(),
-                deployments,
-                format!("\"examples\": {}", key.examples),
-            ];
-            return property(depth, key.name, key.documentation, &members);
-        }
-        KeyKind::Gateway(_, keys) => {
-            let mut members =
-                closed(depth + 1, keys.iter().map(|key| configuration_key(depth + 2, key)).collect());
-            members.push(format!("\"examples\": {}", key.examples));
-            return property(depth, key.name, key.documentation, &members);
-        }
-        KeyKind::Topics(_, keys) => {
-            let topic = closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
-            let name = "{ \"type\": \"string\" }";
-            let members = vec![
-                "\"type\": \"object\"".to_owned(),
-                format!("\"additionalProperties\": {{ \"anyOf\": [{name}, {{\n{}\n}}] }}", topic.join(",\n")),
-                format!("\"examples\": {}", key.examples),
-            ];
-            return property(depth, key.name, key.documentation, &members);
-        }
+        KeyKind::Table(table) => return described(depth, key, &mut members_of(depth + 1, table)),
+        KeyKind::Severity => panic!("codes are listed"),
+        KeyKind::Either([one, other], _) => pattern(&format!("^({one}|{other})$")),
         KeyKind::Integer(from, to, _) => {
             format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
         }
@@ -289,9 +224,7 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         KeyKind::Text { pattern: of_text, .. } => pattern(of_text),
     };
     let mut members: Vec<String> = kind.lines().map(str::to_owned).collect();
-    members.extend(key.default.map(|value| format!("\"default\": {value}")));
-    members.push(format!("\"examples\": {}", key.examples));
-    property(depth, key.name, key.documentation, &members)
+    described(depth, key, &mut members)
 }
 
 /// A schema: the names that may stand in a document, and raw definitions that they refer to.

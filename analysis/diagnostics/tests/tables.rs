@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use expect_test::expect_file;
 use mauve_hir::ACTIVITY_FIELDS;
-use mauve_hir::config_keys::{Entries, Key, KeyKind, SECTIONS};
+use mauve_hir::config_keys::{Key, KeyKind, SECTIONS};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::table_keys;
+use mauve_timing::toml_key::{ANY_NAME, ValueKind};
 
 /// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main tables::` writes the lists.
 #[test]
@@ -54,71 +55,37 @@ fn the_reference_has_every_key() {
         documented.extend(quoted(cells[1]).map(|key| format!("{section} {key}")));
     }
     let mut keys: Vec<String> = Vec::new();
-    let mut others: Vec<&str> = Vec::new();
     for section in &SECTIONS {
-        let name = section.name;
-        match &section.entries {
-            Entries::Keys(of_section) => {
-                for key in *of_section {
-                    match &key.kind {
-                        KeyKind::Others(_, below, _) => {
-                            others = names(below);
-                            keys.extend(others.iter().map(|it| format!("[[{name}.{}]] {it}", key.name)));
-                        }
-                        KeyKind::DeploymentTables(_, below, _) => {
-                            keys.extend(
-                                names(below).iter().map(|it| format!("[{name}.{}.NAME] {it}", key.name)),
-                            );
-                        }
-                        KeyKind::Gateway(_, below) => {
-                            keys.extend(names(below).iter().map(|it| format!("[{name}.{}] {it}", key.name)));
-                        }
-                        KeyKind::Topics(_, below) => {
-                            keys.extend(
-                                names(below).iter().map(|it| format!("[{name}.{}.PORT] {it}", key.name)),
-                            );
-                        }
-                        _ => keys.push(format!("[{name}] {}", key.name)),
-                    }
-                }
-            }
-            Entries::Clocks(of_section, below) => {
-                keys.extend(names(of_section).iter().map(|it| format!("[{name}] {it}")));
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Types(below) => keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}"))),
-            Entries::Hosts(below) => {
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Links(below) => {
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Locks(below) => {
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Deployments(below) => {
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Chains(below) => {
-                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
-            }
-            Entries::Lints => keys.push(format!("[{name}] CODE")),
-        }
+        add_keys(section.name, section, &mut keys);
     }
     assert_eq!(documented, keys);
     let first_of = |header: &str| -> Vec<String> {
         table(header).lines().skip(1).filter_map(|row| quoted(row).next().map(str::to_owned)).collect()
     };
-    assert_eq!(first_of("| key | value | default |"), others);
-    let of_table = table_keys::KEYS.iter().map(|key| match key.is_section() {
-        true => format!("[{}]", key.name),
-        false => key.name.to_owned(),
-    });
+    let others = keys.iter().filter_map(|it| it.strip_prefix("[[platform.other]] "));
+    assert_eq!(first_of("| key | value | default |"), others.collect::<Vec<_>>());
+    let of_table =
+        table_keys::KEYS.iter().map(|key| key.kind.header().map_or(key.name, |(label, _)| label).to_owned());
     assert_eq!(first_of("| key of a table | |"), of_table.collect::<Vec<_>>());
 }
 
-fn names<T>(keys: &[Key<T>]) -> Vec<&'static str> {
-    keys.iter().map(|key| key.name).collect()
+/// Adds the keys of a table, each behind its header: of a table with any names, only those below the names.
+fn add_keys(header: &str, table: &Key, all: &mut Vec<String>) {
+    let is_list = matches!(&table.kind, KeyKind::Table(table) if table.is_list);
+    for key in table.kind.keys() {
+        let below = key.kind.keys();
+        match key.name {
+            ANY_NAME if below.is_empty() && header == "lints" => all.push(format!("[{header}] CODE")),
+            ANY_NAME if below.is_empty() => {
+                all.push(header.rsplit_once('.').map(|(of, key)| format!("[{of}] {key}")).unwrap())
+            }
+            ANY_NAME if header == "ros2.topics" => add_keys(&format!("{header}.PORT"), key, all),
+            ANY_NAME => add_keys(&format!("{header}.NAME"), key, all),
+            name if !below.is_empty() => add_keys(&format!("{header}.{name}"), key, all),
+            name if is_list => all.push(format!("[[{header}]] {name}")),
+            name => all.push(format!("[{header}] {name}")),
+        }
+    }
 }
 
 /// Returns the words in backticks.

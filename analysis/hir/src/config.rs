@@ -25,8 +25,8 @@ pub struct Config {
     pub roots: Vec<(String, Range<usize>)>,
     /// `[timing] tables`: globs from the configuration's folder.
     pub tables: Vec<(String, Range<usize>)>,
-    /// `[timing.deployment.…]`, by the name of the deployment: its own tables, instead of `tables`.
-    pub deployment_tables: BTreeMap<String, DeploymentTables>,
+    /// `[timing.deployment.…]`, in the order of their names: the tables of a deployment, instead of `tables`.
+    pub deployment_tables: Vec<DeploymentTables>,
     /// `[timing] observed`: globs of files with what recordings showed, from the configuration's folder.
     pub observed: Vec<(String, Range<usize>)>,
     /// `[locks.…]`, in the order of their names.
@@ -43,8 +43,8 @@ pub struct Config {
     pub assume: Option<Time>,
     /// `[platform] cpus`.
     pub cpus: Option<u32>,
-    /// `[platform.cpu_sets]`, by name.
-    pub cpu_sets: BTreeMap<String, CpuSetConfig>,
+    /// `[platform.cpu_sets]`, in the order of their names.
+    pub cpu_sets: Vec<CpuSetConfig>,
     /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
     /// reports show this assumption.
     pub rt_throttling: Option<bool>,
@@ -54,8 +54,8 @@ pub struct Config {
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[clocks.NAME]`: more clocks.
     pub clocks: Vec<ClockConfig>,
-    /// `[types.…]`: types that no message package declares.
-    pub types: BTreeMap<Name, ExternalType>,
+    /// `[types.…]`: types that no message package declares, in the order of their names.
+    pub types: Vec<ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
     pub out: Option<(String, Range<usize>)>,
     /// `[generate] ros_streams`: whether outputs, and unconnected inputs, are also ROS topics. By default, they are.
@@ -69,8 +69,8 @@ pub struct Config {
     pub license: Option<String>,
     /// `[lints]`: the severity of each diagnostic, `None` to hide it, with the range of its code.
     pub lints: BTreeMap<String, (Option<Severity>, Range<usize>)>,
-    /// `[deployment.…]`, by the name of the deployment.
-    pub deployments: BTreeMap<String, DeploymentConfig>,
+    /// `[deployment.…]`, in the order of their names.
+    pub deployments: Vec<DeploymentConfig>,
     /// `[chains]`
     pub chains: Vec<Chain>,
     /// `[ros2]`, if the section is there.
@@ -165,6 +165,8 @@ pub struct LinkConfig {
 /// A C++ type that no message package declares.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ExternalType {
+    /// Its name.
+    pub name: Name,
     /// Its name in C++, such as `ArRobot*`; empty if missing or invalid.
     pub cpp: String,
     /// The header that declares it, as in an `#include`.
@@ -174,6 +176,8 @@ pub struct ExternalType {
 /// `[deployment.Sea]`
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DeploymentConfig {
+    /// The name of the deployment.
+    pub name: String,
     /// The range of its name.
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
@@ -259,6 +263,8 @@ pub struct LockConfig {
 /// `[timing.deployment.Sea]`
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DeploymentTables {
+    /// The name of the deployment.
+    pub name: String,
     /// The range of its name.
     pub span: Range<usize>,
     /// `tables`: globs from the configuration's folder.
@@ -268,19 +274,21 @@ pub struct DeploymentTables {
 }
 
 /// `big = [5, 6]` in `[platform.cpu_sets]`
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CpuSetConfig {
+    /// Its name.
+    pub name: String,
     /// The range of its name.
     pub span: Range<usize>,
     /// Its CPUs, with their range.
-    pub cpus: (CpuSet, Range<usize>),
+    pub cpus: Option<(CpuSet, Range<usize>)>,
 }
 
 /// `[[platform.other]]`: an entry without errors has every value but the optional ones.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct OtherConfig {
-    /// Its name in reports.
-    pub name: Option<String>,
+    /// Its name in reports, with its range.
+    pub name: Option<Located>,
     /// Its priority, 1 to 99.
     pub priority: Option<u32>,
     /// The least time between two of its releases, greater than 0.
@@ -409,7 +417,7 @@ impl Config {
     /// Returns the patterns of all tables: of those for every deployment, then of those of single deployments, then of those of hosts.
     pub fn all_tables(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
         let of_hosts = self.hosts.iter().flat_map(|it| &it.tables);
-        let of_deployments = self.deployment_tables.values().flat_map(|it| &it.tables);
+        let of_deployments = self.deployment_tables.iter().flat_map(|it| &it.tables);
         self.tables.iter().chain(of_deployments).chain(of_hosts)
     }
 
@@ -420,14 +428,14 @@ impl Config {
 
     /// Returns the patterns of all files with what recordings showed.
     pub fn all_observed(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
-        let of_deployments = self.deployment_tables.values().flat_map(|it| &it.observed);
+        let of_deployments = self.deployment_tables.iter().flat_map(|it| &it.observed);
         let of_hosts = self.hosts.iter().flat_map(|it| &it.observed);
         self.observed.iter().chain(of_deployments).chain(of_hosts)
     }
 
     /// Returns whether it chooses levels by how often executions may exceed their times.
     pub fn has_required(&self) -> bool {
-        self.required.is_some() || self.deployments.values().any(|it| it.required.is_some())
+        self.required.is_some() || self.deployments.iter().any(|it| it.required.is_some())
     }
 
     /// Returns the displayed level: `[timing] significance`, otherwise 10⁻⁴.
@@ -498,19 +506,19 @@ mod tests {
         assert_eq!(config.level().to_string(), "1e-6");
         assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
         assert_eq!((config.cpus, config.rt_throttling), (Some(2), Some(true)));
-        let ExternalType { cpp, header } = &config.types["X"];
-        assert_eq!((cpp.as_str(), header.as_deref()), ("X*", Some("x/X.h")));
+        let [ExternalType { name, cpp, header }] = config.types.as_slice() else { panic!("one type") };
+        assert_eq!((name.as_str(), cpp.as_str(), header.as_deref()), ("X", "X*", Some("x/X.h")));
         assert_eq!((config.ros_streams, config.license.as_deref()), (Some(false), Some("BSD")));
         assert_eq!(
             config.maintainer,
             Some(Maintainer { name: "A B".to_owned(), email: "a@b.org".to_owned() })
         );
-        assert_eq!(config.deployment_tables["D"].tables[0].0, "d.toml");
+        assert_eq!(config.deployment_tables[0].tables[0].0, "d.toml");
         assert_eq!(
             config.all_tables().map(|(pattern, _)| pattern).collect::<Vec<_>>(),
             ["t/*.toml", "d.toml"]
         );
-        let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
+        let [accepted] = config.deployments[0].accepted.as_slice() else { panic!("one acceptance") };
         assert_eq!((accepted.instance.as_str(), accepted.reason.as_str()), ("a", "by hand"));
         assert!(accepted.holds(None) && accepted.holds(Some(Time::from_nanos(u64::MAX))));
         let clocks: Vec<(u32, &str)> =
@@ -523,7 +531,7 @@ mod tests {
     fn an_acceptance_may_have_a_ceiling() {
         let of = |value: &str| read(&format!("deployment.D.accept = {{ a = {value} }}"));
         let config = of("{ until = '30 ms', reason = ' by hand ' }");
-        let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
+        let [accepted] = config.deployments[0].accepted.as_slice() else { panic!("one acceptance") };
         assert_eq!((accepted.reason.as_str(), config.errors.len()), ("by hand", 0));
         let ms = |time: u64| Some(Time::from_nanos(time * 1_000_000));
         assert!(accepted.holds(ms(30)) && !accepted.holds(ms(31)) && !accepted.holds(None));
@@ -538,7 +546,7 @@ mod tests {
             "3",
         ] {
             let config = of(value);
-            let accepted = config.deployments.get("D").map_or(0, |it| it.accepted.len());
+            let accepted = config.deployments.first().map_or(0, |it| it.accepted.len());
             assert_eq!((config.errors.len(), accepted), (1, 0), "{value}");
         }
     }
@@ -548,7 +556,7 @@ mod tests {
         for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")", "int x, y"]
         {
             let text = format!("[types.X]\ncpp = {cpp:?}\n");
-            assert_eq!((mistakes(&text).0.len(), read(&text).types["X"].cpp.as_str()), (1, ""), "{cpp}");
+            assert_eq!((mistakes(&text).0.len(), read(&text).types[0].cpp.as_str()), (1, ""), "{cpp}");
         }
         for header in [
             "a.h>\n#error",
@@ -565,7 +573,7 @@ mod tests {
         ] {
             let text = format!("[types.X]\nheader = {header:?}\n");
             assert_eq!(
-                (mistakes(&text).0.len(), read(&text).types["X"].header.is_none()),
+                (mistakes(&text).0.len(), read(&text).types[0].header.is_none()),
                 (1, true),
                 "{header}"
             );
@@ -679,7 +687,7 @@ mod tests {
         let config = read(&format!("{LAN}cpus = [1, 3]\njitter = \"0.1 ms\"\n"));
         assert_eq!((config.errors, config.completeness), (Vec::new(), Completeness::Complete));
         let [other] = config.others.as_slice() else { panic!("one") };
-        assert_eq!((other.name.as_deref(), other.priority), (Some("lan"), Some(50)));
+        assert_eq!((other.name.as_ref().map(|it| it.0.as_str()), other.priority), (Some("lan"), Some(50)));
         assert_eq!(other.cpus.as_ref().map(|(cpus, _)| *cpus), Some(CpuSet(0b101)));
         let nanos = [other.period, other.time, other.jitter].map(|time| time.map(Time::as_nanos));
         assert_eq!(nanos, [Some(1_000_000), Some(50_000), Some(100_000)]);
@@ -752,7 +760,7 @@ mod tests {
         }
         let text = "[timing.deployment.\"l.D\"]\ntables = []\n";
         assert_eq!(mistakes(text), (Vec::new(), false));
-        assert_eq!(read(text).deployment_tables["l.D"].tables, []);
+        assert_eq!(read(text).deployment_tables[0].tables, []);
     }
 
     #[test]

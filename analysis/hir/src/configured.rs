@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::config::{Acceptance, Chain, Config, DeploymentConfig, Required};
+use crate::config::{Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, Required};
 use crate::fact::{EndKind, Fact, FactKind};
 use crate::features::{Features, core_of};
 use crate::flat::{Flat, flat_of, target_of};
@@ -44,8 +44,9 @@ fn sections_of<'db>(
     deployment: Decl<'db>,
 ) -> impl Iterator<Item = &'db DeploymentConfig> {
     let deployments = &config_of(db, project.workspace(db)).deployments;
-    let of_name = deployments.get(deployment.name(db).as_str());
-    of_name.into_iter().chain(deployments.get(&deployment.qualified(db)))
+    let qualified = deployment.qualified(db);
+    let of_name = deployments.iter().filter(move |it| *deployment.name(db) == *it.name);
+    of_name.chain(deployments.iter().filter(move |it| it.name == qualified))
 }
 
 /// Returns the name of the section `[timing.deployment.NAME]` with the timing tables of a deployment: the qualified name of the
@@ -56,7 +57,7 @@ pub fn section_with_tables<'db>(
     deployment: Decl<'db>,
 ) -> Option<&'db str> {
     let sections = &config_of(db, project.workspace(db)).deployment_tables;
-    let of = |name: &str| sections.get_key_value(name).map(|(name, _)| name.as_str());
+    let of = |name: &str| sections.iter().map(|it| it.name.as_str()).find(|it| *it == name);
     if sections.is_empty() {
         return None;
     }
@@ -302,8 +303,8 @@ fn check_tables<'db>(
     let mut projects: Vec<Project<'db>> = deployed.iter().map(|(project, ..)| *project).collect();
     projects.dedup();
     let mut found = Vec::new();
-    for (name, section) in &config.deployment_tables {
-        let at = Location::of_span(file, &section.span);
+    for DeploymentTables { name, span, .. } in &config.deployment_tables {
+        let at = Location::of_span(file, span);
         for &project in &projects {
             let kind = match owner_of_tables(db, project, name) {
                 OwnerOfTables::Own | OwnerOfTables::Elsewhere => continue,
@@ -332,20 +333,20 @@ fn check_tables<'db>(
 fn check_acceptances<'db>(
     db: &'db dyn ModelDb,
     file: File,
-    sections: &BTreeMap<String, DeploymentConfig>,
+    sections: &[DeploymentConfig],
     deployed: &[DeployedArchitecture<'db>],
 ) -> Vec<Fact<'db>> {
     let mut found = Vec::new();
-    for (deployment, section) in sections {
+    for DeploymentConfig { name: deployment, span, accepted, .. } in sections {
         let flats = deployed.iter().filter(|(_, of, _)| of.is_called(db, deployment));
         let flats: Vec<_> = flats.map(|(.., flat)| flat).collect();
         if flats.is_empty() {
             let near = similar(deployment, deployed.iter().map(|(_, of, _)| of.name(db)));
             let kind = FactKind::UnresolvedDeployment { name: deployment.as_str().into(), near };
-            found.push(Fact::new(Location::of_span(file, &section.span), kind));
+            found.push(Fact::new(Location::of_span(file, span), kind));
             continue;
         }
-        for Acceptance { instance, span, .. } in &section.accepted {
+        for Acceptance { instance, span, .. } in accepted {
             if flats.iter().all(|flat| flat.instance(instance).is_none()) {
                 let near = similar(instance, flats.iter().flat_map(|it| &it.instances).map(|it| &it.name));
                 let (deployment, instance) = (deployment.as_str().into(), instance.as_str().into());

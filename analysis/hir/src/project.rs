@@ -49,7 +49,7 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
 /// Returns the types that `mauve.toml` declares, without ranges: a comment does not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, ExternalType> {
-    config_of(db, workspace).types.clone()
+    config_of(db, workspace).types.iter().map(|it| (it.name.clone(), it.clone())).collect()
 }
 
 /// The configuration that response times depend on, without ranges: a comment does not change it.
@@ -90,7 +90,7 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     let Config { cpus, cpu_sets, rt_throttling, completeness, others, .. } = config;
     let other = |it: &OtherConfig| {
         let task = Task {
-            name: it.name.as_deref()?.into(),
+            name: it.name.as_ref()?.0.as_str().into(),
             jitter: it.jitter.unwrap_or_default(),
             cpus: it.cpus.as_ref().map(|(cpus, _)| *cpus),
             burst: it.burst.unwrap_or(1).into(),
@@ -101,7 +101,10 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     Platform {
         others: others.iter().filter_map(other).collect(),
         cpus: *cpus,
-        cpu_sets: cpu_sets.iter().map(|(name, set)| (name.as_str().into(), set.cpus.0)).collect(),
+        cpu_sets: cpu_sets
+            .iter()
+            .filter_map(|it| Some((it.name.as_str().into(), it.cpus.as_ref()?.0)))
+            .collect(),
         rt_throttling: *rt_throttling,
         clocks: config.on_clocks().map(|(clock, (name, _))| (name.clone(), clock)).collect(),
         ptp: config.ptp,

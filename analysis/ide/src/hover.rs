@@ -1,5 +1,6 @@
 //! Hovers: on an activity, how its response time is composed; on a connection, how long data takes there; on a name, its
-//! declaration; on the type of a value, the fields of the message; on a key of `mauve.toml`, what it means. Further details of a name are in `hover/details.rs`, the words
+//! declaration; on the type of a value, the fields of the message; on a key of `mauve.toml` or of
+//! a timing table, what it means. Further details of a name are in `hover/details.rs`, the words
 //! of the language in `hover/words.rs`.
 
 mod activity_field;

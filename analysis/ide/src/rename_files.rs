@@ -123,7 +123,7 @@ impl Moving<'_> {
                 change.replace(file, Replacement { range: range_of(span), text: quoted(&path) });
             }
         }
-        let of_deployments = config.deployment_tables.values().map(|it| &it.tables);
+        let of_deployments = config.deployment_tables.iter().map(|it| &it.tables);
         for patterns in std::iter::once(&config.tables).chain(of_deployments) {
             self.tables(workspace, file, patterns, change);
         }

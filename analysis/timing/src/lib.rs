@@ -20,6 +20,7 @@
 //! | `time.rs` | [`Time`]: nanoseconds, read exactly from decimal text |
 //! | `level.rs` | [`Level`]: how probable it is that a time is exceeded |
 //! | `table.rs` | [`Table`]: execution times by codel, program and component, in TOML |
+//! | `toml_key.rs` | the form in which keys of TOML files are declared: those of tables, and of `mauve.toml` |
 //! | `observed.rs` | [`Observed`]: what recordings of a robot showed, in TOML |
 //! | `cpu_set.rs` | [`CpuSet`]: up to 128 CPUs |
 //! | `machine.rs` | [`StateMachine`]: states and edges, one edge a period |
@@ -88,6 +89,7 @@ mod tasks;
 #[cfg(test)]
 mod testing;
 mod time;
+pub mod toml_key;
 mod trace_bound;
 mod trigger;
 mod utilisation;
@@ -121,8 +123,8 @@ pub use table::update::{
     Kept, UpdateError, Updated, assumed_entry, update as update_table, with_dispatch, with_time,
 };
 pub use table::{
-    DEPENDENT, EXTRAPOLATED, Entry, KeyPart, Measured, Overhead, Table, Times, extrapolated_from,
-    keys as table_keys,
+    DEPENDENT, EXTRAPOLATED, Entry, KeyPart, Measured, Overhead, Table, TableSection, Times,
+    extrapolated_from, keys as table_keys,
 };
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,

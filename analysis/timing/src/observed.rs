@@ -11,9 +11,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table as EditTable};
 
-use crate::table::reader::integer_text;
+use crate::table::reader::time_in;
 use crate::table::update::set;
-use crate::{Rounding, Time, TimeError, TomlKind, Unit};
+use crate::{Time, TimeError, TomlKind, Unit};
 
 /// What recordings showed. All times are in nanoseconds.
 ///
@@ -205,7 +205,7 @@ impl Observed {
                 vec![ObservedError { span: error.span().unwrap_or_default(), kind }],
             );
         }
-        let mut reader = Reader { unit: Unit::Milliseconds, errors: Vec::new() };
+        let mut reader = ObservedReader { unit: Unit::Milliseconds, errors: Vec::new() };
         let observed = reader.document(document.get_ref());
         let mut errors = reader.errors;
         errors.sort_by_key(|error| (error.span.start, error.span.end));
@@ -290,14 +290,14 @@ fn number(nanos: u64) -> Item {
     text.parse::<toml_edit::Value>().map_or(Item::None, Item::Value)
 }
 
-struct Reader {
+struct ObservedReader {
     unit: Unit,
     errors: Vec<ObservedError>,
 }
 
-type Entries<'a, 'text> = Vec<(Vec<String>, Range<usize>, &'a DeTable<'text>)>;
+type ObservedEntries<'a, 'text> = Vec<(Vec<String>, Range<usize>, &'a DeTable<'text>)>;
 
-impl Reader {
+impl ObservedReader {
     fn error(&mut self, span: Range<usize>, kind: ObservedErrorKind) {
         self.errors.push(ObservedError { span, kind });
     }
@@ -339,7 +339,7 @@ impl Reader {
         &mut self,
         prefix: &[String],
         section: &'a DeTable<'text>,
-        entries: &mut Entries<'a, 'text>,
+        entries: &mut ObservedEntries<'a, 'text>,
     ) {
         for (key, value) in section.iter() {
             let mut parts = prefix.to_vec();
@@ -457,24 +457,15 @@ impl Reader {
 
     /// Reads a time in nanoseconds.
     fn time(&mut self, name: &'static str, value: &Spanned<DeValue>) -> u64 {
-        let text = match value.get_ref() {
-            DeValue::Integer(integer) => integer_text(integer),
-            DeValue::Float(float) => Some(float.as_str().to_owned()),
-            _ => {
-                self.of_kind(name, value, "a number");
-                return 0;
-            }
-        };
         let unit = self.unit;
-        let time = match &text {
-            Some(text) => Time::parse(text, unit, Rounding::Up),
-            None => Err(TimeError::TooLarge),
-        };
-        time.map(Time::as_nanos).unwrap_or_else(|error| {
-            let text = text.unwrap_or_default();
-            self.error(value.span(), ObservedErrorKind::InvalidTime { text, unit, error });
-            0
-        })
+        match time_in(value.get_ref(), unit) {
+            Some((_, Ok(time))) => return time.as_nanos(),
+            Some((text, Err(error))) => {
+                self.error(value.span(), ObservedErrorKind::InvalidTime { text, unit, error });
+            }
+            None => self.of_kind(name, value, "a number"),
+        }
+        0
     }
 }
 

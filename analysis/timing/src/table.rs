@@ -71,6 +71,32 @@ pub struct Table {
     pub lost: bool,
 }
 
+/// A section of a timing table.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[allow(missing_docs, reason = "the names are those of the sections")]
+pub enum TableSection {
+    Codel,
+    Program,
+    Component,
+    Wait,
+    Access,
+    Overhead,
+}
+
+impl TableSection {
+    /// Returns its header.
+    pub fn header(self) -> &'static str {
+        match self {
+            TableSection::Codel => "[codel]",
+            TableSection::Program => "[program]",
+            TableSection::Component => "[component]",
+            TableSection::Wait => "[wait]",
+            TableSection::Access => "[access]",
+            TableSection::Overhead => "[overhead]",
+        }
+    }
+}
+
 /// One line of a table: `"navigation.astar" = [297, 297, 297]`.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Entry {
@@ -233,10 +259,25 @@ impl Table {
         self.times().any(|times| matches!(times, Times::PerLevel(_)))
     }
 
+    /// Returns the sections with times, each with its entries.
+    pub fn sections(&self) -> [(TableSection, &Vec<Entry>); 5] {
+        [
+            (TableSection::Codel, &self.codels),
+            (TableSection::Program, &self.programs),
+            (TableSection::Component, &self.components),
+            (TableSection::Wait, &self.waits),
+            (TableSection::Access, &self.accesses),
+        ]
+    }
+
     /// Returns the entries of all sections with times.
     pub fn entries(&self) -> impl Iterator<Item = &Entry> {
-        let of_programs = self.codels.iter().chain(&self.programs).chain(&self.components);
-        of_programs.chain(&self.waits).chain(&self.accesses)
+        self.sections().into_iter().flat_map(|(_, entries)| entries)
+    }
+
+    fn entries_mut(&mut self) -> impl Iterator<Item = &mut Entry> {
+        let Table { codels, programs, components, waits, accesses, .. } = self;
+        [codels, programs, components, waits, accesses].into_iter().flatten()
     }
 
     fn times(&self) -> impl Iterator<Item = &Times> {
@@ -258,10 +299,9 @@ mod tests {
         for level in &table.levels {
             found.push_str(&format!("level {level}\n"));
         }
-        let sections =
-            [("codel", &table.codels), ("program", &table.programs), ("component", &table.components)];
-        for (name, entries) in sections {
-            for entry in entries {
+        for (section, entries) in &table.sections()[..3] {
+            let name = section.header().trim_matches(['[', ']']);
+            for entry in *entries {
                 let times = match &entry.value {
                     None => "error".to_owned(),
                     Some(Times::Always(time)) => time.to_string(),

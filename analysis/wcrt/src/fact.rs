@@ -3,7 +3,7 @@
 
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
-use mauve_timing::{CpuSet, Level, Time};
+use mauve_timing::{CpuSet, Level, TableSection, Time};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, Timed, WrongProgram};
 use crate::table_set::TableSet;
@@ -175,31 +175,6 @@ pub struct DeadlineAndPriority {
     pub instance: Name,
     pub priority: u32,
     pub deadline: Time,
-}
-
-/// A section of a timing table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TableSection {
-    Codel,
-    Program,
-    Component,
-    Wait,
-    Access,
-    Overhead,
-}
-
-impl TableSection {
-    /// Returns its header.
-    pub fn header(self) -> &'static str {
-        match self {
-            TableSection::Codel => "[codel]",
-            TableSection::Program => "[program]",
-            TableSection::Component => "[component]",
-            TableSection::Wait => "[wait]",
-            TableSection::Access => "[access]",
-            TableSection::Overhead => "[overhead]",
-        }
-    }
 }
 
 /// An overloaded CPU, with the activity that contributes most. Its location is that of this activity if it alone overloads the CPU,

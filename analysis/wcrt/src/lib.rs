@@ -93,7 +93,7 @@ pub use executions::{Support, executions_of, required_facts, support};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, LackingLevel, Missed, MissingTime,
-    Overload, Recorded, TableSection, TimingFact, TimingFactKind, Unbounded,
+    Overload, Recorded, TimingFact, TimingFactKind, Unbounded,
 };
 pub use gateway::Gateway;
 pub use locks::{DeclaredLock, DeclaredLocks, declared_locks};
@@ -123,7 +123,7 @@ pub use task_set::DeployedTasks;
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables,
     observed_files, observed_in, observed_responses, pattern_of_path, table, table_facts, table_files,
-    table_pattern, timetable_of,
+    table_pattern, timed_by, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use triggers::trigger_facts;

@@ -86,7 +86,7 @@ fn used_sets<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> impl Iterator<
 /// Returns the timing tables that are checked in a project: those of `[timing] tables`, those of sections, except sections for
 /// deployments of other projects, and those of hosts.
 pub(crate) fn checked_sets<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<TableSet<'db>> {
-    let sections = config_of(db, project.workspace(db)).deployment_tables.keys();
+    let sections = config_of(db, project.workspace(db)).deployment_tables.iter().map(|it| &it.name);
     let checked = sections.filter(|name| owner_of_tables(db, project, name) != OwnerOfTables::Elsewhere);
     let sections = checked.map(|name| Some(Name::from(name.as_str())));
     let sections = std::iter::once(None).chain(sections);

@@ -13,12 +13,12 @@ use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
 use mauve_timing::{
-    Entry, Excess, Level, Measured, Overhead, Table, TableError, TableErrorKind, Time, Times,
+    Entry, Excess, Level, Measured, Overhead, Table, TableError, TableErrorKind, TableSection, Time, Times,
     extrapolated_from,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
+use crate::fact::{ChangedOrigin, TimingFact, TimingFactKind};
 use crate::reason::{
     IncompleteTable, PREFIX_OF_TOPICS, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels,
     Timed, UnusableTime, WrongProgram,
@@ -104,7 +104,7 @@ fn files_of_section(
     let of_host = host.map(|it| either(&it.tables, &it.observed)).filter(|it| !it.is_empty());
     let of_section = || match section {
         Some(section) => {
-            let found = config.deployment_tables.get(section.as_str());
+            let found = config.deployment_tables.iter().find(|it| section == *it.name);
             found.map_or(&[] as &[_], |it| either(&it.tables, &it.observed))
         }
         None => either(&config.tables, &config.observed),
@@ -219,23 +219,19 @@ pub(crate) struct Slot {
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
     pub(crate) slots: FxHashMap<Timed<'db>, Vec<Slot>>,
-    /// The entries of ambiguous keys: they may be for something that has no other entry.
-    ambiguous: FxHashMap<Timed<'db>, UnusableTime<'db>>,
+    /// Subjects without an entry that an ambiguous or unknown key may refer to, with the entry of that key.
+    pub(crate) unclear: FxHashMap<Timed<'db>, UnusableTime<'db>>,
     /// The entries of components for programs that they do not have: such an entry may be for any of their programs, so that the
     /// component is not analysed.
     pub(crate) wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
-    /// Subjects without an entry that an unknown key may refer to, with the entry of that key.
-    pub(crate) misspelt: FxHashMap<Timed<'db>, StrayEntry>,
     /// Entries of unknown codels by the name of the codel: they may belong to a codel of that name in another library,
     /// even if it has a time.
     pub(crate) strays: FxHashMap<Name, StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// What recordings refuted.
     refuted: FxHashMap<Timed<'db>, UnusableTime<'db>>,
-    /// The programs of each component that some entry is, or may be, for.
-    programs: FxHashMap<Decl<'db>, FxHashSet<ProgramId>>,
-    /// The ports of each component that some entry is, or may be, for.
-    accesses: FxHashMap<Decl<'db>, FxHashSet<Name>>,
+    /// The programs and the ports of each component that some entry is, or may be, for.
+    of_components: FxHashMap<Decl<'db>, FxHashSet<Timed<'db>>>,
     /// The levels of all tables, from the most probable down; none where no time depends on a level.
     pub levels: Vec<Level>,
     /// The levels that only some tables have, each with the name of a table that does not.
@@ -277,20 +273,15 @@ pub(crate) fn times_of<'db>(
     let (all, project) = (timetable_of(db, tables), tables.project(db));
     let core = core_of(db, project, component);
     let codels = || core.into_iter().flat_map(|core| &uses_of(db, project, core).codels).copied();
-    let programs = all.programs.get(&component).into_iter().flatten();
-    let programs = programs.map(|program| Timed::Program(component, program.clone()));
-    let accesses = all.accesses.get(&component).into_iter().flatten();
-    let accesses = accesses.map(|port| Timed::Access(component, port.clone()));
+    let of_component = all.of_components.get(&component).into_iter().flatten().cloned();
     let of_codels = codels().flat_map(|codel| [Timed::Codel(codel), Timed::Wait(codel)]);
-    let read: Vec<Timed<'db>> =
-        of_codels.chain(programs).chain(accesses).chain([Timed::Component(component)]).collect();
+    let read: Vec<Timed<'db>> = of_codels.chain(of_component).chain([Timed::Component(component)]).collect();
     let wrong = all.wrong_programs.get(&component).map(|wrong| (component, wrong.clone()));
     let stray = |codel: Decl<'db>| all.strays.get_key_value(codel.name(db));
     Timetable {
         slots: part(&all.slots, &read),
-        ambiguous: part(&all.ambiguous, &read),
+        unclear: part(&all.unclear, &read),
         wrong_programs: wrong.into_iter().collect(),
-        misspelt: part(&all.misspelt, &read),
         refuted: part(&all.refuted, &read),
         strays: codels().filter_map(stray).map(|(name, stray)| (name.clone(), stray.clone())).collect(),
         overhead: all.overhead.clone(),
@@ -402,9 +393,9 @@ fn unclear_section<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<T
         let is_ambiguous = matches!(owner(name), OwnerOfTables::Several(_));
         return is_ambiguous.then(|| TableFault::AmbiguousDeployment(name.to_string()));
     }
-    let mut sections = config_of(db, project.workspace(db)).deployment_tables.keys();
-    let unknown = sections.find(|name| owner(name) == OwnerOfTables::Missing)?;
-    Some(TableFault::UnknownDeployment(unknown.clone()))
+    let mut sections = config_of(db, project.workspace(db)).deployment_tables.iter();
+    let unknown = sections.find(|it| owner(&it.name) == OwnerOfTables::Missing)?;
+    Some(TableFault::UnknownDeployment(unknown.name.clone()))
 }
 
 /// An entry whose key names nothing.
@@ -492,41 +483,32 @@ impl<'db> TimetableBuilder<'db> {
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
-        let measured: FxHashMap<&str, &Times> =
-            table.measured.iter().map(|record| (record.key.as_str(), &record.times)).collect();
-        let dependent = table.measured.iter().filter(|it| it.is_dependent());
-        let dependent: FxHashSet<&str> = dependent.map(|record| record.key.as_str()).collect();
-        let extrapolated: FxHashMap<&str, Level> = table
-            .measured
-            .iter()
-            .filter_map(|it| {
-                Some((it.key.as_str(), it.warnings.iter().find_map(|it| extrapolated_from(it))?))
-            })
-            .collect();
-        let slot = |entry: &Entry| Slot {
-            file,
-            levels: levels.clone(),
-            times: entry.value.clone(),
-            waits: entry.waits,
-            is_measured: measured.get(entry.key.as_str()).copied() == entry.value.as_ref(),
-            is_assumed: entry.is_assumed,
-            is_dependent: dependent.contains(entry.key.as_str()),
-            extrapolated_from: extrapolated.get(entry.key.as_str()).copied(),
-        };
-        for entry in &table.codels {
-            self.add(entry, &entry.key, TableSection::Codel, slot(entry), Timed::Codel);
-        }
-        for entry in &table.components {
-            self.add(entry, &entry.key, TableSection::Component, slot(entry), Timed::Component);
-        }
-        for entry in &table.waits {
-            self.add(entry, &entry.key, TableSection::Wait, slot(entry), Timed::Wait);
-        }
-        for entry in &table.accesses {
-            self.access(entry, slot(entry), at(&entry.key_span));
-        }
-        for entry in &table.programs {
-            self.program(entry, slot(entry), at(&entry.key_span));
+        let measured: FxHashMap<&str, &Measured> =
+            table.measured.iter().map(|record| (record.key.as_str(), record)).collect();
+        let [codels, programs, components, waits, accesses] = table.sections();
+        let sections = [codels, components, waits, accesses, programs].into_iter();
+        for (section, entry) in sections.flat_map(|(of, all)| all.iter().map(move |it| (of, it))) {
+            let record = measured.get(entry.key.as_str()).copied();
+            let slot = Slot {
+                file,
+                levels: levels.clone(),
+                times: entry.value.clone(),
+                waits: entry.waits,
+                is_measured: record.map(|it| &it.times) == entry.value.as_ref(),
+                is_assumed: entry.is_assumed,
+                is_dependent: record.is_some_and(Measured::is_dependent),
+                extrapolated_from: record
+                    .and_then(|it| it.warnings.iter().find_map(|it| extrapolated_from(it))),
+            };
+            match section {
+                TableSection::Program => self.program(entry, slot, at(&entry.key_span)),
+                TableSection::Access => self.access(entry, slot, at(&entry.key_span)),
+                TableSection::Component => _ = self.add(entry, &entry.key, section, slot, Timed::Component),
+                TableSection::Wait => _ = self.add(entry, &entry.key, section, slot, Timed::Wait),
+                TableSection::Codel | TableSection::Overhead => {
+                    self.add(entry, &entry.key, section, slot, Timed::Codel);
+                }
+            }
         }
         for record in &table.measured {
             let mut entries = table.codels.iter().chain(&table.programs);
@@ -597,7 +579,7 @@ impl<'db> TimetableBuilder<'db> {
                     self.report(at, TimingFactKind::AmbiguousTimingKey { key, first });
                 }
                 let ambiguous = UnusableTime::AmbiguousKey(StrayEntry { key: key.to_owned(), table: file });
-                self.times.ambiguous.extend(found.iter().map(|&decl| (of(decl), ambiguous.clone())));
+                self.times.unclear.extend(found.iter().map(|&decl| (of(decl), ambiguous.clone())));
             }
         }
         None
@@ -631,12 +613,8 @@ impl<'db> TimetableBuilder<'db> {
         }
         // It may be the time of any port of the component.
         let stray = StrayEntry { key: entry.key.clone(), table: file };
-        for port in &ports {
-            self.times
-                .misspelt
-                .entry(Timed::Access(component, port.clone()))
-                .or_insert_with(|| stray.clone());
-        }
+        let accesses = ports.iter().map(|port| Timed::Access(component, port.clone()));
+        self.put_in_question(accesses, &stray);
         // An error in a shell, which is reported, may hide the port.
         let shell = shell_of(db, self.project, component);
         let features = shell.map(|shell| features_of(db, self.project, shell));
@@ -665,9 +643,7 @@ impl<'db> TimetableBuilder<'db> {
             return;
         }
         let stray = StrayEntry { key: entry.key.clone(), table: file };
-        for topic in topics {
-            self.times.misspelt.entry(Timed::Topic(topic.clone())).or_insert_with(|| stray.clone());
-        }
+        self.put_in_question(topics.iter().cloned().map(Timed::Topic), &stray);
         if names_of(db, project).may_miss_names() {
             return;
         }
@@ -801,17 +777,9 @@ impl Lookup<'_> {
 
 impl<'db> Timetable<'db> {
     fn index_programs(&mut self) {
-        let unclear = self.ambiguous.keys().chain(self.misspelt.keys()).chain(self.refuted.keys());
-        let subjects = self.slots.keys().chain(unclear);
-        for of in subjects {
-            match of {
-                Timed::Program(component, program) => {
-                    self.programs.entry(*component).or_default().insert(program.clone());
-                }
-                Timed::Access(component, port) => {
-                    self.accesses.entry(*component).or_default().insert(port.clone());
-                }
-                _ => {}
+        for of in self.slots.keys().chain(self.unclear.keys()).chain(self.refuted.keys()) {
+            if let Timed::Program(component, _) | Timed::Access(component, _) = of {
+                self.of_components.entry(*component).or_default().insert(of.clone());
             }
         }
     }
@@ -849,12 +817,13 @@ impl<'db> Timetable<'db> {
 
     /// Returns the ports of a component that some entry is, or may be, for.
     pub(crate) fn timed_ports(&self, component: Decl<'db>) -> impl Iterator<Item = &Name> {
-        self.accesses.get(&component).into_iter().flatten()
+        let of_component = self.of_components.get(&component).into_iter().flatten();
+        of_component.filter_map(|of| if let Timed::Access(_, port) = of { Some(port) } else { None })
     }
 
     /// Returns whether a table has an entry, or may have.
     pub(crate) fn has_entry(&self, of: &Timed<'db>) -> bool {
-        self.slots.contains_key(of) || self.misspelt.contains_key(of) || self.refuted.contains_key(of)
+        self.slots.contains_key(of) || self.unclear.contains_key(of) || self.refuted.contains_key(of)
     }
 
     /// Returns whether the times of an entry are those of a measurement.
@@ -930,11 +899,7 @@ impl<'db> Timetable<'db> {
             return Lookup::Unusable(refuted.clone());
         }
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
-            [] => {
-                let misspelt = || Some(UnusableTime::Stray(self.misspelt.get(of)?.clone(), of.clone()));
-                let unusable = self.ambiguous.get(of).cloned().or_else(misspelt);
-                return unusable.map_or(Lookup::Absent, Lookup::Unusable);
-            }
+            [] => return self.unclear.get(of).cloned().map_or(Lookup::Absent, Lookup::Unusable),
             [slot] => slot,
             [first, second, ..] => {
                 return Lookup::Unusable(UnusableTime::TwoTimes(of.clone(), [first.file, second.file]));
@@ -951,6 +916,32 @@ impl<'db> Timetable<'db> {
     }
 }
 
+/// Returns what the entries of this key in a section are for.
+pub fn timed_by<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    section: TableSection,
+    key: &str,
+) -> Vec<Timed<'db>> {
+    let of = |kind, key: &str, timed: &dyn Fn(Decl<'db>) -> Timed<'db>| {
+        names_of(db, project).by_key(kind, key).iter().map(|of| timed(*of)).collect()
+    };
+    match section {
+        TableSection::Codel => of(Kind::Codel, key, &Timed::Codel),
+        TableSection::Wait => of(Kind::Codel, key, &Timed::Wait),
+        TableSection::Component => of(Kind::Component, key, &Timed::Component),
+        TableSection::Program => {
+            ProgramKey::parse(key).map_or_else(Vec::new, |ProgramKey { component, program }| {
+                of(Kind::Component, component, &|of| Timed::Program(of, program.in_table()))
+            })
+        }
+        TableSection::Access => key.rsplit_once('.').map_or_else(Vec::new, |(component, port)| {
+            of(Kind::Component, component, &|of| Timed::Access(of, port.into()))
+        }),
+        TableSection::Overhead => Vec::new(),
+    }
+}
+
 fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
     match times {
         Times::Always(time) => Some(*time),
@@ -961,10 +952,9 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
 /// Returns whether `key` can replace the key of an entry: only where that is written as one token, and where the table has no
 /// other entry of `key`.
 pub(crate) fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
-    let table = table(db, file);
-    let sections = [&table.codels, &table.programs, &table.components, &table.waits, &table.accesses];
+    let sections = table(db, file).sections().into_iter().map(|(_, section)| section);
     let is_in = |section: &&Vec<Entry>| section.iter().any(|other| other.key_span == entry.key_span);
-    let mut all = sections.into_iter().filter(is_in).flatten();
+    let mut all = sections.filter(is_in).flatten();
     let length = entry.key_span.len();
     (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
 }

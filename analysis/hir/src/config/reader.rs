@@ -3,21 +3,15 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use mauve_timing::toml_key::{ANY_NAME, key_named};
 use mauve_timing::{CpuSet, Level, Protocol, Rounding, Time, TimeError, Unit};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{
-    self, BESIDE_PERIOD, BESIDE_SIGNIFICANCE, CPU_LIST, Entries, Key, KeyKind, OLD_CHAIN, REQUIRED_OF_LOCK,
-    REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section,
-};
-use super::{
-    Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentTables, HostConfig, LinkConfig, Located,
-    LockConfig, Mistake, MistakeKind, OtherConfig, Required, TopicConfig, toml_key,
-};
+use super::keys::{Key, KeyKind, KeyTable, SECTIONS, SEVERITIES};
+use super::{Acceptance, Config, HostConfig, Located, Mistake, MistakeKind, OtherConfig, Required, toml_key};
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
-use crate::severity::Severity;
 
 /// Reads a `mauve.toml`. An error does not affect the other keys.
 pub(crate) fn read(text: &str) -> Config {
@@ -44,8 +38,8 @@ struct ConfigReader<'t> {
     completeness: Completeness,
 }
 
-type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
-type Value<'a> = Spanned<DeValue<'a>>;
+type SpannedKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
+pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
 impl ConfigReader<'_> {
     /// Reports an error in a value that no response time depends on. A value over several lines may contain other keys.
@@ -80,16 +74,13 @@ impl ConfigReader<'_> {
         self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, at);
     }
 
-    /// Reports a section that lacks a key. With an error since there were `errors`, it lacks none: an unknown key may be a
-    /// misspelt one.
-    fn missing_key(&mut self, errors: usize, key: Option<&'static str>, header: String, at: Range<usize>) {
-        if let Some(key) = key.filter(|_| self.errors.len() == errors) {
-            self.incomplete(MistakeKind::MissingKey { key, header }, at);
-        }
-    }
-
     /// Reports an unknown key or section, not in `expected`.
-    fn unknown(&mut self, key: &TomlKey<'_>, known: impl Iterator<Item = &'static str>, kind: MistakeKind) {
+    fn unknown(
+        &mut self,
+        key: &SpannedKey<'_>,
+        known: impl Iterator<Item = &'static str>,
+        kind: MistakeKind,
+    ) {
         let near = mauve_syntax::similar(key.get_ref(), known).map(Name::from);
         self.errors.push(Mistake { kind, span: key.span(), near });
         self.completeness = Completeness::Incomplete;
@@ -98,27 +89,19 @@ impl ConfigReader<'_> {
     fn document(&mut self, config: &mut Config, document: &DeTable<'_>) {
         for (key, value) in document {
             let name = key.get_ref();
-            match (value.get_ref().as_table(), keys::section_named(name)) {
+            match (value.get_ref().as_table(), SECTIONS.iter().find(|it| it.name == name)) {
                 (None, _) => self.incomplete(MistakeKind::OutsideSections(name.to_string()), key.span()),
-                (_, None) => {
+                (Some(values), Some(Key { kind: KeyKind::Table(table), .. })) => {
+                    self.table(config, name, table, (name.to_string(), key.span()), values);
+                }
+                (Some(_), _) => {
                     let known = || SECTIONS.iter().map(|section| section.name);
                     let (section, expected) = (name.to_string(), known().collect());
                     self.unknown(key, known(), MistakeKind::UnknownSection { section, expected });
                 }
-                (Some(values), Some(section)) => {
-                    if section.name == "ros2" {
-                        config.ros2.get_or_insert_default().span = key.span();
-                    }
-                    for (key, value) in values {
-                        self.entry(config, section, key, value);
-                    }
-                }
             }
         }
-        self.cpus_of_others(config);
-        if let Some(required) = config.required.as_ref().filter(|_| config.significance.is_some()) {
-            self.wrong_value("required", required.span.clone(), BESIDE_SIGNIFICANCE);
-        }
+        self.others(config);
         let mut seen = BTreeMap::new();
         for (clock, (instance, span)) in config.on_clocks() {
             if *seen.entry(instance).or_insert(clock) != clock {
@@ -127,247 +110,99 @@ impl ConfigReader<'_> {
         }
     }
 
-    fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
-        if let Some(at) = self.multiline_string(value) {
-            return self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
-        }
-        let name = key.get_ref();
-        let header = || format!("{}.{}", section.name, toml_key(name));
-        let wrong = || section.entries.expected(section.name, name);
-        match (&section.entries, value.get_ref().as_table()) {
-            (Entries::Keys(keys), _) => self.key(config, section.name, keys, key, value),
-            (Entries::Clocks(known, keys), Some(entries)) if known.iter().all(|it| it.name != name) => {
-                let mut clock =
-                    ClockConfig { name: name.to_string(), span: key.span(), ..ClockConfig::default() };
-                self.keys(&mut clock, &header(), keys, entries);
-                let missing = Some("instances").filter(|it| !entries.contains_key(*it));
-                self.missing_key(self.errors.len(), missing, format!("[{}]", header()), key.span());
-                config.clocks.push(clock);
-            }
-            (Entries::Clocks(keys, _), _) => self.key(config, section.name, keys, key, value),
-            (Entries::Types(keys), Some(entries)) => {
-                let ty = config.types.entry(name.as_ref().into()).or_default();
-                self.keys(ty, &header(), keys, entries);
-            }
-            (Entries::Deployments(keys), Some(entries)) => {
-                let deployment = config.deployments.entry(name.to_string()).or_default();
-                deployment.span = key.span();
-                self.keys(deployment, &header(), keys, entries);
-            }
-            (Entries::Locks(keys), Some(entries)) => self.lock(config, &header(), keys, key, entries),
-            (Entries::Hosts(keys), Some(entries)) => {
-                let (name, span) = (name.to_string(), key.span());
-                let mut host = HostConfig { name, span, ..HostConfig::default() };
-                self.keys(&mut host, &header(), keys, entries);
-                config.hosts.push(host);
-            }
-            (Entries::Links(keys), Some(entries)) => {
-                let (name, span) = (name.to_string(), key.span());
-                let mut link = LinkConfig { name, span, ..LinkConfig::default() };
-                self.keys(&mut link, &header(), keys, entries);
-                config.links.push(link);
-            }
-            (Entries::Chains(keys), Some(entries)) => {
-                config.chains.push(self.chain(&header(), keys, key, entries));
-            }
-            (Entries::Chains(keys), None) => match list_chain(keys, key, value) {
-                Some(chain) => config.chains.push(chain),
-                None => self.wrong_value(name, value.span(), wrong()),
-            },
-            (Entries::Lints, _) => match severity(value) {
-                Some(severity) => _ = config.lints.insert(name.to_string(), (severity, key.span())),
-                None => self.wrong_value(name, value.span(), wrong()),
-            },
-            (_, None) => self.wrong_value(name, value.span(), wrong()),
-        }
-    }
-
-    /// Reads the keys of a section.
-    fn keys<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], entries: &DeTable<'_>) {
+    /// Reads a table below its header.
+    fn table(
+        &mut self,
+        config: &mut Config,
+        header: &str,
+        table: &KeyTable,
+        (name, span): Located,
+        entries: &DeTable<'_>,
+    ) {
+        let errors = self.errors.len();
+        (table.open)(config, (name, span.clone()));
         for (key, value) in entries {
-            self.key(into, section, keys, key, value);
+            match self.multiline_string(value) {
+                Some(at) => self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at),
+                None => self.key(config, header, table, key, value),
+            }
         }
+        if let Some([one, other, expected]) = table.apart
+            && let (Some(one_value), Some(other)) = (entries.get(one), entries.get(other))
+            && !self.errors.iter().any(|it| it.span == one_value.span() || it.span == other.span())
+        {
+            self.wrong_value(one, one_value.span(), expected);
+        }
+        let has = |name: &str| entries.contains_key(name) || name == "period" && entries.contains_key("rate");
+        // With another error, it lacks none: an unknown key may be a misspelt one.
+        let missing = table.required.iter().find(|it| !has(it)).filter(|_| self.errors.len() == errors);
+        if let Some(key) = missing {
+            let first = entries.iter().next().filter(|_| table.is_list);
+            let at = first.map_or(span, |(key, _)| key.span());
+            let header = if table.is_list { format!("[[{header}]]") } else { format!("[{header}]") };
+            self.incomplete(MistakeKind::MissingKey { key, header }, at);
+        }
+        // Each error in other work leaves an unknown interference.
+        self.completeness &= Completeness::of(!table.is_list || self.errors.len() == errors);
     }
 
-    /// Reads the value of a key of `section`, which has `keys`.
-    fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
+    /// Reads the value of a key in a table.
+    fn key(
+        &mut self,
+        config: &mut Config,
+        section: &str,
+        table: &KeyTable,
+        key: &SpannedKey<'_>,
+        value: &Value<'_>,
+    ) {
         let name = key.get_ref();
-        let Some(found) = keys.iter().find(|key| key.name == name) else {
-            let known = || keys.iter().map(|key| key.name);
+        let keys = if table.older.iter().any(|it| it.name == name) { table.older } else { table.keys };
+        let may_be = |it: &&Key| it.name == name || keys.len() == 1 || value.get_ref().is_table();
+        let Some(found) = key_named(keys, name).filter(may_be) else {
+            let known = || table.keys.iter().map(|key| key.name).filter(|it| *it != ANY_NAME);
             let (section, expected) = (section.to_owned(), known().collect());
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
             return self.unknown(key, known(), kind);
         };
-        let header = format!("{section}.{name}");
+        let header = format!("{section}.{}", toml_key(name));
+        let is_string = |value: &Value<'_>| value.get_ref().is_str();
+        let expected = |value, has_reason| found.kind.expected(section, name, is_string(value), has_reason);
         match (&found.kind, value.get_ref()) {
-            (KeyKind::Others(field, keys, _), DeValue::Array(entries)) => {
-                for entry in entries.iter() {
+            (KeyKind::Table(table), DeValue::Table(entries)) if !table.is_list => {
+                self.table(config, &header, table, (name.to_string(), key.span()), entries);
+            }
+            (KeyKind::Table(table), DeValue::Array(all)) if table.is_list => {
+                for entry in all.iter() {
                     match entry.get_ref().as_table() {
-                        Some(values) => self.other(field(into), &header, keys, entry.span(), values),
-                        None => self.wrong_value(name, entry.span(), found.kind.expected(name)),
+                        Some(it) => self.table(config, &header, table, (name.to_string(), entry.span()), it),
+                        None => self.wrong_value(name, entry.span(), expected(entry, false)),
                     }
                 }
-                return;
             }
-            (KeyKind::CpuSets(field, _), DeValue::Table(sets)) => {
-                for (name, value) in sets {
-                    match cpus(value.get_ref()) {
-                        Some(cpus) => {
-                            let set = CpuSetConfig { span: name.span(), cpus: (cpus, value.span()) };
-                            field(into).insert(name.get_ref().to_string(), set);
-                        }
-                        None => self.wrong_value(name.get_ref(), value.span(), CPU_LIST),
-                    }
-                }
-                return;
+            _ => {
+                let Err(error) = found.kind.read(config, key, value) else { return };
+                // No response time depends on a string in a wrong format, nor on a missing root.
+                self.completeness &= Completeness::of(match found.kind {
+                    KeyKind::Models(_) | KeyKind::Names { .. } => true,
+                    KeyKind::Text { .. } | KeyKind::Either(..) => is_string(value),
+                    _ => false,
+                });
+                let (key, expected) = (name.to_string(), expected(value, error.is_some()));
+                self.error(MistakeKind::WrongValue { key, expected, error }, value.span());
             }
-            (KeyKind::Gateway(field, keys), DeValue::Table(values)) => {
-                field(into).span = key.span();
-                return self.keys(field(into), &header, keys, values);
-            }
-            (KeyKind::Topics(field, keys), DeValue::Table(topics)) => {
-                for (port, value) in topics {
-                    let mut topic = TopicConfig {
-                        port: (port.get_ref().to_string(), port.span()),
-                        ..TopicConfig::default()
-                    };
-                    match value.get_ref() {
-                        DeValue::Table(values) => {
-                            let header = format!("{header}.{}", toml_key(port.get_ref()));
-                            self.keys(&mut topic, &header, keys, values);
-                        }
-                        DeValue::String(name) => topic.name = Some((name.to_string(), value.span())),
-                        _ => self.wrong_value(
-                            port.get_ref(),
-                            value.span(),
-                            found.kind.expected(port.get_ref()),
-                        ),
-                    }
-                    field(into).push(topic);
-                }
-                return;
-            }
-            (KeyKind::DeploymentTables(field, keys, _), DeValue::Table(deployments)) => {
-                for (name, value) in deployments {
-                    match value.get_ref().as_table() {
-                        Some(values) => self.deployment_tables(field(into), &header, keys, name, values),
-                        None => self.wrong_value(
-                            name.get_ref(),
-                            value.span(),
-                            found.kind.expected(name.get_ref()),
-                        ),
-                    }
-                }
-                return;
-            }
-            _ => {}
-        }
-        if let Err(error) = found.kind.read(into, value) {
-            // No response time depends on a string in a wrong format, nor on a missing root.
-            self.completeness &= Completeness::of(match found.kind {
-                KeyKind::Models(_) | KeyKind::Names { .. } => true,
-                KeyKind::Text { .. } => value.get_ref().is_str(),
-                _ => false,
-            });
-            let expected = found.kind.expected_instead(name, value.get_ref().is_str(), error.is_some());
-            self.error(MistakeKind::WrongValue { key: name.to_string(), expected, error }, value.span());
         }
     }
 
-    /// An entry of `[[platform.other]]`: every error leaves an unknown interference.
-    fn other(
-        &mut self,
-        into: &mut Vec<OtherConfig>,
-        section: &str,
-        keys: &[Key<OtherConfig>],
-        span: Range<usize>,
-        values: &DeTable<'_>,
-    ) {
-        let mut other = OtherConfig::default();
-        let errors = self.errors.len();
-        self.keys(&mut other, section, keys, values);
-        let has = |name: &str| values.contains_key(name) || name == "period" && values.contains_key("rate");
-        if let Some((_, rate)) = other.period.and(values.get_key_value("rate")) {
-            self.wrong_value("rate", rate.span(), BESIDE_PERIOD);
-        }
-        let missing = REQUIRED_OF_OTHER.into_iter().find(|&name| !has(name));
-        let at = values.iter().next().map_or(span, |(key, _)| key.span());
-        self.missing_key(errors, missing, format!("[[{section}]]"), at);
-        if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
-            && into.iter().any(|known| known.name.as_ref() == Some(name) && on_one_host(known, &other))
-        {
-            let (name, section) = (name.clone(), section.to_owned());
-            self.error(MistakeKind::RepeatedName { name, section }, at.span());
-        }
-        self.completeness &= Completeness::of(self.errors.len() == errors);
-        into.push(other);
-    }
-
-    /// `[timing.deployment.Sea]`: every error leaves the tables of a deployment unknown.
-    fn deployment_tables(
-        &mut self,
-        into: &mut BTreeMap<String, DeploymentTables>,
-        section: &str,
-        keys: &[Key<DeploymentTables>],
-        name: &TomlKey<'_>,
-        values: &DeTable<'_>,
-    ) {
-        let section = format!("{section}.{}", toml_key(name.get_ref()));
-        let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
-        let errors = self.errors.len();
-        self.keys(&mut found, &section, keys, values);
-        let missing = Some("tables").filter(|it| !values.contains_key(*it));
-        self.missing_key(errors, missing, format!("[{section}]"), name.span());
-        into.insert(name.get_ref().to_string(), found);
-    }
-
-    /// `[locks.bus]`: every error leaves an unknown blocking.
-    fn lock(
-        &mut self,
-        config: &mut Config,
-        header: &str,
-        keys: &[Key<LockConfig>],
-        name: &TomlKey<'_>,
-        values: &DeTable<'_>,
-    ) {
-        let mut lock =
-            LockConfig { name: name.get_ref().to_string(), span: name.span(), ..LockConfig::default() };
-        let errors = self.errors.len();
-        self.keys(&mut lock, header, keys, values);
-        let missing = REQUIRED_OF_LOCK.into_iter().find(|&key| !values.contains_key(key));
-        self.missing_key(errors, missing, format!("[{header}]"), name.span());
-        self.completeness &= Completeness::of(self.errors.len() == errors);
-        config.locks.push(lock);
-    }
-
-    /// `[chains.avoid]`
-    fn chain(
-        &mut self,
-        header: &str,
-        keys: &[Key<Chain>],
-        name: &TomlKey<'_>,
-        entries: &DeTable<'_>,
-    ) -> Chain {
-        let mut chain = Chain { name: name.get_ref().to_string(), span: name.span(), ..Chain::default() };
-        for (key, value) in entries {
-            let is_old = OLD_CHAIN.iter().any(|it| it.name == key.get_ref());
-            let before = chain.latency.take();
-            self.key(&mut chain, header, if is_old { &OLD_CHAIN } else { keys }, key, value);
-            // The old keys are limits of the latency too.
-            chain.latency = before.into_iter().chain(chain.latency).min();
-        }
-        chain
-    }
-
-    /// Reports CPUs of `[[platform.other]]` and `[platform.cpu_sets]` that the computer, or a host, does not have, and unknown hosts.
-    fn cpus_of_others(&mut self, config: &Config) {
+    /// Reports CPUs of `[[platform.other]]` and `[platform.cpu_sets]` that the computer, or a host, does not have, unknown hosts, and work
+    /// with the name of earlier work.
+    fn others(&mut self, config: &Config) {
         let mut check = |(named, span): &(CpuSet, Range<usize>), cpus: Option<u32>, section: String| {
             let cpus = cpus.filter(|it| !(*named - CpuSet::first_few(*it)).is_empty())?;
             self.incomplete(MistakeKind::NoSuchCpu { named: *named, cpus, section }, span.clone());
             Some(())
         };
-        for set in config.cpu_sets.values() {
-            check(&set.cpus, config.cpus, "platform".to_owned());
+        for cpus in config.cpu_sets.iter().filter_map(|it| it.cpus.as_ref()) {
+            check(cpus, config.cpus, "platform".to_owned());
         }
         for other in &config.others {
             let Some(named) = &other.cpus else { continue };
@@ -387,6 +222,17 @@ impl ConfigReader<'_> {
                 let kind = MistakeKind::NoSuchHost(host.clone());
                 self.errors.push(Mistake { kind, span: span.clone(), near });
                 self.completeness = Completeness::Incomplete;
+            }
+        }
+        for (index, other) in config.others.iter().enumerate() {
+            let is_same = |it: &OtherConfig| {
+                let names = it.name.as_ref().zip(other.name.as_ref());
+                names.is_some_and(|(one, other)| one.0 == other.0) && on_one_host(it, other)
+            };
+            let twice = other.name.as_ref().filter(|_| config.others.iter().take(index).any(is_same));
+            if let Some((name, span)) = twice {
+                let (name, section) = (name.clone(), "platform.other".to_owned());
+                self.incomplete(MistakeKind::RepeatedName { name, section }, span.clone());
             }
         }
     }
@@ -414,31 +260,19 @@ fn acceptance(value: &DeValue<'_>) -> Result<(String, Option<Time>), Option<Time
     Ok((reason(field("reason")?)?, Some(until)))
 }
 
-/// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-fn list_chain(keys: &[Key<Chain>], key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
-    let name = key.get_ref();
-    // `tables = ["t.toml"]` has the form of a chain.
-    let is_key = keys::list_keys().chain(keys.iter().map(|key| key.name)).any(|key| key == name);
-    let may_be_chain = value.get_ref().is_array() && !is_key;
-    let ends = names(value, (2, 2)).filter(|_| may_be_chain)?;
-    let mut chain = Chain { name: name.to_string(), span: key.span(), ..Chain::default() };
-    chain.set_path(ends);
-    Some(chain)
-}
-
-/// `"warn"`
-fn severity(value: &Value<'_>) -> Option<Option<Severity>> {
-    let text = value.get_ref().as_str()?;
-    SEVERITIES.iter().find(|(name, _)| *name == text).map(|(_, severity)| *severity)
-}
-
-impl<T> KeyKind<T> {
+impl KeyKind {
     /// Stores a value.
     ///
     /// # Errors
     ///
     /// The value is invalid. With the error of a time that cannot be read.
-    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), Option<TimeError>> {
+    fn read(
+        &self,
+        into: &mut Config,
+        key: &SpannedKey<'_>,
+        value: &Value<'_>,
+    ) -> Result<(), Option<TimeError>> {
+        let at = || (key.get_ref().to_string(), key.span());
         let found = value.get_ref();
         let text = found.as_str();
         match self {
@@ -464,9 +298,10 @@ impl<T> KeyKind<T> {
                 let protocol = Protocol::ALL.into_iter().find(|it| Some(it.name()) == text);
                 *field(into) = Some(protocol.ok_or(None)?);
             }
-            KeyKind::Level(store) => {
+            KeyKind::Level => {
                 let level = number(found).and_then(Level::from_f64);
-                store(into, level.ok_or(None)?, value.span());
+                into.significance = Some(level.ok_or(None)?);
+                into.significance_span = Some(value.span());
             }
             KeyKind::Required(field) => {
                 *field(into) = Some(Required::parse(text.ok_or(None)?, value.span()).ok_or(None)?);
@@ -481,8 +316,8 @@ impl<T> KeyKind<T> {
                     Some((above, below)) => quotient(above, below)?,
                     None => Time::parse_with_unit(text, Rounding::Exact)?,
                 };
-                *field(into) = Some(time).filter(|time| *time > Time::ZERO);
-                field(into).ok_or(None)?;
+                let time = Some(time).filter(|time| *time > Time::ZERO).ok_or(None)?;
+                *field(into) = field(into).iter().copied().chain([time]).min();
             }
             KeyKind::Rate(field) => {
                 let number = text.and_then(|text| text.strip_suffix("Hz")).ok_or(None)?;
@@ -492,21 +327,26 @@ impl<T> KeyKind<T> {
             }
             KeyKind::Cpus(field) => {
                 let cpus = cpus(found).ok_or(None)?;
-                *field(into) = Some((cpus, value.span()));
+                *field(into, at()) = Some((cpus, value.span()));
             }
-            // The reader reads the entries of these one by one.
-            KeyKind::Others(..)
-            | KeyKind::CpuSets(..)
-            | KeyKind::DeploymentTables(..)
-            | KeyKind::Gateway(..)
-            | KeyKind::Topics(..) => return Err(None),
+            KeyKind::Table(table) => (table.otherwise)(into, at(), value).ok_or(None)?,
+            KeyKind::Severity => {
+                let severity = SEVERITIES.iter().find(|(name, _)| Some(*name) == text).ok_or(None)?.1;
+                into.lints.insert(key.get_ref().to_string(), (severity, key.span()));
+            }
             KeyKind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(None)?);
             }
             KeyKind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(None)?),
             KeyKind::Folder(field) => *field(into) = Some((text.ok_or(None)?.to_owned(), value.span())),
-            KeyKind::Text { store, .. } => store(into, text.ok_or(None)?).ok_or(None)?,
+            KeyKind::Either(words, field) => {
+                let index = words.iter().position(|it| Some(*it) == text);
+                *field(into) = index.ok_or(None)? == 1;
+            }
+            KeyKind::Text { store, .. } => {
+                store(into, (text.ok_or(None)?.to_owned(), value.span())).ok_or(None)?;
+            }
         }
         Ok(())
     }
@@ -530,7 +370,7 @@ fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
 }
 
 /// Returns the names of [`strings`], if each has so many parts.
-fn names(value: &Value<'_>, (least, most): (usize, usize)) -> Option<Vec<Located>> {
+pub(super) fn names(value: &Value<'_>, (least, most): (usize, usize)) -> Option<Vec<Located>> {
     let is_name = |(name, _): &Located| {
         let parts = name.split('.');
         (least..=most).contains(&parts.clone().count()) && parts.into_iter().all(|part| !part.is_empty())

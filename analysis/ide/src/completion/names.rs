@@ -35,8 +35,8 @@ impl<'db> Completer<'_, 'db> {
         for (name, _) in LANGUAGE_TYPES.iter().filter(|(_, ty)| is_result || *ty != Type::Void) {
             self.add(Completion::new(CompletionKind::BuiltInType, *name));
         }
-        for (name, external) in &config_of(self.db, workspace).types {
-            self.add(Completion::new(CompletionKind::BuiltInType, name.as_str()).note(external.cpp.as_str()));
+        for ty in &config_of(self.db, workspace).types {
+            self.add(Completion::new(CompletionKind::BuiltInType, ty.name.as_str()).note(ty.cpp.as_str()));
         }
         let used = used_packages(self.db, self.project).get(&self.library).map_or(&[][..], Vec::as_slice);
         let mut seen: BTreeSet<&Name> = BTreeSet::new();

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use mauve_diagnostics::codes;
-use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, keys_below, section_named};
+use mauve_hir::config_keys::{SECTIONS, Suggestions};
 use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, ModelDb, ProgramKey, Project, TopicType, Type, Workspace, behaviour_of,
@@ -12,7 +12,8 @@ use mauve_hir::{
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
-use mauve_timing::table_keys::{EntryKind, KEYS, Key as TableKey, OVERHEAD, kind_of};
+use mauve_timing::table_keys::{EntryKind, KEYS, TableKey};
+use mauve_timing::toml_key::{TomlKey, ValueKind, headers, key_named, keys_below, keys_to_write};
 use mauve_wcrt::{
     Lookup, PREFIX_OF_TOPICS, level_shown, levels_of_tables, table_files, table_sets, timetable_of,
 };
@@ -59,11 +60,15 @@ pub(super) fn completions(
     }
     let is_line = matches!(place.what, What::Header | What::Key) && !place.is_inline;
     if is_line && !place.is_quoted && !place.has_value {
-        let headers = if is_config { headers() } else { headers_of_table() };
+        let headers = if is_config { headers(&SECTIONS) } else { headers(&KEYS) };
         let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
-        let new = headers.into_iter().filter(|it| it.only_once.is_none_or(|it| !place.sections.contains(it)));
-        items
-            .extend(new.map(|it| Completion::new(CompletionKind::Key, it.label).note(it.summary).rank(rank)));
+        for (label, summary) in headers {
+            let name = label.trim_matches(['[', ']']);
+            // Tables in sections have names, or are in lists.
+            if name.contains('.') || !place.sections.contains(name) {
+                items.push(Completion::new(CompletionKind::Key, label).note(summary).rank(rank));
+            }
+        }
     }
     items.sort_by_key(|item| item.rank);
     let replaced = TextRange::new((place.start as u32).into(), (place.end as u32).into());
@@ -81,31 +86,24 @@ struct Toml<'db> {
 
 impl Toml<'_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
-        let item = |key| Completion::new(CompletionKind::Key, key);
-        match section_named(section).map(|it| &it.entries) {
-            _ if section == "ros2.topics" => {
+        match section {
+            "ros2.topics" => {
                 let all = self.instances(|it| self.topics(it)).into_iter();
                 all.map(|it| Completion::new(CompletionKind::Port, it.label).rank(0)).collect()
             }
-            Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
-            _ => keys_below(section).into_iter().map(|key| item(key.name).rank(0)).collect(),
+            "lints" => codes().map(|code| Completion::new(CompletionKind::Key, code.name)).collect(),
+            _ => declared(&SECTIONS, section).into_iter().map(|it| it.rank(0)).collect(),
         }
     }
 
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
-        match section_named(section).map(|it| &it.entries) {
-            Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
-            Some(Entries::Chains(_)) if section == "chains" => {
-                return self.instances(|it| self.ports(it, FeatureKind::Output));
-            }
-            _ => {}
-        }
-        let found = keys_below(section).into_iter().find(|it| it.name == key);
-        match found.map(|it| it.suggestions) {
+        let found = key_named(keys_below(&SECTIONS, section), key);
+        match found.map(|it| it.kind.suggestions()) {
             Some(Suggestions::Models) => self.files(true),
             Some(Suggestions::Tables) => self.files(false),
             Some(Suggestions::Instances) => self.instances(|(_, it)| vec![it.name.clone()]),
             Some(Suggestions::Codels) => self.codels(),
+            Some(Suggestions::Outputs) => self.instances(|it| self.ports(it, FeatureKind::Output)),
             Some(Suggestions::ChainEnds) => [self.codels(), self.instances_and_ports()].concat(),
             Some(Suggestions::ChainWay) => self.instances_and_ports(),
             Some(Suggestions::ChainStates) => self.instances(|it| self.states(it)),
@@ -129,15 +127,8 @@ impl Toml<'_> {
 
     fn table_keys(&self, section: &str) -> Vec<Completion> {
         let db = self.db;
-        let fixed = |keys: &'static [TableKey]| {
-            let keys = keys.iter().filter(|key| !key.is_section());
-            keys.map(|key| Completion::new(CompletionKind::Key, key.name)).collect()
-        };
-        match kind_of(section, &KEYS) {
-            Some(EntryKind::Entries(..)) => {}
-            Some(EntryKind::Overhead) => return fixed(&OVERHEAD),
-            _ if section.is_empty() => return fixed(&KEYS),
-            _ => return Vec::new(),
+        if !matches!(key_named(&KEYS, section), Some(TableKey { kind: EntryKind::Entries(..), .. })) {
+            return declared(&KEYS, section);
         }
         let kind = if matches!(section, "codel" | "wait") { Kind::Codel } else { Kind::Component };
         let mut seen = BTreeSet::new();
@@ -261,14 +252,9 @@ impl Toml<'_> {
 
 type InstanceOf<'a, 'db> = (Project<'db>, &'a FlatInstance<'db>);
 
-fn headers_of_table() -> Vec<Header> {
-    let sections = KEYS.iter().filter(|it| it.is_section());
-    let header = |it: &TableKey| Header {
-        label: format!("[{}]", it.name),
-        summary: it.summary,
-        only_once: Some(it.name),
-    };
-    sections.map(header).collect()
+/// Returns the keys below a header.
+fn declared<K: ValueKind>(keys: &'static [TomlKey<K>], header: &str) -> Vec<Completion> {
+    keys_to_write(keys, header).map(|key| Completion::new(CompletionKind::Key, key.name)).collect()
 }
 
 /// Returns the codels that components execute in their periods, and that have no time in the tables of some deployment.
@@ -336,12 +322,12 @@ library nav {
             2 [ros2] (topics of ROS 2)
             2 [host.Name] (a computer of the robot)
             2 [link.Name] (a network between two hosts)
-            2 [[platform.other]] (real-time work that is not in the model)
             2 [timing.deployment.Name] (a deployment's own timing tables)
             2 [platform.cpu_sets] (names of CPUs)
+            2 [[platform.other]] (real-time work that is not in the model)
+            2 [clocks.Name] (activities with a clock of their own)
             2 [ros2.gateway] (the activity that moves samples)
             2 [ros2.topics] (the topics of ports)
-            2 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
         expect![[r#"
@@ -358,12 +344,12 @@ library nav {
             0 [ros2] (topics of ROS 2)
             0 [host.Name] (a computer of the robot)
             0 [link.Name] (a network between two hosts)
-            0 [[platform.other]] (real-time work that is not in the model)
             0 [timing.deployment.Name] (a deployment's own timing tables)
             0 [platform.cpu_sets] (names of CPUs)
+            0 [[platform.other]] (real-time work that is not in the model)
+            0 [clocks.Name] (activities with a clock of their own)
             0 [ros2.gateway] (the activity that moves samples)
             0 [ros2.topics] (the topics of ports)
-            0 [clocks.Name] (activities with a clock of their own)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
         // Each entry of a list has its own keys.

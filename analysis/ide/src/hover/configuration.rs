@@ -1,21 +1,31 @@
-//! Hovers on the keys of `mauve.toml`.
+//! Hovers on the keys of `mauve.toml` and of timing tables.
 
-use mauve_hir::config_keys::keys_below;
+use mauve_hir::config_keys::SECTIONS;
 use mauve_hir::{File, ModelDb, Project, config_file};
 use mauve_syntax::TextSize;
+use mauve_timing::table_keys::KEYS;
+use mauve_timing::toml_key::{TomlKey, ValueKind, keys_to_write};
+use mauve_wcrt::table_files;
 
 use super::Hover;
 use crate::toml_place::key_at;
 
-/// Returns what the key of `mauve.toml` at `offset` means.
+/// Returns what the key at `offset` means.
 pub(super) fn of_key(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
-    if config_file(db, project.workspace(db)) != Some(file) {
+    let workspace = project.workspace(db);
+    let is_config = config_file(db, workspace) == Some(file);
+    if !is_config && !table_files(db, workspace).files.contains(&file) {
         return None;
     }
     let (section, key, range) = key_at(file.text(db), offset)?;
-    let found = keys_below(&section).into_iter().find(|it| it.name == key)?;
+    let found = if is_config { meaning(&SECTIONS, &section, &key) } else { meaning(&KEYS, &section, &key) };
+    Some(Hover { range, markdown: found? })
+}
+
+fn meaning<K: ValueKind>(keys: &'static [TomlKey<K>], section: &str, key: &str) -> Option<String> {
+    let found = keys_to_write(keys, section).find(|it| it.name == key)?;
     let default = found.default.map_or_else(String::new, |it| format!("\n\nDefault: `{it}`"));
-    Some(Hover { range, markdown: format!("{}{default}\n", found.documentation) })
+    Some(format!("{}{default}\n", found.documentation))
 }
 
 #[cfg(test)]
@@ -52,5 +62,22 @@ deployment D { architecture A  activity left { priority = 1  period = 100 } }
         {
             assert_eq!(hover(config), None, "{config}");
         }
+    }
+
+    #[test]
+    fn keys_of_timing_tables() {
+        let shown =
+            |table: &str| hover(&format!("timing.tables = [\"times.toml\"]\n//- /times.toml\n{table}"));
+        assert_eq!(
+            shown("un$0it = \"us\""),
+            Some("The unit of all times in this table.\n\nDefault: `\"ms\"`\n".into())
+        );
+        let dispatch = Some("To dispatch a job.\n\nDefault: `0`\n".into());
+        assert_eq!(shown("[overhead]\ndis$0patch = 1"), dispatch);
+        assert_eq!(
+            shown("[measured.\"a\"]\nbyt$0es = 1"),
+            Some("Their size together: it grows with each run.\n".into())
+        );
+        assert_eq!([shown("[codel]\nun$0it = 1"), shown("un$0its = 1")], [None, None]);
     }
 }

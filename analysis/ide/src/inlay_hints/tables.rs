@@ -9,12 +9,12 @@ use std::time::Instant;
 use mauve_diagnostics::figure::{Forms, HintStatus, limit_figure};
 use mauve_diagnostics::short_reason;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, ModelDb, ProgramKey, Project, names_of};
+use mauve_hir::{Decl, File, ModelDb, Project, names_of};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Entry, Status, Table};
+use mauve_timing::{Entry, Status, Table, TableSection};
 use mauve_wcrt::{
     ExecutedTime, Limit, Origin, Query, TableSet, TimeSensitivity, Timed, executed_times, files_of,
-    origin_of, response_times, table, table_files, time_sensitivity,
+    origin_of, response_times, table, table_files, time_sensitivity, timed_by,
 };
 use rustc_hash::FxHashMap;
 
@@ -48,8 +48,9 @@ pub fn table_hints<'db>(
         if !range.contains_inclusive(offset) || entry.value.is_none() {
             continue;
         }
-        let of_project =
-            |&project: &Project<'db>| by_subject.get(&(project, section.timed(db, project, &entry.key)?));
+        let of_project = |&project: &Project<'db>| {
+            by_subject.get(&(project, timed_by(db, project, section, &entry.key).into_iter().next()?))
+        };
         let shown = projects.iter().filter_map(of_project).flatten().map(|it| {
             let is_late = end.is_some_and(|end| Instant::now() >= end);
             is_incomplete |= is_late;
@@ -99,40 +100,11 @@ pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, opt
     hash_of((of_each.collect::<Vec<_>>(), options))
 }
 
-/// A section of timing tables.
-#[derive(Clone, Copy)]
-enum Section {
-    Codel,
-    Program,
-    Access,
-}
-
-impl Section {
-    /// Returns what the entry of this key is for.
-    fn timed<'db>(self, db: &'db dyn ModelDb, project: Project<'db>, key: &str) -> Option<Timed<'db>> {
-        let first = |kind, key: &str| names_of(db, project).by_key(kind, key).first().copied();
-        match self {
-            Section::Codel => first(Kind::Codel, key).map(Timed::Codel),
-            Section::Program => {
-                let key = ProgramKey::parse(key)?;
-                first(Kind::Component, key.component).map(|of| Timed::Program(of, key.program))
-            }
-            Section::Access => {
-                let (component, port) = key.rsplit_once('.')?;
-                first(Kind::Component, component).map(|of| Timed::Access(of, port.into()))
-            }
-        }
-    }
-}
-
 /// Returns the entries whose times periods consist of.
-fn entries(table: &Table) -> impl Iterator<Item = (Section, &Entry)> {
-    let sections = [
-        (Section::Codel, &table.codels),
-        (Section::Program, &table.programs),
-        (Section::Access, &table.accesses),
-    ];
-    sections.into_iter().flat_map(|(section, all)| all.iter().map(move |entry| (section, entry)))
+fn entries(table: &Table) -> impl Iterator<Item = (TableSection, &Entry)> {
+    let is_shown = |section| !matches!(section, TableSection::Component | TableSection::Wait);
+    let sections = table.sections().into_iter().filter(move |(section, _)| is_shown(*section));
+    sections.flat_map(|(section, all)| all.iter().map(move |entry| (section, entry)))
 }
 
 /// A time that a deployment executes.

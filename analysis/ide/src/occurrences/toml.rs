@@ -8,6 +8,7 @@ use mauve_hir::{
     first_target_of, flat_of, names_of, section_with_tables, shell_of,
 };
 use mauve_syntax::TextRange;
+use mauve_timing::TableSection;
 use mauve_wcrt::{observed_files, observed_in, table, table_files};
 use rustc_hash::FxHashSet;
 
@@ -86,7 +87,8 @@ impl<'db> KeyReader<'db> {
                 self.add(Some(written.into()), span, Definition::File(root), SymbolKind::File);
             }
         }
-        for (key, section) in &config.deployment_tables {
+        for section in &config.deployment_tables {
+            let key = section.name.as_str();
             // The section with the qualified name of a deployment comes before the one with its name.
             let has_it = |decl: Decl<'db>| section_with_tables(db, project, decl) == Some(key);
             self.deployment(key, &section.span, &has_it);
@@ -97,7 +99,8 @@ impl<'db> KeyReader<'db> {
             let named = named.filter(|it| key.is_none_or(|key| it.is_called(db, key)));
             each_once(named.filter_map(|of| first_target_of(db, project, of)))
         };
-        for (key, section) in &config.deployments {
+        for section in &config.deployments {
+            let key = section.name.as_str();
             self.deployment(key, &section.span, &|_| true);
             for accepted in &section.accepted {
                 self.endpoint(&deployed(Some(key)), &accepted.instance, &accepted.span);
@@ -113,13 +116,13 @@ impl<'db> KeyReader<'db> {
             self.endpoint(&all, end, span);
         }
         for (end, span) in ends() {
-            self.quoted_key(KeyOf::Codel, end, span);
+            self.quoted_key(TableSection::Codel, end, span);
         }
         for (state, span) in chains().flat_map(|it| &it.states) {
             self.state(&all, state, span);
         }
         for (key, span) in config.locks.iter().flat_map(|lock| &lock.codels) {
-            self.quoted_key(KeyOf::Codel, key, span);
+            self.quoted_key(TableSection::Codel, key, span);
         }
     }
 
@@ -178,14 +181,9 @@ impl<'db> KeyReader<'db> {
 
     fn table(&mut self) {
         let table = table(self.db, self.file);
-        let sections = [
-            (KeyOf::Codel, &table.codels),
-            (KeyOf::Component, &table.programs),
-            (KeyOf::Component, &table.components),
-            (KeyOf::Codel, &table.waits),
-            (KeyOf::Port, &table.accesses),
-        ];
-        for (of, entry) in sections.into_iter().flat_map(|(of, all)| all.iter().map(move |it| (of, it))) {
+        for (of, entry) in
+            table.sections().into_iter().flat_map(|(of, all)| all.iter().map(move |it| (of, it)))
+        {
             self.key(of, &entry.key, &entry.key_span, &|range| entry.written(range));
         }
     }
@@ -193,17 +191,17 @@ impl<'db> KeyReader<'db> {
     /// Adds the names in the keys of a file of `[timing] observed`: without them, what was observed would be forgotten.
     fn observed(&mut self) {
         let observed = &observed_in(self.db, self.file).0;
-        let codels = observed.codels.iter().map(|(key, it)| (KeyOf::Codel, key, &it.span));
-        let programs = observed.programs.iter().map(|(key, it)| (KeyOf::Component, key, &it.span));
-        let accesses = observed.accesses.iter().map(|(key, it)| (KeyOf::Port, key, &it.span));
-        let locks = observed.locks.iter().map(|((_, key), it)| (KeyOf::Codel, key, &it.span));
+        let codels = observed.codels.iter().map(|(key, it)| (TableSection::Codel, key, &it.span));
+        let programs = observed.programs.iter().map(|(key, it)| (TableSection::Program, key, &it.span));
+        let accesses = observed.accesses.iter().map(|(key, it)| (TableSection::Access, key, &it.span));
+        let locks = observed.locks.iter().map(|((_, key), it)| (TableSection::Codel, key, &it.span));
         for (of, key, span) in codels.chain(programs).chain(accesses).chain(locks) {
             self.quoted_key(of, key, span);
         }
     }
 
     /// [`KeyReader::key`] in a string.
-    fn quoted_key(&mut self, of: KeyOf, key: &str, span: &Range<usize>) {
+    fn quoted_key(&mut self, of: TableSection, key: &str, span: &Range<usize>) {
         let piece = self.pieces(key, span);
         self.key(of, key, span, &piece);
     }
@@ -211,21 +209,22 @@ impl<'db> KeyReader<'db> {
     /// Adds the names in a key of a timing table; `piece` returns where these bytes of the key are written.
     fn key(
         &mut self,
-        of: KeyOf,
+        of: TableSection,
         whole: &str,
         span: &Range<usize>,
         piece: &dyn Fn(Range<usize>) -> Option<Range<usize>>,
     ) {
         let (db, project) = (self.db, self.project);
         let (key, program, port) = match (of, ProgramKey::parse(whole)) {
-            (KeyOf::Port, _) => match whole.rsplit_once('.') {
+            (TableSection::Access, _) => match whole.rsplit_once('.') {
                 Some((component, port)) => (component, None, Some(port)),
                 None => return,
             },
             (_, Some(ProgramKey { component, program })) => (component, Some(program), None),
             (_, None) => (whole, None, None),
         };
-        let kind = if of == KeyOf::Codel { Kind::Codel } else { Kind::Component };
+        let is_codel = matches!(of, TableSection::Codel | TableSection::Wait);
+        let kind = if is_codel { Kind::Codel } else { Kind::Component };
         let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
         for &decl in names_of(db, project).by_key(kind, key) {
             let mut add =
@@ -246,16 +245,6 @@ impl<'db> KeyReader<'db> {
             }
         }
     }
-}
-
-/// What the key of an entry names.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum KeyOf {
-    Codel,
-    /// A component, or a program of one.
-    Component,
-    /// A port of a component.
-    Port,
 }
 
 /// Returns the names in the key of a program of `component` with their byte ranges: `state.method`, `state.transition.effect`,

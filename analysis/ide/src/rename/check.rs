@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use mauve_diagnostics::{Diagnostic, render};
-use mauve_hir::config_keys::section_named;
+use mauve_hir::config_keys::SECTIONS;
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
@@ -13,7 +13,8 @@ use mauve_hir::{
     inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of, target_of,
 };
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant, tokens_at};
-use mauve_timing::table_keys::{KEYS, kind_of};
+use mauve_timing::table_keys::KEYS;
+use mauve_timing::toml_key::key_named;
 use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -365,7 +366,7 @@ impl Shift {
 /// header of a section.
 fn in_key(before: &str, word: &str) -> bool {
     let line = before.rsplit('\n').next().unwrap_or_default();
-    let is_section = section_named(word).is_some() || kind_of(word, &KEYS).is_some();
+    let is_section = key_named(&SECTIONS, word).is_some() || key_named(&KEYS, word).is_some();
     let is_header = line.trim_start() == "[" && is_section;
     !line.contains('#') && !is_header
 }

@@ -6,10 +6,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{TableErrorKind, TomlKind};
-use super::keys::{MEASURED, kind_of};
+use super::keys::MEASURED;
 use super::reader::TableReader;
 use super::{Measured, Times};
 use crate::Time;
+use crate::toml_key::key_named;
 
 /// Returns a digest that tells a change of a file: FNV-1a with 64 bits, in hexadecimal. It is not cryptographic.
 ///
@@ -48,7 +49,7 @@ impl TableReader {
 
     fn record(&mut self, key: String, span: Range<usize>, table: &DeTable) -> Option<Measured> {
         for (name, _) in table.iter() {
-            if kind_of(name.get_ref(), &MEASURED).is_none() {
+            if key_named(&MEASURED, name.get_ref()).is_none() {
                 self.error(name.span(), TableErrorKind::UnknownMeasured(name.get_ref().to_string()));
             }
         }
@@ -122,10 +123,7 @@ impl<'a, 'text> Fields<'a, 'text> {
     }
 
     fn date(&mut self, name: &'static str) -> String {
-        self.read(
-            name,
-            |value| if let DeValue::Datetime(date) = value { Some(date.to_string()) } else { None },
-        )
+        self.read(name, |value| value.as_datetime().map(ToString::to_string))
     }
 
     fn texts(&mut self, name: &'static str) -> Vec<String> {

@@ -10,9 +10,10 @@ use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use super::error::{TableError, TableErrorKind, TomlKind};
-use super::keys::{EntryKind, KEYS, OVERHEAD, WAIT, kind_of};
-use super::{Entry, KeyPart, Table, Times, is_assumption};
+use super::keys::{EntryKind, KEYS, OVERHEAD};
+use super::{Entry, KeyPart, Table, TableSection, Times, is_assumption};
 use crate::level::MOST_LEVELS;
+use crate::toml_key::{TomlKey, key_named};
 use crate::{Level, Rounding, Time, TimeError, Unit};
 
 impl Table {
@@ -30,8 +31,7 @@ impl Table {
         let (document, errors) = DeTable::parse_recoverable(text);
         reader.document(document.get_ref());
         let mut table = reader.table;
-        let Table { codels, programs, components, waits, accesses, .. } = &mut table;
-        for entry in codels.iter_mut().chain(programs).chain(components).chain(waits).chain(accesses) {
+        for entry in table.entries_mut() {
             entry.is_assumed = is_assumption(text.get(entry.value_span.end..).unwrap_or_default());
         }
         // If the text is not TOML, the entries are guesses, and so are all errors after the first.
@@ -70,7 +70,7 @@ impl TableReader {
         self.loses_all = true;
         let mut without_section = Vec::new();
         for (key, value) in document.iter() {
-            match kind_of(key.get_ref(), &KEYS) {
+            match key_named(&KEYS, key.get_ref()).map(|it| &it.kind) {
                 Some(EntryKind::Unit) => self.unit(value),
                 Some(EntryKind::Levels) => self.levels(value),
                 Some(_) => {}
@@ -92,19 +92,21 @@ impl TableReader {
         for (key, value) in document.iter() {
             // A section turns this off for its entries.
             self.loses_all = true;
-            match (kind_of(key.get_ref(), &KEYS), value.get_ref()) {
-                (Some(EntryKind::Entries(field, _)), DeValue::Table(section)) => {
-                    self.is_wait = key.get_ref() == WAIT;
+            match (key_named(&KEYS, key.get_ref()).map(|it| &it.kind), value.get_ref()) {
+                (Some(EntryKind::Entries(of, _, field)), DeValue::Table(section)) => {
+                    self.is_wait = *of == TableSection::Wait;
                     let entries = self.section(section);
                     *field(&mut self.table) = entries;
                 }
-                (Some(EntryKind::Overhead), DeValue::Table(section)) => self.overhead(section),
-                (Some(EntryKind::Measured(_)), DeValue::Table(section)) => {
+                (Some(EntryKind::Keys(..)), DeValue::Table(section)) if key.get_ref() == "overhead" => {
+                    self.overhead(section);
+                }
+                (Some(EntryKind::Keys(..)), DeValue::Table(section)) => {
                     // No time of a record is in a bound.
                     self.loses_all = false;
                     self.measured(None, section);
                 }
-                (Some(EntryKind::Entries(..) | EntryKind::Overhead | EntryKind::Measured(_)), other) => {
+                (Some(EntryKind::Entries(..) | EntryKind::Keys(..)), other) => {
                     let (name, found) = (key.get_ref().to_string(), TomlKind::of(other));
                     self.error(value.span(), TableErrorKind::NotASection { name, found });
                 }
@@ -128,7 +130,7 @@ impl TableReader {
     /// What is exceeded more rarely is not shorter: where times fall from level to level, one of them is wrong, or the
     /// levels stand in another order than the times.
     fn falling(&mut self) {
-        let Table { levels, codels, programs, components, waits, accesses, overhead, .. } = &mut self.table;
+        let (levels, overhead) = (self.table.levels.clone(), &self.table.overhead);
         let mut order: Vec<usize> = (0..levels.len()).collect();
         order.sort_by_key(|&level| std::cmp::Reverse(levels[level]));
         let fall_in = |times: &[Time]| order.windows(2).find(|pair| times[pair[1]] < times[pair[0]]);
@@ -140,8 +142,7 @@ impl TableReader {
         }
         let mut varying = 0;
         let mut falling = Vec::new();
-        let entries = codels.iter_mut().chain(programs).chain(components).chain(waits).chain(accesses);
-        for entry in entries {
+        for entry in self.table.entries_mut() {
             let Some(Times::PerLevel(times)) = &entry.value else { continue };
             varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
             if let Some(&[before, after]) = fall_in(times) {
@@ -199,7 +200,7 @@ impl TableReader {
             section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
             let name = key.get_ref();
-            if let Some(EntryKind::Times(field)) = kind_of(name, &OVERHEAD) {
+            if let Some(TomlKey { kind: EntryKind::Times(field), .. }) = key_named(&OVERHEAD, name) {
                 *field(&mut self.table.overhead) = self.overhead_times(value);
             } else {
                 self.error(key.span(), TableErrorKind::UnknownOverhead(name.to_string()));
@@ -331,31 +332,28 @@ impl TableReader {
 
     pub(super) fn one_time(&mut self, value: &Spanned<DeValue>) -> Option<Time> {
         let unit = self.unit;
-        let (text, time) = match value.get_ref() {
-            DeValue::Integer(integer) => {
-                let time = match integer_text(integer) {
-                    Some(text) => Time::parse(&text, unit, Rounding::Up),
-                    None => Err(TimeError::TooLarge),
-                };
-                (integer.to_string(), time)
+        let kind = match (time_in(value.get_ref(), unit), value.get_ref()) {
+            (Some((_, Ok(time))), _) => return Some(time),
+            (Some((text, Err(error))), _) => TableErrorKind::InvalidTime { text, unit, error },
+            (None, DeValue::String(text)) if Time::parse_with_unit(text, Rounding::Up).is_ok() => {
+                TableErrorKind::TimeWithUnit { text: text.to_string(), unit }
             }
-            DeValue::Float(float) => (float.to_string(), Time::parse(float.as_str(), unit, Rounding::Up)),
-            DeValue::String(text) if Time::parse_with_unit(text, Rounding::Up).is_ok() => {
-                self.error(value.span(), TableErrorKind::TimeWithUnit { text: text.to_string(), unit });
-                return None;
-            }
-            other => {
-                self.error(value.span(), TableErrorKind::TimeOfKind { found: TomlKind::of(other), unit });
-                return None;
-            }
-        };
-        let kind = match time {
-            Ok(time) => return Some(time),
-            Err(error) => TableErrorKind::InvalidTime { text, unit, error },
+            (None, other) => TableErrorKind::TimeOfKind { found: TomlKind::of(other), unit },
         };
         self.error(value.span(), kind);
         None
     }
+}
+
+/// Returns a number as it is written, and as a time; none where the value is no number.
+pub(crate) fn time_in(value: &DeValue, unit: Unit) -> Option<(String, Result<Time, TimeError>)> {
+    let (text, number) = match value {
+        DeValue::Integer(integer) => (integer.to_string(), integer_text(integer)),
+        DeValue::Float(float) => (float.to_string(), Some(float.as_str().to_owned())),
+        _ => return None,
+    };
+    let time = number.ok_or(TimeError::TooLarge).and_then(|it| Time::parse(&it, unit, Rounding::Up));
+    Some((text, time))
 }
 
 /// So deep may inline tables be nested, as [`DeTable`] has it.
@@ -420,7 +418,7 @@ fn parts_of_keys(text: &str) -> HashMap<usize, Vec<KeyPart>> {
 }
 
 /// In decimal; `None` where it does not fit.
-pub(crate) fn integer_text(integer: &DeInteger) -> Option<String> {
+fn integer_text(integer: &DeInteger) -> Option<String> {
     match integer.radix() {
         10 => Some(integer.as_str().to_owned()),
         radix => u64::from_str_radix(integer.as_str(), radix).ok().map(|value| value.to_string()),

@@ -4,10 +4,12 @@
 use std::sync::Arc;
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Location, ModelDb, ProgramKey, names_of, platform_of};
-use mauve_timing::{LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, Time, Times, UNSUSPICIOUS};
+use mauve_hir::{Decl, File, Location, ModelDb, names_of, platform_of};
+use mauve_timing::{
+    LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, TableSection, Time, Times, UNSUSPICIOUS,
+};
 
-use super::{IMPROBABLE, Slot, TimetableBuilder, files_in, topics_of};
+use super::{IMPROBABLE, Slot, TimetableBuilder, files_in, timed_by, topics_of};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{PREFIX_OF_TOPICS, TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
@@ -39,26 +41,20 @@ impl<'db> TimetableBuilder<'db> {
                 self.fault(at, TableFault::Observed(error.kind.clone()));
             }
             for (key, codel) in &observed.codels {
-                for decl in names_of(db, self.project).by_key(Kind::Codel, key).to_vec() {
-                    self.observed_codel(file, decl, codel);
+                for decl in names_of(db, self.project).by_key(Kind::Codel, key) {
+                    self.observed_codel(file, *decl, codel);
                 }
             }
-            for (key, times) in &observed.programs {
-                let Some(ProgramKey { component, program }) = ProgramKey::parse(key) else { continue };
-                for decl in self.components(component) {
-                    self.observed_time(file, Timed::Program(decl, program.in_table()), times);
-                }
-            }
-            for (key, times) in &observed.accesses {
-                let topic = key.strip_prefix(PREFIX_OF_TOPICS);
-                if let Some(topic) = topic.filter(|it| topics_of(db, self.project).contains(*it)) {
-                    self.observed_time(file, Timed::Topic(topic.into()), times);
-                    continue;
-                }
-                let Some((component, port)) = key.rsplit_once('.') else { continue };
-                for decl in self.components(component) {
-                    self.observed_time(file, Timed::Access(decl, port.into()), times);
-                }
+            let topics = topics_of(db, self.project);
+            let programs = observed.programs.iter().map(|it| (TableSection::Program, it));
+            let accesses = observed.accesses.iter().map(|it| (TableSection::Access, it));
+            for (section, (key, times)) in programs.chain(accesses) {
+                let topic = key.strip_prefix(PREFIX_OF_TOPICS).filter(|it| topics.contains(*it));
+                let found = match topic.filter(|_| section == TableSection::Access) {
+                    Some(topic) => vec![Timed::Topic(topic.into())],
+                    None => timed_by(db, self.project, section, key),
+                };
+                found.into_iter().for_each(|of| self.observed_time(file, of, times));
             }
             for (thread, work) in observed.work.iter().filter(|(_, it)| it.greatest >= LEAST_WORK) {
                 // What another host has is not on this one. A recording that belongs to no host may be that of any.
@@ -75,10 +71,6 @@ impl<'db> TimetableBuilder<'db> {
                 );
             }
         }
-    }
-
-    fn components(&self, key: &str) -> Vec<Decl<'db>> {
-        names_of(self.db, self.project).by_key(Kind::Component, key).to_vec()
     }
 
     fn observed_codel(&mut self, file: File, codel: Decl<'db>, observed: &ObservedTimes) {

@@ -20,10 +20,12 @@
 
 use std::collections::BTreeMap;
 
-use mauve_timing::table_keys::{OVERHEAD, kind_of};
+use mauve_timing::TableSection;
+use mauve_timing::table_keys::OVERHEAD;
+use mauve_timing::toml_key::key_named;
 
 use super::{TimetableBuilder, UnknownKey, may_replace};
-use crate::fact::{TableSection, TimingFactKind};
+use crate::fact::TimingFactKind;
 use crate::reason::{StrayEntry, TableFault, Timed, UnusableTime, WrongProgram};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Location, ProgramId, ProgramKey, declarations, names_of, project_files, similar};
@@ -53,7 +55,7 @@ impl<'db> TimetableBuilder<'db> {
         let (db, project) = (self.db, self.project);
         let names = names_of(db, project);
         let stray = unknown.stray();
-        if kind_of(unknown.last(), &OVERHEAD).is_some() && unknown.section != TableSection::Program {
+        if key_named(&OVERHEAD, unknown.last()).is_some() && unknown.section != TableSection::Program {
             self.incomplete(unknown.file, TableFault::OfOverhead(unknown.key.clone()));
         }
         if unknown.section == TableSection::Codel {
@@ -91,9 +93,14 @@ impl<'db> TimetableBuilder<'db> {
         }
     }
 
-    fn put_in_question(&mut self, may_be: impl IntoIterator<Item = Timed<'db>>, stray: &StrayEntry) {
+    pub(super) fn put_in_question(
+        &mut self,
+        may_be: impl IntoIterator<Item = Timed<'db>>,
+        stray: &StrayEntry,
+    ) {
         for of in may_be {
-            self.times.misspelt.entry(of).or_insert_with(|| stray.clone());
+            let unusable = || UnusableTime::Stray(stray.clone(), of.clone());
+            self.times.unclear.entry(of.clone()).or_insert_with(unusable);
         }
     }
 
@@ -244,7 +251,7 @@ impl<'db> TimetableBuilder<'db> {
             _ if ProgramKey::parse(&key).is_some() => Some(TableSection::Program),
             TableSection::Codel if is_of(Kind::Component) => Some(TableSection::Component),
             TableSection::Component if is_of(Kind::Codel) => Some(TableSection::Codel),
-            _ if kind_of(unknown.last(), &OVERHEAD).is_some() => Some(TableSection::Overhead),
+            _ if key_named(&OVERHEAD, unknown.last()).is_some() => Some(TableSection::Overhead),
             _ => None,
         };
         if let Some(section) = section {
