@@ -70,30 +70,30 @@ fn the_schema_of_tables_has_every_key() {
 
 fn table_key(depth: usize, key: &table_keys::TableKey) -> String {
     let mut members: Vec<String> = match key.kind {
-        table_keys::EntryKind::Unit => {
+        table_keys::TableKeyKind::Unit => {
             let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
             vec![format!("\"enum\": [{units}]")]
         }
-        table_keys::EntryKind::Levels => vec![
+        table_keys::TableKeyKind::Levels => vec![
             r#""type": "array""#.to_owned(),
             r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
             r#""uniqueItems": true"#.to_owned(),
         ],
-        table_keys::EntryKind::Entries(..) => vec![
+        table_keys::TableKeyKind::Entries(..) => vec![
             r#""type": "object""#.to_owned(),
             r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
         ],
-        table_keys::EntryKind::Keys(_, [TomlKey { name: ANY_NAME, kind, .. }]) => {
-            let table_keys::EntryKind::Keys(_, keys) = kind else { panic!("a record has keys") };
+        table_keys::TableKeyKind::Keys(_, [TomlKey { name: ANY_NAME, kind, .. }]) => {
+            let table_keys::TableKeyKind::Keys(_, keys) = kind else { panic!("a record has keys") };
             let properties = keys.iter().map(|it| table_key(depth + 3, it)).collect();
             let record = closed(depth + 2, properties);
             vec![r#""type": "object""#.to_owned(), object(depth + 1, "additionalProperties", &record)]
         }
-        table_keys::EntryKind::Keys(_, keys) => {
+        table_keys::TableKeyKind::Keys(_, keys) => {
             closed(depth + 1, keys.iter().map(|it| table_key(depth + 2, it)).collect())
         }
-        table_keys::EntryKind::Value(kind) => vec![format!("\"type\": {kind}")],
-        table_keys::EntryKind::Times(_) => {
+        table_keys::TableKeyKind::Value(kind) => vec![format!("\"type\": {kind}")],
+        table_keys::TableKeyKind::Times(_) => {
             vec![r##""allOf": [{ "$ref": "#/definitions/times" }]"##.to_owned()]
         }
     };

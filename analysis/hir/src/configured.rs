@@ -175,12 +175,12 @@ struct NameChecker<'a, 'db> {
 }
 
 type FactOf<'db> = (Project<'db>, Fact<'db>);
-type Written<'a> = (&'a str, &'a Range<usize>);
+type WrittenName<'a> = (&'a str, &'a Range<usize>);
 
 impl<'db> NameChecker<'_, 'db> {
     /// Returns the location of the part `name` at `offset` of a string. If the string has escapes, that is the entire string, and
     /// there is no fix.
-    fn at(&self, (value, span): Written<'_>, offset: usize, name: &str) -> (Location<'db>, bool) {
+    fn at(&self, (value, span): WrittenName<'_>, offset: usize, name: &str) -> (Location<'db>, bool) {
         let Range { start, end } = match start_of(self.file.text(self.db), span, value) {
             Some(start) => start + offset..start + offset + name.len(),
             None => return (Location::of_span(self.file, span), false),
@@ -197,7 +197,7 @@ impl<'db> NameChecker<'_, 'db> {
     }
 
     /// Checks the instance at the beginning of a string.
-    fn instance(&self, instance: &str, written: Written<'_>) -> Option<FactOf<'db>> {
+    fn instance(&self, instance: &str, written: WrittenName<'_>) -> Option<FactOf<'db>> {
         if self.having(instance).next().is_some() {
             return None;
         }
@@ -207,7 +207,7 @@ impl<'db> NameChecker<'_, 'db> {
     }
 
     /// Checks an instance, or `instance.port`.
-    fn port(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+    fn port(&self, written: WrittenName<'_>) -> Option<FactOf<'db>> {
         let Some((instance, port)) = written.0.split_once('.') else {
             return self.instance(written.0, written);
         };
@@ -238,7 +238,7 @@ impl<'db> NameChecker<'_, 'db> {
     }
 
     /// Checks a codel, or what [`NameChecker::port`] does.
-    fn end(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+    fn end(&self, written: WrittenName<'_>) -> Option<FactOf<'db>> {
         let (db, value) = (self.db, written.0);
         let mut names = self.deployed.iter().map(|(project, ..)| names_of(db, *project));
         if names.any(|names| !names.by_key(Kind::Codel, value).is_empty()) {
@@ -268,7 +268,7 @@ impl<'db> NameChecker<'_, 'db> {
     }
 
     /// Checks `instance.State`.
-    fn state(&self, written: Written<'_>) -> Option<FactOf<'db>> {
+    fn state(&self, written: WrittenName<'_>) -> Option<FactOf<'db>> {
         let (instance, state) = written.0.split_once('.')?;
         if let Some(found) = self.instance(instance, written) {
             return Some(found);

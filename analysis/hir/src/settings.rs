@@ -24,7 +24,8 @@ impl<'db> Checker<'db> {
         let Some(data) = shell(db, of) else { return };
         let constants = Some(constants_of(db, project, of));
         for feature in &data.features {
-            let mut evaluator = Evaluator { own: Some(&feature.name.name), ..Evaluator::new(of, constants) };
+            let mut evaluator =
+                ConstantEvaluator { own: Some(&feature.name.name), ..ConstantEvaluator::new(of, constants) };
             let ty = type_of_value(db, project, of, feature.ty.as_ref());
             let interval = evaluator.interval(feature, &ty);
             if let Some(value) = &feature.value {
@@ -58,7 +59,7 @@ impl<'db> Checker<'db> {
     fn value(
         &mut self,
         flat: &Flat<'db>,
-        given: &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>,
+        given: &LazyCell<GivenValues<'db>, impl FnOnce() -> GivenValues<'db>>,
         (instance, name): (&Name, &Name),
         value: &Expr,
     ) {
@@ -66,7 +67,7 @@ impl<'db> Checker<'db> {
         let shell = flat.instance(instance).and_then(|it| it.shell(db, project));
         let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
         let feature = feature.filter(|it| it.kind.is_value()).and_then(|it| Some((it, it.data(db)?)));
-        let mut evaluator = Evaluator::new(self.of, None);
+        let mut evaluator = ConstantEvaluator::new(self.of, None);
         if let Some((feature, data)) = feature {
             let (declared_in, ty) = (feature.shell, feature.ty(db, project));
             let value = evaluator.value_for(name, &ty, value);
@@ -77,7 +78,7 @@ impl<'db> Checker<'db> {
                 of_instance.and_then(|shell| Some(constants_with(db, project, shell, given.get(instance)?)));
             let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in));
             // The check of the shell reports the errors in the interval.
-            let interval = Evaluator::new(declared_in, Some(constants)).interval(data, &ty);
+            let interval = ConstantEvaluator::new(declared_in, Some(constants)).interval(data, &ty);
             let declared = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
             evaluator.inside(name, value, interval, declared);
         } else {
@@ -108,7 +109,7 @@ fn settings_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'db [Setting] {
 }
 
 /// The values that settings give to properties and constants, by instance and name.
-type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
+type GivenValues<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
 
 /// Returns the values that an architecture or a deployment and its imports set for the wanted instances; its own settings take
 /// precedence.
@@ -117,15 +118,15 @@ fn given<'db>(
     of: Decl<'db>,
     flat: &Flat<'db>,
     is_wanted: impl Fn(&Name) -> bool,
-) -> Given<'db> {
-    let mut given = Given::default();
+) -> GivenValues<'db> {
+    let mut given = GivenValues::default();
     for &of in std::iter::once(&of).chain(&flat.architectures) {
         for setting in settings_of(db, of) {
             let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
             if !is_wanted(&instance.name) {
                 continue;
             }
-            let value = Evaluator::new(of, None).evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
+            let value = ConstantEvaluator::new(of, None).evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
             given.entry(&instance.name).or_default().entry(&name.name).or_insert(value);
         }
     }
@@ -264,7 +265,7 @@ fn constants_with<'db>(
         let ty = feature.ty(db, project);
         let found = match (given.get(*name), &data.value) {
             (Some(given), _) => Some(given.clone()),
-            (None, Some(value)) => Evaluator::new(feature.shell, Some(&constants)).evaluate(value),
+            (None, Some(value)) => ConstantEvaluator::new(feature.shell, Some(&constants)).evaluate(value),
             // A deployment sets the value.
             (None, None) => Some(Typed::of(ty.clone())),
         };
@@ -289,7 +290,7 @@ pub(crate) fn names_in_values(data: &Shell) -> Vec<&Name> {
 }
 
 /// Evaluates constant expressions in a declaration, and collects their errors.
-struct Evaluator<'a, 'db> {
+struct ConstantEvaluator<'a, 'db> {
     of: Decl<'db>,
     /// The constants that expressions may name; `None` if they may name none.
     constants: Option<&'a Constants>,
@@ -298,9 +299,9 @@ struct Evaluator<'a, 'db> {
     found: Vec<Fact<'db>>,
 }
 
-impl<'a, 'db> Evaluator<'a, 'db> {
-    fn new(of: Decl<'db>, constants: Option<&'a Constants>) -> Evaluator<'a, 'db> {
-        Evaluator { of, constants, own: None, found: Vec::new() }
+impl<'a, 'db> ConstantEvaluator<'a, 'db> {
+    fn new(of: Decl<'db>, constants: Option<&'a Constants>) -> ConstantEvaluator<'a, 'db> {
+        ConstantEvaluator { of, constants, own: None, found: Vec::new() }
     }
 
     fn report(&mut self, id: SourceId, kind: FactKind<'db>) {

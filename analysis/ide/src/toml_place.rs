@@ -10,7 +10,7 @@ use toml_parser::lexer::{Token, TokenKind};
 
 /// Returns the key at an offset that is written without quotes, with its range, behind the keys of the sections and tables around it.
 pub(crate) fn key_at(text: &str, offset: TextSize) -> Option<(String, String, TextRange)> {
-    let place = Place::at(text, offset.into())?;
+    let place = TomlPlace::at(text, offset.into())?;
     let key = text.get(place.start..place.end)?;
     let is_key = place.what == What::Key && !place.is_quoted && place.has_value;
     let path = if place.section.is_empty() { key.to_owned() } else { format!("{}.{key}", place.section) };
@@ -28,7 +28,7 @@ pub(crate) enum What {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(crate) struct Place {
+pub(crate) struct TomlPlace {
     pub(crate) what: What,
     /// The section around the cursor, with the keys of inline tables around it; empty before the first one.
     pub(crate) section: String,
@@ -43,7 +43,7 @@ pub(crate) struct Place {
     pub(crate) is_inline: bool,
 }
 
-impl Place {
+impl TomlPlace {
     /// Returns the location of `offset`; none in comments and numbers.
     ///
     /// ```text
@@ -51,15 +51,15 @@ impl Place {
     ///    ^ a key that has a value   tables = ["times.toml"]
     ///                                           ^ the value of `tables` in `timing`
     /// ```
-    pub(crate) fn at(text: &str, offset: usize) -> Option<Place> {
+    pub(crate) fn at(text: &str, offset: usize) -> Option<TomlPlace> {
         let tokens = Source::new(text).lex().into_vec();
         let at_cursor = tokens.iter().find(|it| is_in(offset, &token_range(it)));
         if at_cursor.is_some_and(|it| it.kind() == TokenKind::Comment) {
             return None;
         }
-        let word = Word::at(text, &tokens, offset);
-        let mut tables = Tables::new();
-        let mut here: Option<(Place, Table)> = None;
+        let word = TypedWord::at(text, &tokens, offset);
+        let mut tables = OpenTables::new();
+        let mut here: Option<(TomlPlace, OpenTable)> = None;
         let mut index = 0;
         while let Some(token) = tokens.get(index) {
             if here.is_none() && token.span().start() >= word.range.start {
@@ -72,14 +72,14 @@ impl Place {
                     if is_here {
                         let is_closed = text[range.clone()].ends_with(']');
                         let end = if is_closed { range.end } else { word.range.end };
-                        let place = Place {
+                        let place = TomlPlace {
                             what: What::Header,
                             section: tables.section.clone(),
                             start: range.start,
                             end,
-                            ..Place::default()
+                            ..TomlPlace::default()
                         };
-                        here = Some((place, Table::default()));
+                        here = Some((place, OpenTable::default()));
                     }
                     let name = text[range.clone()].trim_matches(['[', ']']).trim();
                     tables.begin_section(name, !is_here);
@@ -93,7 +93,7 @@ impl Place {
         }
         let (place, table) = here?;
         let others = tables.keys.into_iter().filter(|it| it.table == table.number && it.entry != table.entry);
-        Some(Place { sections: tables.sections, given: others.map(|it| it.key).collect(), ..place })
+        Some(TomlPlace { sections: tables.sections, given: others.map(|it| it.key).collect(), ..place })
     }
 }
 
@@ -107,7 +107,7 @@ fn is_in(offset: usize, range: &Range<usize>) -> bool {
 }
 
 /// The word at the cursor, which a completion replaces.
-struct Word {
+struct TypedWord {
     range: Range<usize>,
     /// The part of it before the cursor.
     typed: String,
@@ -116,8 +116,8 @@ struct Word {
     is_assigned: bool,
 }
 
-impl Word {
-    fn at(text: &str, tokens: &[Token], offset: usize) -> Word {
+impl TypedWord {
+    fn at(text: &str, tokens: &[Token], offset: usize) -> TypedWord {
         let is_bare = |token: &Token| matches!(token.kind(), TokenKind::Atom | TokenKind::Dot);
         let touches = |token: &Token| token.span().start() <= offset && offset <= token.span().end();
         let string =
@@ -139,7 +139,7 @@ impl Word {
         let next = rest.map(Token::kind).find(|kind| *kind != TokenKind::Whitespace);
         // A string without its second quote has the rest of the line.
         let swallowed = text.get(offset..end).unwrap_or_default();
-        Word {
+        TypedWord {
             range: start..if is_closed { end } else { offset },
             typed: text.get(start..offset).unwrap_or_default().to_owned(),
             is_quoted: string.is_some(),
@@ -150,7 +150,7 @@ impl Word {
 
 /// A section or an inline table that is open.
 #[derive(Clone, Default)]
-struct Table {
+struct OpenTable {
     number: usize,
     /// The number of its entry, in the text.
     entry: usize,
@@ -169,23 +169,23 @@ struct Assigned {
 }
 
 /// What was read before a token.
-struct Tables {
+struct OpenTables {
     section: String,
     sections: BTreeSet<String>,
     keys: Vec<Assigned>,
     /// The section, and the inline tables in it that are open.
-    open: Vec<Table>,
+    open: Vec<OpenTable>,
     numbers: usize,
 }
 
-impl Tables {
-    fn new() -> Tables {
+impl OpenTables {
+    fn new() -> OpenTables {
         let (section, sections) = (String::new(), BTreeSet::new());
-        Tables { section, sections, keys: Vec::new(), open: vec![Table::default()], numbers: 0 }
+        OpenTables { section, sections, keys: Vec::new(), open: vec![OpenTable::default()], numbers: 0 }
     }
 
     /// Returns the location of a word behind what was read, with its table; none in a number.
-    fn place(&self, word: &Word) -> Option<(Place, Table)> {
+    fn place(&self, word: &TypedWord) -> Option<(TomlPlace, OpenTable)> {
         let table = self.open.last()?.clone();
         if table.is_value && !word.is_quoted && word.typed.starts_with(|it: char| it.is_ascii_digit()) {
             return None;
@@ -194,7 +194,7 @@ impl Tables {
         let section = Some(self.section.as_str()).filter(|it| !it.is_empty());
         let path: Vec<&str> = section.into_iter().chain(around).collect();
         let what = if table.is_value { What::Value(table.key.clone()) } else { What::Key };
-        let place = Place {
+        let place = TomlPlace {
             has_value: table.is_value || word.is_assigned,
             what,
             section: path.join("."),
@@ -202,7 +202,7 @@ impl Tables {
             end: word.range.end,
             is_quoted: word.is_quoted,
             is_inline: self.open.len() > 1,
-            ..Place::default()
+            ..TomlPlace::default()
         };
         Some((place, table))
     }
@@ -229,13 +229,13 @@ impl Tables {
             self.sections.insert(name.to_owned());
         }
         self.numbers += 1;
-        self.open = vec![Table { number: self.numbers, entry: self.numbers, ..Table::default() }];
+        self.open = vec![OpenTable { number: self.numbers, entry: self.numbers, ..OpenTable::default() }];
     }
 
     fn begin_entry(&mut self) {
         self.numbers += 1;
         if let Some(table) = self.open.last_mut() {
-            *table = Table { number: table.number, entry: self.numbers, ..Table::default() };
+            *table = OpenTable { number: table.number, entry: self.numbers, ..OpenTable::default() };
         }
     }
 
@@ -262,7 +262,11 @@ impl Tables {
             TokenKind::RightSquareBracket => table.arrays = table.arrays.saturating_sub(1),
             TokenKind::LeftCurlyBracket if table.is_value => {
                 self.numbers += 1;
-                self.open.push(Table { number: self.numbers, entry: self.numbers, ..Table::default() });
+                self.open.push(OpenTable {
+                    number: self.numbers,
+                    entry: self.numbers,
+                    ..OpenTable::default()
+                });
             }
             TokenKind::RightCurlyBracket if is_inline => _ = self.open.pop(),
             TokenKind::Comma if is_inline && table.arrays == 0 => self.begin_entry(),
@@ -280,7 +284,7 @@ mod tests {
     fn check(text: &str, expected: &str) {
         let offset = text.find("$0").unwrap();
         let text = text.replace("$0", "");
-        let place = Place::at(&text, offset).map(|it| {
+        let place = TomlPlace::at(&text, offset).map(|it| {
             let what = match &it.what {
                 What::Header => "header".to_owned(),
                 What::Key if it.has_value => "key with a value".to_owned(),
@@ -337,7 +341,7 @@ mod tests {
         for _ in 0..20_000 {
             let text: String = (0..random.below(16)).map(|_| *random.of(&pieces)).collect();
             for (offset, _) in text.char_indices().chain([(text.len(), ' ')]) {
-                if let Some(place) = Place::at(&text, offset) {
+                if let Some(place) = TomlPlace::at(&text, offset) {
                     assert!(text.get(place.start..place.end).is_some(), "{text:?} at {offset}");
                     assert!(place.start <= offset && offset <= place.end, "{text:?} at {offset}: {place:?}");
                 }

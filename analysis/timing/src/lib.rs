@@ -120,7 +120,7 @@ pub use simulation::{
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::measured::digest_of;
 pub use table::update::{
-    Kept, UpdateError, Updated, assumed_entry, update as update_table, with_dispatch, with_time,
+    KeptEntry, UpdateError, Updated, assumed_entry, update as update_table, with_dispatch, with_time,
 };
 pub use table::{
     DEPENDENT, EXTRAPOLATED, Entry, KeyPart, Measured, Overhead, Table, TableSection, Times,

@@ -198,7 +198,7 @@ pub fn pattern_of_path(path: &str) -> String {
 
 /// An entry of one table. It has no location: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub(crate) struct Slot {
+pub(crate) struct TimeSlot {
     file: File,
     levels: Arc<[Level]>,
     /// None where the entry has an error.
@@ -218,7 +218,7 @@ pub(crate) struct Slot {
 /// The times in timing tables.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
-    pub(crate) slots: FxHashMap<Timed<'db>, Vec<Slot>>,
+    pub(crate) slots: FxHashMap<Timed<'db>, Vec<TimeSlot>>,
     /// Subjects without an entry that an ambiguous or unknown key may refer to, with the entry of that key.
     pub(crate) unclear: FxHashMap<Timed<'db>, UnusableTime<'db>>,
     /// The entries of components for programs that they do not have: such an entry may be for any of their programs, so that the
@@ -489,7 +489,7 @@ impl<'db> TimetableBuilder<'db> {
         let sections = [codels, components, waits, accesses, programs].into_iter();
         for (section, entry) in sections.flat_map(|(of, all)| all.iter().map(move |it| (of, it))) {
             let record = measured.get(entry.key.as_str()).copied();
-            let slot = Slot {
+            let slot = TimeSlot {
                 file,
                 levels: levels.clone(),
                 times: entry.value.clone(),
@@ -555,7 +555,7 @@ impl<'db> TimetableBuilder<'db> {
         entry: &'db Entry,
         key: &str,
         section: TableSection,
-        slot: Slot,
+        slot: TimeSlot,
         of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
         let (db, file) = (self.db, slot.file);
@@ -586,7 +586,7 @@ impl<'db> TimetableBuilder<'db> {
     }
 
     /// Enters the time of an access to a port: `Component.port`.
-    fn access(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
+    fn access(&mut self, entry: &'db Entry, slot: TimeSlot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let (component, port) = entry.key.rsplit_once('.').unwrap_or((&entry.key, ""));
         let names = names_of(db, self.project);
@@ -668,7 +668,7 @@ impl<'db> TimetableBuilder<'db> {
         ports
     }
 
-    fn program(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
+    fn program(&mut self, entry: &'db Entry, slot: TimeSlot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
             self.fault(at, TableFault::NoProgramKey(entry.key.clone()));
@@ -834,7 +834,7 @@ impl<'db> Timetable<'db> {
     /// Returns whether a measured time of a level is extrapolated.
     pub(crate) fn is_extrapolated(&self, of: &Timed<'db>, level: Level) -> bool {
         let is_it =
-            |slot: &Slot| slot.is_measured && slot.extrapolated_from.is_some_and(|from| level <= from);
+            |slot: &TimeSlot| slot.is_measured && slot.extrapolated_from.is_some_and(|from| level <= from);
         self.slots.get(of).is_some_and(|slots| slots.iter().any(is_it))
     }
 
@@ -861,11 +861,11 @@ impl<'db> Timetable<'db> {
         let dispatch = overhead.map_or(0, |it| depends(&it.dispatch));
         // Two switches for a job and for each of its waits, and as many for a lower priority that holds a lock meanwhile.
         let switches = 4 * overhead.map_or(0, |it| depends(&it.context_switch));
-        let of_slot = |slot: &Slot| {
+        let of_slot = |slot: &TimeSlot| {
             let of_waits = slot.waits.unwrap_or(0).saturating_mul(switches);
             slot.times.as_ref().map_or(0, depends).saturating_add(of_waits)
         };
-        let of_slots = |slots: &[Slot]| slots.iter().map(of_slot).max().unwrap_or(0);
+        let of_slots = |slots: &[TimeSlot]| slots.iter().map(of_slot).max().unwrap_or(0);
         let entries = self.slots.iter().map(|(of, slots)| (of.clone(), of_slots(slots)));
         (entries.collect(), dispatch + switches)
     }
@@ -898,7 +898,7 @@ impl<'db> Timetable<'db> {
         if let Some(refuted) = self.refuted.get(of) {
             return Lookup::Unusable(refuted.clone());
         }
-        let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
+        let slot = match self.slots.get(of).map_or(&[] as &[TimeSlot], Vec::as_slice) {
             [] => return self.unclear.get(of).cloned().map_or(Lookup::Absent, Lookup::Unusable),
             [slot] => slot,
             [first, second, ..] => {

@@ -19,7 +19,7 @@ const MAX_DEPTH: usize = 16;
 /// Returns whether the text is exactly one C++ type.
 pub(super) fn is_cpp_type(text: &str) -> bool {
     let Some(tokens) = tokens(text).filter(|_| text.trim() == text) else { return false };
-    let mut parser = Parser { rest: &tokens };
+    let mut parser = CppTypeParser { rest: &tokens };
     parser.ty(0) && parser.rest.is_empty()
 }
 
@@ -43,11 +43,11 @@ fn tokens(text: &str) -> Option<Vec<&str>> {
 }
 
 /// A recursive descent parser: each function consumes the construct that it is named after, or returns `false`.
-struct Parser<'t> {
+struct CppTypeParser<'t> {
     rest: &'t [&'t str],
 }
 
-impl Parser<'_> {
+impl CppTypeParser<'_> {
     fn token(&mut self, fits: impl Fn(&str) -> bool) -> bool {
         match self.rest.split_first() {
             Some((first, rest)) if fits(first) => {

@@ -7,7 +7,7 @@ use mauve_timing::toml_key::{ANY_NAME, TomlKey, ValueKind};
 use mauve_timing::{CpuSet, Protocol, Time};
 
 use super::cpp::is_cpp_type;
-use super::reader::{Value, names};
+use super::reader::{SpannedValue, names};
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
     HostConfig, LinkConfig, Located, LockConfig, OtherConfig, Required, Ros2Config, TopicConfig, is_header,
@@ -20,7 +20,7 @@ use crate::severity::Severity;
 pub type Key = TomlKey<KeyKind>;
 
 /// The field of the configuration that stores a value. A value in a table is stored in the last of its entries.
-pub type Field<V> = fn(&mut Config) -> &mut V;
+pub type ConfigField<V> = fn(&mut Config) -> &mut V;
 
 /// CPUs, with their range in bytes.
 pub type LocatedCpus = Option<(CpuSet, Range<usize>)>;
@@ -30,27 +30,27 @@ pub enum KeyKind {
     /// A table, or a list of them.
     Table(KeyTable),
     /// The path of a model, or a list of them.
-    Models(Field<Vec<Located>>),
+    Models(ConfigField<Vec<Located>>),
     /// The path of a timing table, or a list of them; a path may have wildcards.
-    Tables(Field<Vec<Located>>),
+    Tables(ConfigField<Vec<Located>>),
     /// The key of a codel, or a list of them.
-    Codels(Field<Vec<Located>>),
+    Codels(ConfigField<Vec<Located>>),
     /// A protocol of a lock.
-    Protocol(Field<Option<Protocol>>),
+    Protocol(ConfigField<Option<Protocol>>),
     /// The name of an instance, or a list of them.
-    Instances(Field<Vec<Located>>),
+    Instances(ConfigField<Vec<Located>>),
     /// A table of instances, each with a reason, or with a reason and the greatest response time.
-    Reasons(Field<Vec<Acceptance>>),
+    Reasons(ConfigField<Vec<Acceptance>>),
     /// The significance level.
     Level,
     /// A probability per mission.
-    Required(Field<Option<Required>>),
+    Required(ConfigField<Option<Required>>),
     /// A time with its unit.
-    Time(Field<Option<Time>>),
+    Time(ConfigField<Option<Time>>),
     /// A time greater than 0 with its unit, exact to the nanosecond. Of several keys with one field, the least counts.
-    Period(Field<Option<Time>>),
+    Period(ConfigField<Option<Time>>),
     /// A number of releases per second with its unit; stored as the time between two.
-    Rate(Field<Option<Time>>),
+    Rate(ConfigField<Option<Time>>),
     /// A name, or also a list of them, each with so many parts, joined by points.
     Names {
         /// Stores them.
@@ -69,13 +69,13 @@ pub enum KeyKind {
     /// A severity ([`SEVERITIES`]).
     Severity,
     /// An integer between two bounds, inclusive.
-    Integer(u32, u32, Field<Option<u32>>),
+    Integer(u32, u32, ConfigField<Option<u32>>),
     /// `true` or `false`.
-    Boolean(Field<Option<bool>>),
+    Boolean(ConfigField<Option<bool>>),
     /// One of two words; the field is whether it is the second one.
-    Either(&'static [&'static str; 2], Field<bool>),
+    Either(&'static [&'static str; 2], ConfigField<bool>),
     /// The path of a folder.
-    Folder(Field<Option<Located>>),
+    Folder(ConfigField<Option<Located>>),
     /// A string in a particular format.
     Text {
         /// Stores a string; `None` if it does not have the format.
@@ -106,7 +106,7 @@ pub struct KeyTable {
     /// Adds an entry for a table with this name.
     pub(super) open: fn(&mut Config, Located),
     /// Stores a value that is no table; `None` if it is invalid.
-    pub(super) otherwise: fn(&mut Config, Located, &Value<'_>) -> Option<()>,
+    pub(super) otherwise: fn(&mut Config, Located, &SpannedValue<'_>) -> Option<()>,
     /// The valid values, as a predicate of the key; `{}` stands for its header.
     expected: &'static str,
 }
@@ -369,7 +369,7 @@ fn cpus_of_set(config: &mut Config, (name, span): Located) -> &mut LocatedCpus {
 }
 
 /// `"camera.frame" = "/image_raw"`
-fn named_topic(config: &mut Config, port: Located, value: &Value<'_>) -> Option<()> {
+fn named_topic(config: &mut Config, port: Located, value: &SpannedValue<'_>) -> Option<()> {
     let name = value.get_ref().as_str().map(|name| (name.to_owned(), value.span()));
     let is_name = name.is_some();
     ros2(config).topics.push(TopicConfig { port, name, ..TopicConfig::default() });
@@ -377,7 +377,7 @@ fn named_topic(config: &mut Config, port: Located, value: &Value<'_>) -> Option<
 }
 
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-fn list_chain(config: &mut Config, (name, span): Located, value: &Value<'_>) -> Option<()> {
+fn list_chain(config: &mut Config, (name, span): Located, value: &SpannedValue<'_>) -> Option<()> {
     // `tables = ["t.toml"]` has the form of a chain.
     let is_key = list_keys().chain(CHAIN.iter().map(|key| key.name)).any(|key| key == name);
     let may_be_chain = value.get_ref().is_array() && !is_key;

@@ -39,7 +39,7 @@ struct ConfigReader<'t> {
 }
 
 type SpannedKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
-pub(super) type Value<'a> = Spanned<DeValue<'a>>;
+pub(super) type SpannedValue<'a> = Spanned<DeValue<'a>>;
 
 impl ConfigReader<'_> {
     /// Reports an error in a value that no response time depends on. A value over several lines may contain other keys.
@@ -53,7 +53,7 @@ impl ConfigReader<'_> {
     }
 
     /// Returns the range of a string over several lines in a value.
-    fn multiline_string(&self, value: &Value<'_>) -> Option<Range<usize>> {
+    fn multiline_string(&self, value: &SpannedValue<'_>) -> Option<Range<usize>> {
         match value.get_ref() {
             DeValue::String(_) => Some(value.span()).filter(|span| self.spans_lines(span)),
             DeValue::Array(values) => values.iter().find_map(|value| self.multiline_string(value)),
@@ -153,7 +153,7 @@ impl ConfigReader<'_> {
         section: &str,
         table: &KeyTable,
         key: &SpannedKey<'_>,
-        value: &Value<'_>,
+        value: &SpannedValue<'_>,
     ) {
         let name = key.get_ref();
         let keys = if table.older.iter().any(|it| it.name == name) { table.older } else { table.keys };
@@ -165,7 +165,7 @@ impl ConfigReader<'_> {
             return self.unknown(key, known(), kind);
         };
         let header = format!("{section}.{}", toml_key(name));
-        let is_string = |value: &Value<'_>| value.get_ref().is_str();
+        let is_string = |value: &SpannedValue<'_>| value.get_ref().is_str();
         let expected = |value, has_reason| found.kind.expected(section, name, is_string(value), has_reason);
         match (&found.kind, value.get_ref()) {
             (KeyKind::Table(table), DeValue::Table(entries)) if !table.is_list => {
@@ -270,7 +270,7 @@ impl KeyKind {
         &self,
         into: &mut Config,
         key: &SpannedKey<'_>,
-        value: &Value<'_>,
+        value: &SpannedValue<'_>,
     ) -> Result<(), Option<TimeError>> {
         let at = || (key.get_ref().to_string(), key.span());
         let found = value.get_ref();
@@ -361,8 +361,8 @@ fn quotient(above: &str, below: &str) -> Result<Time, TimeError> {
 }
 
 /// Returns the strings of a string or a list of strings, with their ranges.
-fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
-    let one = |value: &Value<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
+fn strings(value: &SpannedValue<'_>) -> Option<Vec<(String, Range<usize>)>> {
+    let one = |value: &SpannedValue<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
     match value.get_ref() {
         DeValue::Array(values) => values.iter().map(one).collect(),
         _ => Some(vec![one(value)?]),
@@ -370,7 +370,7 @@ fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
 }
 
 /// Returns the names of [`strings`], if each has so many parts.
-pub(super) fn names(value: &Value<'_>, (least, most): (usize, usize)) -> Option<Vec<Located>> {
+pub(super) fn names(value: &SpannedValue<'_>, (least, most): (usize, usize)) -> Option<Vec<Located>> {
     let is_name = |(name, _): &Located| {
         let parts = name.split('.');
         (least..=most).contains(&parts.clone().count()) && parts.into_iter().all(|part| !part.is_empty())

@@ -12,14 +12,14 @@ use mauve_hir::{
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
-use mauve_timing::table_keys::{EntryKind, KEYS, TableKey};
+use mauve_timing::table_keys::{KEYS, TableKey, TableKeyKind};
 use mauve_timing::toml_key::{TomlKey, ValueKind, headers, key_named, keys_below, keys_to_write};
 use mauve_wcrt::{
     Lookup, PREFIX_OF_TOPICS, level_shown, levels_of_tables, table_files, table_sets, timetable_of,
 };
 
 use super::{Completion, CompletionKind, Completions};
-use crate::toml_place::{Place, What};
+use crate::toml_place::{TomlPlace, What};
 
 pub(super) fn completions(
     db: &dyn ModelDb,
@@ -27,7 +27,7 @@ pub(super) fn completions(
     file: File,
     offset: TextSize,
 ) -> Completions {
-    let Some(place) = Place::at(file.text(db), offset.into()) else { return Completions::default() };
+    let Some(place) = TomlPlace::at(file.text(db), offset.into()) else { return Completions::default() };
     let is_config = config_file(db, workspace) == Some(file);
     let is_table = table_files(db, workspace).files.contains(&file);
     if !is_config && !is_table {
@@ -127,7 +127,7 @@ impl Toml<'_> {
 
     fn table_keys(&self, section: &str) -> Vec<Completion> {
         let db = self.db;
-        if !matches!(key_named(&KEYS, section), Some(TableKey { kind: EntryKind::Entries(..), .. })) {
+        if !matches!(key_named(&KEYS, section), Some(TableKey { kind: TableKeyKind::Entries(..), .. })) {
             return declared(&KEYS, section);
         }
         let kind = if matches!(section, "codel" | "wait") { Kind::Codel } else { Kind::Component };

@@ -54,7 +54,7 @@ impl TableReader {
             }
         }
         let errors = self.table.errors.len();
-        let mut fields = Fields { reader: self, table, record: span.clone() };
+        let mut fields = RecordFields { reader: self, table, record: span.clone() };
         let record = Measured {
             executions: fields.count("executions"),
             greatest: fields.one_time("greatest"),
@@ -75,13 +75,13 @@ impl TableReader {
 }
 
 /// The fields of one record: a missing one, or one of another kind, is an error, and gets a default value.
-struct Fields<'a, 'text> {
+struct RecordFields<'a, 'text> {
     reader: &'a mut TableReader,
     table: &'a DeTable<'text>,
     record: Range<usize>,
 }
 
-impl<'a, 'text> Fields<'a, 'text> {
+impl<'a, 'text> RecordFields<'a, 'text> {
     fn get(&mut self, name: &'static str) -> Option<&'a Spanned<DeValue<'text>>> {
         let found = self.table.get(name);
         if found.is_none() {

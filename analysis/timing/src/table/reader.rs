@@ -10,7 +10,7 @@ use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use super::error::{TableError, TableErrorKind, TomlKind};
-use super::keys::{EntryKind, KEYS, OVERHEAD};
+use super::keys::{KEYS, OVERHEAD, TableKeyKind};
 use super::{Entry, KeyPart, Table, TableSection, Times, is_assumption};
 use crate::level::MOST_LEVELS;
 use crate::toml_key::{TomlKey, key_named};
@@ -71,8 +71,8 @@ impl TableReader {
         let mut without_section = Vec::new();
         for (key, value) in document.iter() {
             match key_named(&KEYS, key.get_ref()).map(|it| &it.kind) {
-                Some(EntryKind::Unit) => self.unit(value),
-                Some(EntryKind::Levels) => self.levels(value),
+                Some(TableKeyKind::Unit) => self.unit(value),
+                Some(TableKeyKind::Levels) => self.levels(value),
                 Some(_) => {}
                 None if matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) => {
                     self.table.lost = true;
@@ -93,20 +93,20 @@ impl TableReader {
             // A section turns this off for its entries.
             self.loses_all = true;
             match (key_named(&KEYS, key.get_ref()).map(|it| &it.kind), value.get_ref()) {
-                (Some(EntryKind::Entries(of, _, field)), DeValue::Table(section)) => {
+                (Some(TableKeyKind::Entries(of, _, field)), DeValue::Table(section)) => {
                     self.is_wait = *of == TableSection::Wait;
                     let entries = self.section(section);
                     *field(&mut self.table) = entries;
                 }
-                (Some(EntryKind::Keys(..)), DeValue::Table(section)) if key.get_ref() == "overhead" => {
+                (Some(TableKeyKind::Keys(..)), DeValue::Table(section)) if key.get_ref() == "overhead" => {
                     self.overhead(section);
                 }
-                (Some(EntryKind::Keys(..)), DeValue::Table(section)) => {
+                (Some(TableKeyKind::Keys(..)), DeValue::Table(section)) => {
                     // No time of a record is in a bound.
                     self.loses_all = false;
                     self.measured(None, section);
                 }
-                (Some(EntryKind::Entries(..) | EntryKind::Keys(..)), other) => {
+                (Some(TableKeyKind::Entries(..) | TableKeyKind::Keys(..)), other) => {
                     let (name, found) = (key.get_ref().to_string(), TomlKind::of(other));
                     self.error(value.span(), TableErrorKind::NotASection { name, found });
                 }
@@ -200,7 +200,7 @@ impl TableReader {
             section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
             let name = key.get_ref();
-            if let Some(TomlKey { kind: EntryKind::Times(field), .. }) = key_named(&OVERHEAD, name) {
+            if let Some(TomlKey { kind: TableKeyKind::Times(field), .. }) = key_named(&OVERHEAD, name) {
                 *field(&mut self.table.overhead) = self.overhead_times(value);
             } else {
                 self.error(key.span(), TableErrorKind::UnknownOverhead(name.to_string()));

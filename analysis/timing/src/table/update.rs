@@ -11,14 +11,14 @@ pub struct Updated {
     /// The text.
     pub text: String,
     /// The entries that were not written.
-    pub kept: Vec<Kept>,
+    pub kept: Vec<KeptEntry>,
     /// How many assumed entries were replaced.
     pub assumed: usize,
 }
 
 /// An entry that was not overwritten, since somebody wrote or edited it by hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Kept {
+pub struct KeptEntry {
     /// The key of the measured times.
     pub key: String,
     /// The key of the entry, which may lack the library.
@@ -71,7 +71,7 @@ pub fn update(
     for record in records {
         match existing(&table, &record.key) {
             Some(entry) if !replace && !entry.is_assumed && !is_measured(&table, record, entry) => {
-                kept.push(Kept {
+                kept.push(KeptEntry {
                     key: section_of(&record.key).1.to_owned(),
                     entry: entry.key.clone(),
                     times: entry.value.clone(),
@@ -513,7 +513,7 @@ bytes = 0
                 samples = "ab12"
                 files = ["run.samples"]
                 bytes = 4711
-                Kept { key: "nav.astar", entry: "astar", times: Some(Always(Time(7000000))), is_edited: false }
+                KeptEntry { key: "nav.astar", entry: "astar", times: Some(Always(Time(7000000))), is_edited: false }
             "##]],
         );
         check(

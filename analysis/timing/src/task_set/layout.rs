@@ -11,24 +11,25 @@ impl TaskSet {
     pub fn to_json(&self) -> String {
         let mut out = Vec::new();
         // All keys are texts, and memory takes every byte: there is no error.
-        let _ = self.serialize(&mut serde_json::Serializer::with_formatter(&mut out, Layout { depth: 0 }));
+        let _ =
+            self.serialize(&mut serde_json::Serializer::with_formatter(&mut out, TaskSetLayout { depth: 0 }));
         out.push(b'\n');
         String::from_utf8_lossy(&out).into_owned()
     }
 }
 
-struct Layout {
+struct TaskSetLayout {
     /// The number of objects around this place.
     depth: usize,
 }
 
-impl Layout {
+impl TaskSetLayout {
     fn line<W: Write + ?Sized>(&self, to: &mut W) -> Result<()> {
         write!(to, "\n{:1$}", "", 2 * self.depth)
     }
 }
 
-impl serde_json::ser::Formatter for Layout {
+impl serde_json::ser::Formatter for TaskSetLayout {
     fn begin_object<W: Write + ?Sized>(&mut self, to: &mut W) -> Result<()> {
         if self.depth > 0 {
             self.depth += 1;

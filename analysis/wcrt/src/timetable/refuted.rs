@@ -9,7 +9,7 @@ use mauve_timing::{
     LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, TableSection, Time, Times, UNSUSPICIOUS,
 };
 
-use super::{IMPROBABLE, Slot, TimetableBuilder, files_in, timed_by, topics_of};
+use super::{IMPROBABLE, TimeSlot, TimetableBuilder, files_in, timed_by, topics_of};
 use crate::fact::{Recorded, TimingFactKind};
 use crate::reason::{PREFIX_OF_TOPICS, TableFault, Timed, UnusableTime};
 use crate::table_set::TableSet;
@@ -113,7 +113,7 @@ impl<'db> TimetableBuilder<'db> {
 
     /// Returns the time of an entry that is refuted. A time for every level is, by one longer execution; one of a level, if that is
     /// improbable in so many executions.
-    fn refuted(&self, slot: &Slot, observed: &ObservedTimes) -> Option<Time> {
+    fn refuted(&self, slot: &TimeSlot, observed: &ObservedTimes) -> Option<Time> {
         let is_longer = |time: &Time| observed.greatest > time.as_nanos();
         match slot.times.as_ref()? {
             Times::Always(time) => Some(*time).filter(is_longer),

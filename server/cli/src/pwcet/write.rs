@@ -10,7 +10,8 @@ use mauve_pwcet::rounded_up;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::port_of;
 use mauve_timing::{
-    EXTRAPOLATED, Kept, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table,
+    EXTRAPOLATED, KeptEntry, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of,
+    update_table,
 };
 
 use super::estimates::{Estimates, MeasuredEntry, OVER_BUDGET};
@@ -129,8 +130,8 @@ fn partly(path: &Path, estimates: &Estimates) -> Option<String> {
 }
 
 /// Names the entries that stay.
-fn kept(path: &Path, all: &[Kept]) -> Option<String> {
-    let name = |Kept { key, entry, is_edited, .. }: &Kept| {
+fn kept(path: &Path, all: &[KeptEntry]) -> Option<String> {
+    let name = |KeptEntry { key, entry, is_edited, .. }: &KeptEntry| {
         let edited = if *is_edited { " (edited after its measurement)" } else { "" };
         let of = if key == entry { String::new() } else { format!(" (for `{key}`)") };
         format!("`{entry}`{edited}{of}")
@@ -144,7 +145,7 @@ fn kept(path: &Path, all: &[Kept]) -> Option<String> {
 
 /// Returns the key, the entry and the longest execution of each entry that stays, although the execution took longer than it says
 /// at each level.
-fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String, String, u64)> {
+fn exceeded(table: &Table, estimates: &Estimates, kept: &[KeptEntry]) -> Vec<(String, String, u64)> {
     let mut found = Vec::new();
     for it in &estimates.measurements {
         let port = port_of(&it.measurement.key);
