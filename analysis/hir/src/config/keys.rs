@@ -111,6 +111,10 @@ pub struct KeyTable {
     expected: &'static str,
 }
 
+/// A key of which nothing is said.
+const KEY: Key =
+    Key { name: ANY_NAME, kind: KeyKind::Severity, default: None, examples: "", documentation: "" };
+
 /// A table of which nothing is said.
 const TABLE: KeyTable = KeyTable {
     header: None,
@@ -136,61 +140,57 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 #[rustfmt::skip] // rustfmt would put each field on its own line.
 pub static SECTIONS: [Key; 14] = [
     Key { name: "project", kind: KeyKind::Table(KeyTable { header: Some(("[project]", "the roots of the models")), keys: &[
-        Key { name: "root", kind: KeyKind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
-            documentation: "The model that includes all others, from the folder of mauve.toml." },
-        Key { name: "roots", kind: KeyKind::Models(|it| &mut it.roots), default: None,
-            examples: r#"[["robot.mal", "bench.mal"]]"#,
-            documentation: "Several such models, each with its own project." },
-    ], ..TABLE }), default: None, examples: "", documentation: "What is looked at. Without it, every model that no other one includes is the root of a project." },
+        Key { name: "root", kind: KeyKind::Models(|it| &mut it.roots), examples: r#"["robot.mal"]"#,
+            documentation: "The model that includes all others, from the folder of mauve.toml.", ..KEY },
+        Key { name: "roots", kind: KeyKind::Models(|it| &mut it.roots), examples: r#"[["robot.mal", "bench.mal"]]"#,
+            documentation: "Several such models, each with its own project.", ..KEY },
+    ], ..TABLE }), documentation: "What is looked at. Without it, every model that no other one includes is the root of a project.", ..KEY },
     Key { name: "timing", kind: KeyKind::Table(KeyTable { header: Some(("[timing]", "where execution times stand")), keys: &[
-        Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/*.toml"]]"#,
-            documentation: "The timing tables, from the folder of mauve.toml; `*` stands for any part of a name." },
-        Key { name: "observed", kind: KeyKind::Tables(|it| &mut it.observed), default: None,
-            examples: r#"[["robot.observed.toml"]]"#,
+        Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), examples: r#"[["timing/*.toml"]]"#,
+            documentation: "The timing tables, from the folder of mauve.toml; `*` stands for any part of a name.", ..KEY },
+        Key { name: "observed", kind: KeyKind::Tables(|it| &mut it.observed), examples: r#"[["robot.observed.toml"]]"#,
             documentation: "What recordings showed, from the folder of mauve.toml: the files that `mauve trace import` writes \
-                            beside the samples. A time that a recording refuted is an error until it is mended." },
+                            beside the samples. A time that a recording refuted is an error until it is mended.", ..KEY },
         Key { name: "significance", kind: KeyKind::Level, default: Some("1e-4"), examples: "[1e-4]",
             documentation: "The significance level that is shown and checked: with which probability one execution of a codel \
                             may take longer than its time." },
-        Key { name: "required", kind: KeyKind::Required(|it| &mut it.required), default: None,
-            examples: r#"["1e-6 per hour", "1e-6 per 8 h"]"#,
+        Key { name: "required", kind: KeyKind::Required(|it| &mut it.required), examples: r#"["1e-6 per hour", "1e-6 per 8 h"]"#,
             documentation: "The greatest probability that any execution of a mission of this length exceeds its time. It chooses the \
                             significance level of each deployment, instead of `significance`: with it, the number of executions of the mission \
-                            times the level is at most this." },
-        Key { name: "dependent", kind: KeyKind::Codels(|it| &mut it.dependent), default: None, examples: r#"[["navigation.astar"]]"#,
+                            times the level is at most this.", ..KEY },
+        Key { name: "dependent", kind: KeyKind::Codels(|it| &mut it.dependent), examples: r#"[["navigation.astar"]]"#,
             documentation: "Codels, as in timing tables, whose execution time depends on that of earlier executions: probabilities of \
-                            misses do not multiply theirs." },
+                            misses do not multiply theirs.", ..KEY },
         Key { name: "deployment",
             kind: KeyKind::Table(KeyTable {
                 header: Some(("[timing.deployment.Name]", "a deployment's own timing tables")), expected: OF_DEPLOYMENT,
-                keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                keys: &[Key { kind: KeyKind::Table(KeyTable {
                     open: |it, (name, span)| it.deployment_tables.push(DeploymentTables { name, span, ..DeploymentTables::default() }),
                     expected: OF_DEPLOYMENT, keys: &DEPLOYMENT_TABLES, required: &["tables"], ..TABLE
-                }), default: None, examples: "", documentation: "" }], ..TABLE
-            }), default: None, examples: r#"[{ "Sea": { "tables": ["timing/sea/*.toml"] } }]"#,
-            documentation: "Timing tables of one deployment, by its name: its times were measured on another computer. The \
-                            deployment uses them instead of `tables`, and no other deployment does." },
-    ], apart: Some(["required", "significance", BESIDE_SIGNIFICANCE]), ..TABLE }), default: None, examples: "",
-        documentation: "Execution times." },
-    Key { name: "types", kind: KeyKind::Table(KeyTable { header: Some(("[types.Name]", "types that no message package declares")), keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                }), ..KEY }], ..TABLE
+            }), examples: r#"[{ "Sea": { "tables": ["timing/sea/*.toml"] } }]"#,
+                documentation: "Timing tables of one deployment, by its name: its times were measured on another computer. The \
+                            deployment uses them instead of `tables`, and no other deployment does.", ..KEY },
+    ], apart: Some(["required", "significance", BESIDE_SIGNIFICANCE]), ..TABLE }), documentation: "Execution times.", ..KEY },
+    Key { name: "types", kind: KeyKind::Table(KeyTable { header: Some(("[types.Name]", "types that no message package declares")), keys: &[
+        Key { kind: KeyKind::Table(KeyTable {
         open: |it, (name, _)| it.types.push(ExternalType { name: name.into(), ..ExternalType::default() }),
         expected: "is a section: `[{}]` with `cpp` and `header`", keys: &[
         Key { name: "cpp", kind: KeyKind::Text {
                 store: |it, (text, _)| is_cpp_type(&text).then(|| last(&mut it.types).cpp = text),
                 expected: r#"is a C++ type, such as "ArRobot*""#,
                 pattern: "^[A-Za-z_:][A-Za-z0-9_:<>, *]*$", usual: &[],
-            }, default: None, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else." },
+            }, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else.", ..KEY },
         Key { name: "header", kind: KeyKind::Text {
                 store: |it, (text, _)| is_header(&text).then(|| last(&mut it.types).header = Some(text)),
                 expected: "is the relative path of a C++ header, such as \"Aria/Aria.h\"; no part of it begins with `.` or `-`",
                 pattern: "^[A-Za-z0-9_+][A-Za-z0-9_+.-]*(/[A-Za-z0-9_+][A-Za-z0-9_+.-]*)*$", usual: &[],
-            }, default: None, examples: r#"["Aria/Aria.h"]"#,
-            documentation: "The header that declares it, as an #include names it." },
-    ], ..TABLE }), default: None, examples: "", documentation: "" }], ..TABLE }), default: None,
-        examples: r#"[{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }]"#, documentation: "Types that no message package declares, and what they are in C++." },
+            }, examples: r#"["Aria/Aria.h"]"#, documentation: "The header that declares it, as an #include names it.", ..KEY },
+    ], ..TABLE }), ..KEY }], ..TABLE }), examples: r#"[{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }]"#,
+        documentation: "Types that no message package declares, and what they are in C++.", ..KEY },
     Key { name: "generate", kind: KeyKind::Table(KeyTable { header: Some(("[generate]", "where generated sources go")), keys: &[
-        Key { name: "out", kind: KeyKind::Folder(|it| &mut it.out), default: None, examples: r#"["generated"]"#,
-            documentation: "The folder that they go to." },
+        Key { name: "out", kind: KeyKind::Folder(|it| &mut it.out), examples: r#"["generated"]"#,
+            documentation: "The folder that they go to.", ..KEY },
         Key { name: "ros_streams", kind: KeyKind::Boolean(|it| &mut it.ros_streams), default: Some("true"), examples: "[false]",
             documentation: "Are outputs of deployed components, and inputs that nothing is connected to, ROS topics too, \
                             instance/port? When left out, they are." },
@@ -202,95 +202,94 @@ pub static SECTIONS: [Key; 14] = [
                 expected: r#"is a name and an address, such as "Ada Lovelace <ada@example.org>""#,
                 pattern: r"^\s*[^<]*[^<\s][^<]*<\s*[A-Za-z0-9_%+.-]+@[A-Za-z0-9.-]*[.][A-Za-z0-9]{2,}\s*>\s*$",
                 usual: &["Name <name@example.org>"],
-            }, default: None, examples: r#"["Ada Lovelace <ada@example.org>"]"#,
-            documentation: "Whom the packages name as their maintainer." },
+            }, examples: r#"["Ada Lovelace <ada@example.org>"]"#, documentation: "Whom the packages name as their maintainer.", ..KEY },
         Key { name: "license", kind: KeyKind::Text {
                 store: |it, (text, _)| (!text.trim().is_empty()).then(|| it.license = Some(text)),
                 expected: r#"names a licence, such as "BSD""#,
                 pattern: r"\S", usual: &["Apache-2.0", "BSD-3-Clause", "MIT"],
-            }, default: None, examples: r#"["BSD-3-Clause"]"#, documentation: "The licence that the packages name." },
-    ], ..TABLE }), default: None, examples: "", documentation: "Generated sources: `mauve generate`." },
+            }, examples: r#"["BSD-3-Clause"]"#, documentation: "The licence that the packages name.", ..KEY },
+    ], ..TABLE }), documentation: "Generated sources: `mauve generate`.", ..KEY },
     Key { name: "lints", kind: KeyKind::Table(KeyTable { header: Some(("[lints]", "how bad a diagnostic is")), keys: &[
-        Key { name: ANY_NAME, kind: KeyKind::Severity, default: None, examples: "", documentation: "" },
-    ], ..TABLE }), default: None, examples: r#"[{ "lost-write": "error", "missing-else": "allow" }]"#,
-        documentation: "How bad a diagnostic is here: \"error\", \"warn\", \"hint\", or \"allow\" not to show it at all." },
+        Key { kind: KeyKind::Severity, ..KEY },
+    ], ..TABLE }), examples: r#"[{ "lost-write": "error", "missing-else": "allow" }]"#,
+        documentation: "How bad a diagnostic is here: \"error\", \"warn\", \"hint\", or \"allow\" not to show it at all.", ..KEY },
     Key { name: "assume", kind: KeyKind::Table(KeyTable { header: Some(("[assume]", "times that the tables lack")), keys: &[
-        Key { name: "codel", kind: KeyKind::Time(|it| &mut it.assume), default: None, examples: r#"["5 ms", "250 us"]"#,
-            documentation: "The execution time of every codel that no table has, with its unit: ns, us, ms or s." },
-    ], ..TABLE }), default: None, examples: "", documentation: "What is assumed where nothing is known; shown wherever it is used." },
+        Key { name: "codel", kind: KeyKind::Time(|it| &mut it.assume), examples: r#"["5 ms", "250 us"]"#,
+            documentation: "The execution time of every codel that no table has, with its unit: ns, us, ms or s.", ..KEY },
+    ], ..TABLE }), documentation: "What is assumed where nothing is known; shown wherever it is used.", ..KEY },
     Key { name: "platform", kind: KeyKind::Table(KeyTable { header: Some(("[platform]", "what the programs run on")), keys: &[
-        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut it.cpus), default: None, examples: "[2]",
+        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut it.cpus), examples: "[2]",
             documentation: "How many CPUs there are: those that an activity without an affinity may use. When left out, those \
-                            that affinities name." },
+                            that affinities name.", ..KEY },
         Key { name: "cpu_sets", kind: KeyKind::Table(KeyTable { header: Some(("[platform.cpu_sets]", "names of CPUs")),
             expected: "is a table of CPU sets, such as { big = [5, 6] }, with CPUs numbered from 1 to 128", keys: &[
-                Key { name: ANY_NAME, kind: KeyKind::Cpus(cpus_of_set), default: None, examples: "", documentation: "" },
-            ], ..TABLE }), default: None,
-            examples: r#"[{ "big": [5, 6] }]"#, documentation: "Names of lists of CPUs, numbered from 1, which `cpus` of an \
-                            activity may have." },
-        Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
+                Key { kind: KeyKind::Cpus(cpus_of_set), ..KEY },
+            ], ..TABLE }), examples: r#"[{ "big": [5, 6] }]"#, documentation: "Names of lists of CPUs, numbered from 1, which `cpus` of an \
+                            activity may have.", ..KEY },
+        Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
-                            out, it does not, and that is shown as an assumption." },
+                            out, it does not, and that is shown as an assumption.", ..KEY },
         Key { name: "other",
             kind: KeyKind::Table(KeyTable {
                 header: Some(("[[platform.other]]", "real-time work that is not in the model")), keys: &OTHER, is_list: true,
                 open: |it, _| it.others.push(OtherConfig::default()), expected: "is a list of sections, such as `[[{}]]`",
                 required: &["name", "priority", "period", "time"], apart: Some(["rate", "period", BESIDE_PERIOD]), ..TABLE
-            }), default: None,
-            examples: r#"[[{ "name": "network interrupt", "priority": 50, "period": "1 ms", "time": "50 us" }]]"#,
-            documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
-                            the activities of every deployment." },
-    ], ..TABLE }), default: None, examples: "", documentation: "The machine that the robot runs on." },
+            }), examples: r#"[[{ "name": "network interrupt", "priority": 50, "period": "1 ms", "time": "50 us" }]]"#,
+                documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
+                            the activities of every deployment.", ..KEY },
+    ], ..TABLE }), documentation: "The machine that the robot runs on.", ..KEY },
     Key { name: "clocks", kind: KeyKind::Table(KeyTable { header: Some(("[clocks]", "which releases keep their distance")), keys: &[
-        Key { name: "synchronised", kind: KeyKind::Instances(|it| &mut it.synchronised), default: None,
-            examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Instances whose activities have one clock: each is released at its offset in every \
-                            period, counted from one instant. Without this, the phases of their releases are unknown." },
-        Key { name: "ptp", kind: KeyKind::Time(|it| &mut it.ptp), default: None, examples: r#"["20 us"]"#,
+        Key { name: "synchronised", kind: KeyKind::Instances(|it| &mut it.synchronised), examples: r#"[["hokuyo", "p3dx_driver"]]"#,
+            documentation: "Instances whose activities have one clock: each is released at its offset in every \
+                            period, counted from one instant. Without this, the phases of their releases are unknown.", ..KEY },
+        Key { name: "ptp", kind: KeyKind::Time(|it| &mut it.ptp), examples: r#"["20 us"]"#,
             documentation: "By how much the clocks of two hosts differ, at most, with its unit: ns, us, ms or s. It counts as jitter \
-                            of activities whose clock spans hosts. Without it, no clock does." },
-        Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                            of activities whose clock spans hosts. Without it, no clock does.", ..KEY },
+        Key { kind: KeyKind::Table(KeyTable {
             header: Some(("[clocks.Name]", "activities with a clock of their own")),
             open: |it, (name, span)| it.clocks.push(ClockConfig { name, span, ..ClockConfig::default() }),
             expected: "is a section: `[{}]` with `instances`", required: &["instances"], keys: &[
-        Key { name: "instances", kind: KeyKind::Instances(|it| &mut last(&mut it.clocks).instances), default: None,
-            examples: r#"[["camera", "tracker"]]"#, documentation: "Instances whose activities have this clock, as those of \
-                            `synchronised` have theirs. Nothing is known of the phases of two clocks." },
-        ], ..TABLE }), default: None, examples: "", documentation: "" },
-    ], ..TABLE }), default: None, examples: "", documentation: "Activities whose releases keep their distance; with a section for each further clock, such as \
-                        [clocks.camera]." },
-    Key { name: "deployment", kind: KeyKind::Table(KeyTable { header: Some(("[deployment.Name]", "what is accepted of a deployment")), keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+        Key { name: "instances", kind: KeyKind::Instances(|it| &mut last(&mut it.clocks).instances), examples: r#"[["camera", "tracker"]]"#,
+            documentation: "Instances whose activities have this clock, as those of \
+                            `synchronised` have theirs. Nothing is known of the phases of two clocks.", ..KEY },
+        ], ..TABLE }), ..KEY },
+    ], ..TABLE }), documentation: "Activities whose releases keep their distance; with a section for each further clock, such as \
+                        [clocks.camera].", ..KEY },
+    Key { name: "deployment", kind: KeyKind::Table(KeyTable { header: Some(("[deployment.Name]", "what is accepted of a deployment")), keys: &[
+        Key { kind: KeyKind::Table(KeyTable {
         open: |it, (name, span)| it.deployments.push(DeploymentConfig { name, span, ..DeploymentConfig::default() }),
         expected: "is a section: `[{}]` with `accept` or `required`", keys: &[
-        Key { name: "accept", kind: KeyKind::Reasons(|it| &mut last(&mut it.deployments).accepted), default: None,
+        Key { name: "accept", kind: KeyKind::Reasons(|it| &mut last(&mut it.deployments).accepted),
             examples: r#"[{ "planner": "measured by hand" }, { "planner": { "until": "30 ms", "reason": "measured by hand" } }]"#,
             documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
                             them, shows the reason, and never calls their deadlines met. With `until`, only while the response time is at \
-                            most that long." },
-        Key { name: "required", kind: KeyKind::Required(|it| &mut last(&mut it.deployments).required), default: None, examples: r#"["1e-9 per 8 h"]"#,
-            documentation: "The same as `[timing] required`, for this deployment only." },
-    ], ..TABLE }), default: None, examples: "", documentation: "" }], ..TABLE }), default: None,
-        examples: r#"[{ "Sea": { "accept": { "planner": "measured by hand" } } }]"#, documentation: "What is accepted of a deployment, by its name." },
-    Key { name: "locks", kind: KeyKind::Table(KeyTable { header: Some(("[locks.Name]", "locks that codels take")), keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                            most that long.", ..KEY },
+        Key { name: "required", kind: KeyKind::Required(|it| &mut last(&mut it.deployments).required), examples: r#"["1e-9 per 8 h"]"#,
+            documentation: "The same as `[timing] required`, for this deployment only.", ..KEY },
+    ], ..TABLE }), ..KEY }], ..TABLE }), examples: r#"[{ "Sea": { "accept": { "planner": "measured by hand" } } }]"#,
+        documentation: "What is accepted of a deployment, by its name.", ..KEY },
+    Key { name: "locks", kind: KeyKind::Table(KeyTable { header: Some(("[locks.Name]", "locks that codels take")), keys: &[
+        Key { kind: KeyKind::Table(KeyTable {
         open: |it, (name, span)| it.locks.push(LockConfig { name, span, ..LockConfig::default() }),
         expected: "is a section: `[{}]` with `codels` and `protocol`", required: &["codels", "protocol"], keys: &[
-        Key { name: "codels", kind: KeyKind::Codels(|it| &mut last(&mut it.locks).codels), default: None,
+        Key { name: "codels", kind: KeyKind::Codels(|it| &mut last(&mut it.locks).codels),
             examples: r#"[["drivers.imu_read", "drivers.gps_read"]]"#,
-            documentation: "The codels that take the lock, as in timing tables." },
-        Key { name: "protocol", kind: KeyKind::Protocol(|it| &mut last(&mut it.locks).protocol), default: None, examples: r#"["inheritance"]"#,
+            documentation: "The codels that take the lock, as in timing tables.", ..KEY },
+        Key { name: "protocol", kind: KeyKind::Protocol(|it| &mut last(&mut it.locks).protocol), examples: r#"["inheritance"]"#,
             documentation: "What keeps a codel that holds the lock from being preempted: \"inheritance\" (PTHREAD_PRIO_INHERIT, \
-                            `mauve::Lock`), \"ceiling\" (PTHREAD_PRIO_PROTECT), or \"none\" (`std::mutex`)." },
-        Key { name: "held", kind: KeyKind::Time(|it| &mut last(&mut it.locks).held), default: None, examples: r#"["0.2 ms"]"#,
+                            `mauve::Lock`), \"ceiling\" (PTHREAD_PRIO_PROTECT), or \"none\" (`std::mutex`).", ..KEY },
+        Key { name: "held", kind: KeyKind::Time(|it| &mut last(&mut it.locks).held), examples: r#"["0.2 ms"]"#,
             documentation: "For how long a codel executes while it holds the lock, at most, with its unit: ns, us, ms or s; it \
-                            does not wait meanwhile. When left out, a codel holds the lock for its whole time." },
-    ], ..TABLE }), default: None, examples: "", documentation: "" }], ..TABLE }), default: None,
-        examples: r#"[{ "bus": { "codels": ["imu_read", "gps_read"], "protocol": "inheritance" } }]"#, documentation: "Locks that several codels take, by their names: they delay activities of higher priority." },
+                            does not wait meanwhile. When left out, a codel holds the lock for its whole time.", ..KEY },
+    ], ..TABLE }), ..KEY }], ..TABLE }), examples: r#"[{ "bus": { "codels": ["imu_read", "gps_read"], "protocol": "inheritance" } }]"#,
+        documentation: "Locks that several codels take, by their names: they delay activities of higher priority.", ..KEY },
     Key { name: "chains", kind: KeyKind::Table(KeyTable { header: Some(("[chains.Name]", "how long data may take")), keys: &[
-        Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+        Key { kind: KeyKind::Table(KeyTable {
             open: |it, (name, span)| it.chains.push(Chain { name, span, ..Chain::default() }),
             otherwise: list_chain, expected: "is a section: `[{}]` with `from` and `to`", keys: &CHAIN, older: &OLD_CHAIN, ..TABLE
-        }), default: None, examples: "", documentation: "" },
-    ], ..TABLE }), default: None, examples: r#"[{ "avoid": { "from": "hokuyo.scan", "to": "pilot", "latency": "300 ms" } }]"#,
-        documentation: "How long data may take from a sensor to an actuator, by the name of the chain." },
+        }), ..KEY },
+    ], ..TABLE }), examples: r#"[{ "avoid": { "from": "hokuyo.scan", "to": "pilot", "latency": "300 ms" } }]"#,
+        documentation: "How long data may take from a sensor to an actuator, by the name of the chain.", ..KEY },
     Key { name: "ros2", kind: KeyKind::Table(KeyTable { header: Some(("[ros2]", "topics of ROS 2")),
         open: |it, (_, span)| ros2(it).span = span, keys: &[
         Key { name: "domain", kind: KeyKind::Integer(0, 232, |it| &mut ros2(it).domain), default: Some("0"), examples: "[0]",
@@ -299,48 +298,48 @@ pub static SECTIONS: [Key; 14] = [
             documentation: "Whom the robot finds, and who finds it: programs of this computer, or of the local network." },
         Key { name: "namespace", kind: KeyKind::Names { store: |it, names| ros2(it).namespace = names.into_iter().next(),
                 parts: (1, 1), is_list: false, expected: r#"is a namespace, such as "/uav""#, suggestions: Suggestions::Words(&[]) },
-            default: None, examples: r#"["/uav"]"#, documentation: "What stands before the names of all topics but absolute ones." },
+            examples: r#"["/uav"]"#, documentation: "What stands before the names of all topics but absolute ones.", ..KEY },
         Key { name: "gateway", kind: KeyKind::Table(KeyTable {
                 header: Some(("[ros2.gateway]", "the activity that moves samples")), keys: &GATEWAY,
                 open: |it, (_, span)| ros2(it).gateway.span = span,
                 expected: "is a table, such as { priority = 20, period = \"1 ms\", cpus = [1] }", ..TABLE
-            }), default: None,
-            examples: r#"[{ "priority": 20, "period": "1 ms", "cpus": [1] }]"#,
-            documentation: "The activity that moves samples between the ports and the topics. The threads of the middleware have its \
-                            CPUs, and a priority one lower." },
+            }), examples: r#"[{ "priority": 20, "period": "1 ms", "cpus": [1] }]"#,
+                documentation: "The activity that moves samples between the ports and the topics. The threads of the middleware have its \
+                            CPUs, and a priority one lower.", ..KEY },
         Key { name: "topics", kind: KeyKind::Table(KeyTable {
                 header: Some(("[ros2.topics]", "the topics of ports")), expected: OF_TOPICS,
-                keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                keys: &[Key { kind: KeyKind::Table(KeyTable {
                     open: |it, port| ros2(it).topics.push(TopicConfig { port, ..TopicConfig::default() }),
                     otherwise: named_topic, expected: OF_TOPICS, keys: &TOPIC, ..TABLE
-                }), default: None, examples: "", documentation: "" }], ..TABLE
-            }), default: None,
-            examples: r#"[{ "camera.frame": "/image_raw", "pilot.command": { "name": "/cmd_vel", "reliability": "best-effort" } }]"#,
-            documentation: "The topics of ports, each with its name or with its properties. Ports without a connection whose types are \
-                            messages are topics, /namespace/instance/port, without an entry." },
-    ], ..TABLE }), default: None, examples: "", documentation: "Topics of ROS 2: `mauve run --ros2`, `mauve generate --ros2`." },
-    Key { name: "host", kind: KeyKind::Table(KeyTable { header: Some(("[host.Name]", "a computer of the robot")), keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+                }), ..KEY }], ..TABLE
+            }), examples: r#"[{ "camera.frame": "/image_raw", "pilot.command": { "name": "/cmd_vel", "reliability": "best-effort" } }]"#,
+                documentation: "The topics of ports, each with its name or with its properties. Ports without a connection whose types are \
+                            messages are topics, /namespace/instance/port, without an entry.", ..KEY },
+    ], ..TABLE }), documentation: "Topics of ROS 2: `mauve run --ros2`, `mauve generate --ros2`.", ..KEY },
+    Key { name: "host", kind: KeyKind::Table(KeyTable { header: Some(("[host.Name]", "a computer of the robot")), keys: &[
+        Key { kind: KeyKind::Table(KeyTable {
         open: |it, (name, span)| it.hosts.push(HostConfig { name, span, ..HostConfig::default() }),
         expected: "is a section: `[{}]` with `activities`", keys: &[
-        Key { name: "activities", kind: KeyKind::Instances(|it| &mut last(&mut it.hosts).activities), default: None,
-            examples: r#"[["camera", "tracker"]]"#, documentation: "The instances that run on it." },
-        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut last(&mut it.hosts).cpus), default: None, examples: "[4]",
-            documentation: "How many CPUs it has." },
-        Key { name: "tables", kind: KeyKind::Tables(|it| &mut last(&mut it.hosts).tables), default: None, examples: r#"[["eyes.toml"]]"#,
-            documentation: "The timing tables that were measured on it, instead of those of `[timing]`." },
-        Key { name: "observed", kind: KeyKind::Tables(|it| &mut last(&mut it.hosts).observed), default: None, examples: r#"[["eyes.observed.toml"]]"#,
-            documentation: "What recordings on it showed, instead of those of `[timing]`." },
-    ], ..TABLE }), default: None, examples: "", documentation: "" }], ..TABLE }), default: None,
-        examples: r#"[{ "eyes": { "activities": ["camera", "tracker"], "cpus": 4 } }]"#, documentation: "The computers that the robot runs on, by their names. Priorities and CPUs are those of each. Without \
-                        any, all runs on one." },
-    Key { name: "link", kind: KeyKind::Table(KeyTable { header: Some(("[link.Name]", "a network between two hosts")), keys: &[Key { name: ANY_NAME, kind: KeyKind::Table(KeyTable {
+        Key { name: "activities", kind: KeyKind::Instances(|it| &mut last(&mut it.hosts).activities),
+            examples: r#"[["camera", "tracker"]]"#, documentation: "The instances that run on it.", ..KEY },
+        Key { name: "cpus", kind: KeyKind::Integer(1, CpuSet::MOST, |it| &mut last(&mut it.hosts).cpus), examples: "[4]",
+            documentation: "How many CPUs it has.", ..KEY },
+        Key { name: "tables", kind: KeyKind::Tables(|it| &mut last(&mut it.hosts).tables), examples: r#"[["eyes.toml"]]"#,
+            documentation: "The timing tables that were measured on it, instead of those of `[timing]`.", ..KEY },
+        Key { name: "observed", kind: KeyKind::Tables(|it| &mut last(&mut it.hosts).observed), examples: r#"[["eyes.observed.toml"]]"#,
+            documentation: "What recordings on it showed, instead of those of `[timing]`.", ..KEY },
+    ], ..TABLE }), ..KEY }], ..TABLE }), examples: r#"[{ "eyes": { "activities": ["camera", "tracker"], "cpus": 4 } }]"#,
+        documentation: "The computers that the robot runs on, by their names. Priorities and CPUs are those of each. Without \
+                        any, all runs on one.", ..KEY },
+    Key { name: "link", kind: KeyKind::Table(KeyTable { header: Some(("[link.Name]", "a network between two hosts")), keys: &[
+        Key { kind: KeyKind::Table(KeyTable {
         open: |it, (name, span)| it.links.push(LinkConfig { name, span, ..LinkConfig::default() }),
         expected: "is a section: `[{}]` with `latency`", keys: &[
-        Key { name: "latency", kind: KeyKind::Time(|it| &mut last(&mut it.links).latency), default: None, examples: r#"["2 ms"]"#,
+        Key { name: "latency", kind: KeyKind::Time(|it| &mut last(&mut it.links).latency), examples: r#"["2 ms"]"#,
             documentation: "The most time from a write on one host until Cyclone DDS has received it on the other, with all that delays \
-                            its thread there: an assumption." },
-    ], ..TABLE }), default: None, examples: "", documentation: "" }], ..TABLE }), default: None,
-        examples: r#"[{ "eyes-brain": { "latency": "2 ms" } }]"#, documentation: "What the network between two hosts takes, by their names, such as [link.\"eyes-brain\"]." },
+                            its thread there: an assumption.", ..KEY },
+    ], ..TABLE }), ..KEY }], ..TABLE }), examples: r#"[{ "eyes-brain": { "latency": "2 ms" } }]"#,
+        documentation: "What the network between two hosts takes, by their names, such as [link.\"eyes-brain\"].", ..KEY },
 ];
 
 const OF_DEPLOYMENT: &str = "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`";
@@ -391,21 +390,22 @@ fn list_chain(config: &mut Config, (name, span): Located, value: &SpannedValue<'
 /// The keys of `[ros2] gateway`.
 #[rustfmt::skip]
 static GATEWAY: [Key; 3] = [
-    Key { name: "priority", kind: KeyKind::Integer(2, 99, |it| &mut ros2(it).gateway.priority), default: None, examples: "[20]",
-        documentation: "Its priority, as that of an activity, 2 to 99." },
-    Key { name: "period", kind: KeyKind::Period(|it| &mut ros2(it).gateway.period), default: None, examples: r#"["1 ms"]"#,
-        documentation: "Its period, with its unit: ns, us, ms or s." },
-    Key { name: "cpus", kind: KeyKind::Cpus(|it, _| &mut ros2(it).gateway.cpus), default: None, examples: "[[1]]",
-        documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
+    Key { name: "priority", kind: KeyKind::Integer(2, 99, |it| &mut ros2(it).gateway.priority), examples: "[20]",
+        documentation: "Its priority, as that of an activity, 2 to 99.", ..KEY },
+    Key { name: "period", kind: KeyKind::Period(|it| &mut ros2(it).gateway.period), examples: r#"["1 ms"]"#,
+        documentation: "Its period, with its unit: ns, us, ms or s.", ..KEY },
+    Key { name: "cpus", kind: KeyKind::Cpus(|it, _| &mut ros2(it).gateway.cpus), examples: "[[1]]",
+        documentation: "The CPUs that it may run on, numbered from 1. When left out, all.", ..KEY },
 ];
 
 /// The keys of a topic of `[ros2] topics`.
 #[rustfmt::skip]
 static TOPIC: [Key; 5] = [
     Key { name: "name", kind: KeyKind::Names { store: |it, names| topic(it).name = names.into_iter().next(), parts: (1, 1), is_list: false,
-            expected: "is the name of a topic, such as \"/image_raw\"", suggestions: Suggestions::Words(&[]) }, default: None,
-        examples: r#"["/image_raw"]"#, documentation: "Its name; below the namespace unless it begins with `/`." },
-    Key { name: "reliability", kind: KeyKind::Either(&["reliable", "best-effort"], |it| &mut topic(it).is_best_effort), default: Some("\"reliable\""), examples: r#"["best-effort"]"#, documentation: "Whether samples that are lost are sent again." },
+            expected: "is the name of a topic, such as \"/image_raw\"", suggestions: Suggestions::Words(&[]) },
+                examples: r#"["/image_raw"]"#, documentation: "Its name; below the namespace unless it begins with `/`.", ..KEY },
+    Key { name: "reliability", kind: KeyKind::Either(&["reliable", "best-effort"], |it| &mut topic(it).is_best_effort), default: Some("\"reliable\""), examples: r#"["best-effort"]"#,
+        documentation: "Whether samples that are lost are sent again." },
     Key { name: "durability", kind: KeyKind::Either(&["volatile", "transient-local"], |it| &mut topic(it).is_transient_local), default: Some("\"volatile\""), examples: r#"["transient-local"]"#,
         documentation: "Whether those who join late get the last samples." },
     Key { name: "depth", kind: KeyKind::Integer(1, 1000, |it| &mut topic(it).depth), default: Some("1"), examples: "[1]",
@@ -418,27 +418,27 @@ static TOPIC: [Key; 5] = [
 #[rustfmt::skip]
 static CHAIN: [Key; 6] = [
     Key { name: "from", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).from = names.into_iter().next(), parts: (1, 2),
-            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, default: None, examples: r#"["drivers.hokuyo_sweep"]"#,
-        documentation: "Where the data comes from: a codel, a port `instance.port`, or an instance." },
+            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, examples: r#"["drivers.hokuyo_sweep"]"#,
+                documentation: "Where the data comes from: a codel, a port `instance.port`, or an instance.", ..KEY },
     Key { name: "to", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).to = names.into_iter().next(), parts: (1, 2),
-            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, default: None, examples: r#"["drivers.aria_drive"]"#,
-        documentation: "Where the data has its effect: a codel, a port `instance.port`, or an instance." },
+            is_list: false, expected: END, suggestions: Suggestions::ChainEnds }, examples: r#"["drivers.aria_drive"]"#,
+                documentation: "Where the data has its effect: a codel, a port `instance.port`, or an instance.", ..KEY },
     Key { name: "through", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).through = names, parts: (1, 2), is_list: true,
             expected: "is a list of instances or ports on the way, such as [\"guidance\", \"switch.command\"]",
-            suggestions: Suggestions::ChainWay }, default: None, examples: r#"[["guidance", "switch"]]"#,
-        documentation: "Instances or ports on the way, in order, where several ways lead from one end to the other." },
+            suggestions: Suggestions::ChainWay }, examples: r#"[["guidance", "switch"]]"#,
+                documentation: "Instances or ports on the way, in order, where several ways lead from one end to the other.", ..KEY },
     Key { name: "while", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).states = names, parts: (2, 2), is_list: true,
             expected: "is a list of states, such as [\"guidance.Steering\"]", suggestions: Suggestions::ChainStates },
-        default: None, examples: r#"[["guidance.Steering", "switch.Automatic"]]"#,
-        documentation: "The states, as `instance.State`, in which the data is meant to be passed on: the latency holds while the \
-                        instances are in them." },
+        examples: r#"[["guidance.Steering", "switch.Automatic"]]"#,
+            documentation: "The states, as `instance.State`, in which the data is meant to be passed on: the latency holds while the \
+                        instances are in them.", ..KEY },
     Key { name: "answers", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).answers = names, parts: (1, 2), is_list: true,
             expected: "is a list of codels or input ports, such as [\"drivers.hokuyo_sweep\"]",
-            suggestions: Suggestions::ChainAnswers }, default: None, examples: r#"[["drivers.hokuyo_sweep"]]"#,
-        documentation: "Codels that are assumed to return `true`, and input ports, as `instance.port`, that are assumed to have \
-                        new data at each read: the latency holds while they do." },
-    Key { name: "latency", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), default: None, examples: r#"["300 ms"]"#,
-        documentation: "The greatest latency that is allowed, with its unit: ns, us, ms or s." },
+            suggestions: Suggestions::ChainAnswers }, examples: r#"[["drivers.hokuyo_sweep"]]"#,
+                documentation: "Codels that are assumed to return `true`, and input ports, as `instance.port`, that are assumed to have \
+                        new data at each read: the latency holds while they do.", ..KEY },
+    Key { name: "latency", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), examples: r#"["300 ms"]"#,
+        documentation: "The greatest latency that is allowed, with its unit: ns, us, ms or s.", ..KEY },
 ];
 
 const END: &str = "is a codel, a port or an instance, such as \"hokuyo.scan\"";
@@ -448,11 +448,11 @@ const END: &str = "is a codel, a port or an instance, such as \"hokuyo.scan\"";
 pub static OLD_CHAIN: [Key; 3] = [
     Key { name: "path", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).set_path(names), parts: (1, 2), is_list: true,
             expected: r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#, suggestions: Suggestions::ChainWay },
-        default: None, examples: r#"[["hokuyo.scan", "guidance.command"]]"#, documentation: "Write `from`, `through` and `to` instead." },
-    Key { name: "reaction", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), default: None, examples: r#"["300 ms"]"#,
-        documentation: "Write `latency` instead." },
-    Key { name: "age", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), default: None, examples: r#"["300 ms"]"#,
-        documentation: "Write `latency` instead." },
+        examples: r#"[["hokuyo.scan", "guidance.command"]]"#, documentation: "Write `from`, `through` and `to` instead.", ..KEY },
+    Key { name: "reaction", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), examples: r#"["300 ms"]"#,
+        documentation: "Write `latency` instead.", ..KEY },
+    Key { name: "age", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), examples: r#"["300 ms"]"#,
+        documentation: "Write `latency` instead.", ..KEY },
 ];
 
 /// The keys of `[[platform.other]]`.
@@ -462,34 +462,35 @@ static OTHER: [Key; 9] = [
             store: |it, name| is_name(&name.0).then(|| last(&mut it.others).name = Some(name)),
             expected: r#"is a name on one line, such as "network interrupt""#,
             pattern: r"^[^\u0000-\u0020\u007f-\u00a0][^\u0000-\u001f\u007f-\u009f]*$", usual: &["network interrupt"],
-        }, default: None, examples: r#"["network interrupt"]"#, documentation: "Its name in reports. No two have the same." },
-    Key { name: "priority", kind: KeyKind::Integer(1, 99, |it| &mut last(&mut it.others).priority), default: None, examples: "[50]",
-        documentation: "Its priority, as that of an activity; 99 is the highest." },
-    Key { name: "period", kind: KeyKind::Period(|it| &mut last(&mut it.others).period), default: None, examples: r#"["1 ms"]"#,
+        }, examples: r#"["network interrupt"]"#, documentation: "Its name in reports. No two have the same.", ..KEY },
+    Key { name: "priority", kind: KeyKind::Integer(1, 99, |it| &mut last(&mut it.others).priority), examples: "[50]",
+        documentation: "Its priority, as that of an activity; 99 is the highest.", ..KEY },
+    Key { name: "period", kind: KeyKind::Period(|it| &mut last(&mut it.others).period), examples: r#"["1 ms"]"#,
         documentation: "The least time between two of its releases, with its unit: ns, us, ms or s; also a quotient, such as \
-                        \"1000/30 ms\"." },
-    Key { name: "rate", kind: KeyKind::Rate(|it| &mut last(&mut it.others).rate), default: None, examples: r#"["30 Hz"]"#,
-        documentation: "The greatest number of its releases per second, instead of `period`." },
+                        \"1000/30 ms\".", ..KEY },
+    Key { name: "rate", kind: KeyKind::Rate(|it| &mut last(&mut it.others).rate), examples: r#"["30 Hz"]"#,
+        documentation: "The greatest number of its releases per second, instead of `period`.", ..KEY },
     Key { name: "burst", kind: KeyKind::Integer(1, GREATEST_BURST, |it| &mut last(&mut it.others).burst), default: Some("1"), examples: "[3]",
         documentation: "The greatest number of its releases in any time of the length of the period." },
-    Key { name: "time", kind: KeyKind::Time(|it| &mut last(&mut it.others).time), default: None, examples: r#"["50 us"]"#,
-        documentation: "The greatest execution time of a release, with its unit: ns, us, ms or s." },
-    Key { name: "cpus", kind: KeyKind::Cpus(|it, _| &mut last(&mut it.others).cpus), default: None, examples: "[[1], [1, 2]]",
-        documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
+    Key { name: "time", kind: KeyKind::Time(|it| &mut last(&mut it.others).time), examples: r#"["50 us"]"#,
+        documentation: "The greatest execution time of a release, with its unit: ns, us, ms or s.", ..KEY },
+    Key { name: "cpus", kind: KeyKind::Cpus(|it, _| &mut last(&mut it.others).cpus), examples: "[[1], [1, 2]]",
+        documentation: "The CPUs that it may run on, numbered from 1. When left out, all.", ..KEY },
     Key { name: "jitter", kind: KeyKind::Time(|it| &mut last(&mut it.others).jitter), default: Some("\"0 ms\""), examples: r#"["0.1 ms"]"#,
         documentation: "By how much a release may be late, with its unit: ns, us, ms or s." },
     Key { name: "host", kind: KeyKind::Names { store: |it, names| last(&mut it.others).host = names.into_iter().next(), parts: (1, 1), is_list: false,
             expected: "is the name of a host, such as \"eyes\"", suggestions: Suggestions::Hosts },
-        default: None, examples: r#"["eyes"]"#, documentation: "The host that it executes on. When left out, each." },
+        examples: r#"["eyes"]"#, documentation: "The host that it executes on. When left out, each.", ..KEY },
 ];
 
 /// The keys of `[timing.deployment.…]`.
 #[rustfmt::skip]
 static DEPLOYMENT_TABLES: [Key; 2] = [
-    Key { name: "tables", kind: KeyKind::Tables(|it| &mut last(&mut it.deployment_tables).tables), default: None, examples: r#"[["timing/sea/*.toml"]]"#,
-        documentation: "All timing tables of the deployment, from the folder of mauve.toml." },
-    Key { name: "observed", kind: KeyKind::Tables(|it| &mut last(&mut it.deployment_tables).observed), default: None, examples: r#"[["sea.observed.toml"]]"#,
-        documentation: "What recordings on its computer showed, from the folder of mauve.toml." },
+    Key { name: "tables", kind: KeyKind::Tables(|it| &mut last(&mut it.deployment_tables).tables), examples: r#"[["timing/sea/*.toml"]]"#,
+        documentation: "All timing tables of the deployment, from the folder of mauve.toml.", ..KEY },
+    Key { name: "observed", kind: KeyKind::Tables(|it| &mut last(&mut it.deployment_tables).observed),
+        examples: r#"[["sea.observed.toml"]]"#,
+        documentation: "What recordings on its computer showed, from the folder of mauve.toml.", ..KEY },
 ];
 
 /// Returns whether this is a name for a report: on one line, and without a space in front.

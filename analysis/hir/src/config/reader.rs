@@ -74,15 +74,16 @@ impl ConfigReader<'_> {
         self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, at);
     }
 
-    /// Reports an unknown key or section, not in `expected`.
-    fn unknown(
+    /// Reports an unknown name.
+    fn unknown<'k>(
         &mut self,
-        key: &SpannedKey<'_>,
-        known: impl Iterator<Item = &'static str>,
+        name: &str,
+        span: Range<usize>,
+        known: impl Iterator<Item = &'k str>,
         kind: MistakeKind,
     ) {
-        let near = mauve_syntax::similar(key.get_ref(), known).map(Name::from);
-        self.errors.push(Mistake { kind, span: key.span(), near });
+        let near = mauve_syntax::similar(name, known).map(Name::from);
+        self.errors.push(Mistake { kind, span, near });
         self.completeness = Completeness::Incomplete;
     }
 
@@ -97,7 +98,8 @@ impl ConfigReader<'_> {
                 (Some(_), _) => {
                     let known = || SECTIONS.iter().map(|section| section.name);
                     let (section, expected) = (name.to_string(), known().collect());
-                    self.unknown(key, known(), MistakeKind::UnknownSection { section, expected });
+                    let kind = MistakeKind::UnknownSection { section, expected };
+                    self.unknown(name, key.span(), known(), kind);
                 }
             }
         }
@@ -162,7 +164,7 @@ impl ConfigReader<'_> {
             let known = || table.keys.iter().map(|key| key.name).filter(|it| *it != ANY_NAME);
             let (section, expected) = (section.to_owned(), known().collect());
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
-            return self.unknown(key, known(), kind);
+            return self.unknown(name, key.span(), known(), kind);
         };
         let header = format!("{section}.{}", toml_key(name));
         let is_string = |value: &SpannedValue<'_>| value.get_ref().is_str();
@@ -218,10 +220,7 @@ impl ConfigReader<'_> {
         let known = || config.hosts.iter().map(|it| it.name.as_str());
         for (host, span) in config.others.iter().filter_map(|it| it.host.as_ref()) {
             if !known().any(|it| it == host) {
-                let near = mauve_syntax::similar(host, known()).map(Name::from);
-                let kind = MistakeKind::NoSuchHost(host.clone());
-                self.errors.push(Mistake { kind, span: span.clone(), near });
-                self.completeness = Completeness::Incomplete;
+                self.unknown(host, span.clone(), known(), MistakeKind::NoSuchHost(host.clone()));
             }
         }
         for (index, other) in config.others.iter().enumerate() {
