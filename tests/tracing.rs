@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::packages;
-use mauve_pwcet::samples::{Samples, Series};
+use mauve_pwcet::samples::{SampleSeries, Samples};
 use mauve_tests::orocos::{COMPILERS, build, configure, run};
 use mauve_tests::{Recorder, Span, scratch, spans};
 use mauve_timing::Observed;
@@ -139,7 +139,7 @@ fn imported(recording: &Path, folder: &Path) -> BTreeMap<(String, String), Vec<u
     assert!(import.status.success() && said.is_empty(), "{said}");
     let mut samples = Samples::open(&path).unwrap();
     let series = samples.series().to_vec();
-    let times = |it: &Series| {
+    let times = |it: &SampleSeries| {
         let all = samples.executions(it.id).unwrap();
         ((it.key.clone(), it.instance.clone()), all.iter().map(|it| it.execution).collect())
     };

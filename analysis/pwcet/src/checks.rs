@@ -5,7 +5,7 @@
 use crate::distributions::{
     binomial_at_least, chi_square, cramer_von_mises, holm, kolmogorov, normal_two_sided,
 };
-use crate::order::Times;
+use crate::order::SortedTimes;
 
 /// One test, and what it says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,7 @@ pub enum CheckKind {
 }
 
 /// Tests independence and identical distribution; `adjusted` is set by [`adjust`].
-pub(crate) fn checks(times: &Times) -> Vec<Check> {
+pub(crate) fn checks(times: &SortedTimes) -> Vec<Check> {
     let count = times.count();
     let check = |kind, (statistic, p)| Check { kind, statistic, p, adjusted: p };
     let lags = 20.min(count / 5);
@@ -90,7 +90,7 @@ pub(crate) fn ljung_box(values: &[f64], lags: usize) -> (f64, f64) {
 }
 
 /// The number of runs above and below the median (Wald and Wolfowitz), as a normal variable.
-pub(crate) fn runs(times: &Times) -> (f64, f64) {
+pub(crate) fn runs(times: &SortedTimes) -> (f64, f64) {
     let count = times.count();
     let median = f64::midpoint(times.ascending[(count - 1) / 2], times.ascending[count / 2]);
     let sides: Vec<bool> = times.recorded.iter().filter(|&&x| x != median).map(|&x| x > median).collect();
@@ -111,7 +111,7 @@ const NEAR: [usize; 2] = [1, 10];
 /// several shares of long executions and distances, with its binomial probability, for as many tests.
 ///
 /// All executions may be independent of the one before them on the whole, where only long ones follow long ones.
-fn groups(times: &Times) -> (f64, f64) {
+fn groups(times: &SortedTimes) -> (f64, f64) {
     let count = times.count();
     let shares = std::iter::successors(Some(count / 20), |it| Some(it / 4)).take_while(|&it| it >= 10);
     let of_share = |long: usize| {
@@ -133,7 +133,7 @@ fn groups(times: &Times) -> (f64, f64) {
 /// D, the greatest difference of the distributions of the halves; its p-value is that of the limit.
 pub(crate) fn halves(values: &[f64]) -> (f64, f64) {
     let (first, second) = values.split_at(values.len() / 2);
-    let [first, second] = [first, second].map(|half| Times::of(half.to_vec()).ascending);
+    let [first, second] = [first, second].map(|half| SortedTimes::of(half.to_vec()).ascending);
     let (mut i, mut j, mut greatest) = (0, 0, 0.0_f64);
     while i < first.len() && j < second.len() {
         let value = first[i].min(second[j]);
@@ -174,7 +174,7 @@ mod tests {
     use crate::random::{generator, uniform};
 
     /// Calm and wild phases of about 200 executions with the same median: only the longest and the shortest times come together.
-    fn phases(wild: f64, seed: u64) -> Times {
+    fn phases(wild: f64, seed: u64) -> SortedTimes {
         let mut random = generator(seed, 0);
         let mut scale = 1.0;
         let mut time = |_| {
@@ -184,7 +184,7 @@ mod tests {
             let side = if uniform(&mut random) < 0.5 { -1.0 } else { 1.0 };
             side * scale * -uniform(&mut random).ln()
         };
-        Times::of((0..10_000).map(&mut time).collect())
+        SortedTimes::of((0..10_000).map(&mut time).collect())
     }
 
     #[test]
@@ -209,15 +209,15 @@ mod tests {
         for greatest_are_few in [false, true] {
             let time =
                 |it: u32| if greatest_are_few { f64::from(it.min(998)) } else { greatest_is_frequent(it) };
-            assert!(groups(&Times::of((0..1000).map(time).collect())).1 > 0.0);
+            assert!(groups(&SortedTimes::of((0..1000).map(time).collect())).1 > 0.0);
         }
-        assert_eq!(groups(&Times::of((0..1000).map(greatest_is_frequent).collect())), (1.0, 1.0));
+        assert_eq!(groups(&SortedTimes::of((0..1000).map(greatest_is_frequent).collect())), (1.0, 1.0));
     }
 
     #[test]
     fn few_executions_have_no_groups() {
         for count in [0, 1, 20, 199] {
-            assert_eq!(groups(&Times::of((0..count).map(f64::from).collect())), (1.0, 1.0));
+            assert_eq!(groups(&SortedTimes::of((0..count).map(f64::from).collect())), (1.0, 1.0));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Convergence: how the estimates change as the sample grows.
 
-use crate::order::Times;
+use crate::order::SortedTimes;
 use crate::tail::Tail;
 
 /// The estimates from the first executions.
@@ -13,7 +13,7 @@ pub struct Convergence {
 }
 
 /// Returns the estimates from parts of the sample that are large enough, without the whole sample.
-pub(crate) fn convergence(times: &Times, levels: &[f64]) -> Vec<Convergence> {
+pub(crate) fn convergence(times: &SortedTimes, levels: &[f64]) -> Vec<Convergence> {
     let counts = [2, 4, 6, 8, 9].into_iter().map(|tenths| times.count() * tenths / 10);
     let at = |count: usize| {
         let first = times.first(count);

@@ -12,8 +12,8 @@
 
 use statrs::function::beta::beta_reg;
 
-use crate::dependence::Dependence;
-use crate::order::{Times, resolution};
+use crate::dependence::ExcessDependence;
+use crate::order::{SortedTimes, resolution};
 
 /// The confidence of bounds without a tail.
 const CONFIDENCE: f64 = 0.95;
@@ -28,18 +28,18 @@ const ONE_SIDE: f64 = 0.975;
 /// `executions` and bounds are in nanoseconds. The executions must be independent and have one distribution.
 pub fn counted_bounds(executions: &[u64], levels: &[f64]) -> Vec<Option<f64>> {
     let step = resolution(executions) as f64;
-    let times = Times::of(executions.iter().map(|&time| time as f64).collect());
+    let times = SortedTimes::of(executions.iter().map(|&time| time as f64).collect());
     levels.iter().map(|&level| Some(counted_bound(&times, level)? + step)).collect()
 }
 
 /// Returns the order statistic that is the 95 % upper bound of the time of a level; `None` if there is none.
 ///
 /// Where long executions come in groups, there are fewer independent ones; where they become more frequent, the level is theirs.
-pub(crate) fn counted_bound(times: &Times, level: f64) -> Option<f64> {
+pub(crate) fn counted_bound(times: &SortedTimes, level: f64) -> Option<f64> {
     let count = times.count();
     upper_rank(count, level, CONFIDENCE)?;
     let exceeding = (level * count as f64) as usize;
-    let dependence = Dependence::of_longest(times, exceeding);
+    let dependence = ExcessDependence::of_longest(times, exceeding);
     let effective = (count as f64 / dependence.inflation) as usize;
     let rank = |confidence| upper_rank(effective, level / dependence.rise, confidence);
     let rank = rank(ONE_SIDE).or_else(|| rank(CONFIDENCE))?;

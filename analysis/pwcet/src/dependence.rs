@@ -4,12 +4,12 @@
 //! independent executions: n executions say as much as n/φ independent ones. Where a tenth of the recording has more of them than
 //! chance explains, bounds are for the frequency in that tenth.
 
-use crate::order::Times;
+use crate::order::SortedTimes;
 use statrs::function::beta::beta_reg;
 
 /// What the exceedances of a time say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Dependence {
+pub(crate) struct ExcessDependence {
     /// φ ≥ 1: the variance of their number, divided by that of independent executions.
     pub(crate) inflation: f64,
     /// Their frequency in the tenth with most of them, divided by the mean; 1 if chance explains it.
@@ -23,11 +23,11 @@ const PARTS: usize = 10;
 /// 0.3 σ were too low in 9 of 100 recordings: the drift is hardly seen, but takes most of the margin of a bound that is counted.
 const SIGNIFICANT: f64 = 0.05;
 
-impl Dependence {
+impl ExcessDependence {
     /// Returns the worst of the `exceeding` longest executions and of four times as many, again and again: few of them show little.
-    pub(crate) fn of_longest(times: &Times, exceeding: usize) -> Dependence {
+    pub(crate) fn of_longest(times: &SortedTimes, exceeding: usize) -> ExcessDependence {
         let count = times.count();
-        let mut worst = Dependence { inflation: 1.0, rise: 1.0 };
+        let mut worst = ExcessDependence { inflation: 1.0, rise: 1.0 };
         for exceeding in std::iter::successors(Some(exceeding), |it| Some(it * 4)) {
             let Some(&time) = count.checked_sub(exceeding + 1).and_then(|it| times.ascending.get(it)) else {
                 break;
@@ -44,8 +44,8 @@ impl Dependence {
 }
 
 /// Returns the dependence of executions longer than `time`, by the excess of each, or by one for each.
-pub(crate) fn dependence(recorded: &[f64], weight: impl Fn(f64) -> f64) -> Dependence {
-    let independent = Dependence { inflation: 1.0, rise: 1.0 };
+pub(crate) fn dependence(recorded: &[f64], weight: impl Fn(f64) -> f64) -> ExcessDependence {
+    let independent = ExcessDependence { inflation: 1.0, rise: 1.0 };
     let count = recorded.len();
     // About √n batches of √n executions.
     let batches = (count.isqrt() / PARTS).max(2);
@@ -82,7 +82,7 @@ pub(crate) fn dependence(recorded: &[f64], weight: impl Fn(f64) -> f64) -> Depen
     let ratio = (between / few) / (within / many).max(f64::MIN_POSITIVE);
     let is_chance = beta_reg(many / 2.0, few / 2.0, many / (many + few * ratio)) >= SIGNIFICANT;
     let varies = if is_chance { (within + between) / (few + many) } else { within / many };
-    Dependence {
+    ExcessDependence {
         inflation: (varies / (variance * length as f64)).max(1.0),
         rise: if is_chance {
             1.0
@@ -100,8 +100,8 @@ mod tests {
     use super::*;
     use crate::random::{generator, uniform};
 
-    fn of_longest(time: impl FnMut(usize) -> f64) -> Dependence {
-        Dependence::of_longest(&Times::of((0..20_000).map(time).collect()), 500)
+    fn of_longest(time: impl FnMut(usize) -> f64) -> ExcessDependence {
+        ExcessDependence::of_longest(&SortedTimes::of((0..20_000).map(time).collect()), 500)
     }
 
     #[test]
@@ -126,8 +126,8 @@ mod tests {
     #[test]
     fn few_executions_say_nothing() {
         for count in [0, 1, 19, 40] {
-            let times = Times::of((0..count).map(f64::from).collect());
-            let found = Dependence::of_longest(&times, 1);
+            let times = SortedTimes::of((0..count).map(f64::from).collect());
+            let found = ExcessDependence::of_longest(&times, 1);
             assert!(found.inflation >= 1.0 && found.rise >= 1.0, "{found:?}");
         }
     }

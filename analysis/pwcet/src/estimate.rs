@@ -6,7 +6,7 @@ use crate::counted::{counted_bound, counted_bounds, counted_from};
 use crate::distributions::chi_square;
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
-use crate::order::{Times, resolution};
+use crate::order::{SortedTimes, resolution};
 use crate::refusal::{ABSURD, NoBound, NoEstimate, Refusal};
 use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, excesses};
 
@@ -207,7 +207,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     if distinct < LEAST_DISTINCT {
         return refused(Refusal::TooCoarse { distinct, resolution });
     }
-    let times = Times::new(executions, resolution, options.seed);
+    let times = SortedTimes::new(executions, resolution, options.seed);
     let tail = match Tail::select(&times) {
         Ok(tail) => tail,
         Err(refusal) => return refused(refusal),
@@ -219,7 +219,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     if tail.model.shape >= 1.0 {
         return refused(Refusal::InfiniteMean { shape: tail.model.shape });
     }
-    let seen = Seen { count, greatest, resolution };
+    let seen = SeenExecutions { count, greatest, resolution };
     let levels = level_estimates(&options.levels, &times, &tail, seen);
     let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
     let curve = curve(&times, &tail, strictest);
@@ -247,7 +247,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
 
 /// What was measured, as far as the bounds depend on it.
 #[derive(Clone, Copy)]
-struct Seen {
+struct SeenExecutions {
     count: usize,
     greatest: u64,
     resolution: u64,
@@ -256,9 +256,9 @@ struct Seen {
 /// Returns the estimates of the levels.
 fn level_estimates(
     all: &[f64],
-    times: &Times,
+    times: &SortedTimes,
     tail: &Tail,
-    Seen { count, greatest, resolution }: Seen,
+    SeenExecutions { count, greatest, resolution }: SeenExecutions,
 ) -> Vec<LevelEstimate> {
     let greatest = greatest as f64;
     let mut greatest_bound = 0.0_f64;
@@ -293,7 +293,7 @@ fn level_estimates(
 }
 
 /// Returns the tail from its threshold to a probability, with four points for each power of ten.
-fn curve(times: &Times, tail: &Tail, strictest: f64) -> Vec<CurvePoint> {
+fn curve(times: &SortedTimes, tail: &Tail, strictest: f64) -> Vec<CurvePoint> {
     let probabilities =
         (0..).map(|step| 10_f64.powf(-f64::from(step) / 4.0)).take_while(|&it| it >= strictest * 0.99);
     let point = |probability| {
@@ -305,7 +305,7 @@ fn curve(times: &Times, tail: &Tail, strictest: f64) -> Vec<CurvePoint> {
 }
 
 /// The tests of the assumptions, adjusted for their number.
-fn all_checks(times: &Times, tail: &Tail, hold_out: &[HoldOut]) -> Vec<Check> {
+fn all_checks(times: &SortedTimes, tail: &Tail, hold_out: &[HoldOut]) -> Vec<Check> {
     let mut checks = checks(times);
     let excesses = excesses(times, tail.excesses);
     let exponential = Gpd { shape: 0.0, scale: excesses.iter().sum::<f64>() / excesses.len() as f64 };

@@ -1,7 +1,7 @@
 //! The hold-out: what the first half of a recording promises is counted in the second half.
 
 use crate::distributions::binomial_at_least;
-use crate::order::Times;
+use crate::order::SortedTimes;
 use crate::tail::Tail;
 
 /// The bound of one level, from the first half, and how often the second half exceeds it.
@@ -20,7 +20,7 @@ pub struct HoldOut {
 }
 
 /// Returns the hold-out at 1e-2, 1e-3, … as far as the second half should have one exceedance.
-pub(crate) fn hold_out(times: &Times) -> Vec<HoldOut> {
+pub(crate) fn hold_out(times: &SortedTimes) -> Vec<HoldOut> {
     let half = times.count() / 2;
     let first = times.first(half);
     let second = &times.recorded[half..];
@@ -54,7 +54,7 @@ mod tests {
             let mut random = generator(9, 0);
             let mut time =
                 |index: usize| (10.0 - uniform(&mut random).ln()) * if index < 2000 { 1.0 } else { factor };
-            Times::of((0..4000).map(&mut time).collect())
+            SortedTimes::of((0..4000).map(&mut time).collect())
         };
         let least_p = |factor| {
             let found = hold_out(&times(factor));

@@ -149,8 +149,8 @@ pub fn measure(
 mod tests {
     use super::*;
     use crate::random::{generator, uniform};
-    use crate::samples::{Execution, SamplesWriter};
-    use crate::trace::Summary;
+    use crate::samples::{SampledExecution, SamplesWriter};
+    use crate::trace::Totals;
 
     fn options() -> Options {
         Options { levels: vec![1e-3, 1e-6], seed: 1 }
@@ -167,10 +167,10 @@ mod tests {
             let mut random = generator(seed, *count as u64);
             for _ in 0..*count {
                 let execution = (1e6 - mean * uniform(&mut random).ln()) as u64;
-                writer.add(series, Execution { execution, elapsed: None, end: None, run: 0 }).unwrap();
+                writer.add(series, SampledExecution { execution, elapsed: None, end: None, run: 0 }).unwrap();
             }
         }
-        writer.commit(&Summary::default()).unwrap();
+        writer.commit(&Totals::default()).unwrap();
         let samples = Samples::open(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         samples
@@ -236,9 +236,9 @@ mod tests {
             let series = writer.series("nav.plan", "right").unwrap();
             for index in 0..4000 {
                 let execution = if index == 3321 { slowest } else { 10_000 + index % 3 * 1000 };
-                writer.add(series, Execution { execution, elapsed: None, end: None, run: 0 }).unwrap();
+                writer.add(series, SampledExecution { execution, elapsed: None, end: None, run: 0 }).unwrap();
             }
-            writer.commit(&Summary::default()).unwrap();
+            writer.commit(&Totals::default()).unwrap();
             let samples = Samples::open(&path).unwrap();
             std::fs::remove_file(&path).unwrap();
             samples

@@ -4,7 +4,7 @@ use crate::random::{generator, uniform};
 
 /// Execution times as the statistics use them.
 #[derive(Debug, Clone)]
-pub(crate) struct Times {
+pub(crate) struct SortedTimes {
     /// In the order of recording. Where the clock is coarse, a random part of its resolution is added to each: tests and fits are
     /// for values without ties.
     pub(crate) recorded: Vec<f64>,
@@ -12,22 +12,22 @@ pub(crate) struct Times {
     pub(crate) ascending: Vec<f64>,
 }
 
-impl Times {
-    pub(crate) fn new(executions: &[u64], resolution: u64, seed: u64) -> Times {
+impl SortedTimes {
+    pub(crate) fn new(executions: &[u64], resolution: u64, seed: u64) -> SortedTimes {
         let mut random = generator(seed, u64::MAX);
         let mut smooth = |&time: &u64| time as f64 + (uniform(&mut random) - 0.5) * resolution as f64;
-        Times::of(executions.iter().map(&mut smooth).collect())
+        SortedTimes::of(executions.iter().map(&mut smooth).collect())
     }
 
-    pub(crate) fn of(recorded: Vec<f64>) -> Times {
+    pub(crate) fn of(recorded: Vec<f64>) -> SortedTimes {
         let mut ascending = recorded.clone();
         ascending.sort_unstable_by(f64::total_cmp);
-        Times { recorded, ascending }
+        SortedTimes { recorded, ascending }
     }
 
     /// The first `count` of them.
-    pub(crate) fn first(&self, count: usize) -> Times {
-        Times::of(self.recorded[..count].to_vec())
+    pub(crate) fn first(&self, count: usize) -> SortedTimes {
+        SortedTimes::of(self.recorded[..count].to_vec())
     }
 
     pub(crate) fn count(&self) -> usize {

@@ -24,11 +24,11 @@ use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::trace::Summary;
-use block::{Block, BlockKind};
+use crate::trace::Totals;
+use block::{BlockKind, SampleBlock};
 use encoding::{Bytes, Codec, Has, put};
 
-pub use encoding::Execution;
+pub use encoding::SampledExecution;
 pub use error::{Damage, SamplesError};
 pub use writer::SamplesWriter;
 
@@ -59,7 +59,7 @@ pub struct Run {
     /// When it was imported, in seconds since the epoch.
     pub date: u64,
     /// What the trace had, and what of it was not used.
-    pub summary: Summary,
+    pub summary: Totals,
     /// The number of executions in the file.
     pub executions: u64,
     /// The SHA-256 of its executions: equal for the same trace.
@@ -77,13 +77,13 @@ impl Run {
     }
 }
 
-/// The number of a [`Series`].
+/// The number of a [`SampleSeries`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SeriesId(u32);
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Series {
+pub struct SampleSeries {
     /// Its number.
     pub id: SeriesId,
     /// The key in a timing table: of a codel, or of a program, which has a `/`.
@@ -100,7 +100,7 @@ pub struct Series {
 
 /// Where the executions of a series are.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct SamplePart {
     /// Of the body.
     offset: u64,
     length: usize,
@@ -114,7 +114,7 @@ struct Part {
 /// A sample file, opened for reading.
 ///
 /// ```
-/// use mauve_pwcet::samples::{Execution, Samples, SamplesWriter};
+/// use mauve_pwcet::samples::{SampledExecution, Samples, SamplesWriter};
 /// use mauve_pwcet::trace::Summary;
 ///
 /// let path = std::env::temp_dir().join(format!("mauve-doc-{}.samples", std::process::id()));
@@ -122,9 +122,9 @@ struct Part {
 /// writer.begin("monday.csv", 1_700_000_000)?;
 /// let plan = writer.series("nav.plan", "pilot")?;
 /// for execution in [1200, 1300] {
-///     writer.add(plan, Execution { execution, elapsed: None, end: None, run: 0 })?;
+///     writer.add(plan, SampledExecution { execution, elapsed: None, end: None, run: 0 })?;
 /// }
-/// writer.commit(&Summary::default())?;
+/// writer.commit(&Totals::default())?;
 ///
 /// let mut samples = Samples::open(&path)?;
 /// let plan = samples.series()[0].clone();
@@ -143,9 +143,9 @@ pub struct Samples {
 #[derive(Debug, Default)]
 struct Index {
     runs: Vec<Run>,
-    series: Vec<Series>,
+    series: Vec<SampleSeries>,
     /// For each series, in the order in which they were recorded.
-    parts: Vec<Vec<Part>>,
+    parts: Vec<Vec<SamplePart>>,
     /// The end of the last valid run.
     end: u64,
     /// The size of the file when it was read.
@@ -178,8 +178,8 @@ impl Samples {
     }
 
     /// Returns the sum of what all runs had, and of what was not used of them.
-    pub fn summary(&self) -> Summary {
-        let mut sum = Summary::default();
+    pub fn summary(&self) -> Totals {
+        let mut sum = Totals::default();
         self.index.runs.iter().for_each(|run| sum.add(&run.summary));
         sum
     }
@@ -202,7 +202,7 @@ impl Samples {
     }
 
     /// Returns the series in the order in which they appeared.
-    pub fn series(&self) -> &[Series] {
+    pub fn series(&self) -> &[SampleSeries] {
         &self.index.series
     }
 
@@ -218,7 +218,7 @@ impl Samples {
     /// # Errors
     ///
     /// The file cannot be read, or is damaged.
-    pub fn executions(&mut self, series: SeriesId) -> Result<Vec<Execution>, SamplesError> {
+    pub fn executions(&mut self, series: SeriesId) -> Result<Vec<SampledExecution>, SamplesError> {
         let parts = self.index.parts.get(series.0 as usize).ok_or(SamplesError::UnknownSeries)?;
         let mut all = Vec::new();
         let take = &mut |execution| {
@@ -230,12 +230,12 @@ impl Samples {
     }
 }
 
-impl Part {
+impl SamplePart {
     /// Reads the executions until `take` breaks.
     fn read(
         &self,
         file: &mut File,
-        take: &mut dyn FnMut(Execution) -> ControlFlow<()>,
+        take: &mut dyn FnMut(SampledExecution) -> ControlFlow<()>,
     ) -> Result<(), SamplesError> {
         let damaged = |damage| SamplesError::Damaged { offset: self.offset, damage };
         file.seek(SeekFrom::Start(self.offset))?;
@@ -272,7 +272,7 @@ impl Index {
         let mut offset = MAGIC.len() as u64;
         let mut index = Index { end: offset, size, ..Index::default() };
         // What the run has that is not yet ended.
-        let mut open = OpenRun::default();
+        let mut open = UnendedRun::default();
         let damage = loop {
             if offset == size {
                 break Damage::Truncated;
@@ -309,7 +309,7 @@ impl Index {
     }
 
     /// Takes a block. Returns whether it ends a run; none if its content is not valid.
-    fn take(&mut self, block: &Block, body: u64, open: &mut OpenRun) -> Option<bool> {
+    fn take(&mut self, block: &SampleBlock, body: u64, open: &mut UnendedRun) -> Option<bool> {
         let mut head = Bytes(&block.head);
         match block.kind {
             BlockKind::Begin => {
@@ -322,7 +322,7 @@ impl Index {
                 open.run.as_ref()?;
                 let id = SeriesId(u32::try_from(self.series.len() + open.series.len()).ok()?);
                 let (key, instance) = (head.text()?.to_owned(), head.text()?.to_owned());
-                open.series.push(Series { id, key, instance, count: 0, least: 0, greatest: 0 });
+                open.series.push(SampleSeries { id, key, instance, count: 0, least: 0, greatest: 0 });
             }
             BlockKind::Data => {
                 open.run.as_ref()?;
@@ -336,7 +336,7 @@ impl Index {
                     return None;
                 }
                 let run = self.runs.len().try_into().ok()?;
-                let part = Part { offset: body, length: block.body, count, has, run, least, greatest };
+                let part = SamplePart { offset: body, length: block.body, count, has, run, least, greatest };
                 open.parts.push((series, part));
             }
             BlockKind::End => {
@@ -357,7 +357,7 @@ impl Index {
     }
 
     /// Adds what a run has that is now complete.
-    fn add(&mut self, run: OpenRun) {
+    fn add(&mut self, run: UnendedRun) {
         self.parts.resize_with(self.series.len() + run.series.len(), Vec::new);
         self.series.extend(run.series);
         for (series, part) in run.parts {
@@ -374,12 +374,12 @@ impl Index {
 
 /// A run whose end has not been read: without it, nothing of the run counts.
 #[derive(Debug, Default)]
-struct OpenRun {
+struct UnendedRun {
     run: Option<(String, u64)>,
     /// The series that it declares.
-    series: Vec<Series>,
+    series: Vec<SampleSeries>,
     /// Its blocks of executions, with the numbers of their series.
-    parts: Vec<(usize, Part)>,
+    parts: Vec<(usize, SamplePart)>,
 }
 
 /// Returns whether there is a valid end of a run behind an offset.
@@ -415,7 +415,7 @@ fn find_mark(reader: &mut BufReader<&mut File>, mut offset: u64) -> io::Result<O
     }
 }
 
-fn put_summary(head: &mut Vec<u8>, mut it: Summary) {
+fn put_summary(head: &mut Vec<u8>, mut it: Totals) {
     it.counts().into_iter().for_each(|count| put(head, *count));
     for time in [it.first, it.last] {
         put(head, u64::from(time.is_some()));
@@ -423,8 +423,8 @@ fn put_summary(head: &mut Vec<u8>, mut it: Summary) {
     }
 }
 
-fn read_summary(head: &mut Bytes<'_>) -> Option<Summary> {
-    let mut summary = Summary::default();
+fn read_summary(head: &mut Bytes<'_>) -> Option<Totals> {
+    let mut summary = Totals::default();
     for count in summary.counts() {
         *count = head.number()?;
     }
@@ -478,14 +478,14 @@ mod tests {
 
     type Row = (usize, u64, Option<u64>, Option<u64>);
 
-    fn execution(row: &Row, run: u32) -> Execution {
-        Execution { execution: row.1, elapsed: row.2, end: row.3, run }
+    fn execution(row: &Row, run: u32) -> SampledExecution {
+        SampledExecution { execution: row.1, elapsed: row.2, end: row.3, run }
     }
 
     fn write(path: &Path, source: &str, rows: &[Row]) -> Result<(), SamplesError> {
         let mut writer = SamplesWriter::open(path)?;
         begin(&mut writer, source, rows);
-        writer.commit(&Summary { events: rows.len() as u64, first: Some(7), ..Summary::default() })
+        writer.commit(&Totals { events: rows.len() as u64, first: Some(7), ..Totals::default() })
     }
 
     fn begin(writer: &mut SamplesWriter, source: &str, rows: &[Row]) {
@@ -498,7 +498,7 @@ mod tests {
     }
 
     /// The executions of each of [`NAMES`].
-    fn all(samples: &mut Samples) -> Vec<Vec<Execution>> {
+    fn all(samples: &mut Samples) -> Vec<Vec<SampledExecution>> {
         let series = samples.series().to_vec();
         NAMES
             .iter()
@@ -530,7 +530,7 @@ mod tests {
             let mut writer = SamplesWriter::open(path)?;
             begin(&mut writer, "run", rows);
             let (first, last) = (rows.first().and_then(|it| it.3), rows.last().and_then(|it| it.3));
-            writer.commit(&Summary { first, last, ..Summary::default() })
+            writer.commit(&Totals { first, last, ..Totals::default() })
         };
         for (first, second) in
             [(0..100, 0..300), (0..300, 0..100), (0..300, 200..300), (0..300, 150..400), (150..400, 0..300)]
@@ -658,7 +658,7 @@ mod tests {
         assert_eq!(Samples::open(&file.0).unwrap().runs().len(), 1);
         // The next run declares its series again.
         begin(&mut writer, "third", &[(1, 6, None, None)]);
-        writer.commit(&Summary::default()).unwrap();
+        writer.commit(&Totals::default()).unwrap();
         let mut samples = Samples::open(&file.0).unwrap();
         assert_eq!(all(&mut samples).iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 0]);
         begin(&mut writer, "fourth", &rows);

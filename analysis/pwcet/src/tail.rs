@@ -2,11 +2,11 @@
 
 use crate::anderson_darling;
 use crate::counted::counted_bound;
-use crate::dependence::{Dependence, dependence};
+use crate::dependence::{ExcessDependence, dependence};
 use crate::distributions::binomial_at_least;
 use crate::gpd::Gpd;
 use crate::likelihood_region::{CHI_SQUARE, LikelihoodRegion};
-use crate::order::Times;
+use crate::order::SortedTimes;
 use crate::refusal::Refusal;
 
 /// The tail of execution times, in nanoseconds.
@@ -61,7 +61,7 @@ pub(crate) const ACCEPTED: f64 = 0.1;
 impl Tail {
     /// Chooses the threshold and fits: the lowest threshold that the Anderson–Darling test accepts and whose longest excesses are not
     /// too many for the fit, otherwise the one with the best fit.
-    pub(crate) fn select(times: &Times) -> Result<Tail, Refusal> {
+    pub(crate) fn select(times: &SortedTimes) -> Result<Tail, Refusal> {
         let count = times.count();
         let few = count.min(SHARED) as f64;
         let mut sizes: Vec<usize> = SHARES.iter().map(|share| (share * few) as usize).collect();
@@ -85,13 +85,13 @@ impl Tail {
     }
 
     /// Fits the `size` longest times, still without the region; `None` where there are too few distinct ones.
-    fn of(times: &Times, size: usize) -> Option<Tail> {
+    fn of(times: &SortedTimes, size: usize) -> Option<Tail> {
         let count = times.count();
         let excesses = excesses(times, size);
         let free = Gpd::fit(&excesses)?;
         let fitted = Gpd::fit_without_end(&excesses)?;
         let statistic = anderson_darling::statistic(&excesses, &free);
-        let Dependence { inflation, rise } = Dependence::of_longest(times, size);
+        let ExcessDependence { inflation, rise } = ExcessDependence::of_longest(times, size);
         Some(Tail {
             threshold: times.ascending[count - size - 1],
             excesses: size,
@@ -109,7 +109,7 @@ impl Tail {
 
     /// Returns how many of the longest excesses are more than the fit explains; 0 if it explains all of them. They are a mode of their
     /// own, which is too rare to be the tail.
-    fn unexpected(&self, times: &Times) -> usize {
+    fn unexpected(&self, times: &SortedTimes) -> usize {
         let independent = |count: usize| (count as f64 / self.inflation).ceil() as u64;
         let improbable = |longest: &usize| {
             let excess = times.ascending[self.count - longest] - self.threshold;
@@ -120,7 +120,7 @@ impl Tail {
     }
 
     /// Adds the distributions that the data do not reject.
-    fn with_region(mut self, times: &Times) -> Result<Tail, Refusal> {
+    fn with_region(mut self, times: &SortedTimes) -> Result<Tail, Refusal> {
         // The derivative of the likelihood by the scale.
         let Gpd { shape, scale } = self.model;
         let score = |time: f64| match time - self.threshold {
@@ -135,7 +135,7 @@ impl Tail {
     }
 
     /// Returns the time that an execution exceeds with `probability`: counted where the sample has enough, otherwise of the fit.
-    pub(crate) fn exceeded_with(&self, times: &Times, probability: f64) -> f64 {
+    pub(crate) fn exceeded_with(&self, times: &SortedTimes, probability: f64) -> f64 {
         match self.beyond_threshold(probability) {
             Some(conditional) => self.threshold + self.model.exceeded_with(conditional),
             None => {
@@ -146,7 +146,7 @@ impl Tail {
     }
 
     /// Returns the upper confidence bound of [`exceeded_with`](Self::exceeded_with).
-    pub(crate) fn upper_bound(&self, times: &Times, probability: f64) -> f64 {
+    pub(crate) fn upper_bound(&self, times: &SortedTimes, probability: f64) -> f64 {
         counted_bound(times, probability)
             .or_else(|| {
                 let conditional = self.beyond_threshold(probability / self.rise)?;
@@ -169,7 +169,7 @@ impl Tail {
 }
 
 /// Returns the greatest `size` times less the one before them, ascending.
-pub(crate) fn excesses(times: &Times, size: usize) -> Vec<f64> {
+pub(crate) fn excesses(times: &SortedTimes, size: usize) -> Vec<f64> {
     let first = times.count() - size;
     let threshold = times.ascending[first - 1];
     times.ascending[first..].iter().map(|time| time - threshold).collect()
@@ -185,9 +185,9 @@ mod tests {
     use super::*;
     use crate::random::{generator, uniform};
 
-    fn exponential(count: usize, seed: u64) -> Times {
+    fn exponential(count: usize, seed: u64) -> SortedTimes {
         let mut random = generator(seed, 0);
-        Times::of((0..count).map(|_| 1000.0 - 100.0 * uniform(&mut random).ln()).collect())
+        SortedTimes::of((0..count).map(|_| 1000.0 - 100.0 * uniform(&mut random).ln()).collect())
     }
 
     /// The bounds near the threshold, too: a fit alone covers less, since it takes the share of the excesses as exact.
@@ -228,7 +228,7 @@ mod tests {
         for count in [5_000, 200_000] {
             let one = |seed: u64| {
                 let mut random = generator(seed, count as u64);
-                let times = Times::of((0..count).map(|_| quantile(uniform(&mut random))).collect());
+                let times = SortedTimes::of((0..count).map(|_| quantile(uniform(&mut random))).collect());
                 let tail = Tail::select(&times);
                 // To refuse them would hold, too.
                 [1e-6, 1e-9].map(|level| {

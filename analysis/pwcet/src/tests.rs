@@ -7,7 +7,7 @@ use crate::checks;
 use crate::distributions;
 use crate::gpd::Gpd;
 use crate::likelihood_region::LikelihoodRegion;
-use crate::order::Times;
+use crate::order::SortedTimes;
 
 fn fixture(name: &str) -> Value {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(name);
@@ -17,7 +17,7 @@ fn fixture(name: &str) -> Value {
 /// A set of data, with what R and SciPy say of it.
 struct Set {
     name: String,
-    times: Times,
+    times: SortedTimes,
     r: Value,
     scipy: Value,
 }
@@ -32,7 +32,7 @@ impl Set {
             let values = set["values"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap());
             Set {
                 name: set["name"].as_str().unwrap().to_owned(),
-                times: Times::of(values.collect()),
+                times: SortedTimes::of(values.collect()),
                 r,
                 scipy,
             }

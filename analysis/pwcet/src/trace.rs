@@ -2,7 +2,7 @@
 //! port and each holding of a lock, where it ends.
 //!
 //! A trace is a folder that LTTng has written, which `babeltrace2` reads, or a file of executions. An execution is reported only
-//! if it was recorded completely; what is dropped is counted in the [`Summary`].
+//! if it was recorded completely; what is dropped is counted in the [`Totals`].
 
 mod babeltrace;
 mod column;
@@ -21,8 +21,8 @@ use std::ops::ControlFlow;
 
 pub use column::{Column, FileKind};
 pub use error::{CsvProblem, TraceError};
-pub use names::{Name, NameId, Names, SpanKind, access_key, lock_of, port_of};
-pub use observation::{Observation, Seen, Wait};
+pub use names::{NameId, SpanKind, SpanName, SpanNames, access_key, lock_of, port_of};
+pub use observation::{Observation, SeenName, Wait};
 pub use reader::TraceReader;
 pub use source::Source;
 
@@ -36,7 +36,7 @@ pub struct Span {
     /// What was executed.
     pub name: NameId,
     /// The thread; unknown in a file of executions.
-    pub thread: Option<Thread>,
+    pub thread: Option<RecordedThread>,
     /// The CPU on which it began.
     pub cpu: Option<u32>,
     /// When it began: since the epoch in a trace of LTTng; by the clock of the program in a file of executions.
@@ -117,7 +117,7 @@ pub struct Scheduling {
 
 /// A thread of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Thread {
+pub struct RecordedThread {
     /// The number of the host and of the process that the trace names, from 0.
     pub origin: u32,
     /// The system's number of the process, or 0 if the trace does not have it.
@@ -128,7 +128,7 @@ pub struct Thread {
 
 /// What a trace had, and what of it was not used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Summary {
+pub struct Totals {
     /// Events of generated packages, or lines of executions.
     pub events: u64,
     /// Events of other providers.
@@ -162,7 +162,7 @@ pub struct Summary {
     pub last: Option<u64>,
 }
 
-impl Summary {
+impl Totals {
     /// Returns all counts, in the order in which sample files have them.
     pub(crate) fn counts(&mut self) -> [&mut u64; 11] {
         [
@@ -181,7 +181,7 @@ impl Summary {
     }
 
     /// Adds what a later part of the same trace had.
-    pub fn add(&mut self, later: &Summary) {
+    pub fn add(&mut self, later: &Totals) {
         let mut later = *later;
         for (sum, count) in self.counts().into_iter().zip(later.counts()) {
             *sum = sum.saturating_add(*count);
@@ -215,7 +215,7 @@ pub struct Progress {
 /// Is called while a trace is read. `Break` ends the reading with [`TraceError::Stopped`].
 pub trait Visitor {
     /// A span has ended.
-    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()>;
+    fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()>;
 
     /// Executions within this time, which ends where they began or later, may be missing: the tracer discarded events, or a
     /// recording is damaged. Is called before the spans that end after it, at most a few spans too late.

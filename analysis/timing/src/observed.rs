@@ -108,9 +108,9 @@ pub struct ObservedTimes {
 }
 
 /// A section of the file, the keys that each of its entries has, and those that it may have.
-type Section = (&'static str, &'static [&'static str], &'static [&'static str]);
+type ObservedSection = (&'static str, &'static [&'static str], &'static [&'static str]);
 
-const SECTIONS: [Section; 6] = [
+const SECTIONS: [ObservedSection; 6] = [
     ("codel", &["executions", "greatest"], &["wait", "times", "waits"]),
     ("program", &["executions", "greatest"], &[]),
     ("access", &["executions", "greatest"], &[]),
@@ -136,7 +136,7 @@ impl ObservedTimes {
     }
 
     /// Returns the entry of a section. What is as it usually is has no key.
-    fn written(&self, (_, required, optional): Section) -> Item {
+    fn written(&self, (_, required, optional): ObservedSection) -> Item {
         let mut table = EditTable::new();
         for &key in required.iter().chain(optional) {
             let value = match key {
@@ -355,7 +355,7 @@ impl ObservedReader {
         }
     }
 
-    fn section(&mut self, observed: &mut Observed, of: Section, value: &Spanned<DeValue>) {
+    fn section(&mut self, observed: &mut Observed, of: ObservedSection, value: &Spanned<DeValue>) {
         let (name, required, optional) = of;
         let DeValue::Table(section) = value.get_ref() else { return self.of_kind(name, value, "a section") };
         let mut entries = Vec::new();

@@ -21,7 +21,7 @@ use std::ops::RangeInclusive;
 
 use mauve_timing::{CpuSet, Priority, Status, Time, sharing_cpus};
 
-use crate::bisection::{Boundary, step_of};
+use crate::bisection::{ProofBoundary, step_of};
 use crate::priorities::inverted;
 use crate::report::{ActivityReport, Deadlines, Query, Report};
 use crate::response::response_times;
@@ -251,7 +251,7 @@ impl<'db> TimingSearch<'db> {
     fn priorities(&self) -> Vec<BetterTiming> {
         let Some(groups) = groups(self.variants.system) else { return Vec::new() };
         let mut found = Vec::new();
-        let ordered: Vec<WhatIfField> = groups.iter().flat_map(Group::deadline_monotonic).collect();
+        let ordered: Vec<WhatIfField> = groups.iter().flat_map(SharingGroup::deadline_monotonic).collect();
         let mut is_solved = self.now.schedulable();
         if !ordered.is_empty()
             && let Some(report) = self.variants.report(&ordered)
@@ -318,8 +318,8 @@ impl<'db> TimingSearch<'db> {
             Some(goal(&report) && keeps_slack(self.now, &report))
         };
         // With one step less, the goal is not reached. Where it is monotone, the period is the least.
-        let change = |is_longer, between: Boundary, goal: &dyn Fn(&Report<'db>) -> bool| {
-            let found = Boundary::between(between.good, between.bad, |number| holds(goal, number));
+        let change = |is_longer, between: ProofBoundary, goal: &dyn Fn(&Report<'db>) -> bool| {
+            let found = ProofBoundary::between(between.good, between.bad, |number| holds(goal, number));
             let fields = found.is_complete().then(|| fields(found.good * step))?;
             let period = Time::from_nanos(found.good * step);
             let change = TimingChange::Period { is_longer, with_deadline: fields.len() > 1, period };
@@ -330,14 +330,18 @@ impl<'db> TimingSearch<'db> {
             let greatest = if now * step == period { now.checked_sub(1)? } else { now };
             let goal = |report: &Report<'_>| report.schedulable();
             let is_shorter = holds(&goal, Time::from_nanos(greatest))? && greatest > 0;
-            return if is_shorter { change(false, Boundary { good: greatest, bad: 0 }, &goal) } else { None };
+            return if is_shorter {
+                change(false, ProofBoundary { good: greatest, bad: 0 }, &goal)
+            } else {
+                None
+            };
         }
         if meets_all(self.now) {
             return None;
         }
         let goals: [&dyn Fn(&Report<'db>) -> bool; 2] = [&meets_all, &|report| is_met(report, activity)];
         for goal in goals.into_iter().take(if is_met(self.now, activity) { 1 } else { 2 }) {
-            if let Some(longer) = Boundary::above(now, |number| holds(goal, number))? {
+            if let Some(longer) = ProofBoundary::above(now, |number| holds(goal, number))? {
                 return change(true, longer, goal);
             }
         }
@@ -347,7 +351,7 @@ impl<'db> TimingSearch<'db> {
 
 /// Activities that may delay each other, and the priorities that they have among them. Of the activities of a thread, which have one
 /// priority, it has the first.
-struct Group<'a, 'db> {
+struct SharingGroup<'a, 'db> {
     activities: Vec<&'a ResolvedActivity<'db>>,
     /// One for each activity, descending, no two alike.
     numbers: Vec<u32>,
@@ -355,7 +359,7 @@ struct Group<'a, 'db> {
 
 /// Groups the real-time activities by the CPUs that they share; none where the priority, the CPU or the deadline of one is
 /// unknown, or where there are more activities than priorities.
-fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
+fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<SharingGroup<'a, 'db>>> {
     let is_counted = |it: &&ResolvedActivity<'db>| {
         // That of a gateway is in mauve.toml, and stays.
         let is_written = it.priority != Priority::Background && it.gateway.is_none();
@@ -373,7 +377,7 @@ fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
         } else {
             (1..=count).rev().collect()
         };
-        Some(Group { activities, numbers })
+        Some(SharingGroup { activities, numbers })
     });
     groups.collect()
 }
@@ -383,7 +387,7 @@ fn is_first_of_thread(activities: &[ResolvedActivity<'_>], activity: &ResolvedAc
     activities.iter().find(|it| it.is_mate(activity)).is_none_or(|first| first.instance == activity.instance)
 }
 
-impl<'a, 'db> Group<'a, 'db> {
+impl<'a, 'db> SharingGroup<'a, 'db> {
     /// Returns the activities by deadline; those that have the same stay in the order of their priorities.
     fn by_deadline(&self) -> Vec<&'a ResolvedActivity<'db>> {
         let mut activities = self.activities.clone();

@@ -7,21 +7,21 @@ const MOST_LONGER: u64 = 64;
 
 /// The result of a bisection, in nanoseconds. They are neighbours if the search was not ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Boundary {
+pub(crate) struct ProofBoundary {
     /// A value with which `holds` was true.
     pub(crate) good: u64,
     /// A value with which it was false.
     pub(crate) bad: u64,
 }
 
-impl Boundary {
+impl ProofBoundary {
     /// Bisects between a value with which `holds` is true and one with which it is false, either of them the greater one. Ends
     /// where `holds` is unknown. Where `holds` is monotone, no value on the far side of `bad` is better than `good`.
     pub(crate) fn between(
         mut good: u64,
         mut bad: u64,
         mut holds: impl FnMut(Time) -> Option<bool>,
-    ) -> Boundary {
+    ) -> ProofBoundary {
         while good.abs_diff(bad) > 1 {
             let middle = good.midpoint(bad);
             match holds(Time::from_nanos(middle)) {
@@ -30,16 +30,19 @@ impl Boundary {
                 None => break,
             }
         }
-        Boundary { good, bad }
+        ProofBoundary { good, bad }
     }
 
     /// Returns the first of 2, 4, 8 … [`MOST_LONGER`] times `now` with which `holds` is true, as the good value, and the one before it;
     /// the inner none where there is none. The outer none: `holds` is unknown.
-    pub(crate) fn above(now: u64, mut holds: impl FnMut(Time) -> Option<bool>) -> Option<Option<Boundary>> {
+    pub(crate) fn above(
+        now: u64,
+        mut holds: impl FnMut(Time) -> Option<bool>,
+    ) -> Option<Option<ProofBoundary>> {
         let (mut bad, mut factor) = (now, 2);
         while let Some(good) = now.checked_mul(factor).filter(|_| factor <= MOST_LONGER) {
             if holds(Time::from_nanos(good))? {
-                return Some(Some(Boundary { good, bad }));
+                return Some(Some(ProofBoundary { good, bad }));
             }
             (bad, factor) = (good, factor * 2);
         }
@@ -71,21 +74,21 @@ mod tests {
         fn the_boundary_is_found_from_both_sides(low in 0_u64..1000, first in 0_u64..1000, high in 0_u64..1000) {
             let (good, bad) = (low, low + first + high + 1);
             let last = low + first;
-            let boundary = Boundary::between(good, bad, |time| Some(time.as_nanos() <= last));
-            prop_assert_eq!(boundary, Boundary { good: last, bad: last + 1 });
-            let boundary = Boundary::between(bad, good, |time| Some(time.as_nanos() > last));
-            prop_assert_eq!(boundary, Boundary { good: last + 1, bad: last });
+            let boundary = ProofBoundary::between(good, bad, |time| Some(time.as_nanos() <= last));
+            prop_assert_eq!(boundary, ProofBoundary { good: last, bad: last + 1 });
+            let boundary = ProofBoundary::between(bad, good, |time| Some(time.as_nanos() > last));
+            prop_assert_eq!(boundary, ProofBoundary { good: last + 1, bad: last });
         }
     }
 
     #[test]
     fn a_search_that_is_ended_claims_only_what_was_tested() {
         let mut steps = 3;
-        let boundary = Boundary::between(0, 1 << 20, |time| {
+        let boundary = ProofBoundary::between(0, 1 << 20, |time| {
             steps -= 1;
             (steps >= 0).then_some(time.as_nanos() <= 700_000)
         });
-        assert_eq!(boundary, Boundary { good: 655_360, bad: 786_432 });
+        assert_eq!(boundary, ProofBoundary { good: 655_360, bad: 786_432 });
         assert!(!boundary.is_complete());
     }
 }

@@ -3,7 +3,7 @@
 use mauve_timing::{Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::bisection::Boundary;
+use crate::bisection::ProofBoundary;
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
 use crate::psm::psm_of;
 use crate::reason::{Reason, Timed, UnusableTime};
@@ -87,10 +87,10 @@ pub fn budgets<'db>(
                 };
                 // The analysis is monotone in every time.
                 let end = longest.as_nanos().saturating_add(1);
-                let mut found = Boundary::between(0, end, |time| keeps(time, true));
+                let mut found = ProofBoundary::between(0, end, |time| keeps(time, true));
                 // The whole analysis, with the next time too: the smaller budget may prove less.
                 if keeps(Time::from_nanos(found.bad), false) != Some(false) {
-                    found = Boundary::between(found.good, end, |time| keeps(time, false));
+                    found = ProofBoundary::between(found.good, end, |time| keeps(time, false));
                 }
                 if !found.is_complete() || keeps(Time::from_nanos(found.bad), false) != Some(false) {
                     return budgets;

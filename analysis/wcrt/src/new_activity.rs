@@ -98,7 +98,7 @@ fn period_of(activity: &ResolvedActivity<'_>) -> Option<Time> {
 }
 
 /// A CPU of a deployment.
-struct Cpu {
+struct CpuRoom {
     cpu: CpuSet,
     /// In billionths, rounded.
     utilisation: u64,
@@ -113,14 +113,14 @@ fn cpus_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     system: &System<'db>,
-) -> Vec<Cpu> {
+) -> Vec<CpuRoom> {
     let known = &response_times(db, project, of, Query::shown(db, project, of)).cpus;
     let of_cpu = |cpu: CpuSet| {
         let utilisation = known.iter().find(|it| it.cpus.meets(cpu));
         // Of CPUs that activities use alternatively, each has its part.
         let utilisation = utilisation.map(|it| it.utilisation.as_f64() / f64::from(it.cpus.len()));
         let mut of_cpu =
-            Cpu { cpu, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
+            CpuRoom { cpu, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
         for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus.meets(cpu))) {
             of_cpu.count += usize::from(activity.priority != Priority::Background);
             of_cpu.priorities |= activity.priority.real_time().map_or(0, |priority| 1_u128 << priority);
@@ -131,7 +131,7 @@ fn cpus_of<'db>(
 }
 
 /// Takes the lowest free priority on the CPU with the lowest utilisation, otherwise with the fewest activities.
-fn next_place<'a>(cpus: impl Iterator<Item = &'a mut Cpu>) -> (Option<CpuSet>, u32) {
+fn next_place<'a>(cpus: impl Iterator<Item = &'a mut CpuRoom>) -> (Option<CpuSet>, u32) {
     let Some(cpu) = cpus.min_by_key(|cpu| (cpu.utilisation, cpu.count)) else { return (None, 1) };
     let priority = (1..=99).find(|priority| cpu.priorities & (1 << priority) == 0).unwrap_or(1);
     cpu.priorities |= 1 << priority;

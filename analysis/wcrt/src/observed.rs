@@ -24,21 +24,21 @@ mod releases;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use mauve_pwcet::trace::{NameId, Names, Observation, Span, SpanKind, Visitor};
+use mauve_pwcet::trace::{NameId, Observation, Span, SpanKind, SpanNames, Visitor};
 use mauve_timing::{CpuSet, Priority};
 use rustc_hash::FxHashMap;
 
 pub use chain_model::{ExpectedChain, ExpectedConnection, ExpectedEnd, ExpectedStep, expected_chains};
 pub use findings::{
-    Finding, FindingKind, Greatest, Interferer, Observed, ObservedChain, ObservedConnection,
-    ObservedInstance, ObservedTime, Seen, Waited, Worst,
+    FindingKind, Greatest, Interferer, ObservedChain, ObservedConnection, ObservedDeployment,
+    ObservedInstance, ObservedTime, SeenPeriods, TraceFinding, Waited, Worst,
 };
-pub use model::{Expected, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
+pub use model::{ExpectedDeployment, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
 
 use chains::ChainObserver;
-use path::Path;
-use releases::{Job, LATEST, Releases};
+use path::MachinePath;
+use releases::{LATEST, RecordedJob, Releases};
 
 pub use crate::timetable::IMPROBABLE;
 
@@ -61,7 +61,7 @@ const MOST_GAPS: usize = 1 << 12;
 const TRACING: (u64, u64) = (500, 1500);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Role {
+enum NameRole {
     Period,
     /// The number of the program in the state machine.
     Program(u32),
@@ -80,24 +80,24 @@ enum Role {
 
 /// The executions of one name.
 #[derive(Debug)]
-struct Series {
-    role: Role,
+struct Tally {
+    role: NameRole,
     /// The index of the instance; none if the deployment does not have it.
     instance: Option<usize>,
     time: Option<u64>,
     executions: u64,
     exceeded: u64,
-    /// For each of [`Expected::levels`], the time, and how many executions exceeded it.
+    /// For each of [`ExpectedDeployment::levels`], the time, and how many executions exceeded it.
     of_levels: Vec<(Option<u64>, u64)>,
     first: Option<u64>,
     greatest: Option<Greatest>,
 }
 
 #[derive(Debug, Default)]
-struct Instance {
+struct InstanceObserver {
     observed: ObservedInstance,
-    path: Option<Path>,
-    releases: Option<Releases<Cause>>,
+    path: Option<MachinePath>,
+    releases: Option<Releases<Causes>>,
     /// The programs since the last period, with their begins.
     programs: Vec<(Option<u64>, u32)>,
     has_programs: bool,
@@ -116,7 +116,7 @@ struct Instance {
     paths: Vec<(UnknownPath, u64, Option<u64>)>,
 }
 
-impl Instance {
+impl InstanceObserver {
     /// Compares the programs of a period that began at `begin` with the edges of its state machine.
     fn follow(&mut self, machine: &ExpectedMachine, begin: u64, was_interrupted: bool, is_first: bool) {
         let Some(path) = &mut self.path else { return };
@@ -139,7 +139,7 @@ impl Instance {
 }
 
 /// Where a response time comes from: of each other instance, the number of periods and their execution time.
-type Cause = BTreeMap<usize, (u64, u64)>;
+type Causes = BTreeMap<usize, (u64, u64)>;
 
 /// A period that was recorded, to say who delayed others.
 #[derive(Debug, Clone, Copy)]
@@ -153,11 +153,11 @@ struct Recent {
 /// Compares a recording with a model: see the module.
 #[derive(Debug, Default)]
 pub struct Observer {
-    expected: Expected,
+    expected: ExpectedDeployment,
     by_name: FxHashMap<String, usize>,
     programs: Vec<FxHashMap<String, u32>>,
-    instances: Vec<Instance>,
-    series: BTreeMap<NameId, Series>,
+    instances: Vec<InstanceObserver>,
+    series: BTreeMap<NameId, Tally>,
     recent: Vec<Recent>,
     next_recent: usize,
     /// Times in which executions may be missing, in order.
@@ -170,18 +170,18 @@ pub struct Observer {
 
 impl Observer {
     /// Begins with a recording.
-    pub fn new(expected: Expected) -> Observer {
+    pub fn new(expected: ExpectedDeployment) -> Observer {
         let names = expected.instances.iter().enumerate();
         let by_name = names.map(|(index, it)| (it.instance.clone(), index)).collect();
         let programs = |it: &ExpectedInstance| {
             let all = it.machine.iter().flat_map(|machine| &machine.programs).enumerate();
             all.map(|(index, program)| (program.clone(), index as u32)).collect()
         };
-        let instance = |it: &ExpectedInstance| Instance {
-            path: it.machine.as_ref().map(Path::new),
+        let instance = |it: &ExpectedInstance| InstanceObserver {
+            path: it.machine.as_ref().map(MachinePath::new),
             releases: releases_of(it),
             is_interrupted: true,
-            ..Instance::default()
+            ..InstanceObserver::default()
         };
         Observer {
             by_name,
@@ -194,7 +194,7 @@ impl Observer {
     }
 
     /// Returns what a name of the recording is in the model.
-    fn series_of(&self, id: NameId, names: &Names) -> Series {
+    fn series_of(&self, id: NameId, names: &SpanNames) -> Tally {
         let name = names.get(id);
         let instance = self.by_name.get(&name.instance).copied();
         let of_model = instance.and_then(|index| self.expected.instances.get(index));
@@ -204,14 +204,14 @@ impl Observer {
             .get(&name.key)
             .filter(|_| !matches!(name.kind, SpanKind::Period | SpanKind::Lock));
         let role = match name.kind {
-            SpanKind::Period => Role::Period,
-            SpanKind::Access | SpanKind::Lock => Role::Other,
+            SpanKind::Period => NameRole::Period,
+            SpanKind::Access | SpanKind::Lock => NameRole::Other,
             SpanKind::Codel => {
                 let is_called = match of_model {
                     Some(it) => it.codels.as_ref().is_none_or(|codels| codels.contains(&name.key)),
                     None => known.is_some() || !name.instance.is_empty(),
                 };
-                if is_called { Role::Codel } else { Role::UnknownCodel { is_known: known.is_some() } }
+                if is_called { NameRole::Codel } else { NameRole::UnknownCodel { is_known: known.is_some() } }
             }
             SpanKind::Program => {
                 let (component, program) = name.key.rsplit_once('/').unwrap_or_default();
@@ -223,13 +223,13 @@ impl Observer {
                         .and_then(|it| it.component.as_deref())
                         .is_some_and(|it| it != component) =>
                     {
-                        Role::OtherComponent
+                        NameRole::OtherComponent
                     }
-                    (_, Some(number)) => Role::Program(number),
-                    (None, None) => Role::Other,
-                    (Some(machine), None) if machine.operations.contains(program) => Role::Other,
-                    (Some(_), None) if is_hook => Role::Hook,
-                    (Some(_), None) => Role::UnknownProgram,
+                    (_, Some(number)) => NameRole::Program(number),
+                    (None, None) => NameRole::Other,
+                    (Some(machine), None) if machine.operations.contains(program) => NameRole::Other,
+                    (Some(_), None) if is_hook => NameRole::Hook,
+                    (Some(_), None) => NameRole::UnknownProgram,
                 }
             }
         };
@@ -238,7 +238,7 @@ impl Observer {
             _ => self.expected.levels.iter().map(|it| (it.times.get(&name.key).copied(), 0)).collect(),
         };
         let time = known.copied().flatten();
-        Series { role, instance, time, executions: 0, exceeded: 0, of_levels, first: None, greatest: None }
+        Tally { role, instance, time, executions: 0, exceeded: 0, of_levels, first: None, greatest: None }
     }
 
     fn period(&mut self, index: usize, span: &Span) {
@@ -323,7 +323,7 @@ impl Observer {
 }
 
 impl Visitor for Observer {
-    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+    fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
         self.observation.add(span, names);
         self.chains.span(&self.expected, span, names);
         if !self.series.contains_key(&span.name) {
@@ -339,7 +339,7 @@ impl Visitor for Observer {
         Greatest::raise(&mut series.greatest, span.execution, span.end);
         let Some(index) = series.instance else { return ControlFlow::Continue(()) };
         let role = series.role;
-        if role == Role::Period {
+        if role == NameRole::Period {
             self.period(index, span);
             return ControlFlow::Continue(());
         }
@@ -349,12 +349,12 @@ impl Visitor for Observer {
             instance.measured = instance.measured.saturating_add(span.execution);
         }
         match role {
-            Role::Codel | Role::UnknownCodel { .. } => instance.codels += 1,
-            Role::Hook => {
+            NameRole::Codel | NameRole::UnknownCodel { .. } => instance.codels += 1,
+            NameRole::Hook => {
                 instance.is_interrupted = true;
                 instance.programs.clear();
             }
-            Role::Program(program) => {
+            NameRole::Program(program) => {
                 instance.has_programs = true;
                 if instance.programs.len() < MOST_PROGRAMS {
                     instance.programs.push((span.begin, program));
@@ -399,7 +399,7 @@ pub struct LatestReleases(Vec<Option<Releases<()>>>);
 
 impl LatestReleases {
     /// Begins with a recording.
-    pub fn new(expected: &Expected) -> LatestReleases {
+    pub fn new(expected: &ExpectedDeployment) -> LatestReleases {
         LatestReleases(expected.instances.iter().map(releases_of).collect())
     }
 
@@ -421,9 +421,9 @@ fn releases_of<C: Clone + Default>(it: &ExpectedInstance) -> Option<Releases<C>>
     Some(Releases::new(period, it.burst, it.response.or(it.deadline)))
 }
 
-fn job_of(span: &Span) -> Option<Job> {
+fn job_of(span: &Span) -> Option<RecordedJob> {
     let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
-    Some(Job {
+    Some(RecordedJob {
         begin: signed(span.begin?),
         end: signed(span.end?),
         execution: signed(span.execution),
@@ -432,17 +432,17 @@ fn job_of(span: &Span) -> Option<Job> {
 }
 
 /// Counts a value of a period, and remembers when it was first seen.
-fn count<T: Ord>(counts: &mut BTreeMap<T, Seen>, value: Option<T>, span: &Span) {
+fn count<T: Ord>(counts: &mut BTreeMap<T, SeenPeriods>, value: Option<T>, span: &Span) {
     let Some(value) = value else { return };
     if counts.len() < MOST_SCHEDULINGS || counts.contains_key(&value) {
-        counts.entry(value).or_insert(Seen { periods: 0, first: span.begin }).periods += 1;
+        counts.entry(value).or_insert(SeenPeriods { periods: 0, first: span.begin }).periods += 1;
     }
 }
 
 /// Returns what the others executed between two times.
-fn cause_of(recent: &[Recent], instance: usize, from: i64, to: i64) -> Cause {
-    let (Ok(from), Ok(to)) = (u64::try_from(from), u64::try_from(to)) else { return Cause::default() };
-    let mut others = Cause::new();
+fn cause_of(recent: &[Recent], instance: usize, from: i64, to: i64) -> Causes {
+    let (Ok(from), Ok(to)) = (u64::try_from(from), u64::try_from(to)) else { return Causes::default() };
+    let mut others = Causes::new();
     for it in recent.iter().filter(|it| it.instance != instance && it.begin < to && it.end > from) {
         let overlap = it.end.min(to).saturating_sub(it.begin.max(from));
         let (jobs, execution) = others.entry(it.instance).or_default();

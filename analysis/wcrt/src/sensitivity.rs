@@ -11,7 +11,7 @@
 use mauve_timing::{Bound, Level, Priority, Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::bisection::Boundary;
+use crate::bisection::ProofBoundary;
 use crate::psm::OtherTimes;
 use crate::reason::{ActivityField, Timed};
 use crate::report::Query;
@@ -388,7 +388,7 @@ impl<'db> LimitSearch<'_, 'db> {
             let least = activity.written_offset.unwrap_or_default().as_nanos();
             return Ok((None, limit(now, least, Some(least), &deadlines)));
         }
-        let limit = match Boundary::above(now, holds) {
+        let limit = match ProofBoundary::above(now, holds) {
             Some(Some(longer)) => limit(longer.good, longer.bad, None, &deadlines),
             Some(None) => Limit::NotFound,
             None => Limit::Exhausted,
@@ -438,7 +438,7 @@ impl<'db> LimitSearch<'_, 'db> {
 
     /// Returns whether these deadlines are proved; `None` where no steps are left.
     fn holds(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<bool> {
-        Some(matches!(self.found(set, deadlines, is_brief)?, Next::Met))
+        Some(matches!(self.found(set, deadlines, is_brief)?, NextValue::Met))
     }
 
     /// Searches for the limit between a value that is proved and one that is not; `invalid` is one that no analysis may have. The
@@ -453,7 +453,7 @@ impl<'db> LimitSearch<'_, 'db> {
     ) -> Limit {
         for is_brief in [true, false] {
             let holds = |value: Time| self.holds(&with(value), deadlines, is_brief);
-            let boundary = Boundary::between(good, bad, holds);
+            let boundary = ProofBoundary::between(good, bad, holds);
             good = boundary.good;
             if !boundary.is_complete() {
                 break;
@@ -462,9 +462,9 @@ impl<'db> LimitSearch<'_, 'db> {
                 return Limit::Last(Time::from_nanos(good));
             }
             match self.found(&with(Time::from_nanos(boundary.bad)), deadlines, false) {
-                Some(Next::Missed) => return Limit::Last(Time::from_nanos(good)),
-                Some(Next::Met) => good = boundary.bad,
-                Some(Next::Unknown) | None => break,
+                Some(NextValue::Missed) => return Limit::Last(Time::from_nanos(good)),
+                Some(NextValue::Met) => good = boundary.bad,
+                Some(NextValue::Unknown) | None => break,
             }
             if good == bad {
                 break;
@@ -474,15 +474,15 @@ impl<'db> LimitSearch<'_, 'db> {
     }
 
     /// Analyses a variant; `None` where no steps are left.
-    fn found(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<Next> {
+    fn found(&self, set: &Tasks, deadlines: &[usize], is_brief: bool) -> Option<NextValue> {
         let responses = self.variants.analysed(set, is_brief)?;
         let statuses = statuses(set, &responses);
         if deadlines.iter().all(|index| statuses.get(*index) == Some(&Status::Met)) {
-            return Some(Next::Met);
+            return Some(NextValue::Met);
         }
         let mut all = deadlines.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
         let is_one_missed = all.any(|(status, response)| is_missed(status, response));
-        Some(if is_one_missed { Next::Missed } else { Next::Unknown })
+        Some(if is_one_missed { NextValue::Missed } else { NextValue::Unknown })
     }
 }
 
@@ -497,7 +497,7 @@ struct Affected {
 }
 
 /// What an analysis finds of the deadlines.
-enum Next {
+enum NextValue {
     /// All are met.
     Met,
     /// One is missed, and a greater budget would not change that.

@@ -98,18 +98,18 @@ impl<'db> Attempt<'_, 'db> {
             let found = passes(false).or_else(|| passes(true))?;
             match block(found, self.keeps) {
                 None => return Some(self),
-                Some(Block::States(blocking)) => {
+                Some(PassageBlock::States(blocking)) => {
                     let count = self.states.len();
                     self.states.retain(|it| !blocking.contains(it));
                     if self.states.is_empty() || self.states.len() == count {
                         return None;
                     }
                 }
-                Some(Block::Codel(codel)) if !self.codels.contains(&codel) => self.codels.push(codel),
-                Some(Block::Port(port)) if self.ports_answer && !self.ports.contains(&port) => {
+                Some(PassageBlock::Codel(codel)) if !self.codels.contains(&codel) => self.codels.push(codel),
+                Some(PassageBlock::Port(port)) if self.ports_answer && !self.ports.contains(&port) => {
                     self.ports.push(port);
                 }
-                Some(Block::Codel(_) | Block::Port(_)) => return None,
+                Some(PassageBlock::Codel(_) | PassageBlock::Port(_)) => return None,
             }
         }
         None
@@ -124,22 +124,22 @@ impl<'db> Attempt<'_, 'db> {
 }
 
 /// What keeps data from being passed on.
-enum Block<'db> {
+enum PassageBlock<'db> {
     States(Vec<Name>),
     Codel(Decl<'db>),
     Port(Name),
 }
 
-fn block<'db>(passage: &Passage<'db>, keeps: bool) -> Option<Block<'db>> {
+fn block<'db>(passage: &Passage<'db>, keeps: bool) -> Option<PassageBlock<'db>> {
     match &passage.releases {
-        Err(Skip { cause: SkipCause::Answer(codel), .. }) => Some(Block::Codel(*codel)),
-        Err(Skip { cause: SkipCause::OtherPort(port), .. }) => Some(Block::Port(port.clone())),
-        Err(skip) if skip.cause == SkipCause::NoWrite => Some(Block::States(skip.states.clone())),
+        Err(Skip { cause: SkipCause::Answer(codel), .. }) => Some(PassageBlock::Codel(*codel)),
+        Err(Skip { cause: SkipCause::OtherPort(port), .. }) => Some(PassageBlock::Port(port.clone())),
+        Err(skip) if skip.cause == SkipCause::NoWrite => Some(PassageBlock::States(skip.states.clone())),
         // In other states, a condition may hold: each is tried alone.
-        Err(_) => Some(Block::States(Vec::new())),
+        Err(_) => Some(PassageBlock::States(Vec::new())),
         Ok(_) => {
             let by = passage.overwritten.as_ref().filter(|_| keeps)?;
-            Some(Block::States(vec![by.state.clone()]))
+            Some(PassageBlock::States(vec![by.state.clone()]))
         }
     }
 }

@@ -26,7 +26,7 @@ pub enum Trace {
     ///
     /// Exit codes: 0 all traces were imported; 2 a trace that cannot be read or has no executions, or a file that cannot be
     /// written: the traces before it were imported.
-    Import(import::Import),
+    Import(import::TraceImport),
     /// Compare recorded traces with the model: what was observed, and which assumption of the analysis fails.
     ///
     /// Shows for each instance the response times beside their bounds, the periods, and the execution times beside those of the
@@ -37,7 +37,7 @@ pub enum Trace {
     /// model if it ends in .mal or .toml, or is a folder without a trace.
     ///
     /// Exit codes: 0 nothing contradicts the model; 1 findings, or the model has errors; 2 a trace or a model that cannot be read.
-    Check(check::Check),
+    Check(check::TraceCheck),
     /// Write a recorded trace for a viewer, with the bounds of the model beside the response times.
     ///
     /// A CPU is a process, and each instance a thread with its periods, programs and codels; beside it, each period has a slice

@@ -72,7 +72,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                     outcome_of(db, project, deployment, Query::shown(db, project, deployment), fields.clone())
                 };
                 // A file may be part of several projects, with other execution times.
-                let outcomes: Vec<&Outcome<'_>> = actions.projects.iter().map(|it| outcome(*it)).collect();
+                let outcomes: Vec<&ChangeOutcome<'_>> =
+                    actions.projects.iter().map(|it| outcome(*it)).collect();
                 let outcome = outcome(project);
                 let effect = outcome.effect(now, subject.as_deref());
                 let title = title_with(change, fields, outcome, &effect);
@@ -120,7 +121,7 @@ struct Rank {
     kind: ChangeKind,
     /// The number of values that change.
     values: usize,
-    response: Option<Response>,
+    response: Option<OrderedResponse>,
 }
 
 /// Returns the priority that the diagnostics of an activity propose for it.
@@ -141,7 +142,7 @@ fn action<'db>(
     change: &TimingChange,
     title: String,
     effect: &Effect<'_>,
-    outcomes: &[&Outcome<'db>],
+    outcomes: &[&ChangeOutcome<'db>],
     diagnostics: &[Finding<'db>],
 ) -> Option<CodeAction<'db>> {
     let is_left = |it: &&Finding<'_>| {
@@ -168,7 +169,7 @@ fn action<'db>(
 fn title_with(
     change: &TimingChange,
     fields: &[WhatIfField],
-    outcome: &Outcome<'_>,
+    outcome: &ChangeOutcome<'_>,
     effect: &Effect<'_>,
 ) -> String {
     let named = fields.first().filter(|first| fields.iter().all(|it| it.instance == first.instance));
@@ -281,7 +282,7 @@ fn no_priorities(report: &Report<'_>, names: &[Name]) -> String {
 
 /// What a change gives.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-struct Outcome<'db> {
+struct ChangeOutcome<'db> {
     then: Report<'db>,
     new_warnings: BTreeSet<&'static str>,
     /// Whether the change loses a met deadline or a bound, or leaves no slack.
@@ -305,7 +306,7 @@ impl Changed<'_> {
 
 /// The response time of an activity, ordered: the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Response {
+enum OrderedResponse {
     Bound(Time),
     Unbounded,
     NotAnalysed,
@@ -325,7 +326,7 @@ fn outcome_of<'db>(
     of: Decl<'db>,
     query: Query,
     fields: Vec<WhatIfField>,
-) -> Outcome<'db> {
+) -> ChangeOutcome<'db> {
     let now = response_times(db, project, of, query);
     let then = response_times_if(db, project, of, query, &fields);
     let key = |it: &Arc<Diagnostic<'db>>| (it.code.name, it.at.clone());
@@ -335,18 +336,18 @@ fn outcome_of<'db>(
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
     after.extend(late.filter_map(|it| Some(("deadline-missed", it.at.clone()?))));
     let loses = !is_no_worse(now, &then) || !keeps_slack(now, &then);
-    Outcome { then, new_warnings, loses, diagnostics: after }
+    ChangeOutcome { then, new_warnings, loses, diagnostics: after }
 }
 
-fn response(activity: &ActivityReport<'_>) -> Response {
+fn response(activity: &ActivityReport<'_>) -> OrderedResponse {
     match (activity.response, activity.verdict) {
-        (Some(response), _) => Response::Bound(response),
-        (None, Status::Unbounded | Status::NoBound) => Response::Unbounded,
-        _ => Response::NotAnalysed,
+        (Some(response), _) => OrderedResponse::Bound(response),
+        (None, Status::Unbounded | Status::NoBound) => OrderedResponse::Unbounded,
+        _ => OrderedResponse::NotAnalysed,
     }
 }
 
-impl<'db> Outcome<'db> {
+impl<'db> ChangeOutcome<'db> {
     /// Returns the effect on the activity of this name, or on one that meets its deadline only then. Without a name, or where
     /// nothing changes there, on the activity that needs it most: one that misses its deadline, or that has the least slack.
     fn effect<'a>(&'a self, now: &'a Report<'db>, subject: Option<&str>) -> Effect<'a> {
@@ -355,7 +356,7 @@ impl<'db> Outcome<'db> {
         let all = all.filter(|it| it.then.verdict != Status::Background);
         let named = all.clone().find(|it| Some(it.now.instance.as_str()) == subject);
         let neediest = |is_it: fn(&Changed<'_>) -> bool| {
-            let is_unknown = |it: &Changed<'_>| response(it.now) == Response::NotAnalysed;
+            let is_unknown = |it: &Changed<'_>| response(it.now) == OrderedResponse::NotAnalysed;
             let key = |it: &Changed<'_>| (is_unknown(it), it.now.verdict.is_met(), it.now.slack());
             all.clone().filter(is_it).min_by_key(key)
         };
@@ -399,7 +400,7 @@ impl Effect<'_> {
         let responses = [it.now, it.then].map(response);
         let changes = responses[0] != responses[1] || it.becomes_met();
         let Some(deadline) =
-            it.then.deadline.filter(|_| changes && !responses.contains(&Response::NotAnalysed))
+            it.then.deadline.filter(|_| changes && !responses.contains(&OrderedResponse::NotAnalysed))
         else {
             return String::new();
         };

@@ -42,13 +42,13 @@ impl BlockKind {
 
 /// The head of a block, and the length of its body.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(super) struct SampleBlock {
     pub(super) kind: BlockKind,
     pub(super) head: Vec<u8>,
     pub(super) body: usize,
 }
 
-impl Block {
+impl SampleBlock {
     /// The number of bytes in the file.
     pub(super) fn length(&self) -> u64 {
         let body = if self.body == 0 { 0 } else { self.body + 4 };
@@ -62,7 +62,7 @@ impl Block {
 }
 
 /// Reads the head of the next block. Returns the damage if there is no valid head, which is also so at the end of a file.
-pub(super) fn read_head(file: &mut impl BufRead) -> io::Result<Result<Block, Damage>> {
+pub(super) fn read_head(file: &mut impl BufRead) -> io::Result<Result<SampleBlock, Damage>> {
     let mut prefix = [0; PREFIX];
     if !read_all(file, &mut prefix)? {
         return Ok(Err(Damage::Truncated));
@@ -82,7 +82,7 @@ pub(super) fn read_head(file: &mut impl BufRead) -> io::Result<Result<Block, Dam
         return Ok(Err(Damage::Checksum));
     }
     let Some(kind) = BlockKind::of(kind) else { return Ok(Err(Damage::Content)) };
-    Ok(Ok(Block { kind, head, body }))
+    Ok(Ok(SampleBlock { kind, head, body }))
 }
 
 /// Reads the body that begins here.

@@ -67,7 +67,7 @@ fn un_zigzag(from: u64, value: u64) -> u64 {
 
 /// One execution. Times are in nanoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Execution {
+pub struct SampledExecution {
     /// The CPU time.
     pub execution: u64,
     /// The time from its begin to its end.
@@ -86,7 +86,7 @@ pub(super) struct Has {
 }
 
 impl Has {
-    pub(super) fn of(it: &Execution) -> Has {
+    pub(super) fn of(it: &SampledExecution) -> Has {
         Has { elapsed: it.elapsed.is_some(), end: it.end.is_some() }
     }
 
@@ -109,7 +109,7 @@ pub(super) struct Codec {
 }
 
 impl Codec {
-    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, it: &Execution) {
+    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, it: &SampledExecution) {
         put(bytes, zigzag(self.execution, it.execution));
         if let Some(elapsed) = it.elapsed {
             put(bytes, zigzag(it.execution, elapsed));
@@ -121,8 +121,8 @@ impl Codec {
     }
 
     /// Takes an execution of this run that has these times.
-    pub(super) fn take(&mut self, bytes: &mut Bytes<'_>, has: Has, run: u32) -> Option<Execution> {
-        let mut it = Execution {
+    pub(super) fn take(&mut self, bytes: &mut Bytes<'_>, has: Has, run: u32) -> Option<SampledExecution> {
+        let mut it = SampledExecution {
             execution: un_zigzag(self.execution, bytes.number()?),
             elapsed: None,
             end: None,
@@ -138,7 +138,7 @@ impl Codec {
         Some(it)
     }
 
-    fn next(&mut self, it: &Execution) {
+    fn next(&mut self, it: &SampledExecution) {
         let end = it.end.unwrap_or(0);
         // The first end is not an interval.
         self.interval = if self.end == 0 { 0 } else { end.wrapping_sub(self.end) };
@@ -152,9 +152,9 @@ mod tests {
 
     use super::*;
 
-    fn executions() -> impl Strategy<Value = Execution> {
+    fn executions() -> impl Strategy<Value = SampledExecution> {
         let time = prop_oneof![0_u64..1000, any::<u64>()];
-        (time.clone(), time.clone(), time).prop_map(|(execution, elapsed, end)| Execution {
+        (time.clone(), time.clone(), time).prop_map(|(execution, elapsed, end)| SampledExecution {
             execution,
             elapsed: Some(elapsed),
             end: Some(end),

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::ops::ControlFlow;
 
-use super::{Execution, Index, Run, SamplesError, SeriesId};
+use super::{Index, Run, SampledExecution, SamplesError, SeriesId};
 
 /// The first executions of each series in each run.
 #[derive(Debug, Default)]
@@ -34,12 +34,12 @@ impl Firsts {
     }
 
     /// Returns the run that begins with this execution.
-    pub(super) fn run_of(&self, series: SeriesId, it: &Execution) -> Option<usize> {
+    pub(super) fn run_of(&self, series: SeriesId, it: &SampledExecution) -> Option<usize> {
         self.runs.get(&(series, it.end?, it.execution)).copied()
     }
 
     /// Adds the first execution of a series in a run.
-    pub(super) fn add(&mut self, series: SeriesId, it: &Execution, run: usize) {
+    pub(super) fn add(&mut self, series: SeriesId, it: &SampledExecution, run: usize) {
         if let Some(end) = it.end {
             self.runs.entry((series, end, it.execution)).or_insert(run);
         }

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest as _, Sha256};
 
 use super::block::{self, BlockKind, LONGEST_BODY, LONGEST_HEAD};
-use super::encoding::{Codec, Execution, Has, put, put_text};
+use super::encoding::{Codec, Has, SampledExecution, put, put_text};
 use super::overlap::Firsts;
 use super::{END_MARK, Index, MAGIC, Run, SamplesError, SeriesId, put_summary};
-use crate::trace::Summary;
+use crate::trace::Totals;
 
 /// Executions in a block: about 30 kB.
 const BLOCK: u64 = 1 << 12;
@@ -179,7 +179,7 @@ impl SamplesWriter {
     /// # Errors
     ///
     /// The file cannot be written.
-    pub fn add(&mut self, series: SeriesId, execution: Execution) -> Result<(), SamplesError> {
+    pub fn add(&mut self, series: SeriesId, execution: SampledExecution) -> Result<(), SamplesError> {
         let Some(run) = &mut self.run else { return Ok(()) };
         let index = series.0 as usize;
         let (key, instance) = self.names.get(index).ok_or(SamplesError::UnknownSeries)?;
@@ -232,7 +232,7 @@ impl SamplesWriter {
     /// # Errors
     ///
     /// The file cannot be written, or has the same executions. Then the run is removed.
-    pub fn commit(&mut self, summary: &Summary) -> Result<(), SamplesError> {
+    pub fn commit(&mut self, summary: &Totals) -> Result<(), SamplesError> {
         let result = self.try_commit(summary);
         if result.is_err() {
             // The first error says what is wrong; a reader ignores the run in any case.
@@ -241,7 +241,7 @@ impl SamplesWriter {
         result
     }
 
-    fn try_commit(&mut self, summary: &Summary) -> Result<(), SamplesError> {
+    fn try_commit(&mut self, summary: &Totals) -> Result<(), SamplesError> {
         self.write_blocks()?;
         let Some(run) = &mut self.run else { return Ok(()) };
         run.hash.update(&run.hashed);

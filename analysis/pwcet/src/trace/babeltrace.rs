@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::error::TraceError;
 use super::event::{number, time};
-use super::nesting::Gap;
+use super::nesting::LostTime;
 use crate::program::{command, program};
 
 /// Its name: the one of the paths in `PATH`.
@@ -35,7 +35,7 @@ pub(super) struct Lost {
     /// The number of events, if the tracer has counted them.
     pub(super) events: Option<u64>,
     /// When, if that is known.
-    pub(super) gap: Option<Gap>,
+    pub(super) gap: Option<LostTime>,
 }
 
 /// A running `babeltrace2`: its standard output.
@@ -151,7 +151,7 @@ fn lost(message: &[u8]) -> Option<Lost> {
         let begin = rest.windows(2).position(|it| it == b" [")?;
         let (begin, rest) = time(rest.get(begin + 2..)?)?;
         let (end, _) = time(rest.strip_prefix(b"] and [")?)?;
-        Some(Gap { begin, end })
+        Some(LostTime { begin, end })
     };
     Some(Lost { events, gap: range() })
 }
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn messages_about_discarded_events_are_read() {
-        let gap = Some(Gap { begin: 5_000_000_001, end: 6_000_000_000 });
+        let gap = Some(LostTime { begin: 5_000_000_001, end: 6_000_000_000 });
         for (message, expected) in [
             (
                 "WARNING: Tracer discarded 1 event between [5.000000001] and [6.000000000] in trace \"a [b\" (no UUID) …",

@@ -38,17 +38,17 @@ use std::ops::ControlFlow;
 use super::column::{COLUMNS, Column, FileKind};
 use super::error::{CsvProblem, TraceError};
 use super::event::number;
-use super::lines::Lines;
-use super::names::{Name, NameId, Names, SpanKind};
-use super::{Outcome, Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
+use super::lines::TraceLines;
+use super::names::{NameId, SpanKind, SpanName, SpanNames};
+use super::{Outcome, Progress, Scheduling, Span, Totals, Visitor, is_suspicious};
 
 /// Reads a file of executions to its end, and beside it that of the periods, in one order.
 pub(super) fn read<R: Read>(
     executions: R,
     periods: Option<R>,
     size: Option<u64>,
-    names: &mut Names,
-    summary: &mut Summary,
+    names: &mut SpanNames,
+    summary: &mut Totals,
     visitor: &mut dyn Visitor,
 ) -> Result<(), TraceError> {
     let mut executions = Rows::of(executions, FileKind::Executions)?;
@@ -72,7 +72,7 @@ pub(super) fn read<R: Read>(
 }
 
 /// Returns whether a period comes before an execution.
-fn is_before(period: Option<&Row>, execution: Option<&Row>) -> bool {
+fn is_before(period: Option<&CsvRow>, execution: Option<&CsvRow>) -> bool {
     let Some(period) = period else { return false };
     let Some(execution) = execution else { return true };
     match execution.order.zip(period.order) {
@@ -83,7 +83,7 @@ fn is_before(period: Option<&Row>, execution: Option<&Row>) -> bool {
 }
 
 /// A line.
-struct Row {
+struct CsvRow {
     span: Span,
     /// Its number among the lines of both files.
     order: Option<u64>,
@@ -116,8 +116,8 @@ impl RowKind<'_> {
     }
 }
 
-impl Row {
-    fn report(&self, names: &Names, visitor: &mut dyn Visitor) -> ControlFlow<()> {
+impl CsvRow {
+    fn report(&self, names: &SpanNames, visitor: &mut dyn Visitor) -> ControlFlow<()> {
         let span = &self.span;
         match RowKind::of(&names.get(span.name).key) {
             RowKind::Span => return visitor.span(span, names),
@@ -132,11 +132,11 @@ impl Row {
 
 /// The lines of a file, one by one.
 struct Rows<R> {
-    lines: Lines<R>,
+    lines: TraceLines<R>,
     kind: FileKind,
     /// What each field of a line is; none of a column that is ignored.
     columns: Vec<Option<Column>>,
-    values: Values,
+    values: CsvValues,
     /// For each name, the last end, and the last one that was before it.
     ends: BTreeMap<NameId, (u64, u64)>,
     /// What is reused for the name of each line.
@@ -145,7 +145,7 @@ struct Rows<R> {
 
 impl<R: Read> Rows<R> {
     fn of(source: R, kind: FileKind) -> Result<Rows<R>, TraceError> {
-        let mut lines = Lines::new(source);
+        let mut lines = TraceLines::new(source);
         let header = match lines.advance() {
             Ok(true) => {
                 columns(lines.line(), kind).map_err(|problem| foreign(lines.line()).unwrap_or(problem))
@@ -157,10 +157,10 @@ impl<R: Read> Rows<R> {
         };
         let columns = header.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
         let (ends, name) = (BTreeMap::new(), Vec::new());
-        Ok(Rows { lines, kind, columns, values: Values::default(), ends, name })
+        Ok(Rows { lines, kind, columns, values: CsvValues::default(), ends, name })
     }
 
-    fn next(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Option<Row>, TraceError> {
+    fn next(&mut self, names: &mut SpanNames, summary: &mut Totals) -> Result<Option<CsvRow>, TraceError> {
         while self.lines.advance()? {
             if !self.lines.is_complete() {
                 // A cut number is another number, and a smaller one: `12` of `120000`.
@@ -173,7 +173,7 @@ impl<R: Read> Rows<R> {
     }
 
     /// Reads the line that was read last.
-    fn row(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Row, TraceError> {
+    fn row(&mut self, names: &mut SpanNames, summary: &mut Totals) -> Result<CsvRow, TraceError> {
         let (file, line) = (self.kind, self.lines.number());
         let problem = |problem| TraceError::Csv { file, line, problem };
         self.values.read(without_return(self.lines.line()), &self.columns).map_err(problem)?;
@@ -211,14 +211,14 @@ impl<R: Read> Rows<R> {
         }
         summary.at(span.end);
         span.begin = span.end.zip(span.elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
-        Ok(Row { span, order: line_order })
+        Ok(CsvRow { span, order: line_order })
     }
 
     /// Reports the progress now and then.
     fn report(
         &self,
         size: Option<u64>,
-        summary: &Summary,
+        summary: &Totals,
         visitor: &mut dyn Visitor,
     ) -> Result<(), TraceError> {
         if !self.lines.number().is_multiple_of(1 << 16) {
@@ -267,14 +267,14 @@ fn columns(line: &[u8], kind: FileKind) -> Result<Vec<Option<Column>>, CsvProble
 }
 
 /// Reads a name that is new.
-fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<Name, CsvProblem> {
+fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<SpanName, CsvProblem> {
     let utf8 = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| CsvProblem::NotUtf8);
     let key = utf8(key)?;
     let kind = match file {
         FileKind::Periods => SpanKind::Period,
         FileKind::Executions => SpanKind::of(&key),
     };
-    Ok(Name { kind, key, instance: utf8(instance)? })
+    Ok(SpanName { kind, key, instance: utf8(instance)? })
 }
 
 /// Returns whether the last execution of a name ended later; `ends` are those of the name. If two in a row did, in their order, the
@@ -290,12 +290,12 @@ fn runs_back((last, back): &mut (u64, u64), time: u64) -> bool {
 
 /// The values of a line by their columns; reused from line to line.
 #[derive(Debug, Default)]
-struct Values {
+struct CsvValues {
     of: [Vec<u8>; COLUMNS],
     ignored: Vec<u8>,
 }
 
-impl Values {
+impl CsvValues {
     fn read(&mut self, line: &[u8], columns: &[Option<Column>]) -> Result<(), CsvProblem> {
         let mut rest = Some(line);
         let mut found = 0;
@@ -311,7 +311,7 @@ impl Values {
         }
     }
 
-    fn execution(&self) -> Result<Said<'_>, CsvProblem> {
+    fn execution(&self) -> Result<LineContent<'_>, CsvProblem> {
         let key = self.name(Column::Codel)?;
         let span = Span {
             execution: self.required(Column::Execution)?,
@@ -327,7 +327,7 @@ impl Values {
         Ok((key, self.text(Column::Instance), span))
     }
 
-    fn period(&self) -> Result<Said<'_>, CsvProblem> {
+    fn period(&self) -> Result<LineContent<'_>, CsvProblem> {
         let execution = self.required(Column::Execution)?;
         let instance = self.name(Column::Instance)?;
         let (begun, end) = (self.required(Column::Begin)?, self.required(Column::End)?);
@@ -390,7 +390,7 @@ impl Values {
 }
 
 /// What a line says: a key, which a period has not, an instance, and an execution without its name and its begin.
-type Said<'a> = (&'a [u8], &'a [u8], Span);
+type LineContent<'a> = (&'a [u8], &'a [u8], Span);
 
 fn without_return(line: &[u8]) -> &[u8] {
     line.strip_suffix(b"\r").unwrap_or(line)
@@ -436,7 +436,7 @@ mod tests {
     struct Found(Vec<Execution>);
 
     impl Visitor for Found {
-        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
             let name = names.get(span.name);
             assert_eq!(name.kind == SpanKind::Program, name.key.contains('/'));
             let (key, instance) = (name.key.clone(), name.instance.clone());
@@ -445,7 +445,7 @@ mod tests {
         }
     }
 
-    fn rows(text: &[u8]) -> Result<(Vec<Execution>, Summary), TraceError> {
+    fn rows(text: &[u8]) -> Result<(Vec<Execution>, Totals), TraceError> {
         let (mut reader, mut rows) = (TraceReader::default(), Found::default());
         reader.read_csv(text, Some(text.len() as u64), &mut rows)?;
         Ok((rows.0, reader.finish()))
@@ -474,8 +474,7 @@ mod tests {
                 row("f", "a", 11, [Some(12), Some(108), Some(120)]),
             ]
         );
-        let expected =
-            Summary { events: 3, spans: 3, first: Some(100), last: Some(120), ..Summary::default() };
+        let expected = Totals { events: 3, spans: 3, first: Some(100), last: Some(120), ..Totals::default() };
         assert_eq!(summary, expected);
     }
 
@@ -567,7 +566,7 @@ mod tests {
             ("a,1,5,9,5,3,4294967296", number(Cpu)),
         ] {
             let text = format!("instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpu\n{line}\n");
-            let (mut names, mut summary) = (Names::default(), Summary::default());
+            let (mut names, mut summary) = (SpanNames::default(), Totals::default());
             let executions = &b"codel,execution_ns\n"[..];
             let found = read(
                 executions,
@@ -614,7 +613,7 @@ mod tests {
     struct Both(Vec<(String, Option<u64>, Option<Scheduling>)>);
 
     impl Visitor for Both {
-        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
             let name = names.get(span.name);
             let key = if name.kind == SpanKind::Period { &name.instance } else { &name.key };
             self.0.push((key.clone(), span.release, span.scheduling));
@@ -623,7 +622,7 @@ mod tests {
     }
 
     fn both(executions: &str, periods: &str) -> Vec<(String, Option<u64>, Option<Scheduling>)> {
-        let (mut names, mut summary, mut found) = (Names::default(), Summary::default(), Both::default());
+        let (mut names, mut summary, mut found) = (SpanNames::default(), Totals::default(), Both::default());
         let (executions, periods) = (executions.as_bytes(), periods.as_bytes());
         read(executions, Some(periods), None, &mut names, &mut summary, &mut found).unwrap();
         assert_eq!(summary.spans, found.0.len() as u64);

@@ -7,12 +7,12 @@
 //! The host, the process, the contexts and their order depend on the session; the payload is that of the tracepoint provider. The
 //! parser borrows from the line and allocates nothing.
 
-use super::names::{Name, SpanKind, access_key};
+use super::names::{SpanKind, SpanName, access_key};
 use super::{Outcome, Scheduling};
 
 /// A begin or an end of a span.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Event<'a> {
+pub(super) struct SpanEvent<'a> {
     /// In nanoseconds since the epoch.
     pub(super) time: u64,
     /// The host and the process, as far as the session records them.
@@ -39,8 +39,8 @@ pub(super) struct Event<'a> {
 
 /// A line of `babeltrace2`.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Line<'a> {
-    Event(Event<'a>),
+pub(super) enum BabeltraceLine<'a> {
+    Event(SpanEvent<'a>),
     /// An event of another provider.
     Foreign,
     /// An event of a generated package without the context `vtid`.
@@ -50,11 +50,11 @@ pub(super) enum Line<'a> {
 }
 
 /// Reads a line without its line feed.
-pub(super) fn parse(line: &[u8]) -> Line<'_> {
-    event(line).unwrap_or(Line::Malformed)
+pub(super) fn parse(line: &[u8]) -> BabeltraceLine<'_> {
+    event(line).unwrap_or(BabeltraceLine::Malformed)
 }
 
-fn event(line: &[u8]) -> Option<Line<'_>> {
+fn event(line: &[u8]) -> Option<BabeltraceLine<'_>> {
     let (time, rest) = time(line.strip_prefix(b"[")?)?;
     let rest = rest.strip_prefix(b"] ")?;
     // No name of a host, a process, a provider or an event has this.
@@ -64,17 +64,17 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         Some(space) => (header.get(..space)?, header.get(space + 1..)?),
         None => (&b""[..], header),
     };
-    let Some(name) = name.strip_prefix(b"mauve_") else { return Some(Line::Foreign) };
+    let Some(name) = name.strip_prefix(b"mauve_") else { return Some(BabeltraceLine::Foreign) };
     let kind = match name.get(name.iter().position(|byte| *byte == b':')? + 1..)? {
         b"component" => SpanKind::Period,
         b"program" => SpanKind::Program,
         b"codel" => SpanKind::Codel,
         b"access" => SpanKind::Access,
         b"lock" => SpanKind::Lock,
-        _ => return Some(Line::Foreign),
+        _ => return Some(BabeltraceLine::Foreign),
     };
 
-    let mut fields = Fields { rest: groups };
+    let mut fields = EventFields { rest: groups };
     let (mut thread, mut process_id, mut cpu) = (None, None, None);
     // The payload begins with the field `instance`, after the contexts.
     let text = loop {
@@ -115,8 +115,8 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         }
         _ => {}
     }
-    let Some(thread) = thread else { return Some(Line::WithoutThread) };
-    Some(Line::Event(Event {
+    let Some(thread) = thread else { return Some(BabeltraceLine::WithoutThread) };
+    Some(BabeltraceLine::Event(SpanEvent {
         time,
         process,
         process_id,
@@ -134,15 +134,15 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
 }
 
 /// Reads the scheduling of a thread. None in recordings of earlier versions, and where the system did not say it.
-fn scheduling(fields: &mut Fields<'_>) -> Option<Scheduling> {
+fn scheduling(fields: &mut EventFields<'_>) -> Option<Scheduling> {
     // A negative priority is unknown.
     let priority = u32::try_from(fields.number("priority")?).ok()?;
     Some(Scheduling { priority, cpus: fields.number("cpus")? })
 }
 
 /// Reads the names of a span in the text of its event. Returns `None` if the provider is not that of a generated package.
-pub(super) fn name(kind: SpanKind, text: &[u8]) -> Option<Name> {
-    let mut fields = Fields { rest: text };
+pub(super) fn name(kind: SpanKind, text: &[u8]) -> Option<SpanName> {
+    let mut fields = EventFields { rest: text };
     let mut field = |name: &str| {
         let field = fields.next().filter(|field| field.name == name.as_bytes())?;
         unescaped(field.value)
@@ -160,7 +160,7 @@ pub(super) fn name(kind: SpanKind, text: &[u8]) -> Option<Name> {
             program_key(&component, &state, &transition, &program)
         }
     };
-    Some(Name { kind, key, instance })
+    Some(SpanName { kind, key, instance })
 }
 
 /// Returns the key of a program in a timing table.
@@ -175,17 +175,17 @@ fn program_key(component: &str, state: &str, transition: &str, program: &str) ->
 }
 
 /// `name = value`; the value of a text has its quotes.
-struct Field<'a> {
+struct EventField<'a> {
     name: &'a [u8],
     value: &'a [u8],
 }
 
 /// The fields of `{ a = 1, b = "x" }, { c = { d = 2 } }`, without those inside of structures.
-struct Fields<'a> {
+struct EventFields<'a> {
     rest: &'a [u8],
 }
 
-impl Fields<'_> {
+impl EventFields<'_> {
     /// Reads the next field, a number of this name.
     fn number(&mut self, name: &str) -> Option<u64> {
         let field = self.next().filter(|field| field.name == name.as_bytes())?;
@@ -193,10 +193,10 @@ impl Fields<'_> {
     }
 }
 
-impl<'a> Iterator for Fields<'a> {
-    type Item = Field<'a>;
+impl<'a> Iterator for EventFields<'a> {
+    type Item = EventField<'a>;
 
-    fn next(&mut self) -> Option<Field<'a>> {
+    fn next(&mut self) -> Option<EventField<'a>> {
         let begin = self.rest.iter().position(|byte| !b" ,{}".contains(byte))?;
         let rest = self.rest.get(begin..)?;
         // A name has no space.
@@ -204,7 +204,7 @@ impl<'a> Iterator for Fields<'a> {
         let value = value.strip_prefix(b" = ")?;
         let (value, rest) = value.split_at_checked(value_length(value)?)?;
         self.rest = rest;
-        Some(Field { name, value })
+        Some(EventField { name, value })
     }
 }
 
@@ -284,9 +284,9 @@ mod tests {
 
     use super::*;
 
-    fn read(line: &str) -> (Event<'_>, Name) {
+    fn read(line: &str) -> (SpanEvent<'_>, SpanName) {
         match parse(line.as_bytes()) {
-            Line::Event(event) => {
+            BabeltraceLine::Event(event) => {
                 let name = name(event.kind, event.text).unwrap();
                 (event, name)
             }
@@ -304,7 +304,7 @@ mod tests {
             (b"vm:(18040)".as_slice(), Some(17723), 17726)
         );
         assert_eq!((event.cpu, event.is_end, event.cpu_ns), (Some(1), true, 17627));
-        let expected = Name {
+        let expected = SpanName {
             kind: SpanKind::Program,
             key: "lib.Pilot/Moving.lost.guard".to_owned(),
             instance: "p".to_owned(),
@@ -347,7 +347,7 @@ mod tests {
         let (event, name) = read(&lock);
         assert_eq!((event.cpu_ns, event.lock, event.waits), (5, Some((9, 4)), Some(1)));
         assert_eq!(name.key, "bus");
-        assert_eq!(parse(lock.replace("blocked_ns", "other").as_bytes()), Line::Malformed);
+        assert_eq!(parse(lock.replace("blocked_ns", "other").as_bytes()), BabeltraceLine::Malformed);
     }
 
     #[test]
@@ -377,21 +377,21 @@ mod tests {
     #[test]
     fn other_lines_are_told_apart() {
         for (line, expected) in [
-            ("[1.000000000] vm lttng_ust_statedump:start: { cpu_id = 1 }, { }", Line::Foreign),
-            ("[1.000000000] vm mauve_x:other: { cpu_id = 1 }, { }", Line::Foreign),
+            ("[1.000000000] vm lttng_ust_statedump:start: { cpu_id = 1 }, { }", BabeltraceLine::Foreign),
+            ("[1.000000000] vm mauve_x:other: { cpu_id = 1 }, { }", BabeltraceLine::Foreign),
             (
                 "[1.000000000] vm mauve_x:codel: { cpu_id = 1 }, { instance = \"a\", codel = \"f\", phase = 0, cpu_ns = 1 }",
-                Line::WithoutThread,
+                BabeltraceLine::WithoutThread,
             ),
-            ("", Line::Malformed),
-            ("[??:??:??.?????????] vm a:b: { }", Line::Malformed),
+            ("", BabeltraceLine::Malformed),
+            ("[??:??:??.?????????] vm a:b: { }", BabeltraceLine::Malformed),
             (
                 "[1.000000000] vm mauve_x:codel: { vtid = 1 }, { instance = \"a\", codel = \"f\", phase = 2, cpu_ns = 1 }",
-                Line::Malformed,
+                BabeltraceLine::Malformed,
             ),
             (
                 "[1.000000000] vm mauve_x:codel: { vtid = 1 }, { instance = \"a\", codel = \"f",
-                Line::Malformed,
+                BabeltraceLine::Malformed,
             ),
         ] {
             assert_eq!(parse(line.as_bytes()), expected, "{line}");
@@ -412,7 +412,7 @@ mod tests {
             let mut damaged = line.to_owned();
             let at = at.min(line.len());
             damaged.replace_range(at..(at + length).min(line.len()), &with);
-            if let Line::Event(event) = parse(damaged.as_bytes()) {
+            if let BabeltraceLine::Event(event) = parse(damaged.as_bytes()) {
                 name(event.kind, event.text);
             }
         }

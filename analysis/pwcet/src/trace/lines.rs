@@ -11,7 +11,7 @@ pub(super) const LONGEST_LINE: usize = 1 << 16;
 const CHUNK: usize = 1 << 18;
 
 /// Splits a stream into lines.
-pub(super) struct Lines<R> {
+pub(super) struct TraceLines<R> {
     source: BufReader<R>,
     line: Vec<u8>,
     number: u64,
@@ -19,10 +19,10 @@ pub(super) struct Lines<R> {
     is_complete: bool,
 }
 
-impl<R: Read> Lines<R> {
-    pub(super) fn new(source: R) -> Lines<R> {
+impl<R: Read> TraceLines<R> {
+    pub(super) fn new(source: R) -> TraceLines<R> {
         let source = BufReader::with_capacity(CHUNK, source);
-        Lines { source, line: Vec::new(), number: 0, bytes: 0, is_complete: true }
+        TraceLines { source, line: Vec::new(), number: 0, bytes: 0, is_complete: true }
     }
 
     /// The line that was read last, without its line feed; the begin of one that is too long.
@@ -88,7 +88,7 @@ mod tests {
     proptest! {
         #[test]
         fn lines_are_those_of_the_text(text in "[ab\n]{0,60}", at_once in 1_usize..20) {
-            let mut lines = Lines::new(Slow(text.as_bytes(), at_once));
+            let mut lines = TraceLines::new(Slow(text.as_bytes(), at_once));
             let mut found = Vec::new();
             while lines.advance().unwrap() {
                 found.push(String::from_utf8(lines.line().to_vec()).unwrap());
@@ -99,10 +99,10 @@ mod tests {
 
     #[test]
     fn a_line_without_end_is_an_error_and_needs_little_memory() {
-        let mut lines = Lines::new(std::io::repeat(b'x').take(1 << 30));
+        let mut lines = TraceLines::new(std::io::repeat(b'x').take(1 << 30));
         assert!(matches!(lines.advance(), Err(TraceError::LongLine(1))));
         let long = [b"a\n".as_slice(), &[b'x'; LONGEST_LINE + 1], b"\n"].concat();
-        let mut lines = Lines::new(long.as_slice());
+        let mut lines = TraceLines::new(long.as_slice());
         assert!(lines.advance().unwrap());
         assert_eq!(lines.line(), b"a");
         assert!(matches!(lines.advance(), Err(TraceError::LongLine(2))));

@@ -65,7 +65,7 @@ pub(super) fn lock_key(lock: &str, codel: &str) -> String {
 
 /// What was executed, and by which instance.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Name {
+pub struct SpanName {
     /// What it is.
     pub kind: SpanKind,
     /// Of a codel and of a program, its key in a timing table: `nav.plan`, `nav.Pilot/Moving.lost.guard`. Of others, see
@@ -75,23 +75,24 @@ pub struct Name {
     pub instance: String,
 }
 
-/// The number of a [`Name`] in its [`Names`].
+/// The number of a [`SpanName`] in its [`SpanNames`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct NameId(pub(super) u32);
 
 /// The names in a trace.
 #[derive(Debug, Default)]
-pub struct Names {
-    all: Vec<Name>,
-    ids: HashMap<Name, NameId>,
+pub struct SpanNames {
+    all: Vec<SpanName>,
+    ids: HashMap<SpanName, NameId>,
     /// The same names as the trace writes them. Several texts can be one name.
     texts: HashMap<Box<[u8]>, NameId>,
 }
 
-impl Names {
+impl SpanNames {
     /// Returns a name.
-    pub fn get(&self, id: NameId) -> &Name {
-        const UNKNOWN: &Name = &Name { kind: SpanKind::Codel, key: String::new(), instance: String::new() };
+    pub fn get(&self, id: NameId) -> &SpanName {
+        const UNKNOWN: &SpanName =
+            &SpanName { kind: SpanKind::Codel, key: String::new(), instance: String::new() };
         self.all.get(id.0 as usize).unwrap_or(UNKNOWN)
     }
 
@@ -99,7 +100,7 @@ impl Names {
     pub(super) fn of_text(
         &mut self,
         text: &[u8],
-        name: impl FnOnce() -> Result<Name, TraceError>,
+        name: impl FnOnce() -> Result<SpanName, TraceError>,
     ) -> Result<NameId, TraceError> {
         if let Some(id) = self.texts.get(text) {
             return Ok(*id);
@@ -113,7 +114,7 @@ impl Names {
     }
 
     /// Returns the id of a name.
-    pub(super) fn of(&mut self, name: Name) -> Result<NameId, TraceError> {
+    pub(super) fn of(&mut self, name: SpanName) -> Result<NameId, TraceError> {
         if let Some(id) = self.ids.get(&name) {
             return Ok(*id);
         }

@@ -7,9 +7,9 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::event::Event;
+use super::event::SpanEvent;
 use super::names::{NameId, SpanKind};
-use super::{Span, Summary, Thread, is_suspicious};
+use super::{RecordedThread, Span, Totals, is_suspicious};
 
 /// Spans deeper than these are not nested by a generated package: a thread's begins lack their ends.
 const DEEPEST: usize = 256;
@@ -19,7 +19,7 @@ const MOST_THREADS: usize = 1 << 14;
 
 /// A time in which events were discarded, in nanoseconds, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Gap {
+pub(super) struct LostTime {
     pub(super) begin: u64,
     pub(super) end: u64,
 }
@@ -27,13 +27,13 @@ pub(super) struct Gap {
 /// The threads of a trace, with their open spans.
 #[derive(Debug, Default)]
 pub(super) struct Nesting {
-    threads: HashMap<Thread, State>,
+    threads: HashMap<RecordedThread, ThreadState>,
     /// More threads than this are forgotten where no span of them is open.
     most_threads: usize,
     /// Whether spans of threads that are not remembered may have been dropped.
     has_dropped: bool,
     /// Gaps that no event has reached yet, by their begins.
-    gaps: VecDeque<Gap>,
+    gaps: VecDeque<LostTime>,
     /// Until then, events were discarded.
     lossy_until: Option<u64>,
     /// The time of the last event.
@@ -41,8 +41,8 @@ pub(super) struct Nesting {
 }
 
 #[derive(Debug)]
-struct State {
-    open: Vec<Open>,
+struct ThreadState {
+    open: Vec<OpenSpan>,
     /// Why an end may lack its begin here.
     missing: Missing,
     last_time: u64,
@@ -59,7 +59,7 @@ enum Missing {
 }
 
 #[derive(Debug)]
-struct Open {
+struct OpenSpan {
     kind: SpanKind,
     time: u64,
     cpu_ns: u64,
@@ -72,8 +72,8 @@ struct Open {
 
 impl Nesting {
     /// Announces discarded events, before the events at that time and later are given.
-    pub(super) fn lose(&mut self, gap: Gap, summary: &mut Summary) {
-        let gap = Gap { begin: gap.begin, end: gap.end.max(gap.begin) };
+    pub(super) fn lose(&mut self, gap: LostTime, summary: &mut Totals) {
+        let gap = LostTime { begin: gap.begin, end: gap.end.max(gap.begin) };
         let at = self.gaps.partition_point(|it| it.begin <= gap.begin);
         self.gaps.insert(at, gap);
         // A gap that is reported late.
@@ -81,17 +81,17 @@ impl Nesting {
     }
 
     /// Announces discarded events at an unknown time: nothing that is open is complete.
-    pub(super) fn lose_now(&mut self, summary: &mut Summary) {
-        self.lose(Gap { begin: self.last, end: self.last }, summary);
+    pub(super) fn lose_now(&mut self, summary: &mut Totals) {
+        self.lose(LostTime { begin: self.last, end: self.last }, summary);
     }
 
     /// Takes the next event. Returns the span that it ends.
     pub(super) fn event(
         &mut self,
-        event: &Event<'_>,
-        thread: Thread,
+        event: &SpanEvent<'_>,
+        thread: RecordedThread,
         name: NameId,
-        summary: &mut Summary,
+        summary: &mut Totals,
     ) -> Option<Span> {
         self.last = self.last.max(event.time);
         if self.gaps.front().is_some_and(|gap| gap.begin <= event.time) {
@@ -107,7 +107,7 @@ impl Nesting {
             self.most_threads = 2 * self.threads.len();
         }
         let missing = if self.has_dropped { Missing::Dropped } else { Missing::Start };
-        let state = self.threads.entry(thread).or_insert(State {
+        let state = self.threads.entry(thread).or_insert(ThreadState {
             open: Vec::new(),
             missing,
             last_time: 0,
@@ -139,7 +139,7 @@ impl Nesting {
     }
 
     /// Takes the times of a lock that a thread leaves. Returns the innermost open codel of the thread.
-    pub(super) fn leave_lock(&mut self, thread: Thread, waits: u64, blocked: u64) -> Option<NameId> {
+    pub(super) fn leave_lock(&mut self, thread: RecordedThread, waits: u64, blocked: u64) -> Option<NameId> {
         let open = &mut self.threads.get_mut(&thread)?.open;
         for it in open.iter_mut() {
             it.lock_waits = it.lock_waits.saturating_add(waits);
@@ -149,12 +149,12 @@ impl Nesting {
     }
 
     /// Ends the trace: open spans are cut.
-    pub(super) fn finish(&mut self, summary: &mut Summary) {
+    pub(super) fn finish(&mut self, summary: &mut Totals) {
         summary.cut_at_end += self.forget_threads();
     }
 
     /// Begins the gaps up to a time.
-    fn enter_gaps(&mut self, time: u64, summary: &mut Summary) {
+    fn enter_gaps(&mut self, time: u64, summary: &mut Totals) {
         while let Some(gap) = self.gaps.front().copied().filter(|gap| gap.begin <= time) {
             self.gaps.pop_front();
             self.drop_all(summary);
@@ -162,7 +162,7 @@ impl Nesting {
         }
     }
 
-    fn drop_all(&mut self, summary: &mut Summary) {
+    fn drop_all(&mut self, summary: &mut Totals) {
         summary.dropped += self.forget_threads();
         self.has_dropped = true;
     }
@@ -173,9 +173,9 @@ impl Nesting {
     }
 }
 
-impl State {
+impl ThreadState {
     /// Opens a span.
-    fn begin(&mut self, event: &Event<'_>, span: Span, summary: &mut Summary) {
+    fn begin(&mut self, event: &SpanEvent<'_>, span: Span, summary: &mut Totals) {
         // No period begins within another span.
         if (event.kind == SpanKind::Period && !self.open.is_empty()) || self.open.len() >= DEEPEST {
             summary.unbalanced += self.drop();
@@ -183,12 +183,12 @@ impl State {
         if event.kind == SpanKind::Period {
             self.missing = Missing::Nothing;
         }
-        let Event { kind, time, cpu_ns, waits, .. } = *event;
-        self.open.push(Open { kind, time, cpu_ns, waits, lock_waits: 0, span });
+        let SpanEvent { kind, time, cpu_ns, waits, .. } = *event;
+        self.open.push(OpenSpan { kind, time, cpu_ns, waits, lock_waits: 0, span });
     }
 
     /// Closes the innermost span, if the event is its end. Returns the span.
-    fn end(&mut self, event: &Event<'_>, name: NameId, summary: &mut Summary) -> Option<Span> {
+    fn end(&mut self, event: &SpanEvent<'_>, name: NameId, summary: &mut Totals) -> Option<Span> {
         match self.open.pop() {
             Some(begin) if begin.span.name == name && begin.kind == event.kind => {
                 let (execution, elapsed) = (event.cpu_ns - begin.cpu_ns, event.time - begin.time);
@@ -245,10 +245,10 @@ mod tests {
     }
 
     /// Name 0 is a period.
-    fn feed(nesting: &mut Nesting, step: Step, summary: &mut Summary) -> Option<Span> {
+    fn feed(nesting: &mut Nesting, step: Step, summary: &mut Totals) -> Option<Span> {
         let kind = if step.name == 0 { SpanKind::Period } else { SpanKind::Codel };
         let Step { time, cpu_ns, is_end, .. } = step;
-        let event = Event {
+        let event = SpanEvent {
             time,
             process: b"",
             process_id: None,
@@ -263,13 +263,13 @@ mod tests {
             lock: None,
             outcome: None,
         };
-        let thread = Thread { origin: 0, process: 0, thread: step.thread };
+        let thread = RecordedThread { origin: 0, process: 0, thread: step.thread };
         nesting.event(&event, thread, NameId(step.name), summary)
     }
 
     /// Events of one thread, as `+0 time cpu` (a begin of name 0) and `-0 time cpu`.
-    fn run(text: &str, gaps: &[Gap]) -> (Vec<(u32, u64, u64)>, Summary) {
-        let (mut nesting, mut summary) = (Nesting::default(), Summary::default());
+    fn run(text: &str, gaps: &[LostTime]) -> (Vec<(u32, u64, u64)>, Totals) {
+        let (mut nesting, mut summary) = (Nesting::default(), Totals::default());
         for gap in gaps {
             nesting.lose(*gap, &mut summary);
         }
@@ -294,14 +294,14 @@ mod tests {
     fn spans_are_reported_at_their_ends() {
         let (found, summary) = run("+0 1 1, +1 2 2, -1 9 5, +1 10 6, -1 12 8, -0 13 9", &[]);
         assert_eq!(found, [(1, 2, 3), (1, 10, 2), (0, 1, 8)]);
-        assert_eq!(summary, Summary::default());
+        assert_eq!(summary, Totals::default());
     }
 
     #[test]
     fn a_trace_that_starts_and_ends_within_spans() {
         let (found, summary) = run("+1 1 1, -1 2 2, -2 3 3, -0 4 4, +0 5 5, +2 6 6, +1 7 7", &[]);
         assert_eq!(found, [(1, 1, 1)]);
-        assert_eq!(summary, Summary { cut_at_start: 2, cut_at_end: 3, ..Summary::default() });
+        assert_eq!(summary, Totals { cut_at_start: 2, cut_at_end: 3, ..Totals::default() });
     }
 
     #[test]
@@ -309,23 +309,23 @@ mod tests {
         let (found, summary) =
             run("+0 1 1, +1 2 2, +2 3 3, -1 4 4, -0 5 5, +0 6 6, +1 7 7, -1 8 8, -0 9 9", &[]);
         assert_eq!(found, [(1, 7, 1), (0, 6, 3)]);
-        assert_eq!(summary, Summary { unbalanced: 3, ..Summary::default() });
+        assert_eq!(summary, Totals { unbalanced: 3, ..Totals::default() });
         // The session was stopped for a while.
         let (found, summary) = run("+0 1 1, +1 2 2, +0 6 6, +1 7 7, -1 8 8, -0 9 9", &[]);
         assert_eq!(found, [(1, 7, 1), (0, 6, 3)]);
-        assert_eq!(summary, Summary { unbalanced: 2, ..Summary::default() });
+        assert_eq!(summary, Totals { unbalanced: 2, ..Totals::default() });
     }
 
     #[test]
     fn two_executions_are_not_merged_across_discarded_events() {
         // Between them, an end and a begin of the same codel were discarded.
         let text = "+0 1 1, +1 2 2, -1 90 90, -0 91 91, +0 92 92, -0 93 93";
-        let (found, summary) = run(text, &[Gap { begin: 10, end: 80 }]);
+        let (found, summary) = run(text, &[LostTime { begin: 10, end: 80 }]);
         assert_eq!(found, [(0, 92, 1)]);
-        assert_eq!(summary, Summary { dropped: 2, ..Summary::default() });
+        assert_eq!(summary, Totals { dropped: 2, ..Totals::default() });
         // The begin and the end of a gap belong to it.
         let (found, _) =
-            run("+1 1 1, -1 10 2, +1 80 3, -1 81 4, +1 82 5, -1 83 7", &[Gap { begin: 10, end: 80 }]);
+            run("+1 1 1, -1 10 2, +1 80 3, -1 81 4, +1 82 5, -1 83 7", &[LostTime { begin: 10, end: 80 }]);
         assert_eq!(found, [(1, 82, 2)]);
     }
 
@@ -333,25 +333,25 @@ mod tests {
     fn a_clock_that_runs_back_drops_the_open_spans() {
         let (found, summary) = run("+0 1 5, +1 2 6, -1 3 4, -0 4 5, +0 5 6, +1 6 7, -1 5 8, -0 9 9", &[]);
         assert!(found.is_empty());
-        assert_eq!(summary, Summary { clock_errors: 4, ..Summary::default() });
+        assert_eq!(summary, Totals { clock_errors: 4, ..Totals::default() });
         // A new thread has the number of one that has ended.
         let (found, summary) = run("+0 1 500, -0 2 600, +0 3 1, -0 4 2", &[]);
         assert_eq!(found, [(0, 1, 100), (0, 3, 1)]);
-        assert_eq!(summary, Summary::default());
+        assert_eq!(summary, Totals::default());
     }
 
     #[test]
     fn an_execution_is_not_longer_than_the_elapsed_time() {
         let (found, summary) = run("+1 0 0, -1 10 15, +1 100000 100, -1 100001 5000000", &[]);
         assert_eq!(found, [(1, 0, 15), (1, 100_000, 4_999_900)]);
-        assert_eq!(summary, Summary { suspicious: 1, ..Summary::default() });
+        assert_eq!(summary, Totals { suspicious: 1, ..Totals::default() });
     }
 
     /// With a search in all threads for each event or gap, this takes minutes.
     #[test]
     fn threads_and_gaps_are_not_searched_for_each_other() {
         const THREADS: u64 = 300_000;
-        let (mut nesting, mut summary) = (Nesting::default(), Summary::default());
+        let (mut nesting, mut summary) = (Nesting::default(), Totals::default());
         let mut spans = 0;
         for (is_end, from) in [(false, 0), (true, THREADS)] {
             for thread in 0..THREADS {
@@ -359,10 +359,10 @@ mod tests {
                 spans += u64::from(feed(&mut nesting, step, &mut summary).is_some());
             }
         }
-        assert_eq!((spans, &summary), (THREADS, &Summary::default()));
+        assert_eq!((spans, &summary), (THREADS, &Totals::default()));
         for gap in 0..THREADS {
             let at = 3 * THREADS + 2 * gap;
-            nesting.lose(Gap { begin: at, end: at }, &mut summary);
+            nesting.lose(LostTime { begin: at, end: at }, &mut summary);
             let step = Step { thread: gap % 5, name: 1, is_end: false, time: at + 1, cpu_ns: THREADS };
             assert!(feed(&mut nesting, step, &mut summary).is_none());
         }
@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn begins_without_ends_need_little_memory() {
-        let (mut nesting, mut summary) = (Nesting::default(), Summary::default());
+        let (mut nesting, mut summary) = (Nesting::default(), Totals::default());
         for time in 0..100_000 {
             let step = Step { thread: time / 1000, name: 1, is_end: false, time, cpu_ns: time };
             feed(&mut nesting, step, &mut summary);
@@ -421,9 +421,9 @@ mod tests {
         proptest::collection::vec((0_u64..3, 0_u32..6, 0_u64..20), 0..150)
     }
 
-    fn reported(steps: impl Iterator<Item = Step>, gaps: &[Gap]) -> (Vec<Executed>, Summary) {
-        let (mut nesting, mut summary) = (Nesting::default(), Summary::default());
-        let mut gaps: Vec<Gap> = gaps.to_vec();
+    fn reported(steps: impl Iterator<Item = Step>, gaps: &[LostTime]) -> (Vec<Executed>, Totals) {
+        let (mut nesting, mut summary) = (Nesting::default(), Totals::default());
+        let mut gaps: Vec<LostTime> = gaps.to_vec();
         gaps.sort_by_key(|gap| gap.begin);
         let mut gaps = gaps.into_iter().peekable();
         let mut found = Vec::new();
@@ -450,7 +450,7 @@ mod tests {
             cut in (0_u64..300, 1000_u64..2000),
         ) {
             let (steps, spans) = execution(&choices);
-            let gaps: Vec<Gap> = gaps.iter().map(|&(begin, length)| Gap { begin, end: begin + length }).collect();
+            let gaps: Vec<LostTime> = gaps.iter().map(|&(begin, length)| LostTime { begin, end: begin + length }).collect();
             let in_gap = |time: u64| gaps.iter().any(|gap| (gap.begin..=gap.end).contains(&time));
             let recorded = steps.iter().zip(&lost).filter(|(step, lost)| {
                 (cut.0..cut.1).contains(&step.time) && !(in_gap(step.time) && **lost)

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Name, NameId, Names, Span, SpanKind};
+use super::{NameId, Span, SpanKind, SpanName, SpanNames};
 
 /// The periods that are remembered, to say who preempted others.
 const REMEMBERED: usize = 1 << 10;
@@ -21,9 +21,9 @@ const UNSUSPICIOUS: u64 = 50_000;
 
 /// What a recording showed of one codel, program, port or lock in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Seen {
+pub struct SeenName {
     /// What it is.
-    pub name: Name,
+    pub name: SpanName,
     /// How many executions were recorded.
     pub executions: u64,
     /// The greatest CPU time of one.
@@ -62,12 +62,12 @@ impl Wait {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use mauve_pwcet::trace::{Names, Observation, Span, TraceReader, Visitor};
+/// use mauve_pwcet::trace::{SpanNames, Observation, Span, TraceReader, Visitor};
 ///
 /// struct Waits(Observation);
 ///
 /// impl Visitor for Waits {
-///     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+///     fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
 ///         self.0.add(span, names);
 ///         ControlFlow::Continue(())
 ///     }
@@ -83,8 +83,8 @@ impl Wait {
 pub struct Observation {
     seen: BTreeMap<NameId, (u64, u64, Wait)>,
     /// The executions of codels, by instance, whose periods have not ended: how they were scheduled is not known.
-    open: BTreeMap<String, Vec<Open>>,
-    recent: Vec<Period>,
+    open: BTreeMap<String, Vec<OpenExecution>>,
+    recent: Vec<RecordedPeriod>,
     next_recent: usize,
     /// How many jobs of an instance responded within times that are up to 2 % too long, if releases are recorded: at most 4096
     /// numbers.
@@ -97,7 +97,7 @@ pub struct Observation {
 
 /// An execution of a codel that was off the CPU.
 #[derive(Debug, Clone, Copy)]
-struct Open {
+struct OpenExecution {
     name: NameId,
     begin: Option<u64>,
     end: Option<u64>,
@@ -107,23 +107,23 @@ struct Open {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Period {
+struct RecordedPeriod {
     begin: u64,
     end: u64,
     execution: u64,
-    lane: Option<Lane>,
+    lane: Option<OnlyCpu>,
 }
 
 /// The CPU of a thread that may use no other one, and its priority there.
 #[derive(Debug, Clone, Copy)]
-struct Lane {
+struct OnlyCpu {
     cpu: u32,
     priority: u32,
 }
 
 impl Observation {
     /// Takes a span.
-    pub fn add(&mut self, span: &Span, names: &Names) {
+    pub fn add(&mut self, span: &Span, names: &SpanNames) {
         let name = names.get(span.name);
         if name.kind == SpanKind::Period {
             self.period(span, &name.instance);
@@ -138,7 +138,7 @@ impl Observation {
         }
         let off_cpu = span.elapsed.map_or(0, |elapsed| elapsed.saturating_sub(span.execution));
         let Span { name: id, begin, end, blocked, waits, .. } = *span;
-        let open = Open { name: id, begin, end, off_cpu, blocked, waits };
+        let open = OpenExecution { name: id, begin, end, off_cpu, blocked, waits };
         let all = self.open.entry(name.instance.clone()).or_default();
         all.push(open);
         if all.len() >= MOST_OPEN {
@@ -167,12 +167,12 @@ impl Observation {
     }
 
     /// Returns what was observed, in the order of the names of the recording.
-    pub fn finish(mut self, names: &Names) -> Vec<Seen> {
+    pub fn finish(mut self, names: &SpanNames) -> Vec<SeenName> {
         self.end_recording();
         let seen = |(id, (executions, greatest, wait))| {
-            let name: &Name = names.get(id);
+            let name: &SpanName = names.get(id);
             let later = self.within.get(&id).map(|within| later(within, executions)).unwrap_or_default();
-            Seen { name: name.clone(), executions, greatest, wait, later }
+            SeenName { name: name.clone(), executions, greatest, wait, later }
         };
         std::mem::take(&mut self.seen).into_iter().map(seen).collect()
     }
@@ -180,7 +180,7 @@ impl Observation {
     fn period(&mut self, span: &Span, instance: &str) {
         let lane = span.scheduling.zip(span.cpu).and_then(|(it, cpu)| {
             let is_only = it.cpus.count_ones() == 1 && it.cpus.trailing_zeros() == cpu;
-            is_only.then_some(Lane { cpu, priority: it.priority })
+            is_only.then_some(OnlyCpu { cpu, priority: it.priority })
         });
         self.close(instance, lane);
         if let Some((release, end)) = span.release.zip(span.end) {
@@ -193,7 +193,7 @@ impl Observation {
             *within.entry(response | ((1 << rest) - 1)).or_default() += 1;
         }
         let Some((begin, end)) = span.begin.zip(span.end) else { return };
-        let period = Period { begin, end, execution: span.execution, lane };
+        let period = RecordedPeriod { begin, end, execution: span.execution, lane };
         match self.recent.get_mut(self.next_recent) {
             Some(place) => *place = period,
             None => self.recent.push(period),
@@ -202,7 +202,7 @@ impl Observation {
     }
 
     /// Decides what the open executions of an instance were, whose thread was scheduled like this.
-    fn close(&mut self, instance: &str, lane: Option<Lane>) {
+    fn close(&mut self, instance: &str, lane: Option<OnlyCpu>) {
         let Some(open) = self.open.get_mut(instance) else { return };
         for it in std::mem::take(open) {
             // Both may be the same time: the thread was preempted while it waited for the lock.
@@ -220,9 +220,9 @@ impl Observation {
     }
 
     /// Returns for how long periods of a higher priority executed on this CPU during an execution, at least.
-    fn preemption(&self, it: &Open, lane: Option<Lane>) -> u64 {
+    fn preemption(&self, it: &OpenExecution, lane: Option<OnlyCpu>) -> u64 {
         let (Some(lane), Some(begin), Some(end)) = (lane, it.begin, it.end) else { return 0 };
-        let of = |period: &Period| {
+        let of = |period: &RecordedPeriod| {
             let is_other = period.lane.is_some_and(|of| of.cpu == lane.cpu && of.priority > lane.priority);
             if !is_other || period.end <= begin || period.begin >= end {
                 return 0;
@@ -236,7 +236,7 @@ impl Observation {
     }
 }
 
-/// Returns [`Seen::later`] of so many jobs.
+/// Returns [`SeenName::later`] of so many jobs.
 fn later(within: &BTreeMap<u64, u64>, jobs: u64) -> Vec<u64> {
     let shares = [2, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
     let of_share = |share: u64| {
@@ -261,7 +261,7 @@ mod tests {
     struct Observe(Observation);
 
     impl Visitor for Observe {
-        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
             self.0.add(span, names);
             ControlFlow::Continue(())
         }

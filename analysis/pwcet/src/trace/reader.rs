@@ -10,12 +10,12 @@ use super::babeltrace::{Babeltrace, Lost};
 use super::csv;
 use super::cut::Complete;
 use super::error::TraceError;
-use super::event::{self, Event, Line};
-use super::lines::Lines;
-use super::names::{Name, Names, SpanKind, lock_key};
+use super::event::{self, BabeltraceLine, SpanEvent};
+use super::lines::TraceLines;
+use super::names::{SpanKind, SpanName, SpanNames, lock_key};
 use super::nesting::Nesting;
 use super::source::Source;
-use super::{Progress, Span, Summary, Thread, Visitor};
+use super::{Progress, RecordedThread, Span, Totals, Visitor};
 
 /// Events between two calls of [`Visitor::progress`].
 const PROGRESS: u64 = 1 << 16;
@@ -27,12 +27,12 @@ const MOST_ORIGINS: u32 = 1 << 12;
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use mauve_pwcet::trace::{Names, TraceReader, Span, Visitor};
+/// use mauve_pwcet::trace::{SpanNames, TraceReader, Span, Visitor};
 ///
 /// struct Longest(u64);
 ///
 /// impl Visitor for Longest {
-///     fn span(&mut self, span: &Span, _: &Names) -> ControlFlow<()> {
+///     fn span(&mut self, span: &Span, _: &SpanNames) -> ControlFlow<()> {
 ///         self.0 = self.0.max(span.execution);
 ///         ControlFlow::Continue(())
 ///     }
@@ -45,8 +45,8 @@ const MOST_ORIGINS: u32 = 1 << 12;
 /// ```
 #[derive(Debug, Default)]
 pub struct TraceReader {
-    names: Names,
-    summary: Summary,
+    names: SpanNames,
+    summary: Totals,
     nesting: Nesting,
     origins: HashMap<Vec<u8>, u32>,
 }
@@ -127,7 +127,7 @@ impl TraceReader {
 
     /// Reads what `babeltrace2` prints of a folder.
     fn read_folder(&mut self, folder: &Path, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
-        let mut lines = Lines::new(Babeltrace::start(folder)?);
+        let mut lines = TraceLines::new(Babeltrace::start(folder)?);
         self.read_events(&mut lines, |it| &mut it.lost, visitor)?;
         let babeltrace = lines.source();
         let result = babeltrace.finish();
@@ -140,7 +140,7 @@ impl TraceReader {
     /// Reads lines of `babeltrace2`. `lost` takes the parts that were discarded, before the lines that they concern.
     fn read_events<R: Read>(
         &mut self,
-        lines: &mut Lines<R>,
+        lines: &mut TraceLines<R>,
         lost: impl Fn(&mut R) -> &mut Vec<Lost>,
         visitor: &mut dyn Visitor,
     ) -> Result<(), TraceError> {
@@ -151,15 +151,17 @@ impl TraceReader {
             }
             let line = lines.line();
             let mut flow = match event::parse(line) {
-                Line::Event(event) => self.event(&event, visitor)?,
-                Line::Foreign => {
+                BabeltraceLine::Event(event) => self.event(&event, visitor)?,
+                BabeltraceLine::Foreign => {
                     self.summary.foreign += 1;
                     ControlFlow::Continue(())
                 }
                 // `babeltrace2` was ended, which its exit code says.
-                Line::WithoutThread | Line::Malformed if !lines.is_complete() => return Ok(()),
-                Line::WithoutThread => return Err(TraceError::NoThread),
-                Line::Malformed => return Err(malformed(line, lines.number())),
+                BabeltraceLine::WithoutThread | BabeltraceLine::Malformed if !lines.is_complete() => {
+                    return Ok(());
+                }
+                BabeltraceLine::WithoutThread => return Err(TraceError::NoThread),
+                BabeltraceLine::Malformed => return Err(malformed(line, lines.number())),
             };
             count += 1;
             if count.is_multiple_of(PROGRESS) && flow.is_continue() {
@@ -172,8 +174,12 @@ impl TraceReader {
         Ok(())
     }
 
-    fn event(&mut self, event: &Event<'_>, visitor: &mut dyn Visitor) -> Result<ControlFlow<()>, TraceError> {
-        let thread = Thread {
+    fn event(
+        &mut self,
+        event: &SpanEvent<'_>,
+        visitor: &mut dyn Visitor,
+    ) -> Result<ControlFlow<()>, TraceError> {
+        let thread = RecordedThread {
             origin: self.origin_of(event.process)?,
             process: event.process_id.unwrap_or(0),
             thread: event.thread,
@@ -204,8 +210,8 @@ impl TraceReader {
     /// Reads a lock that a thread leaves: its event has both ends, since locks need not be left in the order in which they were got.
     fn lock(
         &mut self,
-        event: &Event<'_>,
-        thread: Thread,
+        event: &SpanEvent<'_>,
+        thread: RecordedThread,
         elapsed: u64,
         blocked: u64,
     ) -> Result<Span, TraceError> {
@@ -214,7 +220,8 @@ impl TraceReader {
         let codel = codel.map(|id| self.names.get(id).clone());
         let (codel, instance) =
             codel.map_or_else(|| ("-".to_owned(), String::new()), |it| (it.key, it.instance));
-        let name = self.names.of(Name { kind: SpanKind::Lock, key: lock_key(&lock, &codel), instance })?;
+        let name =
+            self.names.of(SpanName { kind: SpanKind::Lock, key: lock_key(&lock, &codel), instance })?;
         self.summary.events += 1;
         self.summary.spans += 1;
         self.summary.at(Some(event.time));
@@ -266,17 +273,17 @@ impl TraceReader {
     }
 
     /// Returns the names so far.
-    pub fn names(&self) -> &Names {
+    pub fn names(&self) -> &SpanNames {
         &self.names
     }
 
     /// Returns the summary of all that was read since the last call. Spans that are open stay so.
-    pub fn take_summary(&mut self) -> Summary {
+    pub fn take_summary(&mut self) -> Totals {
         std::mem::take(&mut self.summary)
     }
 
     /// Ends the trace; returns the summary since the last [`TraceReader::take_summary`].
-    pub fn finish(&mut self) -> Summary {
+    pub fn finish(&mut self) -> Totals {
         self.nesting.finish(&mut self.summary);
         self.take_summary()
     }
@@ -289,14 +296,14 @@ fn malformed(line: &[u8], number: u64) -> TraceError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::nesting::Gap;
+    use super::super::nesting::LostTime;
     use super::*;
 
     #[derive(Default)]
     struct Keys(Vec<(String, u64)>);
 
     impl Visitor for Keys {
-        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
             self.0.push((names.get(span.name).key.clone(), span.execution));
             ControlFlow::Continue(())
         }
@@ -320,9 +327,9 @@ mod tests {
         }
     }
 
-    fn read(parts: Vec<(&str, Option<Lost>)>) -> Result<(Vec<(String, u64)>, Summary), TraceError> {
+    fn read(parts: Vec<(&str, Option<Lost>)>) -> Result<(Vec<(String, u64)>, Totals), TraceError> {
         let (mut reader, mut keys) = (TraceReader::default(), Keys::default());
-        let mut lines = Lines::new(Output { parts, lost: Vec::new() });
+        let mut lines = TraceLines::new(Output { parts, lost: Vec::new() });
         reader.read_events(&mut lines, |it| &mut it.lost, &mut keys)?;
         Ok((keys.0, reader.finish()))
     }
@@ -353,7 +360,7 @@ mod tests {
     struct Waits(Vec<(String, String, u64, Option<u64>, u64)>);
 
     impl Visitor for Waits {
-        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
             let name = names.get(span.name);
             let (key, instance) = (name.key.clone(), name.instance.clone());
             self.0.push((key, instance, span.execution, span.waits, span.blocked));
@@ -383,7 +390,7 @@ mod tests {
         ];
         let text = text.concat();
         let (mut reader, mut found) = (TraceReader::default(), Waits::default());
-        let mut lines = Lines::new(Output { parts: vec![(&text, None)], lost: Vec::new() });
+        let mut lines = TraceLines::new(Output { parts: vec![(&text, None)], lost: Vec::new() });
         reader.read_events(&mut lines, |it| &mut it.lost, &mut found).unwrap();
         let of = |key: &str, instance: &str, execution, waits, blocked| {
             (key.to_owned(), instance.to_owned(), execution, waits, blocked)
@@ -405,7 +412,7 @@ mod tests {
         let begin = [line(1, 1, "f", 0, 1), line(2, 1, "f", 1, 3), line(3, 1, "g", 0, 4)].concat();
         let end = [line(90, 1, "g", 1, 90), line(91, 1, "f", 0, 91), line(92, 1, "f", 1, 93)].concat();
         let at = |time: u64| 7_000_000_000 + time;
-        let lost = Lost { events: Some(5), gap: Some(Gap { begin: at(10), end: at(80) }) };
+        let lost = Lost { events: Some(5), gap: Some(LostTime { begin: at(10), end: at(80) }) };
         let (found, summary) = read(vec![(&begin, None), (&end, Some(lost))]).unwrap();
         assert_eq!(found, [("f".to_owned(), 2), ("f".to_owned(), 2)]);
         assert_eq!((summary.lost_events, summary.losses, summary.dropped), (5, 1, 1));
@@ -432,7 +439,7 @@ mod tests {
         let parts = (0..count / 1000).map(|_| (text.as_str(), None)).collect();
         let begin = std::time::Instant::now();
         let (mut reader, mut visitor) = (TraceReader::default(), Ignore);
-        let mut lines = Lines::new(Output { parts, lost: Vec::new() });
+        let mut lines = TraceLines::new(Output { parts, lost: Vec::new() });
         reader.read_events(&mut lines, |it| &mut it.lost, &mut visitor).unwrap();
         eprintln!("{:.0} events in a second", count as f64 / begin.elapsed().as_secs_f64());
         assert_eq!(reader.finish().events, count);
@@ -441,7 +448,7 @@ mod tests {
     struct Ignore;
 
     impl Visitor for Ignore {
-        fn span(&mut self, _: &Span, _: &Names) -> ControlFlow<()> {
+        fn span(&mut self, _: &Span, _: &SpanNames) -> ControlFlow<()> {
             ControlFlow::Continue(())
         }
     }

@@ -46,7 +46,7 @@ impl Tasks {
 
 /// The thread of a task. Where several tasks have one thread, only one of them has a part at a time.
 #[derive(Default)]
-struct Thread {
+struct SimulatedThread {
     /// The index of the task.
     task: usize,
     kind: TaskKind,
@@ -72,9 +72,9 @@ struct Thread {
     /// The index of its group.
     group: usize,
     /// The edges of its machine by their source.
-    steps: Vec<Vec<Step>>,
+    steps: Vec<Vec<EdgeStep>>,
     /// The edges of the next jobs, the first at the end; then they are random.
-    scripted: Vec<Step>,
+    scripted: Vec<EdgeStep>,
     /// The operations that it sends.
     sends: Vec<Sends>,
     /// The locks that it takes, each with the time for which it holds it at most.
@@ -98,9 +98,9 @@ struct Thread {
     /// The number of calls that the current job still executes before its edge; none if the job did not start.
     calls_of_job: Option<usize>,
     /// What it executes.
-    part: Option<Part>,
+    part: Option<JobPart>,
     /// What the current part does: its remaining time at that instant, ascending.
-    stops: Vec<(u64, Stop)>,
+    stops: Vec<(u64, PartStop)>,
     /// Its place among the activities of equal priority that are ready.
     ready_since: u64,
     /// The CPU that it last used.
@@ -114,7 +114,7 @@ struct Thread {
 }
 
 /// The current part of a job.
-struct Part {
+struct JobPart {
     executed: Executed,
     /// The execution time that remained at `since`.
     remaining: u64,
@@ -125,7 +125,7 @@ struct Part {
 
 /// What a part does at an instant. Of one instant, the greatest comes first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Stop {
+enum PartStop {
     /// It sends a call of the operation with this index.
     Send(usize),
     /// It takes the lock with this index.
@@ -145,7 +145,7 @@ struct Sends {
 
 /// An edge.
 #[derive(Clone, Copy)]
-struct Step {
+struct EdgeStep {
     edge: usize,
     target: usize,
     /// What it executes.
@@ -154,37 +154,37 @@ struct Step {
     wait: u64,
 }
 
-impl Step {
+impl EdgeStep {
     /// The edge with this index of the machine of a task.
-    fn new(index: usize, edge: &Edge, task: &Task) -> Step {
+    fn new(index: usize, edge: &Edge, task: &Task) -> EdgeStep {
         let executed = task.executed().and_then(|machine| machine.edges().get(index)).unwrap_or(edge);
         let (all, cost) = (edge.cost.as_nanos(), executed.cost.as_nanos());
-        Step { edge: index, target: edge.target as usize, cost, wait: all.saturating_sub(cost) }
+        EdgeStep { edge: index, target: edge.target as usize, cost, wait: all.saturating_sub(cost) }
     }
 }
 
 /// Returns the edges of the machine of a task by their source.
-fn steps_of(machine: &StateMachine, task: &Task) -> Vec<Vec<Step>> {
-    let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); machine.states() as usize];
+fn steps_of(machine: &StateMachine, task: &Task) -> Vec<Vec<EdgeStep>> {
+    let mut of_state: Vec<Vec<EdgeStep>> = vec![Vec::new(); machine.states() as usize];
     for (index, edge) in machine.edges().iter().enumerate() {
-        of_state[edge.source as usize].push(Step::new(index, edge, task));
+        of_state[edge.source as usize].push(EdgeStep::new(index, edge, task));
     }
     of_state
 }
 
 /// Chooses one of the edges of a state, which is never without one: with a probability of `heavy` percent the first one of
 /// greatest cost.
-fn random_step(steps: &[Step], heavy: u32, random: &mut Random) -> Step {
+fn random_step(steps: &[EdgeStep], heavy: u32, random: &mut Random) -> EdgeStep {
     if heavy > 0 && random.up_to(99) < u64::from(heavy) {
-        let demand = |step: &Step| step.cost + step.wait;
-        let heaviest = |best: Step, it: &Step| if demand(it) > demand(&best) { *it } else { best };
+        let demand = |step: &EdgeStep| step.cost + step.wait;
+        let heaviest = |best: EdgeStep, it: &EdgeStep| if demand(it) > demand(&best) { *it } else { best };
         return steps.iter().fold(steps[0], heaviest);
     }
     if let [only] = steps { *only } else { steps[random.up_to(steps.len() as u64 - 1) as usize] }
 }
 
 /// A CPU that an activity may use.
-struct Cpu {
+struct EngineCpu {
     number: u32,
     /// The index of the task that it executes.
     running: Option<usize>,
@@ -193,7 +193,7 @@ struct Cpu {
 }
 
 /// CPUs that masks link, with the tasks that use them.
-struct Group {
+struct CpuGroup {
     /// Its CPUs, a bit for each index of [`Engine::cpus`].
     cpus: CpuSet,
     /// The tasks with unfinished work, by descending priority; those of equal priority in the order in which they became ready.
@@ -201,7 +201,7 @@ struct Group {
 }
 
 /// A lock.
-struct Lock {
+struct EngineLock {
     protocol: Protocol,
     /// The greatest priority of its users.
     ceiling: u64,
@@ -214,12 +214,12 @@ struct Engine<'a> {
     options: &'a SimulationOptions,
     length: u64,
     now: u64,
-    threads: Vec<Thread>,
+    threads: Vec<SimulatedThread>,
     /// For each operation its provider, if that is simulated, and the execution time of a call.
     operations: Vec<(Option<usize>, u64)>,
-    locks: Vec<Lock>,
-    cpus: Vec<Cpu>,
-    groups: Vec<Group>,
+    locks: Vec<EngineLock>,
+    cpus: Vec<EngineCpu>,
+    groups: Vec<CpuGroup>,
     /// The groups to assign to CPUs again, a bit for each.
     changed: u128,
     /// The instant of the next release of each task, with its index.
@@ -257,7 +257,7 @@ impl<'a> Engine<'a> {
             threads: Vec::new(),
             operations: Vec::new(),
             locks: Vec::new(),
-            cpus: used.iter().map(|number| Cpu { number, running: None, event: u64::MAX }).collect(),
+            cpus: used.iter().map(|number| EngineCpu { number, running: None, event: u64::MAX }).collect(),
             groups: Vec::new(),
             changed: 0,
             releases: BinaryHeap::new(),
@@ -267,7 +267,7 @@ impl<'a> Engine<'a> {
             jobs: Vec::new(),
         };
         let groups = linked(users.into_iter().map(indices));
-        engine.groups = groups.map(|group| Group { cpus: group.cpus, ready: Vec::new() }).collect();
+        engine.groups = groups.map(|group| CpuGroup { cpus: group.cpus, ready: Vec::new() }).collect();
         let mut thread_of = vec![None; set.all().len()];
         for (index, task) in simulated {
             let cpus = indices(task.cpus());
@@ -294,7 +294,7 @@ impl<'a> Engine<'a> {
 
     /// Enters the tasks of each thread that has several.
     fn add_mates(&mut self, set: &Tasks) {
-        let task = |thread: &Thread| set.all().get(thread.task).filter(|task| task.thread.is_some());
+        let task = |thread: &SimulatedThread| set.all().get(thread.task).filter(|task| task.thread.is_some());
         for index in 0..self.threads.len() {
             let Some(of) = task(&self.threads[index]) else { continue };
             let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(|it| it.is_mate(of));
@@ -322,7 +322,12 @@ impl<'a> Engine<'a> {
                 ceiling = task.own_priority.max(ceiling);
                 task.locks.push((index, user.held.map_or(u64::MAX, Time::as_nanos)));
             }
-            self.locks.push(Lock { protocol: lock.protocol, ceiling, holder: None, blocked: Vec::new() });
+            self.locks.push(EngineLock {
+                protocol: lock.protocol,
+                ceiling,
+                holder: None,
+                blocked: Vec::new(),
+            });
         }
     }
 
@@ -353,9 +358,9 @@ impl<'a> Engine<'a> {
                 (offset.map_or(any, at), task.jitter.as_nanos())
             }
         };
-        let mut scripted: Vec<Step> = of_script.map_or_else(Vec::new, |script| {
+        let mut scripted: Vec<EdgeStep> = of_script.map_or_else(Vec::new, |script| {
             let edges = script.edges.iter().map_while(|&index| Some((index, machine.edges().get(index)?)));
-            edges.map(|(index, edge)| Step::new(index, edge, task)).collect()
+            edges.map(|(index, edge)| EdgeStep::new(index, edge, task)).collect()
         });
         scripted.reverse();
         let waits = script.is_some_and(|script| script.last == index);
@@ -371,7 +376,7 @@ impl<'a> Engine<'a> {
         }
         let priority = task.priority.real_time().unwrap_or(u32::MAX);
         let own_priority = u64::from(priority) * 2 + u64::from(!waits);
-        self.threads.push(Thread {
+        self.threads.push(SimulatedThread {
             task: index,
             kind,
             own_priority,
@@ -392,7 +397,7 @@ impl<'a> Engine<'a> {
             state,
             next_release: phase,
             nominal: phase,
-            ..Thread::default()
+            ..SimulatedThread::default()
         });
     }
 
@@ -512,7 +517,7 @@ impl<'a> Engine<'a> {
         let is_activity = task.kind == TaskKind::Activity;
         let least_time = if is_activity { self.options.least_time } else { 100 };
         let mut begin = |executed, cost| {
-            task.part = Some(Part { executed, remaining: cost, since: self.now, slice: self.now });
+            task.part = Some(JobPart { executed, remaining: cost, since: self.now, slice: self.now });
         };
         if calls > 0
             && let Some(operation) = task.calls.pop_front()
@@ -541,7 +546,7 @@ impl<'a> Engine<'a> {
         let cost = execution_time(step.cost, least_time, &mut task.job_choices);
         begin(Executed::Edge(step.edge), cost);
         match scripted {
-            Some(step) if step.wait > 0 => task.stops.push((0, Stop::Wait(step.wait))),
+            Some(step) if step.wait > 0 => task.stops.push((0, PartStop::Wait(step.wait))),
             Some(_) => {}
             None => task.choose_suspensions(cost, step.wait, least_time),
         }
@@ -560,15 +565,15 @@ impl<'a> Engine<'a> {
         let remaining = part.remaining;
         while let Some((at, stop)) = self.threads[index].stops.pop_if(|(at, _)| *at >= remaining) {
             match stop {
-                Stop::Send(operation) => self.send(operation),
-                Stop::Leave(lock) => self.leave(lock, index),
-                Stop::Take(lock) if self.take(lock, index) => {}
-                Stop::Take(_) => {
+                PartStop::Send(operation) => self.send(operation),
+                PartStop::Leave(lock) => self.leave(lock, index),
+                PartStop::Take(lock) if self.take(lock, index) => {}
+                PartStop::Take(_) => {
                     // It tries again when it continues.
                     self.threads[index].stops.push((at, stop));
                     return self.suspend(index, cpu);
                 }
-                Stop::Wait(time) => {
+                PartStop::Wait(time) => {
                     self.ends_of_waits.push(Reverse((now.saturating_add(time), index)));
                     return self.suspend(index, cpu);
                 }
@@ -580,7 +585,7 @@ impl<'a> Engine<'a> {
         }
         self.end_slice(index);
         let task = &mut self.threads[index];
-        if let Some(Part { executed: Executed::Edge(_), .. }) = task.part.take() {
+        if let Some(JobPart { executed: Executed::Edge(_), .. }) = task.part.take() {
             self.end_job(index);
         }
         if self.begin(index) {
@@ -731,7 +736,7 @@ impl<'a> Engine<'a> {
     /// Assigns the ready tasks of a group to its CPUs, in the order of their priority: each takes a CPU of its mask that no
     /// earlier one took, so that it waits only for those. A task keeps its CPU where it can.
     fn assign(&mut self, group: usize) {
-        let Group { cpus, ready } = &self.groups[group];
+        let CpuGroup { cpus, ready } = &self.groups[group];
         let cpus = *cpus;
         let mut next = [None; CpuSet::MOST as usize];
         let idle: CpuSet = cpus.iter().filter(|cpu| self.cpus[*cpu as usize].running.is_none()).collect();
@@ -766,7 +771,7 @@ impl<'a> Engine<'a> {
 
     /// Chooses one of the `possible` CPUs for a task: its own, its last one if that is idle, another `idle` one, or the one with
     /// the task of lowest priority.
-    fn choose(&self, task: &Thread, possible: CpuSet, idle: CpuSet) -> u32 {
+    fn choose(&self, task: &SimulatedThread, possible: CpuSet, idle: CpuSet) -> u32 {
         if let Some(last) = task.last_cpu
             && (task.is_running && possible.contains(last) || idle.contains(last))
         {
@@ -829,12 +834,12 @@ impl<'a> Engine<'a> {
     }
 }
 
-impl Thread {
+impl SimulatedThread {
     /// Chooses the calls that a part of this length sends: a job, or the execution of an operation.
     fn choose_sends(&mut self, during: Option<usize>, cost: u64) {
         for sends in self.sends.iter().filter(|sends| sends.during == during) {
             for _ in 0..self.job_choices.up_to(sends.most) {
-                self.stops.push((self.job_choices.up_to(cost), Stop::Send(sends.operation)));
+                self.stops.push((self.job_choices.up_to(cost), PartStop::Send(sends.operation)));
             }
         }
         self.stops.sort_unstable();
@@ -852,7 +857,7 @@ impl Thread {
                 let held = if is_longest { longest } else { 1 + self.job_choices.up_to(longest - 1) };
                 let leaves = self.job_choices.up_to(cost - held);
                 section = (leaves, leaves + held);
-                self.stops.extend([(section.0, Stop::Leave(lock)), (section.1, Stop::Take(lock))]);
+                self.stops.extend([(section.0, PartStop::Leave(lock)), (section.1, PartStop::Take(lock))]);
             }
         }
         if wait == 0 || self.most_waits == 0 {
@@ -865,7 +870,7 @@ impl Thread {
             let at = self.job_choices.up_to(cost);
             let at = if section.0 < at && at < section.1 { section.0 } else { at };
             if time > 0 {
-                self.stops.push((at, Stop::Wait(time)));
+                self.stops.push((at, PartStop::Wait(time)));
             }
             left -= time;
         }
@@ -891,7 +896,7 @@ impl Thread {
     /// Returns the instant of its next stop, or of the end of its part, if it executes until then.
     fn event(&self) -> u64 {
         let until = self.stops.last().map_or(0, |(at, _)| *at);
-        let remaining = |part: &Part| part.remaining.saturating_sub(until);
+        let remaining = |part: &JobPart| part.remaining.saturating_sub(until);
         self.part.as_ref().map_or(u64::MAX, |part| part.since.saturating_add(remaining(part)))
     }
 

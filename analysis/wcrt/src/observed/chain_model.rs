@@ -76,7 +76,7 @@ pub fn expected_chains<'db>(
 ) -> Vec<ExpectedChain> {
     let Some((flat, _)) = deployed(db, project, deployment) else { return Vec::new() };
     let chains = chains_of(db, project, deployment, query);
-    let model = Model { db, project, flat };
+    let model = ChainModel { db, project, flat };
     let is_shown = |it: &&ChainReport<'db>| match chains.declared {
         0 => it.latency.is_some(),
         _ => it.declared.is_some(),
@@ -91,7 +91,7 @@ pub(super) fn expected_connections<'db>(
     deployment: Decl<'db>,
 ) -> Vec<ExpectedConnection> {
     let Some((flat, _)) = deployed(db, project, deployment) else { return Vec::new() };
-    let model = Model { db, project, flat };
+    let model = ChainModel { db, project, flat };
     let links = flat.links.iter().filter(|link| !link.operation);
     let connection = |link: &Link<'db>| {
         let end =
@@ -105,13 +105,13 @@ pub(super) fn expected_connections<'db>(
     links.filter_map(connection).collect()
 }
 
-struct Model<'db> {
+struct ChainModel<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     flat: &'db Flat<'db>,
 }
 
-impl<'db> Model<'db> {
+impl<'db> ChainModel<'db> {
     fn chain(&self, chain: &ChainReport<'db>) -> Option<ExpectedChain> {
         let declared = chain
             .declared

@@ -15,10 +15,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use mauve_pwcet::trace::{self, NameId, Names, Outcome, Span, SpanKind};
+use mauve_pwcet::trace::{self, NameId, Outcome, Span, SpanKind, SpanNames};
 
 use super::{
-    Expected, ExpectedChain, ExpectedConnection, ExpectedEnd, Greatest, ObservedChain, ObservedConnection,
+    ExpectedChain, ExpectedConnection, ExpectedDeployment, ExpectedEnd, Greatest, ObservedChain,
+    ObservedConnection,
 };
 
 /// The writes of a connection that are remembered. Older ones count as the newest.
@@ -33,7 +34,7 @@ struct Sample {
 
 /// What happened last in an instance of a chain.
 #[derive(Debug, Clone, Default)]
-struct Step {
+struct FollowedStep {
     carried: Sample,
     /// The latest writes, by number, with what they carried.
     written: VecDeque<(u64, Sample)>,
@@ -51,8 +52,8 @@ struct Step {
 
 /// A chain while it is followed.
 #[derive(Debug, Clone, Default)]
-struct Followed {
-    steps: Vec<Step>,
+struct FollowedChain {
+    steps: Vec<FollowedStep>,
     newest: Sample,
     shown: Sample,
     valid_from: u64,
@@ -64,14 +65,14 @@ struct Followed {
 
 /// A connection while it is followed.
 #[derive(Debug, Clone, Default)]
-struct Connection {
+struct FollowedConnection {
     observed: ObservedConnection,
     last_read: Option<u64>,
 }
 
 /// What the spans of a name mean.
 #[derive(Debug, Clone, Copy)]
-enum Role {
+enum ChainRole {
     /// For a step of a chain.
     Step { chain: usize, step: usize, what: StepRole },
     /// A write of a connection, or a read.
@@ -93,35 +94,35 @@ enum StepRole {
 /// Follows the data of a recording.
 #[derive(Debug, Default)]
 pub(super) struct ChainObserver {
-    chains: Vec<Followed>,
-    connections: Vec<Connection>,
-    roles: BTreeMap<NameId, Vec<Role>>,
+    chains: Vec<FollowedChain>,
+    connections: Vec<FollowedConnection>,
+    roles: BTreeMap<NameId, Vec<ChainRole>>,
 }
 
 impl ChainObserver {
     pub(super) fn new(chains: &[ExpectedChain], connections: &[ExpectedConnection]) -> ChainObserver {
-        let followed = |it: &ExpectedChain| Followed {
-            steps: vec![Step::default(); it.steps.len()],
-            ..Followed::default()
+        let followed = |it: &ExpectedChain| FollowedChain {
+            steps: vec![FollowedStep::default(); it.steps.len()],
+            ..FollowedChain::default()
         };
         ChainObserver {
             chains: chains.iter().map(followed).collect(),
-            connections: vec![Connection::default(); connections.len()],
+            connections: vec![FollowedConnection::default(); connections.len()],
             roles: BTreeMap::new(),
         }
     }
 
-    pub(super) fn span(&mut self, expected: &Expected, span: &Span, names: &Names) {
+    pub(super) fn span(&mut self, expected: &ExpectedDeployment, span: &Span, names: &SpanNames) {
         let roles = self.roles.entry(span.name);
         let roles = roles.or_insert_with(|| roles_of(expected, names.get(span.name)));
         for role in roles.iter() {
             match *role {
-                Role::Connection(connection) => {
+                ChainRole::Connection(connection) => {
                     let size = expected.connections.get(connection).and_then(|it| it.buffer);
                     let found = self.connections.get_mut(connection);
                     found.into_iter().for_each(|it| it.access(span, size.is_some()));
                 }
-                Role::Step { chain, step, what } => {
+                ChainRole::Step { chain, step, what } => {
                     let bound = expected.chains.get(chain).and_then(|it| it.bound.or(it.limit));
                     let found = self.chains.get_mut(chain);
                     found.into_iter().for_each(|it| it.span(step, what, span, bound));
@@ -139,16 +140,18 @@ impl ChainObserver {
     /// Ends a recording. The next recording numbers its values anew.
     pub(super) fn end_recording(&mut self) {
         for chain in &mut self.chains {
-            let steps =
-                chain.steps.iter().map(|it| Step { most_periods: it.most_periods, ..Step::default() });
+            let steps = chain
+                .steps
+                .iter()
+                .map(|it| FollowedStep { most_periods: it.most_periods, ..FollowedStep::default() });
             let (greatest, late) = (chain.greatest, chain.late);
-            *chain = Followed { steps: steps.collect(), greatest, late, ..Followed::default() };
+            *chain = FollowedChain { steps: steps.collect(), greatest, late, ..FollowedChain::default() };
         }
         self.connections.iter_mut().for_each(|it| it.last_read = None);
     }
 
     pub(super) fn finish(self) -> (Vec<ObservedChain>, Vec<ObservedConnection>) {
-        let of = |Followed { steps, greatest, late, .. }: Followed| {
+        let of = |FollowedChain { steps, greatest, late, .. }: FollowedChain| {
             let releases = steps.iter().map(|step| step.most_periods.saturating_add(1));
             ObservedChain { greatest, late, releases: releases.collect() }
         };
@@ -158,11 +161,11 @@ impl ChainObserver {
 }
 
 /// Returns what spans of this name mean, in the order in which they are to be taken.
-fn roles_of(expected: &Expected, name: &trace::Name) -> Vec<Role> {
+fn roles_of(expected: &ExpectedDeployment, name: &trace::SpanName) -> Vec<ChainRole> {
     let mut roles = Vec::new();
     for (chain, it) in expected.chains.iter().enumerate() {
         for (step, it) in it.steps.iter().enumerate().filter(|(_, it)| it.instance == name.instance) {
-            let mut add = |what| roles.push(Role::Step { chain, step, what });
+            let mut add = |what| roles.push(ChainRole::Step { chain, step, what });
             let is = |end: &ExpectedEnd| end.kind == name.kind && end.key == name.key;
             let program = name.key.rsplit_once('/').map_or("", |(_, program)| program);
             match name.kind {
@@ -189,12 +192,12 @@ fn roles_of(expected: &Expected, name: &trace::Name) -> Vec<Role> {
     for (connection, it) in expected.connections.iter().enumerate().filter(|_| name.kind == SpanKind::Access)
     {
         let is = |(instance, key): &(String, String)| *instance == name.instance && *key == name.key;
-        roles.extend(it.ends.iter().filter(|it| is(it)).map(|_| Role::Connection(connection)));
+        roles.extend(it.ends.iter().filter(|it| is(it)).map(|_| ChainRole::Connection(connection)));
     }
     roles
 }
 
-impl Followed {
+impl FollowedChain {
     fn span(&mut self, step: usize, what: StepRole, span: &Span, bound: Option<u64>) {
         let (Some(begin), Some(end)) = (span.begin, span.end) else {
             // Its place in time is unknown.
@@ -290,7 +293,7 @@ impl Followed {
     }
 }
 
-impl Step {
+impl FollowedStep {
     fn take(&mut self, sample: Sample) {
         if sample > self.carried {
             self.carried = sample;
@@ -299,7 +302,7 @@ impl Step {
     }
 }
 
-impl Connection {
+impl FollowedConnection {
     /// If a recording has no numbers, new data of a register is the last write; the write of new data from a buffer is unknown.
     fn access(&mut self, span: &Span, has_buffer: bool) {
         match span.outcome {
@@ -323,12 +326,12 @@ mod tests {
 
     use mauve_pwcet::trace::{Source, TraceReader};
 
-    use super::super::{ExpectedStep, FindingKind, Observed, Observer};
+    use super::super::{ExpectedStep, FindingKind, ObservedDeployment, Observer};
     use super::*;
     use mauve_pwcet::trace::access_key;
 
     /// `lib.see` in `eye` → `C.out` → `D.seen` → `lib.turn` in `wheel`.
-    fn expected() -> Expected {
+    fn expected() -> ExpectedDeployment {
         let codel = |key: &str| ExpectedEnd { kind: SpanKind::Codel, key: key.to_owned() };
         let port = |key: &str| ExpectedEnd { kind: SpanKind::Access, key: access_key(key) };
         let step = |instance: &str, from, to| ExpectedStep {
@@ -340,7 +343,7 @@ mod tests {
             answers: Vec::new(),
         };
         let end = |instance: &str, key: &str| (instance.to_owned(), access_key(key));
-        Expected {
+        ExpectedDeployment {
             chains: vec![ExpectedChain {
                 name: "look".to_owned(),
                 bound: Some(200),
@@ -355,7 +358,7 @@ mod tests {
                 ends: [end("eye", "C.out"), end("wheel", "D.seen")],
                 buffer: None,
             }],
-            ..Expected::default()
+            ..ExpectedDeployment::default()
         }
     }
 
@@ -375,7 +378,7 @@ mod tests {
     /// Recordings of a text: `eye 100 3` is a period of `eye` from 100 that writes value 3 of its port, `wheel 130 3` one of
     /// `wheel` that reads it, and `wheel 130 old` one that reads nothing new; `no 100` and `state 100` are periods of `eye` in which
     /// `lib.see` fails, and that are in state `S`.
-    fn observe(expected: &Expected, recordings: &[&str]) -> Observed {
+    fn observe(expected: &ExpectedDeployment, recordings: &[&str]) -> ObservedDeployment {
         let (mut reader, mut observer) = (TraceReader::default(), Observer::new(expected.clone()));
         for text in recordings {
             let mut executions =
@@ -426,7 +429,7 @@ mod tests {
         observer.finish(reader.names())
     }
 
-    fn latency(expected: &Expected, recordings: &[&str]) -> Option<u64> {
+    fn latency(expected: &ExpectedDeployment, recordings: &[&str]) -> Option<u64> {
         observe(expected, recordings).chains[0].greatest.map(|it| it.time)
     }
 
@@ -507,14 +510,14 @@ mod tests {
         let (mut chains, expected) = (ChainObserver::new(&expected().chains, &[]), expected());
         chains.lose(1000);
         assert_eq!(chains.chains[0].valid_from, 1000);
-        let name = |key: &str| trace::Name {
+        let name = |key: &str| trace::SpanName {
             kind: SpanKind::Program,
             key: key.to_owned(),
             instance: "wheel".to_owned(),
         };
         assert!(matches!(
             roles_of(&expected, &name("D/stop"))[..],
-            [Role::Step { chain: 0, step: 1, what: StepRole::Restart }]
+            [ChainRole::Step { chain: 0, step: 1, what: StepRole::Restart }]
         ));
         assert!(roles_of(&expected, &name("D/update")).is_empty());
     }

@@ -3,21 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_pwcet::exceedance_probability;
-use mauve_pwcet::trace::{self, NameId, Names, SpanKind, port_of};
+use mauve_pwcet::trace::{self, NameId, SpanKind, SpanNames, port_of};
 use mauve_timing::{CpuSet, Priority};
 
 use super::{
-    Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
-    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Seen, Series, Waited, Worst, cause_of,
+    Causes, ExpectedDeployment, ExpectedInstance, FindingKind, Greatest, IMPROBABLE, InstanceObserver,
+    Interferer, NameRole, ObservedDeployment, ObservedInstance, ObservedTime, Observer, Recent, SeenPeriods,
+    Tally, TraceFinding, Waited, Worst, cause_of,
 };
 
 impl Observer {
     /// Returns what was observed. `names` are those of the recording.
-    pub fn finish(mut self, names: &Names) -> Observed {
-        let mut observed = Observed { has_releases: self.has_releases, ..Observed::default() };
+    pub fn finish(mut self, names: &SpanNames) -> ObservedDeployment {
+        let mut observed =
+            ObservedDeployment { has_releases: self.has_releases, ..ObservedDeployment::default() };
         observed.work.clone_from(self.observation.work());
         let seen = std::mem::take(&mut self.observation).finish(names);
-        let all: Vec<(NameId, Series)> = std::mem::take(&mut self.series).into_iter().collect();
+        let all: Vec<(NameId, Tally)> = std::mem::take(&mut self.series).into_iter().collect();
         for (id, series) in &all {
             let name = names.get(*id);
             observed.has_instances |= !name.instance.is_empty();
@@ -27,12 +29,12 @@ impl Observer {
                 instance.observed.is_observed = true;
             }
         }
-        let mut by_instance: Vec<Vec<(&str, &Series)>> = vec![Vec::new(); self.instances.len()];
+        let mut by_instance: Vec<Vec<(&str, &Tally)>> = vec![Vec::new(); self.instances.len()];
         for (id, series) in &all {
             let own = series.instance.and_then(|index| by_instance.get_mut(index));
             own.into_iter().for_each(|own| own.push((names.get(*id).key.as_str(), series)));
         }
-        let mut seen_in: BTreeMap<&str, Vec<&trace::Seen>> = BTreeMap::new();
+        let mut seen_in: BTreeMap<&str, Vec<&trace::SeenName>> = BTreeMap::new();
         seen.iter().for_each(|it| seen_in.entry(&it.name.instance).or_default().push(it));
         let by_key = times(&self.expected, names, &all);
         let recent = std::mem::take(&mut self.recent);
@@ -62,14 +64,14 @@ impl Observer {
                 let (count, first) = strangers.entry(&name.instance).or_default();
                 *count += series.executions;
                 *first = first.map_or(series.first, |first| Some(first.min(series.first.unwrap_or(first))));
-            } else if let Role::UnknownCodel { is_known } = series.role {
+            } else if let NameRole::UnknownCodel { is_known } = series.role {
                 let kind = FindingKind::UnknownCodel { key: name.key.clone(), is_known };
-                observed.findings.push(Finding::of_all(kind, series.first, series.executions));
+                observed.findings.push(TraceFinding::of_all(kind, series.first, series.executions));
             }
         }
         for (instance, (count, at)) in strangers {
             let kind = FindingKind::UnknownInstance { instance: instance.to_owned() };
-            observed.findings.push(Finding::of_all(kind, at, count));
+            observed.findings.push(TraceFinding::of_all(kind, at, count));
         }
         for it in &by_key {
             let Some(worst) = it.worst.filter(|worst| worst.probability < IMPROBABLE) else { continue };
@@ -82,7 +84,7 @@ impl Observer {
                 greatest: it.greatest.map_or(0, |greatest| greatest.time),
             };
             let at = it.greatest.and_then(|greatest| greatest.at);
-            observed.findings.push(Finding::of_all(kind, at, worst.exceeded));
+            observed.findings.push(TraceFinding::of_all(kind, at, worst.exceeded));
         }
         (observed.chains, observed.connections) = std::mem::take(&mut self.chains).finish();
         for (chain, (it, expected)) in observed.chains.iter().zip(&self.expected.chains).enumerate() {
@@ -91,21 +93,21 @@ impl Observer {
             };
             if greatest.time > bound {
                 let kind = FindingKind::Chain { chain, latency: greatest.time, bound };
-                observed.findings.push(Finding::of_all(kind, greatest.at, it.late));
+                observed.findings.push(TraceFinding::of_all(kind, greatest.at, it.late));
             }
         }
         observed.times = by_key;
         let is_seen = observed.instances.iter().any(|it| it.is_observed)
             || observed.times.iter().any(|it| it.executions > 0);
         if !is_seen && observed.findings.is_empty() {
-            observed.findings.push(Finding::of_all(FindingKind::NothingObserved, None, 0));
+            observed.findings.push(TraceFinding::of_all(FindingKind::NothingObserved, None, 0));
         }
         observed
     }
 }
 
 /// Returns what was observed of codels and of programs with times of their own.
-fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
+fn times(expected: &ExpectedDeployment, names: &SpanNames, all: &[(NameId, Tally)]) -> Vec<ObservedTime> {
     let new = |(key, time): (&String, &Option<u64>)| ObservedTime {
         key: key.clone(),
         is_program: SpanKind::of(key) == SpanKind::Program,
@@ -155,21 +157,21 @@ fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<Ob
 /// The findings about one instance.
 struct Finish<'a> {
     index: usize,
-    all: &'a Expected,
+    all: &'a ExpectedDeployment,
     expected: &'a ExpectedInstance,
     recent: &'a [Recent],
     /// The codels, programs, ports and locks of the instance.
-    seen: Vec<&'a trace::Seen>,
+    seen: Vec<&'a trace::SeenName>,
     has_instances: bool,
-    findings: &'a mut Vec<Finding>,
+    findings: &'a mut Vec<TraceFinding>,
 }
 
 impl Finish<'_> {
     fn add(&mut self, kind: FindingKind, at: Option<u64>, count: u64) {
-        self.findings.push(Finding { instance: Some(self.index), kind, at, count });
+        self.findings.push(TraceFinding { instance: Some(self.index), kind, at, count });
     }
 
-    fn instance(&mut self, mut it: Instance, series: &[(&str, &Series)]) -> ObservedInstance {
+    fn instance(&mut self, mut it: InstanceObserver, series: &[(&str, &Tally)]) -> ObservedInstance {
         if !it.observed.is_observed {
             // Without names of instances, none can be missing.
             if self.has_instances {
@@ -202,19 +204,19 @@ impl Finish<'_> {
         it.observed
     }
 
-    fn scheduling(&mut self, it: &Instance) {
+    fn scheduling(&mut self, it: &InstanceObserver) {
         let priority = match self.expected.priority {
             Priority::RealTime(priority) => Some(priority),
             Priority::Background => Some(0),
             Priority::Unknown => None,
         };
-        for (&observed, &Seen { periods, first }) in &it.observed.priorities {
+        for (&observed, &SeenPeriods { periods, first }) in &it.observed.priorities {
             if let Some(expected) = priority.filter(|expected| *expected != observed) {
                 self.add(FindingKind::Priority { expected, observed }, first, periods);
             }
         }
         let Some(expected) = self.expected.cpus.filter(|cpus| !cpus.is_empty()) else { return };
-        for (&observed, &Seen { periods, first }) in &it.observed.masks {
+        for (&observed, &SeenPeriods { periods, first }) in &it.observed.masks {
             if expected != observed {
                 self.add(FindingKind::Cpus { expected, observed }, first, periods);
             }
@@ -223,28 +225,28 @@ impl Finish<'_> {
         if it.observed.masks.keys().any(|mask| *mask != expected) {
             return;
         }
-        for (&observed, &Seen { periods, first }) in &it.observed.cpus {
+        for (&observed, &SeenPeriods { periods, first }) in &it.observed.cpus {
             if !expected.contains(observed) {
                 self.add(FindingKind::OtherCpu { expected, observed }, first, periods);
             }
         }
     }
 
-    fn names(&mut self, series: &[(&str, &Series)]) {
+    fn names(&mut self, series: &[(&str, &Tally)]) {
         let mut components: BTreeMap<&str, (Option<u64>, u64)> = BTreeMap::new();
         for (key, it) in series {
             match it.role {
-                Role::OtherComponent => {
+                NameRole::OtherComponent => {
                     let component = key.rsplit_once('/').map_or(*key, |(component, _)| component);
                     let (at, count) = components.entry(component).or_insert((it.first, 0));
                     *count += it.executions;
                     *at = (*at).min(it.first);
                 }
-                Role::UnknownProgram => {
+                NameRole::UnknownProgram => {
                     let kind = FindingKind::UnknownProgram { key: (*key).to_owned() };
                     self.add(kind, it.first, it.executions);
                 }
-                Role::UnknownCodel { is_known } => {
+                NameRole::UnknownCodel { is_known } => {
                     let kind = FindingKind::UnknownCodel { key: (*key).to_owned(), is_known };
                     self.add(kind, it.first, it.executions);
                 }
@@ -257,7 +259,7 @@ impl Finish<'_> {
         }
     }
 
-    fn execution(&mut self, it: &Instance) {
+    fn execution(&mut self, it: &InstanceObserver) {
         let Some((own, greatest)) = self.expected.own.zip(it.observed.execution) else { return };
         // If a codel exceeds its time, its period may exceed its own.
         let probability = (self.all.level * it.most_codels.max(1) as f64).min(1.0);
@@ -299,7 +301,7 @@ impl Finish<'_> {
         }
     }
 
-    fn releases(&mut self, it: &mut Instance) {
+    fn releases(&mut self, it: &mut InstanceObserver) {
         let Some(releases) = it.releases.take() else { return };
         let (recent, index) = (self.recent, self.index);
         let found = releases.finish(&mut |from, to| cause_of(recent, index, from, to));
@@ -354,7 +356,7 @@ impl Finish<'_> {
         }
     }
 
-    fn interference(&self, cause: &Cause) -> Vec<Interferer> {
+    fn interference(&self, cause: &Causes) -> Vec<Interferer> {
         let mut all: Vec<Interferer> = cause
             .iter()
             .filter_map(|(&index, &(jobs, execution))| {

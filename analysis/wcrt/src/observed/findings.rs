@@ -52,7 +52,7 @@ pub enum Waited {
 
 /// Something that the model and the recording do not agree on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct TraceFinding {
     /// The index of the instance in the deployment.
     pub instance: Option<usize>,
     /// What it is.
@@ -63,14 +63,14 @@ pub struct Finding {
     pub count: u64,
 }
 
-impl Finding {
+impl TraceFinding {
     /// Returns a finding about no instance.
-    pub(super) fn of_all(kind: FindingKind, at: Option<u64>, count: u64) -> Finding {
-        Finding { instance: None, kind, at, count }
+    pub(super) fn of_all(kind: FindingKind, at: Option<u64>, count: u64) -> TraceFinding {
+        TraceFinding { instance: None, kind, at, count }
     }
 }
 
-/// See [`Finding`]. Times are in nanoseconds.
+/// See [`TraceFinding`]. Times are in nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FindingKind {
     /// The recording does not have the instance.
@@ -180,7 +180,7 @@ pub enum FindingKind {
     },
     /// The latency of a chain exceeds its bound, or, without a bound, its limit; `count` times.
     Chain {
-        /// Its index in [`Expected::chains`](super::Expected::chains).
+        /// Its index in [`ExpectedDeployment::chains`](super::ExpectedDeployment::chains).
         chain: usize,
         /// The greatest latency that was observed.
         latency: u64,
@@ -214,7 +214,7 @@ pub enum FindingKind {
 
 /// The periods with one scheduling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seen {
+pub struct SeenPeriods {
     /// Their number.
     pub periods: u64,
     /// The begin of the first.
@@ -246,11 +246,11 @@ pub struct ObservedInstance {
     /// See `pauses`.
     pub first_pause: Option<u64>,
     /// The priorities of its thread.
-    pub priorities: BTreeMap<u32, Seen>,
+    pub priorities: BTreeMap<u32, SeenPeriods>,
     /// The CPUs that its thread might use, a bit each.
-    pub masks: BTreeMap<CpuSet, Seen>,
+    pub masks: BTreeMap<CpuSet, SeenPeriods>,
     /// The CPUs on which periods began.
-    pub cpus: BTreeMap<u32, Seen>,
+    pub cpus: BTreeMap<u32, SeenPeriods>,
     /// How often each edge of its state machine was observed; empty if the recording does not have its programs.
     pub edges: Vec<EdgeCount>,
     /// The codels of its component without an execution.
@@ -317,17 +317,17 @@ pub struct ObservedConnection {
 
 /// A recording beside a model.
 #[derive(Debug, Clone, Default)]
-pub struct Observed {
-    /// In the order of [`Expected::instances`](super::Expected::instances).
+pub struct ObservedDeployment {
+    /// In the order of [`ExpectedDeployment::instances`](super::ExpectedDeployment::instances).
     pub instances: Vec<ObservedInstance>,
     /// Sorted by key.
     pub times: Vec<ObservedTime>,
-    /// In the order of [`Expected::chains`](super::Expected::chains).
+    /// In the order of [`ExpectedDeployment::chains`](super::ExpectedDeployment::chains).
     pub chains: Vec<ObservedChain>,
-    /// In the order of [`Expected::connections`](super::Expected::connections).
+    /// In the order of [`ExpectedDeployment::connections`](super::ExpectedDeployment::connections).
     pub connections: Vec<ObservedConnection>,
     /// By instance, then those of none.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<TraceFinding>,
     /// Whether the recording has periods, and their releases.
     pub has_periods: bool,
     /// See `has_periods`.

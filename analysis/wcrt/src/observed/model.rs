@@ -25,7 +25,7 @@ const MOST_CHAINS: usize = 64;
 
 /// A deployment, as far as a recording shows it. Times are in nanoseconds.
 #[derive(Debug, Clone, Default)]
-pub struct Expected {
+pub struct ExpectedDeployment {
     /// The activities, in the order of the deployment.
     pub instances: Vec<ExpectedInstance>,
     /// Its chains, as far as a recording shows them.
@@ -116,7 +116,7 @@ pub fn expected<'db>(
     host: Option<usize>,
     query: Query,
     report: &Report<'db>,
-) -> Expected {
+) -> ExpectedDeployment {
     let hosts = hosts_of(db, project.workspace(db));
     let is_here = |instance: &str| host.is_none() || hosts.of(instance) == host;
     let times = execution_times(db, project, deployment, host, query.level);
@@ -182,7 +182,7 @@ pub fn expected<'db>(
     let waits = times.waits.iter().map(|(codel, wait)| (codel.qualified(db), wait.as_nanos()));
     let connections = expected_connections(db, project, deployment).into_iter();
     let connections = connections.filter(|it| it.ends.iter().all(|(instance, _)| is_here(instance)));
-    Expected {
+    ExpectedDeployment {
         instances: instances.collect(),
         chains: expected_chains(db, project, deployment, query, MOST_CHAINS),
         connections: connections.collect(),

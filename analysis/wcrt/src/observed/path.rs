@@ -33,7 +33,7 @@ pub struct UnknownPath {
 
 /// See the module.
 #[derive(Debug)]
-pub(super) struct Path {
+pub(super) struct MachinePath {
     /// The states that are possible at the start of the next period; `None` for all.
     states: Option<Vec<usize>>,
     /// The edges that the last period may have executed.
@@ -42,9 +42,9 @@ pub(super) struct Path {
     edges: FxHashMap<Vec<u32>, Vec<usize>>,
 }
 
-impl Path {
-    pub(super) fn new(machine: &ExpectedMachine) -> Path {
-        Path {
+impl MachinePath {
+    pub(super) fn new(machine: &ExpectedMachine) -> MachinePath {
+        MachinePath {
             states: None,
             last: Vec::new(),
             counts: vec![EdgeCount::default(); machine.edges.all.len()],

@@ -25,7 +25,7 @@ pub(super) const LATEST: i64 = i64::MAX / 2;
 
 /// A period that was recorded. Times are in nanoseconds, and not later than [`LATEST`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Job {
+pub(super) struct RecordedJob {
     pub(super) begin: i64,
     pub(super) end: i64,
     pub(super) execution: i64,
@@ -36,7 +36,7 @@ pub(super) struct Job {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Longest<C> {
     pub(super) response: i64,
-    pub(super) job: Job,
+    pub(super) job: RecordedJob,
     /// What the caller has found in the time of this job.
     pub(super) cause: C,
 }
@@ -74,9 +74,9 @@ struct Segment<C> {
     first_offset: i64,
     least: i64,
     greatest: i64,
-    last: Job,
+    last: RecordedJob,
     /// The job with the greatest end relative to its release.
-    longest: (i64, Job, C),
+    longest: (i64, RecordedJob, C),
 }
 
 /// See the module.
@@ -93,7 +93,7 @@ pub(super) struct Releases<C> {
     segment: Option<Segment<C>>,
     /// A job that is late by a period or more, and did not wait for its predecessor: what follows says whether it was delayed, or
     /// periods are missing before it.
-    pending: Option<Job>,
+    pending: Option<RecordedJob>,
     found: FoundReleases<C>,
 }
 
@@ -113,7 +113,7 @@ impl<C: Clone + Default> Releases<C> {
     }
 
     /// Takes the next period. `cause` gives what happened from a release to an end.
-    pub(super) fn job(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+    pub(super) fn job(&mut self, job: RecordedJob, cause: &mut dyn FnMut(i64, i64) -> C) {
         if let (Some(burst), Some(release)) = (self.burst, job.release) {
             self.compare_gap(burst, release);
         }
@@ -164,7 +164,7 @@ impl<C: Clone + Default> Releases<C> {
         self.found
     }
 
-    fn next(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+    fn next(&mut self, job: RecordedJob, cause: &mut dyn FnMut(i64, i64) -> C) {
         let Some(segment) = &self.segment else { return self.accept(job, cause) };
         let last = segment.last;
         if self.burst.is_some() {
@@ -201,7 +201,7 @@ impl<C: Clone + Default> Releases<C> {
     }
 
     /// Adds a job before which periods are missing.
-    fn skip(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+    fn skip(&mut self, job: RecordedJob, cause: &mut dyn FnMut(i64, i64) -> C) {
         if let Some(segment) = &self.segment {
             let release = segment.least + self.nominal(segment.jobs);
             let (from, to) = match job.release.zip(segment.last.release) {
@@ -235,7 +235,7 @@ impl<C: Clone + Default> Releases<C> {
     }
 
     /// Adds a job of the segment.
-    fn accept(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+    fn accept(&mut self, job: RecordedJob, cause: &mut dyn FnMut(i64, i64) -> C) {
         if self.segment.as_ref().is_some_and(|segment| segment.jobs >= LONGEST_SEGMENT) {
             let last = self.segment.as_ref().map(|segment| segment.last);
             self.close();
@@ -322,11 +322,11 @@ mod tests {
 
     use super::*;
 
-    fn job(begin: i64, end: i64) -> Job {
-        Job { begin, end, execution: end - begin, release: None }
+    fn job(begin: i64, end: i64) -> RecordedJob {
+        RecordedJob { begin, end, execution: end - begin, release: None }
     }
 
-    fn found(jobs: &[Job], limit: Option<u64>) -> FoundReleases<()> {
+    fn found(jobs: &[RecordedJob], limit: Option<u64>) -> FoundReleases<()> {
         let mut releases = Releases::new(100, None, limit);
         jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
         releases.finish(&mut |_, _| ())
@@ -364,16 +364,16 @@ mod tests {
     #[test]
     fn other_periods_are_found() {
         for (period, expected) in [(50, 50), (200, 200), (99, 99), (300, 300)] {
-            let jobs: Vec<Job> = (0..400).map(|k| job(k * period, k * period + 10)).collect();
+            let jobs: Vec<RecordedJob> = (0..400).map(|k| job(k * period, k * period + 10)).collect();
             let found = found(&jobs, Some(60));
             assert_eq!(found.other_period(100), Some(expected), "{period}");
         }
-        let jobs: Vec<Job> = (0..400).map(|k| job(k * 100 + k % 7, k * 100 + 20)).collect();
+        let jobs: Vec<RecordedJob> = (0..400).map(|k| job(k * 100 + k % 7, k * 100 + 20)).collect();
         assert_eq!(found(&jobs, Some(60)).other_period(100), None);
     }
 
-    fn released(release: i64, begin: i64, end: i64) -> Job {
-        Job { release: Some(release), ..job(begin, end) }
+    fn released(release: i64, begin: i64, end: i64) -> RecordedJob {
+        RecordedJob { release: Some(release), ..job(begin, end) }
     }
 
     #[test]

@@ -7,15 +7,15 @@ use mauve_timing::Time;
 
 use super::order::ordered;
 use super::placement::placed;
-use super::trials::{Plan, Trials};
+use super::trials::{Trials, TunePlan};
 use super::{Conflict, ConflictKind, Remedy};
-use crate::bisection::{Boundary, step_of};
+use crate::bisection::{ProofBoundary, step_of};
 
 /// Of so many activities, all sets are tried.
 const MOST_OF_SETS: usize = 12;
 
 /// Returns the conflict of the `suspects`, which cannot be scheduled together.
-pub(super) fn conflict_of(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Conflict {
+pub(super) fn conflict_of(trials: &Trials<'_>, start: &TunePlan, suspects: &[usize]) -> Conflict {
     let name = |unit: &usize| trials.units[*unit].of.instance.clone();
     let Some((units, kind)) = fewest(trials, start, suspects) else {
         let activities = suspects.iter().map(name).collect();
@@ -26,7 +26,7 @@ pub(super) fn conflict_of(trials: &Trials<'_>, start: &Plan, suspects: &[usize])
 }
 
 /// Returns the fewest suspects that are found to be in conflict. None where the budget is exhausted.
-fn fewest(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Option<(Vec<usize>, ConflictKind)> {
+fn fewest(trials: &Trials<'_>, start: &TunePlan, suspects: &[usize]) -> Option<(Vec<usize>, ConflictKind)> {
     let mut units = suspects.to_vec();
     for unit in suspects {
         let without: Vec<usize> = units.iter().copied().filter(|it| it != unit).collect();
@@ -49,12 +49,12 @@ fn fewest(trials: &Trials<'_>, start: &Plan, suspects: &[usize]) -> Option<(Vec<
 }
 
 /// Returns whether these units can be scheduled without the others.
-fn can_be_scheduled(trials: &Trials<'_>, start: &Plan, units: &[usize]) -> Option<bool> {
+fn can_be_scheduled(trials: &Trials<'_>, start: &TunePlan, units: &[usize]) -> Option<bool> {
     let left_out = (0..trials.units.len()).map(|it| !units.contains(&it) && !trials.units[it].is_pinned);
-    is_solvable(trials, &Plan { left_out: left_out.collect(), ..start.clone() })
+    is_solvable(trials, &TunePlan { left_out: left_out.collect(), ..start.clone() })
 }
 
-fn is_solvable(trials: &Trials<'_>, plan: &Plan) -> Option<bool> {
+fn is_solvable(trials: &Trials<'_>, plan: &TunePlan) -> Option<bool> {
     let is_met = match (trials.request.cpus, trials.request.priorities) {
         (true, _) => placed(trials, plan)?.score.is_met(),
         (false, true) => ordered(trials, plan)?.score.is_met(),
@@ -65,7 +65,7 @@ fn is_solvable(trials: &Trials<'_>, plan: &Plan) -> Option<bool> {
 }
 
 /// Returns what each activity of a unit would have to be.
-fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
+fn remedies(trials: &Trials<'_>, start: &TunePlan, unit: usize) -> Vec<Remedy> {
     let of = &trials.units[unit];
     let period = period(trials, start, unit);
     let remedy = |(number, member): (usize, &usize)| {
@@ -79,22 +79,22 @@ fn remedies(trials: &Trials<'_>, start: &Plan, unit: usize) -> Vec<Remedy> {
 }
 
 /// Returns the greatest execution time of the jobs of an activity now, and the greatest with which every deadline is met.
-fn time(trials: &Trials<'_>, start: &Plan, activity: usize) -> Option<[Time; 2]> {
+fn time(trials: &Trials<'_>, start: &TunePlan, activity: usize) -> Option<[Time; 2]> {
     let now = trials.time_of(activity)?;
     let step = step_of(now);
     let holds = |number: Time| {
         let cap = Some((activity, Time::from_nanos(number.as_nanos() * step)));
-        is_solvable(trials, &Plan { cap, ..start.clone() })
+        is_solvable(trials, &TunePlan { cap, ..start.clone() })
     };
     if !holds(Time::ZERO)? {
         return None;
     }
-    let found = Boundary::between(0, now.as_nanos().div_ceil(step), holds);
+    let found = ProofBoundary::between(0, now.as_nanos().div_ceil(step), holds);
     (found.is_complete() && found.good > 0).then(|| [now, Time::from_nanos(found.good * step)])
 }
 
 /// Returns the period of a unit now, and the least with which every deadline is met.
-fn period(trials: &Trials<'_>, start: &Plan, unit: usize) -> Option<[Time; 2]> {
+fn period(trials: &Trials<'_>, start: &TunePlan, unit: usize) -> Option<[Time; 2]> {
     let of = &trials.units[unit];
     let now = of.of.period.filter(|_| of.is_periodic)?;
     let step = step_of(now);
@@ -103,7 +103,7 @@ fn period(trials: &Trials<'_>, start: &Plan, unit: usize) -> Option<[Time; 2]> {
         plan.periods[unit] = Some(Time::from_nanos(number.as_nanos().checked_mul(step)?));
         is_solvable(trials, &plan)
     };
-    let longer = Boundary::above(now.as_nanos() / step, holds)??;
-    let found = Boundary::between(longer.good, longer.bad, holds);
+    let longer = ProofBoundary::above(now.as_nanos() / step, holds)??;
+    let found = ProofBoundary::between(longer.good, longer.bad, holds);
     found.is_complete().then(|| [now, Time::from_nanos(found.good * step)])
 }

@@ -6,7 +6,7 @@ use super::conflict::conflict_of;
 use super::order::ordered;
 use super::periods::with_shortest_periods;
 use super::placement::placed;
-use super::trials::{Plan, Trials};
+use super::trials::{Trials, TunePlan};
 use super::{SearchKind, TuneAim, TuneRequest, Tuned, Untunable};
 use crate::report::Query;
 use crate::response::response_times_if;
@@ -73,17 +73,18 @@ pub fn tune<'db>(
 }
 
 /// What is found.
-struct Values {
-    plan: Plan,
+struct FoundValues {
+    plan: TunePlan,
     search: SearchKind,
     /// The units that cannot be scheduled together.
     suspects: Vec<usize>,
 }
 
-fn values(trials: &mut Trials<'_>, start: &Plan) -> Values {
+fn values(trials: &mut Trials<'_>, start: &TunePlan) -> FoundValues {
     let aim = trials.request.aim;
     let free = || start.present().into_iter().filter(|it| !trials.units[*it].is_pinned);
-    let mut found = Values { plan: start.clone(), search: SearchKind::Exact, suspects: free().collect() };
+    let mut found =
+        FoundValues { plan: start.clone(), search: SearchKind::Exact, suspects: free().collect() };
     if trials.request.cpus {
         if aim == TuneAim::Latency {
             trials.request.aim = TuneAim::Deadlines;
@@ -111,8 +112,8 @@ fn values(trials: &mut Trials<'_>, start: &Plan) -> Values {
     found
 }
 
-impl Values {
-    fn exhausted(self) -> Values {
-        Values { search: SearchKind::Exhausted, ..self }
+impl FoundValues {
+    fn exhausted(self) -> FoundValues {
+        FoundValues { search: SearchKind::Exhausted, ..self }
     }
 }

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use mauve_timing::{CpuSet, sharing_cpus};
 
-use super::trials::{Best, Plan, Score, Trials};
+use super::trials::{Best, Score, Trials, TunePlan};
 use super::{SearchKind, TuneAim};
 
 /// So many orders are analysed one by one: those of seven activities, also around one priority that stays.
@@ -21,7 +21,7 @@ const MOST_ORDERS: u64 = 40_320;
 const HIGHEST: u32 = 99;
 
 /// Activities that may delay each other.
-struct Group {
+struct PriorityGroup {
     cpus: CpuSet,
     units: Vec<usize>,
     /// The first and the last priority below, between and above the priorities that stay, ascending.
@@ -34,7 +34,7 @@ struct Group {
 type Sequence = Vec<Option<usize>>;
 
 /// Searches for priorities. None where the budget does not even suffice for the present ones.
-pub(super) fn ordered(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
+pub(super) fn ordered(trials: &Trials<'_>, start: &TunePlan) -> Option<Best> {
     let mut found = Best::of(trials, start)?;
     if !trials.is_enough(found.score) && search(trials, &mut found).is_none() {
         found.search = SearchKind::Exhausted;
@@ -43,7 +43,7 @@ pub(super) fn ordered(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
 }
 
 /// Searches with the algorithm alone: for each of many placements.
-pub(super) fn quickly_ordered(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
+pub(super) fn quickly_ordered(trials: &Trials<'_>, start: &TunePlan) -> Option<Best> {
     let mut found = Best::of(trials, start)?;
     let is_enough = |score: Score| score.is_met() && trials.request.aim != TuneAim::Slack;
     if !is_enough(found.score) {
@@ -75,7 +75,7 @@ fn search(trials: &Trials<'_>, found: &mut Best) -> Option<()> {
         let places = (0..length).flat_map(move |from| (0..length).map(move |to| (from, to)));
         places.filter(|(from, to)| from != to).map(move |(from, to)| (group, from, to))
     });
-    let moves: Vec<(&Group, usize, usize)> = moves.collect();
+    let moves: Vec<(&PriorityGroup, usize, usize)> = moves.collect();
     found.improve(trials, &moves, |plan, (group, from, to)| {
         let mut sequence = group.sequence(plan);
         let unit = sequence.remove(*from);
@@ -109,12 +109,12 @@ fn by_algorithm(trials: &Trials<'_>, found: &mut Best, is_enough: &dyn Fn(Score)
 }
 
 /// Groups the units by the CPUs that they share.
-fn groups(trials: &Trials<'_>, plan: &Plan) -> Vec<Group> {
+fn groups(trials: &Trials<'_>, plan: &TunePlan) -> Vec<PriorityGroup> {
     let stays = |unit: &usize| trials.units[*unit].is_pinned && trials.units[*unit].priority.is_some();
     let (pinned, units): (Vec<usize>, Vec<usize>) = plan.present().into_iter().partition(stays);
     let groups = sharing_cpus(units.into_iter().map(|unit| (trials.cpus(plan, unit), unit))).into_iter();
-    let group = |(cpus, units)| Group { cpus, units, bands: Vec::new(), own: BTreeSet::new() };
-    let mut groups: Vec<Group> = groups.map(group).collect();
+    let group = |(cpus, units)| PriorityGroup { cpus, units, bands: Vec::new(), own: BTreeSet::new() };
+    let mut groups: Vec<PriorityGroup> = groups.map(group).collect();
     let pinned = pinned.into_iter().map(|it| (plan.priorities[it], trials.cpus(plan, it)));
     let fixed: Vec<(u32, CpuSet)> = trials.fixed.iter().copied().chain(pinned).collect();
     for group in &mut groups {
@@ -137,7 +137,7 @@ fn groups(trials: &Trials<'_>, plan: &Plan) -> Vec<Group> {
     groups
 }
 
-impl Group {
+impl PriorityGroup {
     /// Returns the units by deadline, the earliest first; those with equal deadlines in the order of their priorities.
     fn by_deadline(&self, trials: &Trials<'_>) -> Vec<usize> {
         let mut units = self.units.clone();
@@ -160,7 +160,7 @@ impl Group {
     }
 
     /// Enters the priorities of an order, and returns whether there are enough.
-    fn number(&self, plan: &mut Plan, sequence: &Sequence) -> bool {
+    fn number(&self, plan: &mut TunePlan, sequence: &Sequence) -> bool {
         for (band, units) in sequence.split(Option::is_none).enumerate() {
             let Some(&(low, high)) = self.bands.get(band).filter(|_| units.len() <= self.room(band)) else {
                 return false;
@@ -175,7 +175,7 @@ impl Group {
     }
 
     /// Audsley's algorithm. Returns an order, and the units for which it found no priority: they have the highest ones, by deadline.
-    fn audsley(&self, trials: &Trials<'_>, start: &Plan) -> Option<(Sequence, Vec<usize>)> {
+    fn audsley(&self, trials: &Trials<'_>, start: &TunePlan) -> Option<(Sequence, Vec<usize>)> {
         let mut plan = start.clone();
         let mut left = self.by_deadline(trials);
         let mut sequence = Sequence::new();
@@ -216,7 +216,7 @@ impl Group {
     }
 
     /// Returns the order of a plan.
-    fn sequence(&self, plan: &Plan) -> Sequence {
+    fn sequence(&self, plan: &TunePlan) -> Sequence {
         let mut units: Vec<(u32, Option<usize>)> =
             self.units.iter().map(|it| (plan.priorities[*it], Some(*it))).collect();
         units.extend(self.bands.iter().skip(1).map(|(low, _)| (low - 1, None)));
@@ -226,7 +226,11 @@ impl Group {
 }
 
 /// Analyses all orders of the first group, with each all orders of the others, until `visit` returns true.
-fn each_order(groups: &[Group], plan: &Plan, visit: &mut dyn FnMut(&Plan) -> Option<bool>) -> Option<bool> {
+fn each_order(
+    groups: &[PriorityGroup],
+    plan: &TunePlan,
+    visit: &mut dyn FnMut(&TunePlan) -> Option<bool>,
+) -> Option<bool> {
     let Some((group, others)) = groups.split_first() else { return visit(plan) };
     let mut sequence = Sequence::new();
     let mut left = group.sequence(plan);

@@ -7,18 +7,18 @@
 use mauve_timing::Time;
 
 use super::SearchKind;
-use super::trials::{Plan, Trials};
-use crate::bisection::{Boundary, step_of};
+use super::trials::{Trials, TunePlan};
+use crate::bisection::{ProofBoundary, step_of};
 
 /// The factors are multiples of one in so many.
 const PARTS: u64 = 1000;
 
 /// Returns a plan with other periods, and how far the search went. None where no factor is enough.
-pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option<(Plan, SearchKind)> {
+pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &TunePlan) -> Option<(TunePlan, SearchKind)> {
     let units: Vec<usize> = start.present().into_iter().filter(|unit| is_free(trials, *unit)).collect();
     let was_used_up = trials.analyse(start)?.slack;
     // What ends exactly at its deadline would be late with the next nanosecond.
-    let holds = |plan: &Plan| {
+    let holds = |plan: &TunePlan| {
         let trial = trials.analyse(plan)?;
         let has_slack = |unit: &usize| trial.slack[*unit] > 0 || was_used_up[*unit] == 0;
         Some(trial.is_met(plan) && plan.present().iter().all(has_slack))
@@ -32,9 +32,9 @@ pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option
     };
     let is_met = holds(start)?;
     let is_enough = |parts: Time| holds(&scaled(parts));
-    let Boundary { good, bad } =
-        if is_met { Boundary { good: PARTS, bad: 0 } } else { Boundary::above(PARTS, is_enough)?? };
-    let factor = Boundary::between(good, bad, is_enough).good;
+    let ProofBoundary { good, bad } =
+        if is_met { ProofBoundary { good: PARTS, bad: 0 } } else { ProofBoundary::above(PARTS, is_enough)?? };
+    let factor = ProofBoundary::between(good, bad, is_enough).good;
     let mut plan = if factor == PARTS { start.clone() } else { scaled(Time::from_nanos(factor)) };
     let mut search = SearchKind::Exact;
     for unit in units {
@@ -55,7 +55,7 @@ pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &Plan) -> Option
         }
         let least = if is_met { 0 } else { now / step };
         let found =
-            Boundary::between(present.div_ceil(step), least, |number| holds(&with(number.as_nanos())));
+            ProofBoundary::between(present.div_ceil(step), least, |number| holds(&with(number.as_nanos())));
         if !found.is_complete() {
             search = SearchKind::Exhausted;
         }

@@ -10,7 +10,7 @@ use mauve_timing::CpuSet;
 use rustc_hash::FxHashMap;
 
 use super::order::{ordered, quickly_ordered};
-use super::trials::{Best, Plan, Score, Trials};
+use super::trials::{Best, Score, Trials, TunePlan};
 use super::{SearchKind, TuneAim};
 
 /// So many placements are analysed one by one where CPUs depend on each other: those of seven activities on three CPUs are 2187.
@@ -27,13 +27,13 @@ struct Cluster {
 }
 
 impl Cluster {
-    fn put(&self, plan: &mut Plan, cpu: CpuSet) {
+    fn put(&self, plan: &mut TunePlan, cpu: CpuSet) {
         self.units.iter().for_each(|unit| plan.cpus[*unit] = Some(cpu));
     }
 }
 
 /// Searches for CPUs, and with `priorities` of the request for priorities too.
-pub(super) fn placed(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
+pub(super) fn placed(trials: &Trials<'_>, start: &TunePlan) -> Option<Best> {
     let clusters = clusters(trials, start);
     let is_placed = start.present().iter().all(|unit| trials.units[*unit].is_placed);
     if is_placed && let Some(found) = Best::of(trials, start).filter(|it| trials.is_enough(it.score)) {
@@ -52,7 +52,7 @@ pub(super) fn placed(trials: &Trials<'_>, start: &Plan) -> Option<Best> {
     Some(found)
 }
 
-fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut Best) -> Option<()> {
+fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &TunePlan, found: &mut Best) -> Option<()> {
     // Part of the budget stays for the exact search.
     let is_improved = trials.with_part(3, || {
         improve(trials, clusters, found)?;
@@ -64,7 +64,7 @@ fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut B
     }
     let placements = clusters.iter().try_fold(1usize, |product, it| product.checked_mul(it.choices.len()));
     if trials.has_separate_cpus() && trials.request.aim != TuneAim::Latency {
-        let mut exact = Exact { trials, clusters, start, known: FxHashMap::default(), best: None };
+        let mut exact = ExactPlacement { trials, clusters, start, known: FxHashMap::default(), best: None };
         exact.place(0, &[])?;
         exact.best.into_iter().for_each(|best| found.consider(best));
         // What the exhausted budget of an analysis does not prove may be proved beside other activities.
@@ -84,12 +84,12 @@ fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, found: &mut B
 }
 
 /// Returns a placement with its priorities.
-fn solved(trials: &Trials<'_>, plan: &Plan) -> Option<Best> {
+fn solved(trials: &Trials<'_>, plan: &TunePlan) -> Option<Best> {
     if trials.request.priorities { quickly_ordered(trials, plan) } else { Best::of(trials, plan) }
 }
 
 /// Returns the activities that are placed together, by falling utilisation.
-fn clusters(trials: &Trials<'_>, plan: &Plan) -> Vec<Cluster> {
+fn clusters(trials: &Trials<'_>, plan: &TunePlan) -> Vec<Cluster> {
     let mut sets: Vec<Vec<usize>> =
         plan.present().into_iter().filter(|it| !trials.units[*it].is_pinned).map(|it| vec![it]).collect();
     let pinned = |units: &[usize]| units.iter().copied().find(|it| trials.units[*it].is_pinned);
@@ -124,7 +124,7 @@ fn clusters(trials: &Trials<'_>, plan: &Plan) -> Vec<Cluster> {
 }
 
 /// Places the clusters one after another on the CPU with the lowest utilisation; those that have a CPU stay there if `keeps`.
-fn worst_fit(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, keeps: bool) -> Plan {
+fn worst_fit(trials: &Trials<'_>, clusters: &[Cluster], start: &TunePlan, keeps: bool) -> TunePlan {
     let mut plan = start.clone();
     let mut load: FxHashMap<CpuSet, f64> = FxHashMap::default();
     for unit in plan.present().into_iter().filter(|it| trials.units[*it].is_pinned) {
@@ -150,16 +150,16 @@ fn worst_fit(trials: &Trials<'_>, clusters: &[Cluster], start: &Plan, keeps: boo
 type Fit = (Vec<(usize, u32)>, Score);
 
 /// The exact search.
-struct Exact<'a, 'db> {
+struct ExactPlacement<'a, 'db> {
     trials: &'a Trials<'db>,
     clusters: &'a [Cluster],
-    start: &'a Plan,
+    start: &'a TunePlan,
     /// For a CPU and the clusters on it; none if a deadline is not met.
     known: FxHashMap<(CpuSet, Vec<usize>), Option<Fit>>,
     best: Option<Best>,
 }
 
-impl Exact<'_, '_> {
+impl ExactPlacement<'_, '_> {
     /// Places the clusters from this one on. None where the budget is exhausted.
     fn place(&mut self, next: usize, placed: &[(CpuSet, Vec<usize>)]) -> Option<()> {
         let Some(cluster) = self.clusters.get(next) else { return self.take(placed) };
@@ -253,7 +253,7 @@ impl Exact<'_, '_> {
 fn each_placement(
     trials: &Trials<'_>,
     clusters: &[Cluster],
-    start: &Plan,
+    start: &TunePlan,
     placements: usize,
     found: &mut Best,
 ) -> Option<()> {
@@ -273,7 +273,7 @@ fn each_placement(
 }
 
 /// A change of a placement.
-enum Change<'a> {
+enum PlacementChange<'a> {
     Move(&'a Cluster, CpuSet),
     Swap(&'a Cluster, &'a Cluster),
 }
@@ -281,15 +281,15 @@ enum Change<'a> {
 /// Moves one cluster after another to each CPU, and swaps it with each that follows, as long as something gets better.
 fn improve(trials: &Trials<'_>, clusters: &[Cluster], found: &mut Best) -> Option<()> {
     let changes = clusters.iter().enumerate().flat_map(|(index, cluster)| {
-        let moves = cluster.choices.iter().map(move |cpu| Change::Move(cluster, *cpu));
-        moves.chain(clusters.iter().skip(index + 1).map(move |other| Change::Swap(cluster, other)))
+        let moves = cluster.choices.iter().map(move |cpu| PlacementChange::Move(cluster, *cpu));
+        moves.chain(clusters.iter().skip(index + 1).map(move |other| PlacementChange::Swap(cluster, other)))
     });
-    let changes: Vec<Change<'_>> = changes.collect();
+    let changes: Vec<PlacementChange<'_>> = changes.collect();
     found.improve(trials, &changes, |now, change| {
         let mut plan = now.clone();
         match change {
-            Change::Move(cluster, cpu) => cluster.put(&mut plan, *cpu),
-            Change::Swap(one, other) => {
+            PlacementChange::Move(cluster, cpu) => cluster.put(&mut plan, *cpu),
+            PlacementChange::Swap(one, other) => {
                 let cpus = [one, other].map(|it| it.units.first().and_then(|it| now.cpus[*it]));
                 let [Some(of_one), Some(of_other)] = cpus else { return Some(None) };
                 if one.choices.contains(&of_other) && other.choices.contains(&of_one) {

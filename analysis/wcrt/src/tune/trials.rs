@@ -20,7 +20,7 @@ use crate::what_if::{WhatIfField, other_period};
 
 /// What changes together: an activity, with all instances of its thread.
 #[derive(Debug, Clone)]
-pub(super) struct Unit<'db> {
+pub(super) struct TuneUnit<'db> {
     /// The first instance, which names the activity in an edit.
     pub(super) of: &'db ResolvedActivity<'db>,
     /// Indices into [`System::activities`].
@@ -43,7 +43,7 @@ pub(super) struct Unit<'db> {
 
 /// Values for the units, by their index.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Plan {
+pub(super) struct TunePlan {
     pub(super) priorities: Vec<u32>,
     /// One CPU; none where the CPUs stay as they are.
     pub(super) cpus: Vec<Option<CpuSet>>,
@@ -54,7 +54,7 @@ pub(super) struct Plan {
     pub(super) cap: Option<(usize, Time)>,
 }
 
-impl Plan {
+impl TunePlan {
     /// Returns the units that exist.
     pub(super) fn present(&self) -> Vec<usize> {
         (0..self.left_out.len()).filter(|unit| !self.left_out[*unit]).collect()
@@ -72,7 +72,7 @@ pub(super) struct Trial {
 
 impl Trial {
     /// Returns whether every deadline is met.
-    pub(super) fn is_met(&self, plan: &Plan) -> bool {
+    pub(super) fn is_met(&self, plan: &TunePlan) -> bool {
         self.fixed >= 0 && plan.present().into_iter().all(|unit| self.slack[unit] >= 0)
     }
 }
@@ -95,7 +95,7 @@ impl Score {
 
 /// The best plan that a search has found so far.
 pub(super) struct Best {
-    pub(super) plan: Plan,
+    pub(super) plan: TunePlan,
     pub(super) score: Score,
     pub(super) search: SearchKind,
     /// The units that are left where Audsley's algorithm finds none for the next priority.
@@ -104,7 +104,7 @@ pub(super) struct Best {
 
 impl Best {
     /// Begins with a plan. None where the budget is exhausted.
-    pub(super) fn of(trials: &Trials<'_>, plan: &Plan) -> Option<Best> {
+    pub(super) fn of(trials: &Trials<'_>, plan: &TunePlan) -> Option<Best> {
         let score = trials.score(plan)?;
         Some(Best { plan: plan.clone(), score, search: SearchKind::Exact, stuck: Vec::new() })
     }
@@ -122,7 +122,7 @@ impl Best {
         &mut self,
         trials: &Trials<'_>,
         changes: &[C],
-        changed: impl Fn(&Plan, &C) -> Option<Option<Best>>,
+        changed: impl Fn(&TunePlan, &C) -> Option<Option<Best>>,
     ) -> Option<()> {
         loop {
             let before = self.score;
@@ -147,7 +147,7 @@ const NOT_ANALYSED: i64 = i64::MIN / 2;
 pub(super) struct Trials<'db> {
     pub(super) variants: Variants<'db>,
     pub(super) request: TuneRequest,
-    pub(super) units: Vec<Unit<'db>>,
+    pub(super) units: Vec<TuneUnit<'db>>,
     /// The priorities and CPUs of what runs beside the units and stays: gateways, other real-time work.
     pub(super) fixed: Vec<(u32, CpuSet)>,
     /// The gateways.
@@ -220,7 +220,7 @@ impl<'db> Trials<'db> {
     }
 
     /// Returns the present values. Where priorities are missing, all are deadline-monotonic.
-    pub(super) fn start(&self) -> Plan {
+    pub(super) fn start(&self) -> TunePlan {
         let count = self.units.len();
         let mut priorities: Vec<u32> = self.units.iter().filter_map(|it| it.priority).collect();
         if priorities.len() < count {
@@ -233,7 +233,7 @@ impl<'db> Trials<'db> {
                 priorities[unit] = pinned.unwrap_or(number);
             }
         }
-        Plan {
+        TunePlan {
             priorities,
             cpus: vec![None; count],
             periods: vec![None; count],
@@ -248,12 +248,12 @@ impl<'db> Trials<'db> {
     }
 
     /// Returns the CPUs of a unit in a plan.
-    pub(super) fn cpus(&self, plan: &Plan, unit: usize) -> CpuSet {
+    pub(super) fn cpus(&self, plan: &TunePlan, unit: usize) -> CpuSet {
         plan.cpus[unit].unwrap_or(self.units[unit].cpus)
     }
 
     /// Returns the values of a plan that are not those of the text.
-    pub(super) fn fields(&self, plan: &Plan) -> Vec<WhatIfField> {
+    pub(super) fn fields(&self, plan: &TunePlan) -> Vec<WhatIfField> {
         let hosts = self.hosts();
         let mut fields = Vec::new();
         for (index, unit) in self.units.iter().enumerate() {
@@ -272,7 +272,7 @@ impl<'db> Trials<'db> {
     }
 
     /// Analyses a plan. None where the budget is exhausted.
-    pub(super) fn analyse(&self, plan: &Plan) -> Option<Trial> {
+    pub(super) fn analyse(&self, plan: &TunePlan) -> Option<Trial> {
         let count = plan.left_out.iter().filter(|it| !**it).count() + self.fixed_activities.len();
         if self.variants.spend(count).is_none() {
             self.variants.left.set(0);
@@ -289,7 +289,8 @@ impl<'db> Trials<'db> {
                 _ => NOT_ANALYSED,
             }
         };
-        let of_unit = |unit: &Unit<'_>| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
+        let of_unit =
+            |unit: &TuneUnit<'_>| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
         let is_exhausted = responses.iter().any(|it| it.is_exhausted);
         self.is_exhausted.set(self.is_exhausted.get() | is_exhausted);
         Some(Trial {
@@ -299,7 +300,7 @@ impl<'db> Trials<'db> {
     }
 
     /// Analyses a plan, and says how good it is.
-    pub(super) fn score(&self, plan: &Plan) -> Option<Score> {
+    pub(super) fn score(&self, plan: &TunePlan) -> Option<Score> {
         let trial = self.analyse(plan)?;
         let slacks = || plan.present().into_iter().map(|unit| trial.slack[unit]).chain([trial.fixed]);
         let missed = slacks().filter(|it| *it < 0).count();
@@ -348,7 +349,7 @@ impl<'db> Trials<'db> {
     /// Returns whether a response time depends only on which activities have higher priorities, and becomes no greater if there are
     /// fewer of them: then Audsley's algorithm is optimal. With waits, operations, or several CPUs, it depends on other response
     /// times; with a lock without a protocol, on the order of its users.
-    pub(super) fn is_order_free(&self, plan: &Plan) -> bool {
+    pub(super) fn is_order_free(&self, plan: &TunePlan) -> bool {
         let is_simple = |unit: &usize| {
             let mut tasks =
                 self.units[*unit].members.iter().filter_map(|it| self.tasks.activities().get(*it));
@@ -376,7 +377,7 @@ impl<'db> Trials<'db> {
     }
 
     /// Returns the tasks without those that are left out, and with what the cap leaves.
-    fn remaining(&self, plan: &Plan, tasks: &Tasks) -> Tasks {
+    fn remaining(&self, plan: &TunePlan, tasks: &Tasks) -> Tasks {
         let mut left = tasks.clone();
         if let Some((capped, most)) = plan.cap
             && let Some(task) = left.activities_mut().get_mut(capped)
@@ -427,7 +428,7 @@ impl<'db> Trials<'db> {
     }
 
     /// Returns the CPUs of the host of a unit.
-    pub(super) fn cpus_of_host(&self, unit: &Unit<'_>) -> CpuSet {
+    pub(super) fn cpus_of_host(&self, unit: &TuneUnit<'_>) -> CpuSet {
         unit.of.host.and_then(|it| self.hosts().all.get(it)).map_or(self.variants.system.cpus, |it| it.cpus)
     }
 }
@@ -476,9 +477,9 @@ fn units<'db>(
     of: Decl<'db>,
     system: &'db System<'db>,
     request: &TuneRequest,
-) -> Vec<Unit<'db>> {
+) -> Vec<TuneUnit<'db>> {
     let written = activities_of(db, of);
-    let mut units: Vec<Unit<'db>> = Vec::new();
+    let mut units: Vec<TuneUnit<'db>> = Vec::new();
     for (index, activity) in system.activities.iter().enumerate() {
         let Some(declared) = written.get(&activity.instance) else { continue };
         if activity.gateway.is_some() || activity.priority == Priority::Background {
@@ -490,7 +491,7 @@ fn units<'db>(
             unit.is_pinned |= is_pinned;
             continue;
         }
-        units.push(Unit {
+        units.push(TuneUnit {
             of: activity,
             members: vec![index],
             has_deadline: declared.field(ActivityField::Deadline).is_some(),

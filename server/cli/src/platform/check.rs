@@ -17,7 +17,7 @@ use mauve_projects::output::Output;
 use crate::options::TableFormat;
 
 #[derive(Debug, clap::Args)]
-pub struct Check {
+pub struct PlatformCheck {
     /// How to show the properties.
     #[arg(long, value_enum, default_value = "table")]
     format: TableFormat,
@@ -26,10 +26,10 @@ pub struct Check {
     root: PathBuf,
 }
 
-impl Check {
+impl PlatformCheck {
     pub(crate) fn run(self) -> Result<Output, String> {
         let properties = properties(&Kernel { root: self.root });
-        let code = u8::from(properties.iter().any(|(_, it)| it.state == State::Bad));
+        let code = u8::from(properties.iter().any(|(_, it)| it.state == PropertyState::Bad));
         match self.format {
             TableFormat::Table => Ok(Output::escaped(table(&properties), code)),
             TableFormat::Json => {
@@ -53,7 +53,7 @@ fn table(properties: &[(&str, Property)]) -> String {
 
 /// A property of the computer.
 struct Property {
-    state: State,
+    state: PropertyState,
     /// What was found.
     found: String,
     /// What to do.
@@ -61,32 +61,32 @@ struct Property {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum PropertyState {
     Good,
     Bad,
     Unknown,
 }
 
-impl State {
+impl PropertyState {
     fn word(self) -> &'static str {
         match self {
-            State::Good => "good",
-            State::Bad => "bad",
-            State::Unknown => "unknown",
+            PropertyState::Good => "good",
+            PropertyState::Bad => "bad",
+            PropertyState::Unknown => "unknown",
         }
     }
 }
 
 fn good(found: String) -> Property {
-    Property { state: State::Good, found, mend: None }
+    Property { state: PropertyState::Good, found, mend: None }
 }
 
 fn bad(found: String, mend: &'static str) -> Property {
-    Property { state: State::Bad, found, mend: Some(mend) }
+    Property { state: PropertyState::Bad, found, mend: Some(mend) }
 }
 
 fn unknown(found: &str, mend: Option<&'static str>) -> Property {
-    Property { state: State::Unknown, found: found.to_owned(), mend }
+    Property { state: PropertyState::Unknown, found: found.to_owned(), mend }
 }
 
 /// The files of the kernel.
@@ -311,7 +311,7 @@ mod tests {
         found
     }
 
-    fn states(properties: &[(&'static str, Property)]) -> Vec<(&'static str, State)> {
+    fn states(properties: &[(&'static str, Property)]) -> Vec<(&'static str, PropertyState)> {
         properties.iter().map(|(name, it)| (*name, it.state)).collect()
     }
 
@@ -350,9 +350,9 @@ mod tests {
     #[test]
     fn a_good_computer_and_an_empty_one() {
         let found = changed("good", &[]);
-        assert!(found.iter().all(|(_, it)| it.state == State::Good), "{:?}", states(&found));
+        assert!(found.iter().all(|(_, it)| it.state == PropertyState::Good), "{:?}", states(&found));
         let found = computer("empty", &[]);
-        assert!(found.iter().all(|(_, it)| it.state == State::Unknown), "{:?}", states(&found));
+        assert!(found.iter().all(|(_, it)| it.state == PropertyState::Unknown), "{:?}", states(&found));
     }
 
     #[test]
@@ -394,7 +394,7 @@ mod tests {
             ),
         ] {
             let found = changed("bad", &[(path, text)]);
-            let bad: Vec<_> = found.iter().filter(|(_, it)| it.state == State::Bad).collect();
+            let bad: Vec<_> = found.iter().filter(|(_, it)| it.state == PropertyState::Bad).collect();
             let [(property, bad)] = &bad[..] else { panic!("{path}: {:?}", states(&found)) };
             assert!(
                 *property == name && bad.found.contains(said) && bad.mend.is_some(),
@@ -415,13 +415,17 @@ mod tests {
             &[("proc/sys/kernel/sched_rt_runtime_us", "1000000")],
         ] {
             let found = changed("forms", changes);
-            assert!(found.iter().all(|(_, it)| it.state == State::Good), "{changes:?}: {:?}", states(&found));
+            assert!(
+                found.iter().all(|(_, it)| it.state == PropertyState::Good),
+                "{changes:?}: {:?}",
+                states(&found)
+            );
         }
         // The server of a newer kernel is not visible.
         let found = changed("newer", &[("proc/sys/kernel/osrelease", "6.12.3")]);
-        assert_eq!(states(&found)[1], ("throttling", State::Unknown));
+        assert_eq!(states(&found)[1], ("throttling", PropertyState::Unknown));
         let server = ("sys/kernel/debug/sched/fair_server/cpu0/runtime", "0");
         let found = changed("newest", &[("proc/sys/kernel/osrelease", "7.0"), server]);
-        assert_eq!(states(&found)[1], ("throttling", State::Good));
+        assert_eq!(states(&found)[1], ("throttling", PropertyState::Good));
     }
 }

@@ -15,19 +15,19 @@ use mauve_projects::disk;
 use mauve_projects::output::Output;
 use mauve_timing::{CpuSet, Time};
 
-use super::recordings::{Noise, Recording, read};
+use super::recordings::{Noise, PlatformRecording, read};
 use crate::text::{counted, duration};
 
 #[derive(Debug, clap::Args)]
-pub struct Import {
+pub struct PlatformImport {
     /// Outputs of `rtla osnoise top`, `rtla timerlat` and `cyclictest`.
     #[arg(value_name = "FILE", required = true, value_hint = clap::ValueHint::FilePath)]
     files: Vec<PathBuf>,
 }
 
-impl Import {
+impl PlatformImport {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let mut found = Measured::default();
+        let mut found = MeasuredPlatform::default();
         for path in &self.files {
             let shown = path.display();
             let bytes =
@@ -42,17 +42,17 @@ impl Import {
 
 /// The greatest values of all files.
 #[derive(Debug, Default)]
-struct Measured {
+struct MeasuredPlatform {
     noise: BTreeMap<u32, Noise>,
     /// The greatest latency, and the number of wake-ups.
     latency: Option<(u64, u64)>,
     has_single_noise: bool,
 }
 
-impl Measured {
-    fn add(&mut self, recording: Recording) {
+impl MeasuredPlatform {
+    fn add(&mut self, recording: PlatformRecording) {
         match recording {
-            Recording::Noise(all) => {
+            PlatformRecording::Noise(all) => {
                 for it in all {
                     let known = self.noise.entry(it.cpu).or_insert_with(|| it.clone());
                     known.greatest = known.greatest.max(it.greatest);
@@ -60,8 +60,8 @@ impl Measured {
                     known.count = known.count.max(it.count);
                 }
             }
-            Recording::SingleNoise => self.has_single_noise = true,
-            Recording::Latency { greatest, count } => {
+            PlatformRecording::SingleNoise => self.has_single_noise = true,
+            PlatformRecording::Latency { greatest, count } => {
                 let (longest, all) = self.latency.unwrap_or_default();
                 self.latency = Some((longest.max(greatest), all.saturating_add(count)));
             }
@@ -149,12 +149,13 @@ mod tests {
 
     #[test]
     fn several_files_give_the_greatest_values() {
-        let mut found = Measured::default();
+        let mut found = MeasuredPlatform::default();
         let noise = |cpu, sample, greatest| Noise { cpu, sample, greatest, count: 60 };
-        found.add(Recording::Noise(vec![noise(0, 1_000_000_000, 91_000), noise(1, 1_000_000_000, 0)]));
-        found.add(Recording::Noise(vec![noise(0, 950_000_000, 7000), noise(140, 1_000_000_000, 5)]));
-        found.add(Recording::Latency { greatest: 27_000, count: 3000 });
-        found.add(Recording::Latency { greatest: 15_500, count: 3000 });
+        found
+            .add(PlatformRecording::Noise(vec![noise(0, 1_000_000_000, 91_000), noise(1, 1_000_000_000, 0)]));
+        found.add(PlatformRecording::Noise(vec![noise(0, 950_000_000, 7000), noise(140, 1_000_000_000, 5)]));
+        found.add(PlatformRecording::Latency { greatest: 27_000, count: 3000 });
+        found.add(PlatformRecording::Latency { greatest: 15_500, count: 3000 });
         let text = found.text();
         let entry = "name = \"noise of CPU 1\"\npriority = 99\nperiod = \"950 ms\"\ntime = \"91 us\"\njitter = \"950 ms\"";
         assert!(text.contains(entry) && text.contains("cpus = [1]\n"), "{text}");

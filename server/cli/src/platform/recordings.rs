@@ -35,7 +35,7 @@ use std::str::FromStr;
 
 /// What a file has.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Recording {
+pub(super) enum PlatformRecording {
     /// `rtla osnoise top`: for each CPU, what interrupted a thread.
     Noise(Vec<Noise>),
     /// `rtla osnoise hist`: single interruptions, without the time between them.
@@ -61,11 +61,11 @@ pub(super) struct Noise {
 const MOST: u64 = 1 << 50;
 
 /// Reads a file; `Err` says why it is not a recording.
-pub(super) fn read(text: &str) -> Result<Recording, &'static str> {
+pub(super) fn read(text: &str) -> Result<PlatformRecording, &'static str> {
     let has = |words: &str| text.contains(words);
     match () {
         () if has("Operating System Noise") => noise(text),
-        () if has("RTLA osnoise histogram") => Ok(Recording::SingleNoise),
+        () if has("RTLA osnoise histogram") => Ok(PlatformRecording::SingleNoise),
         () if has("RTLA timerlat histogram") => timerlat_histogram(text),
         () if has("Timer Latency") => timerlat_top(text),
         () if has("# Max Latencies:") || has(" Max:") => cyclictest(text),
@@ -91,7 +91,7 @@ fn time(word: &str, unit: u64) -> Option<u64> {
     number::<u64>(word).filter(|time| *time < MOST)?.checked_mul(unit)
 }
 
-fn noise(text: &str) -> Result<Recording, &'static str> {
+fn noise(text: &str) -> Result<PlatformRecording, &'static str> {
     let unit = unit(text);
     let row = |line: &str| {
         let mut words = line.split_whitespace();
@@ -107,17 +107,20 @@ fn noise(text: &str) -> Result<Recording, &'static str> {
     match found.values().all(|it| it.sample > 0) {
         _ if found.is_empty() => Err("it has no line of a CPU: let `rtla osnoise top` end, with -q and -d"),
         false => Err("a sample has no length: it is not an output of `rtla osnoise top`"),
-        true => Ok(Recording::Noise(found.into_values().collect())),
+        true => Ok(PlatformRecording::Noise(found.into_values().collect())),
     }
 }
 
-fn latency(rows: impl Iterator<Item = (u64, u64)>, missing: &'static str) -> Result<Recording, &'static str> {
+fn latency(
+    rows: impl Iterator<Item = (u64, u64)>,
+    missing: &'static str,
+) -> Result<PlatformRecording, &'static str> {
     let of_all = rows.reduce(|(count, greatest), row| (count.saturating_add(row.0), greatest.max(row.1)));
     let (count, greatest) = of_all.ok_or(missing)?;
-    Ok(Recording::Latency { greatest, count })
+    Ok(PlatformRecording::Latency { greatest, count })
 }
 
-fn timerlat_top(text: &str) -> Result<Recording, &'static str> {
+fn timerlat_top(text: &str) -> Result<PlatformRecording, &'static str> {
     let unit = unit(text);
     let row = |line: &str| {
         let mut parts = line.split('|');
@@ -132,7 +135,7 @@ fn timerlat_top(text: &str) -> Result<Recording, &'static str> {
     latency(found.into_values(), "it has no line of a CPU: let `rtla timerlat top` end, with -q and -d")
 }
 
-fn timerlat_histogram(text: &str) -> Result<Recording, &'static str> {
+fn timerlat_histogram(text: &str) -> Result<PlatformRecording, &'static str> {
     const MISSING: &str =
         "it has no lines `count:` and `max:`: let `rtla timerlat hist` end, without --no-summary";
     let unit = unit(text);
@@ -149,10 +152,10 @@ fn timerlat_histogram(text: &str) -> Result<Recording, &'static str> {
     // Each wake-up is in several columns.
     let of_all = rows.into_iter().reduce(|one, other| (one.0.max(other.0), one.1.max(other.1)));
     let (count, greatest) = of_all.ok_or(MISSING)?;
-    Ok(Recording::Latency { greatest, count })
+    Ok(PlatformRecording::Latency { greatest, count })
 }
 
-fn cyclictest(text: &str) -> Result<Recording, &'static str> {
+fn cyclictest(text: &str) -> Result<PlatformRecording, &'static str> {
     const MISSING: &str = "it has no latency: let `cyclictest` end, with -q";
     let values = |name: &str| {
         let line = text.lines().find_map(|line| line.trim_start().strip_prefix(name));
@@ -162,7 +165,7 @@ fn cyclictest(text: &str) -> Result<Recording, &'static str> {
         let count = values("# Total:").filter_map(number::<u64>).fold(0, u64::saturating_add);
         let greatest = values("# Max Latencies:").map(|word| time(word, 1000)).collect::<Option<Vec<u64>>>();
         let greatest = greatest.and_then(|all| all.into_iter().max()).ok_or(MISSING)?;
-        return Ok(Recording::Latency { greatest, count });
+        return Ok(PlatformRecording::Latency { greatest, count });
     }
     // T: 0 ( 1234) P:99 I:1000 C: 100000 Min:      3 Act:    5 Avg:    4 Max:      27
     let row = |line: &str| {
@@ -188,9 +191,9 @@ mod tests {
             \x20 0 #3          2700000         1031    99.99802          91           60           0            0        52285            0          101\n\
             \x20 2 #3          2700000            5    99.99999           5            5           0            9        53122            0           18\n";
         let of = |cpu, greatest| Noise { cpu, sample: 900_000_000, greatest, count: 3 };
-        assert_eq!(read(text), Ok(Recording::Noise(vec![of(0, 91_000), of(2, 5000)])));
+        assert_eq!(read(text), Ok(PlatformRecording::Noise(vec![of(0, 91_000), of(2, 5000)])));
         let nanoseconds = text.replace("time is in us", "time is in ns");
-        let Ok(Recording::Noise(found)) = read(&nanoseconds) else { panic!() };
+        let Ok(PlatformRecording::Noise(found)) = read(&nanoseconds) else { panic!() };
         assert_eq!((found[0].sample, found[0].greatest), (900_000, 91));
         assert!(read(&text[..120]).is_err());
     }
@@ -204,7 +207,7 @@ mod tests {
             \x20 1 #9875      |        0         0         1        45 |        5         2         6        29\n\
             ---------------|----------------------------------------|---------------------------------------\n\
             ALL #19751  e0 |                  0         1        45 |                  2         6        31\n";
-        assert_eq!(read(top), Ok(Recording::Latency { greatest: 45_000, count: 19_751 }));
+        assert_eq!(read(top), Ok(PlatformRecording::Latency { greatest: 45_000, count: 19_751 }));
         let histogram = "# RTLA timerlat histogram\n# Time unit is microseconds (us)\n# Duration:   0 00:00:10\n\
             Index   IRQ-000   Thr-000   IRQ-001   Thr-001\n\
             0          9000         0         0         0\n\
@@ -217,10 +220,10 @@ mod tests {
             ALL:        IRQ       Thr\n\
             count:    99999     99999\n\
             max:        260        31\n";
-        assert_eq!(read(histogram), Ok(Recording::Latency { greatest: 260_000, count: 9876 }));
+        assert_eq!(read(histogram), Ok(PlatformRecording::Latency { greatest: 260_000, count: 9876 }));
         let cut = histogram.split("max:").next().unwrap();
         assert!(read(cut).is_err_and(|why| why.contains("`max:`")));
-        assert_eq!(read("# RTLA osnoise histogram\nIndex   CPU-000\n"), Ok(Recording::SingleNoise));
+        assert_eq!(read("# RTLA osnoise histogram\nIndex   CPU-000\n"), Ok(PlatformRecording::SingleNoise));
     }
 
     #[test]
@@ -228,11 +231,11 @@ mod tests {
         let histogram = "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000007 000005\t000002\n000008 000095\t000098\n\
             # Total: 000000100 000000101\n# Min Latencies: 00007 00007\n# Avg Latencies: 00007 00008\n\
             # Max Latencies: 00008 00431\n# Histogram Overflows: 00000 00001\n# Thread 1: 00099\n";
-        assert_eq!(read(histogram), Ok(Recording::Latency { greatest: 431_000, count: 201 }));
+        assert_eq!(read(histogram), Ok(PlatformRecording::Latency { greatest: 431_000, count: 201 }));
         let quiet = "# /dev/cpu_dma_latency set to 0us\n\
             T: 0 ( 3431) P:99 I:1000 C: 100000 Min:      5 Act:   10 Avg:   14 Max:      39242\n\
             T: 1 ( 3432) P:99 I:1500 C:  66934 Min:      4 Act:   10 Avg:   17 Max:         57\n";
-        assert_eq!(read(quiet), Ok(Recording::Latency { greatest: 39_242_000, count: 166_934 }));
+        assert_eq!(read(quiet), Ok(PlatformRecording::Latency { greatest: 39_242_000, count: 166_934 }));
         // A cut line is no figure.
         assert!(read("# Max Latencies: 00008 00x").is_err());
         assert!(read("some text").is_err());

@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use mauve_pwcet::counted_from;
-use mauve_pwcet::samples::{Execution, Samples, SeriesId, is_alone};
+use mauve_pwcet::samples::{SampledExecution, Samples, SeriesId, is_alone};
 use mauve_pwcet::trace::SpanKind;
 use mauve_timing::Level;
 
@@ -130,7 +130,7 @@ fn gap(files: &mut [Samples], key: &str) -> Option<f64> {
         let series = file.series().iter().filter(|it| it.key == key && !is_alone(&it.instance));
         for id in series.map(|it| it.id).collect::<Vec<SeriesId>>() {
             let executions = file.executions(id).ok()?;
-            let span = |run: &[Execution]| run.last()?.end?.checked_sub(run.first()?.end?);
+            let span = |run: &[SampledExecution]| run.last()?.end?.checked_sub(run.first()?.end?);
             let spans = executions.chunk_by(|one, other| one.run == other.run).filter_map(span);
             let mean = spans.sum::<u64>() as f64 / executions.len() as f64;
             greatest = Some(greatest.unwrap_or(0.0).max(mean)).filter(|it| *it > 0.0);

@@ -18,7 +18,7 @@ use super::estimates::{Estimates, MeasuredEntry, OVER_BUDGET};
 use crate::date::today;
 
 /// What was written.
-pub(super) struct Written {
+pub(super) struct WrittenTable {
     /// Messages about what was written, and what was kept.
     pub(super) messages: Vec<String>,
     /// Whether the table has a time that an execution exceeded.
@@ -32,7 +32,7 @@ pub(super) fn write(
     files: &[Samples],
     estimates: &Estimates,
     replaces: bool,
-) -> Result<Written, String> {
+) -> Result<WrittenTable, String> {
     let shown = path.display();
     // Another run that writes this table waits; a file system without locks has none.
     let _lock = File::open(folder_of(path)).and_then(|folder| folder.lock().map(|()| folder));
@@ -44,7 +44,7 @@ pub(super) fn write(
     let text = old.as_deref().unwrap_or_default();
     let table = Table::parse(text);
     let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
-    let origin = Origin {
+    let origin = TableOrigin {
         files: samples.iter().map(|it| relative(it, path)).collect(),
         bytes: files.iter().map(Samples::size).sum(),
         samples: digest_of(fingerprints.join(" ").as_bytes()),
@@ -98,7 +98,7 @@ pub(super) fn write(
             format!("`{shown}` has the measured times of {written} codels and ports, at {levels}{assumed}")
         }
     });
-    Ok(Written { messages, is_exceeded: !exceeded.is_empty() })
+    Ok(WrittenTable { messages, is_exceeded: !exceeded.is_empty() })
 }
 
 /// Names the codels whose times are not written, since they have them at some levels only: an entry has all levels of its table.
@@ -203,7 +203,7 @@ fn warnings(estimates: &Estimates, it: &MeasuredEntry) -> Vec<String> {
 }
 
 /// Where all times come from.
-struct Origin<'a> {
+struct TableOrigin<'a> {
     files: Vec<String>,
     bytes: u64,
     samples: String,
@@ -211,7 +211,7 @@ struct Origin<'a> {
     old: &'a Table,
 }
 
-impl Origin<'_> {
+impl TableOrigin<'_> {
     fn record(&self, estimates: &Estimates, it: &MeasuredEntry, times: &[Time]) -> Record {
         let key = &it.measurement.key;
         let path = estimates.budgets.as_ref().and_then(|budgets| budgets.sources.get(key));

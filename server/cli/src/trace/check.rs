@@ -15,9 +15,9 @@ use mauve_projects::json;
 use mauve_projects::load::Outside;
 use mauve_projects::load::load;
 use mauve_projects::output::{Output, say};
-use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
+use mauve_pwcet::trace::{Source, Totals, TraceError, TraceReader};
 use mauve_timing::Level;
-use mauve_wcrt::observed::{Expected, Finding, FindingKind, Observer, expected};
+use mauve_wcrt::observed::{ExpectedDeployment, FindingKind, Observer, TraceFinding, expected};
 use mauve_wcrt::{Query, Report, response_times};
 
 use self::checked::Checked;
@@ -28,7 +28,7 @@ use crate::options::{TableFormat, level};
 
 /// Recordings, and the model that they are compared with.
 #[derive(Debug, clap::Args)]
-pub(super) struct Recorded {
+pub(super) struct RecordingArguments {
     /// Recordings of one deployment, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder
     /// when left out.
     #[arg(value_name = "TRACE> [PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
@@ -47,15 +47,15 @@ pub(super) struct Recorded {
 }
 
 #[derive(Debug, clap::Args)]
-pub struct Check {
+pub struct TraceCheck {
     #[command(flatten)]
-    recorded: Recorded,
+    recorded: RecordingArguments,
     /// How to show the comparison.
     #[arg(long, value_enum, default_value = "table")]
     format: TableFormat,
 }
 
-impl Check {
+impl TraceCheck {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (traces, model) = self.recorded.traces_and_model();
         let mut known = BTreeSet::new();
@@ -72,17 +72,17 @@ impl Check {
             model_of(&db, project, deployment, self.recorded.host.as_deref(), self.recorded.significance)?;
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
-        let mut summary = Summary::default();
+        let mut summary = Totals::default();
         for trace in &traces {
             read(trace, &mut reader, &mut observer)?;
             summary.add(&reader.finish());
             observer.end_recording();
         }
         let mut observed = observer.finish(reader.names());
-        let is_untimed = |it: &Finding| matches!(it.kind, FindingKind::Untimed { .. });
+        let is_untimed = |it: &TraceFinding| matches!(it.kind, FindingKind::Untimed { .. });
         if summary.clock_errors > 0 && !observed.findings.iter().any(is_untimed) {
             let (kind, count) = (FindingKind::Clock, summary.clock_errors);
-            observed.findings.push(Finding { instance: None, kind, at: None, count });
+            observed.findings.push(TraceFinding { instance: None, kind, at: None, count });
         }
         let errors = errors_of(&db, project);
         let name = deployment.name(&db).to_string();
@@ -104,7 +104,7 @@ impl Check {
     }
 }
 
-impl Recorded {
+impl RecordingArguments {
     /// Splits the paths: the last one is a model if it cannot be a recording.
     pub(super) fn traces_and_model(&self) -> (Vec<PathBuf>, PathBuf) {
         if let [traces @ .., last] = self.paths.as_slice()
@@ -134,7 +134,7 @@ pub(super) fn model_of<'db>(
     deployment: Decl<'db>,
     host: Option<&str>,
     level: Option<Level>,
-) -> Result<(Query, Report<'db>, Expected), String> {
+) -> Result<(Query, Report<'db>, ExpectedDeployment), String> {
     let host = host_called(db, (project, deployment), host)?;
     let query = Query::at_level(db, project, deployment, level);
     let report = response_times(db, project, deployment, query).clone();

@@ -11,12 +11,12 @@ use mauve_projects::analysis_document::deployments;
 use mauve_projects::load::load;
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put_with;
-use mauve_pwcet::trace::{Name, Names, Outcome, Span, SpanKind, TraceReader, Visitor, port_of};
+use mauve_pwcet::trace::{Outcome, Span, SpanKind, SpanName, SpanNames, TraceReader, Visitor, port_of};
 use mauve_timing::{CpuSet, Time};
-use mauve_wcrt::observed::{Expected, LatestReleases};
+use mauve_wcrt::observed::{ExpectedDeployment, LatestReleases};
 use serde_json::{Value, json};
 
-use super::check::{Recorded, model_of, read};
+use super::check::{RecordingArguments, model_of, read};
 use crate::errors::several_of;
 use crate::options::time;
 use crate::own_output::check_own;
@@ -25,7 +25,7 @@ use crate::trace_events::{arrow, line, process, thread};
 #[derive(Debug, clap::Args)]
 pub struct Export {
     #[command(flatten)]
-    recorded: Recorded,
+    recorded: RecordingArguments,
     /// Only what happens from this time on, such as 10s, after the begin of the recording. What began before is cut.
     #[arg(long, value_name = "TIME", value_parser = time)]
     from: Option<Time>,
@@ -54,7 +54,7 @@ impl Export {
         let expected = match deployments(&db, &workspaces, self.recorded.deployment.as_deref())?.as_slice() {
             [] => {
                 say("no deployment in this model: the recording is exported without bounds");
-                Expected::default()
+                ExpectedDeployment::default()
             }
             &[(project, deployment)] => {
                 model_of(&db, project, deployment, self.recorded.host.as_deref(), self.recorded.significance)?
@@ -90,7 +90,12 @@ impl Export {
 
     /// Says how large the file of a long recording becomes, and refuses one that is too large. Writes nothing: the recording is read
     /// one more time.
-    fn check_size(&self, trace: &Path, expected: &Expected, window: [i64; 2]) -> Result<(), String> {
+    fn check_size(
+        &self,
+        trace: &Path,
+        expected: &ExpectedDeployment,
+        window: [i64; 2],
+    ) -> Result<(), String> {
         let limit = self.limit.saturating_mul(1_000_000);
         let mut size = Size { written: 0, limit };
         let written = write_events(trace, expected.clone(), window, &mut size)?;
@@ -136,7 +141,7 @@ const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 /// Writes the events one by one; the message is for a recording that cannot be read.
 fn write_events(
     trace: &Path,
-    expected: Expected,
+    expected: ExpectedDeployment,
     window: [i64; 2],
     to: impl Write,
 ) -> Result<io::Result<()>, String> {
@@ -177,7 +182,7 @@ const UNKNOWN_CPU: u32 = 65;
 const MOST_WRITES: usize = 1 << 10;
 
 /// Where a value was written.
-struct Place {
+struct WritePlace {
     number: Option<u64>,
     /// The process, the thread, and the time.
     at: (u32, usize, i64),
@@ -186,7 +191,7 @@ struct Place {
 /// Writes spans as events. A CPU is a process, and each instance that was active on it a thread, with a thread for its bounds.
 struct TraceWriter<W: Write> {
     to: BufWriter<W>,
-    expected: Expected,
+    expected: ExpectedDeployment,
     releases: LatestReleases,
     /// The time that is 0 in the events: those of the recording have too many digits for the numbers of JSON.
     base: Option<i64>,
@@ -195,7 +200,7 @@ struct TraceWriter<W: Write> {
     /// The numbers of the instances.
     numbers: BTreeMap<String, usize>,
     /// The latest writes of each connected output, by instance and key.
-    written: BTreeMap<(String, String), VecDeque<Place>>,
+    written: BTreeMap<(String, String), VecDeque<WritePlace>>,
     arrows: u64,
     named: BTreeSet<(u32, usize)>,
     /// The instances that are behind the exported part; and whether all are, so that the rest need not be read.
@@ -206,7 +211,7 @@ struct TraceWriter<W: Write> {
 }
 
 impl<W: Write> Visitor for TraceWriter<W> {
-    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+    fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
         match self.span_events(span, names) {
             Ok(()) if self.is_over => ControlFlow::Break(()),
             Ok(()) => ControlFlow::Continue(()),
@@ -247,7 +252,7 @@ impl<W: Write> TraceWriter<W> {
         self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes()))
     }
 
-    fn span_events(&mut self, span: &Span, names: &Names) -> io::Result<()> {
+    fn span_events(&mut self, span: &Span, names: &SpanNames) -> io::Result<()> {
         let (Some(begin), Some(end)) = (span.begin, span.end) else { return Ok(()) };
         let (begin, end) = (signed(begin), signed(end));
         let base = self.base(begin);
@@ -298,7 +303,7 @@ impl<W: Write> TraceWriter<W> {
             json!({ "ph": "X", "name": title, "cat": category, "pid": pid, "tid": tid, "args": args });
         self.write(&line(&[("ts", ts), ("dur", dur)], &event))?;
         if name.kind == SpanKind::Access {
-            self.arrow(name, span, Place { number: span.number, at: (pid, tid, ts) })?;
+            self.arrow(name, span, WritePlace { number: span.number, at: (pid, tid, ts) })?;
         }
         for (what, at) in instants.into_iter().filter(|(_, at)| (from..=to).contains(at)) {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
@@ -308,7 +313,7 @@ impl<W: Write> TraceWriter<W> {
     }
 
     /// Draws an arrow from a write of a value to the read that has it as new data. Without numbers, that is the latest write.
-    fn arrow(&mut self, name: &Name, span: &Span, place: Place) -> io::Result<()> {
+    fn arrow(&mut self, name: &SpanName, span: &Span, place: WritePlace) -> io::Result<()> {
         let end = (name.instance.clone(), name.key.clone());
         let connections = &self.expected.connections;
         if matches!(span.outcome, Some(Outcome::Written)) && connections.iter().any(|it| it.ends[0] == end) {

@@ -15,7 +15,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mauve_projects::destination::destination;
 use mauve_projects::output::{Output, say};
 use mauve_pwcet::samples::{Run, SamplesError, SamplesWriter};
-use mauve_pwcet::trace::{Observation, Source, Summary, TraceError, TraceReader};
+use mauve_pwcet::trace::{Observation, Source, Totals, TraceError, TraceReader};
 
 use crate::sample_file::samples_error;
 use crate::text::counted;
@@ -28,7 +28,7 @@ pub(super) use table::executions;
 pub(crate) use table::shown_key;
 
 #[derive(Debug, clap::Args)]
-pub struct Import {
+pub struct TraceImport {
     /// A folder of LTTng, a folder of `mauve run --trace`, or a file of executions in comma-separated values.
     #[arg(value_name = "TRACE", required = true, value_hint = clap::ValueHint::AnyPath)]
     traces: Vec<PathBuf>,
@@ -44,7 +44,7 @@ pub struct Import {
     programs: bool,
 }
 
-impl Import {
+impl TraceImport {
     pub(crate) fn run(self) -> Result<Output, String> {
         if self.watch && self.traces.len() > 1 {
             return Err(
@@ -92,7 +92,7 @@ impl Import {
 /// Adds a recording to a sample file. Returns the table of its executions.
 pub(crate) fn import_recording(trace: &Path, output: &Path) -> Result<Output, String> {
     let (traces, output) = (vec![trace.to_owned()], output.to_owned());
-    Import { traces, output, watch: false, programs: false }.run()
+    TraceImport { traces, output, watch: false, programs: false }.run()
 }
 
 /// An open sample file, and what was added to it.
@@ -110,7 +110,7 @@ struct Session {
 
 /// What became of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outcome {
+enum RunOutcome {
     Added,
     /// It has no execution.
     Empty,
@@ -120,13 +120,13 @@ enum Outcome {
 
 /// A trace that is read. Each of its chunks is a run of the sample file.
 #[derive(Default)]
-struct Trace {
+struct OpenTrace {
     reader: TraceReader,
     observation: Observation,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<RunOutcome>,
     /// Those of its runs in the sample file.
     digests: Vec<String>,
-    summary: Summary,
+    summary: Totals,
 }
 
 impl Session {
@@ -145,7 +145,7 @@ impl Session {
                 false => say(&messages::still_recording(trace)),
             }
         }
-        let mut of = Trace::default();
+        let mut of = OpenTrace::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
             let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| match &source {
@@ -156,14 +156,14 @@ impl Session {
         }
         let foreign = of.summary.foreign;
         let outcomes = self.end(trace, of);
-        let run = |it: &Outcome| if let Outcome::Known(run) = it { Some(*run) } else { None };
+        let run = |it: &RunOutcome| if let RunOutcome::Known(run) = it { Some(*run) } else { None };
         let known: Vec<usize> = outcomes.iter().filter_map(run).collect();
         match known.as_slice() {
-            _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
+            _ if outcomes.iter().all(|it| *it == RunOutcome::Empty) => {
                 Err(said(&TraceError::NoEvents { foreign }))
             }
             [] => Ok(()),
-            [first, ..] if !outcomes.contains(&Outcome::Added) => Err(self.known(trace, *first)),
+            [first, ..] if !outcomes.contains(&RunOutcome::Added) => Err(self.known(trace, *first)),
             known => {
                 say(&messages::known_chunks(trace, known.len()));
                 Ok(())
@@ -180,11 +180,11 @@ impl Session {
     /// Adds what `read` reads of a trace as one run. The last one ends the spans that are open.
     fn run(
         &mut self,
-        of: &mut Trace,
+        of: &mut OpenTrace,
         name: &str,
         is_last: bool,
         read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
-    ) -> Result<Outcome, String> {
+    ) -> Result<RunOutcome, String> {
         let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
@@ -201,31 +201,31 @@ impl Session {
         }
         result.map_err(|error| trace_error(Path::new(name), &error))?;
         let outcome = match series.is_empty() {
-            true => Outcome::Empty,
+            true => RunOutcome::Empty,
             false => match self.writer.commit(&summary) {
-                Ok(()) => Outcome::Added,
-                Err(SamplesError::Duplicate { run }) => Outcome::Known(run),
+                Ok(()) => RunOutcome::Added,
+                Err(SamplesError::Duplicate { run }) => RunOutcome::Known(run),
                 Err(error) => return Err(said(error)),
             },
         };
-        if outcome == Outcome::Added {
+        if outcome == RunOutcome::Added {
             self.imported.add(&series, &summary);
         }
-        if !matches!(outcome, Outcome::Known(_)) {
+        if !matches!(outcome, RunOutcome::Known(_)) {
             of.summary.add(&summary);
         }
         of.outcomes.push(outcome);
         let runs = self.writer.runs();
         of.digests.extend(match outcome {
-            Outcome::Added => runs.last().map(Run::digest),
-            Outcome::Known(run) => runs.get(run).map(Run::digest),
-            Outcome::Empty => None,
+            RunOutcome::Added => runs.last().map(Run::digest),
+            RunOutcome::Known(run) => runs.get(run).map(Run::digest),
+            RunOutcome::Empty => None,
         });
         Ok(outcome)
     }
 
     /// Keeps what a trace showed, and says what of it was not imported, and why. Returns what became of its runs.
-    fn end(&mut self, trace: &Path, of: Trace) -> Vec<Outcome> {
+    fn end(&mut self, trace: &Path, of: OpenTrace) -> Vec<RunOutcome> {
         self.memory.add(trace, of.observation, &of.reader, &of.digests);
         warnings(&trace.display().to_string(), &of.summary).iter().for_each(|warning| say(warning));
         of.outcomes

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use mauve_pwcet::trace::Summary;
+use mauve_pwcet::trace::Totals;
 use mauve_timing::Level;
 use mauve_wcrt::Report;
-use mauve_wcrt::observed::{Expected, Observed};
+use mauve_wcrt::observed::{ExpectedDeployment, ObservedDeployment};
 
 /// Recordings beside a model.
 pub(super) struct Checked<'db> {
@@ -13,9 +13,9 @@ pub(super) struct Checked<'db> {
     pub(super) level: Level,
     pub(super) traces: Vec<PathBuf>,
     pub(super) report: Report<'db>,
-    pub(super) expected: Expected,
-    pub(super) observed: Observed,
-    pub(super) summary: Summary,
+    pub(super) expected: ExpectedDeployment,
+    pub(super) observed: ObservedDeployment,
+    pub(super) summary: Totals,
 }
 
 impl Checked<'_> {

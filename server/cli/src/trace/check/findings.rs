@@ -2,7 +2,7 @@
 
 use mauve_pwcet::trace::port_of;
 use mauve_timing::Time;
-use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath, Waited};
+use mauve_wcrt::observed::{FindingKind, Interferer, TraceFinding, UnknownPath, Waited};
 
 use super::super::import::executions;
 use super::checked::Checked;
@@ -77,7 +77,7 @@ fn wait_message(
 }
 
 /// Returns the message of a finding.
-pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
+pub(super) fn message(it: &Checked<'_>, finding: &TraceFinding) -> String {
     let instance = instance(it, finding).unwrap_or_default();
     let count = finding.count;
     let after = |first: &str| match finding.at {
@@ -187,7 +187,7 @@ fn nothing_message(it: &Checked<'_>) -> String {
 }
 
 /// Returns the instance that a finding is about.
-pub(super) fn instance<'a>(it: &'a Checked<'_>, finding: &Finding) -> Option<&'a str> {
+pub(super) fn instance<'a>(it: &'a Checked<'_>, finding: &TraceFinding) -> Option<&'a str> {
     Some(it.expected.instances.get(finding.instance?)?.instance.as_str())
 }
 
@@ -265,7 +265,7 @@ fn chain_message(
     )
 }
 
-fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
+fn response_message(instance: &str, finding: &TraceFinding, at: &str) -> String {
     let FindingKind::Response { bound, deadline, response, execution, own, interference, waited } =
         &finding.kind
     else {

@@ -43,7 +43,7 @@ impl Overheads {
         level: Level,
     ) -> Option<String> {
         let greatest = self.0.first()?.0;
-        let now = Tables::of(db, workspaces, (deployment, host), level)?;
+        let now = OverheadTables::of(db, workspaces, (deployment, host), level)?;
         if now.declared.as_nanos() >= greatest {
             return None;
         }
@@ -60,7 +60,7 @@ impl Overheads {
         let (text, line) = with_dispatch(file.text(db), dispatch)?;
         let _ = writeln!(out, "    for `{name}`: [overhead] {line}");
         file.set_text(db, text.into());
-        let then = Tables::of(db, workspaces, (deployment, host), level)?.deadlines;
+        let then = OverheadTables::of(db, workspaces, (deployment, host), level)?.deadlines;
         let Deadlines { met, all, .. } = then;
         let _ = writeln!(out, "    with it, {met} of {all} deadlines are proved ({} now)", now.deadlines.met);
         Some(out)
@@ -68,7 +68,7 @@ impl Overheads {
 }
 
 /// What the tables of a deployment say, and which deadlines are proved with them.
-struct Tables {
+struct OverheadTables {
     /// The overhead of a job, and the part of it for context switches.
     declared: Time,
     switches: Time,
@@ -77,13 +77,13 @@ struct Tables {
     deadlines: Deadlines,
 }
 
-impl Tables {
+impl OverheadTables {
     fn of(
         db: &Database,
         workspaces: &[Workspace],
         (deployment, host): (Option<&str>, Option<&str>),
         level: Level,
-    ) -> Option<Tables> {
+    ) -> Option<OverheadTables> {
         let (project, deployment) = only_deployment(db, workspaces, deployment, "analyse").ok()?;
         let host = host_called(db, (project, deployment), host).ok()?;
         let tables = tables_of_host(db, project, deployment, host);
@@ -95,7 +95,7 @@ impl Tables {
             table.time(&table.overhead.context_switch, level)?.checked_mul(2)
         });
         let query = Query::at_level(db, project, deployment, Some(level));
-        Some(Tables {
+        Some(OverheadTables {
             declared: timetable_of(db, tables).overhead(level)?,
             switches: switches.unwrap_or_default(),
             file,

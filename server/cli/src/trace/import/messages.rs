@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Summary, TraceError};
+use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Totals, TraceError};
 use mauve_timing::Recording;
 
 use super::table::{executions, incomplete};
@@ -170,7 +170,7 @@ pub(in crate::trace) fn still_recording(trace: &Path) -> String {
 }
 
 /// Returns the warnings about a run that was imported.
-pub(crate) fn warnings(name: &str, it: &Summary) -> Vec<String> {
+pub(crate) fn warnings(name: &str, it: &Totals) -> Vec<String> {
     let mut found = Vec::new();
     if it.losses > 0 {
         let events = match it.lost_events {
@@ -219,7 +219,7 @@ pub(in crate::trace) fn work_elsewhere(thread: &str, per_second: u64) -> String 
 }
 
 /// Returns the warning about a recording, called so, that ends too early.
-pub(in crate::trace) fn cut(name: &str, it: &Summary) -> Option<String> {
+pub(in crate::trace) fn cut(name: &str, it: &Totals) -> Option<String> {
     (it.cuts > 0).then(|| {
         format!(
             "{name} was cut, such as by a power failure or a full disk: what was complete before the cut is used ({}), and \

@@ -8,7 +8,7 @@ use mauve_hir::{CONFIG_FILE, toml_key};
 use mauve_projects::disk;
 use mauve_projects::output::say;
 use mauve_projects::replace::put;
-use mauve_pwcet::trace::{Observation, Seen, SpanKind, TraceReader, Wait, lock_of, port_of};
+use mauve_pwcet::trace::{Observation, SeenName, SpanKind, TraceReader, Wait, lock_of, port_of};
 use mauve_timing::{LEAST_WORK, Observed, ObservedTimes, Recording, UNSUSPICIOUS, digest_of};
 use toml_edit::{DocumentMut, Item};
 
@@ -60,7 +60,7 @@ impl Memory {
             }
         }
         for it in observation.finish(reader.names()) {
-            let Seen { name, executions, greatest, wait, later } = it;
+            let SeenName { name, executions, greatest, wait, later } = it;
             let key = name.key;
             let times = ObservedTimes {
                 span: 0..0,

@@ -7,10 +7,10 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use mauve_projects::harmless::harmless_line;
-use mauve_pwcet::samples::{Execution, SamplesError, SamplesWriter, SeriesId};
-use mauve_pwcet::trace::{NameId, Names, Observation, Progress, Span, SpanKind, Visitor};
+use mauve_pwcet::samples::{SampledExecution, SamplesError, SamplesWriter, SeriesId};
+use mauve_pwcet::trace::{NameId, Observation, Progress, Span, SpanKind, SpanNames, Visitor};
 
-use super::table::Series;
+use super::table::ImportedSeries;
 
 /// The time between two updates of the progress.
 const PAUSE: Duration = Duration::from_millis(200);
@@ -20,7 +20,7 @@ pub(super) struct Recorder<'a> {
     writer: &'a mut SamplesWriter,
     observation: &'a mut Observation,
     name: &'a str,
-    series: BTreeMap<NameId, (SeriesId, Series)>,
+    series: BTreeMap<NameId, (SeriesId, ImportedSeries)>,
     error: Option<SamplesError>,
     is_terminal: bool,
     /// How many executions came so far, of a recording that goes on.
@@ -50,7 +50,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Returns the series that the run has, and the first error.
-    pub(super) fn finish(self) -> (Vec<Series>, Option<SamplesError>) {
+    pub(super) fn finish(self) -> (Vec<ImportedSeries>, Option<SamplesError>) {
         if self.shown.is_some() {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
@@ -67,7 +67,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn add(&mut self, span: &Span, names: &Names) -> Result<(), SamplesError> {
+    fn add(&mut self, span: &Span, names: &SpanNames) -> Result<(), SamplesError> {
         self.observation.add(span, names);
         let name = names.get(span.name);
         if name.kind == SpanKind::Period {
@@ -77,18 +77,19 @@ impl<'a> Recorder<'a> {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
                 let id = self.writer.series(&name.key, &name.instance)?;
-                new.insert((id, Series::new((name.key.clone(), name.instance.clone()))))
+                new.insert((id, ImportedSeries::new((name.key.clone(), name.instance.clone()))))
             }
         };
         series.add(span.execution);
         // Its run is that of the writer.
-        let execution = Execution { execution: span.execution, elapsed: span.elapsed, end: span.end, run: 0 };
+        let execution =
+            SampledExecution { execution: span.execution, elapsed: span.elapsed, end: span.end, run: 0 };
         self.writer.add(*id, execution)
     }
 }
 
 impl Visitor for Recorder<'_> {
-    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+    fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
         // While a recording goes on, few executions come in a second.
         if let Some(count) = &mut self.followed {
             *count += 1;

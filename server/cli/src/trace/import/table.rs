@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use mauve_pwcet::samples::Run;
-use mauve_pwcet::trace::{SpanKind, Summary, lock_of, port_of};
+use mauve_pwcet::trace::{SpanKind, Totals, lock_of, port_of};
 
 use crate::text::{Sheet, counted, duration};
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Series {
+pub(super) struct ImportedSeries {
     /// Its key and its instance.
     pub(super) name: (String, String),
     count: u64,
@@ -20,9 +20,9 @@ pub(super) struct Series {
     greatest: u64,
 }
 
-impl Series {
-    pub(super) fn new(name: (String, String)) -> Series {
-        Series { name, count: 0, sum: 0, least: u64::MAX, greatest: 0 }
+impl ImportedSeries {
+    pub(super) fn new(name: (String, String)) -> ImportedSeries {
+        ImportedSeries { name, count: 0, sum: 0, least: u64::MAX, greatest: 0 }
     }
 
     pub(super) fn add(&mut self, execution: u64) {
@@ -42,17 +42,18 @@ impl Series {
 pub(super) struct Imported {
     /// The number of runs.
     pub(super) runs: usize,
-    series: BTreeMap<(String, String), Series>,
+    series: BTreeMap<(String, String), ImportedSeries>,
     cut: u64,
 }
 
 impl Imported {
     /// Adds a run.
-    pub(super) fn add(&mut self, series: &[Series], summary: &Summary) {
+    pub(super) fn add(&mut self, series: &[ImportedSeries], summary: &Totals) {
         self.runs += 1;
         self.cut(summary);
         for it in series {
-            let all = self.series.entry(it.name.clone()).or_insert_with(|| Series::new(it.name.clone()));
+            let all =
+                self.series.entry(it.name.clone()).or_insert_with(|| ImportedSeries::new(it.name.clone()));
             all.count += it.count;
             all.sum += it.sum;
             all.least = all.least.min(it.least);
@@ -61,16 +62,16 @@ impl Imported {
     }
 
     /// Counts what was open when the recording ended.
-    pub(super) fn cut(&mut self, summary: &Summary) {
+    pub(super) fn cut(&mut self, summary: &Totals) {
         self.cut += summary.cut_at_start + summary.cut_at_end;
     }
 
     /// Returns the executions in a table, and how many the file has. Lists programs only if they are wanted: there are many.
     pub(super) fn table(&self, output: &Path, runs: &[Run], with_programs: bool) -> String {
-        let (programs, codels): (Vec<&Series>, Vec<&Series>) =
+        let (programs, codels): (Vec<&ImportedSeries>, Vec<&ImportedSeries>) =
             self.series.values().partition(|it| SpanKind::of(&it.name.0) == SpanKind::Program);
         let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
-        let listed: Vec<&&Series> = listed.collect();
+        let listed: Vec<&&ImportedSeries> = listed.collect();
         let kinds = if with_programs { "codel, port or program" } else { "codel or port" };
         let sheet = Sheet::of(&listed)
             .column(kinds, |it| shown_key(&it.name.0))

@@ -17,7 +17,7 @@ use mauve_pwcet::trace::{Source, TraceError, TraceReader};
 use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
-use super::{Outcome, Session, Trace};
+use super::{OpenTrace, RunOutcome, Session};
 
 /// The time between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -43,7 +43,7 @@ impl Session {
         let file = file.map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let name = trace.display().to_string();
         let mut is_removed = false;
-        let mut of = Trace::default();
+        let mut of = OpenTrace::default();
         let outcome = self.run(&mut of, &name, true, |reader, to| {
             let result = reader.read_csv(file, None, to);
             is_removed = matches!(&result, Err(TraceError::Reading(error)) if error.kind() == std::io::ErrorKind::NotFound);
@@ -53,16 +53,16 @@ impl Session {
             self.end(trace, of);
         }
         match outcome {
-            Ok(Outcome::Added) => Ok(()),
-            Ok(Outcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
-            Ok(Outcome::Known(run)) => Err(self.known(trace, run)),
+            Ok(RunOutcome::Added) => Ok(()),
+            Ok(RunOutcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
+            Ok(RunOutcome::Known(run)) => Err(self.known(trace, run)),
             Err(_) if is_removed => Err(abandoned(path)),
             Err(message) => Err(message),
         }
     }
 
     fn watch_chunks(&mut self, trace: &Path) -> Result<(), String> {
-        let mut of = Trace::default();
+        let mut of = OpenTrace::default();
         let mut read: BTreeSet<PathBuf> = BTreeSet::new();
         let mut is_said = false;
         // Between two chunks, a session may seem to have ended.
@@ -94,7 +94,7 @@ impl Session {
         // The last chunk is committed: executions that are still open only count.
         self.imported.cut(&of.reader.finish());
         let outcomes = self.end(trace, of);
-        let known = outcomes.iter().filter(|it| matches!(it, Outcome::Known(_))).count();
+        let known = outcomes.iter().filter(|it| matches!(it, RunOutcome::Known(_))).count();
         if known > 0 {
             say(&known_chunks(trace, known));
         }
