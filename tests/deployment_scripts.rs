@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use mauve_hir::{Database, Workspace, projects};
-use mauve_orocos::{Package, packages};
+use mauve_orocos::{GeneratedPackage, packages};
 use mauve_tests::deployer::{Argument, run};
 use mauve_tests::{models, scratch, texts_in, write};
 
-fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
+fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<GeneratedPackage> {
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, folder, texts);
     let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
@@ -19,7 +19,7 @@ fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
 }
 
 /// The packages of the models below a folder.
-fn generated_from(folder: &Path) -> Vec<Package> {
+fn generated_from(folder: &Path) -> Vec<GeneratedPackage> {
     generated(folder.to_owned(), texts_in(folder))
 }
 
@@ -29,7 +29,7 @@ fn arm() -> PathBuf {
 }
 
 /// The script of the only deployment in some packages.
-fn script(packages: &[Package]) -> &str {
+fn script(packages: &[GeneratedPackage]) -> &str {
     let files = packages.iter().flat_map(|package| &package.files);
     let scripts: Vec<_> = files.filter(|file| file.path.starts_with("scripts/")).collect();
     let [script] = scripts[..] else { panic!("{scripts:?}") };
@@ -130,7 +130,7 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
 }
 
 /// A folder with packages, and a substitute for `rtt_ros` whose launch file has the arguments of the real one.
-fn ros_packages(name: &str, packages: &[Package]) -> PathBuf {
+fn ros_packages(name: &str, packages: &[GeneratedPackage]) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
     let manifest = |name: &str| {
         format!(

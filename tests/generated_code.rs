@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use mauve_hir::{Database, Workspace, projects};
-use mauve_orocos::{Package, packages};
+use mauve_orocos::{GeneratedPackage, packages};
 use mauve_tests::orocos::{build, configure};
 use mauve_tests::{fixture, models, scratch, texts_moved};
 
@@ -16,7 +16,7 @@ use mauve_tests::{fixture, models, scratch, texts_moved};
 const FLAGS: &str = "-O0 -Wall -Wextra -Werror";
 
 /// Writes the packages of the first project among these texts into a folder.
-fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<Package> {
+fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<GeneratedPackage> {
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, "/".into(), texts);
     let project = projects(&db, workspace)[0];
@@ -34,12 +34,12 @@ fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<Package> {
     found
 }
 
-fn generate_fixture(text: &str, folder: &Path) -> Vec<Package> {
+fn generate_fixture(text: &str, folder: &Path) -> Vec<GeneratedPackage> {
     generate(fixture(text).into_iter().map(|(path, text)| (path.into(), text)).collect(), folder)
 }
 
 /// The sample robot, with what its owner adds: where the headers of its devices are.
-fn generate_robot(folder: &Path) -> Vec<Package> {
+fn generate_robot(folder: &Path) -> Vec<GeneratedPackage> {
     let found = generate(texts_moved(&models().join("p3dx"), "/"), folder);
     for package in ["drivers", "localisation"] {
         let text = format!("include_directories(SYSTEM \"{}\")\n", here("orocos/include").display());
@@ -186,7 +186,7 @@ library robot {
 ";
 
 /// All packages as folders of one project of CMake.
-fn all_at_once(folder: &Path, packages: &[Package]) -> PathBuf {
+fn all_at_once(folder: &Path, packages: &[GeneratedPackage]) -> PathBuf {
     let all: Vec<String> =
         packages.iter().map(|package| format!("add_subdirectory({})\n", package.name)).collect();
     let text = format!("cmake_minimum_required(VERSION 3.10...3.25)\nproject(all C CXX)\n{}", all.concat());
@@ -201,7 +201,7 @@ const SMALL_INSTALLED: [&str; 3] = [
 ];
 
 /// These are installed, and what deployments and analyses are made of.
-fn assert_installed(build: &Build<'_>, packages: &[Package], expected: &[&str]) {
+fn assert_installed(build: &Build<'_>, packages: &[GeneratedPackage], expected: &[&str]) {
     let installed = build.installed();
     let is_installed =
         |path: &str| assert!(installed.iter().any(|it| it == path), "no {path} in {installed:#?}");
@@ -243,7 +243,7 @@ fn orocos_packages_build_as_packages_of_catkin() {
         let build = Build { folder: &folder, compilers: GCC, settings };
         let said = match way {
             "isolated" => {
-                let install = |it: &Package| build.install(&folder.join("packages").join(&it.name));
+                let install = |it: &GeneratedPackage| build.install(&folder.join("packages").join(&it.name));
                 packages.iter().map(install).collect()
             }
             "workspace" => {

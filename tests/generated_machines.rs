@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use mauve_hir::{Database, Workspace, projects};
-use mauve_orocos::{Owner, packages};
+use mauve_orocos::{FileOwner, packages};
 use mauve_tests::machines::{
     Component, Library, codels_source, expected_run, program_source, random_library,
 };
@@ -40,8 +40,8 @@ fn generate(library: &Library, folder: &Path) {
     let package_folder = folder.join("package");
     for file in &package.files {
         match &file.owner {
-            Owner::Generator => write(&package_folder, &[(&file.path, &file.text)]),
-            Owner::User { prototype } => {
+            FileOwner::Generator => write(&package_folder, &[(&file.path, &file.text)]),
+            FileOwner::User { prototype } => {
                 let name = prototype.split('(').next().unwrap().rsplit(' ').next().unwrap();
                 prototypes.insert(name.to_owned(), prototype.clone());
                 codels.push((file.path.clone(), String::new()));

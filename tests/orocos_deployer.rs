@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use mauve_hir::{Database, Workspace, projects};
-use mauve_orocos::{Owner, packages};
+use mauve_orocos::{FileOwner, packages};
 use mauve_tests::orocos::{COMPILERS, build, component_library, configure, is_real, rtt, run};
 use mauve_tests::{scratch, texts_in, write};
 
@@ -33,9 +33,9 @@ fn generate(name: &str) -> PathBuf {
         let mut codels = Some(codels.clone());
         let files = package.files.iter().map(|file| {
             let text = match file.owner {
-                Owner::Generator => file.text.clone(),
+                FileOwner::Generator => file.text.clone(),
                 // All stubs are in the first one.
-                Owner::User { .. } => codels.take().unwrap_or_default(),
+                FileOwner::User { .. } => codels.take().unwrap_or_default(),
             };
             (format!("{}/{}", package.name, file.path), text)
         });

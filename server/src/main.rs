@@ -22,16 +22,16 @@ use mauve_projects::output::{Output, say};
 #[command(name = "mauve", version, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: MainCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum MainCommand {
     /// Run the language server for an editor, on standard input and output.
     #[command(version, display_name = "mauve")]
     Lsp(mauve_lsp::Lsp),
     #[command(flatten)]
-    Other(mauve_cli::Command),
+    Other(mauve_cli::MainCommand),
     /// Write a manual page for each command into a folder.
     #[command(hide = true)]
     Man(man::Man),
@@ -46,10 +46,10 @@ impl Arguments {
     /// Runs the command; an `Err` is a message for standard error, and exit code 2.
     fn run(self) -> Result<Output, String> {
         match self.command {
-            Command::Lsp(it) => it.run(),
-            Command::Other(it) => it.run(),
-            Command::Man(it) => it.run(Arguments::command()),
-            Command::Completions { shell } => {
+            MainCommand::Lsp(it) => it.run(),
+            MainCommand::Other(it) => it.run(),
+            MainCommand::Man(it) => it.run(Arguments::command()),
+            MainCommand::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
                 Ok(Output::verbatim(String::from_utf8_lossy(&text), 0))

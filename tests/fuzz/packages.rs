@@ -4,13 +4,13 @@
 use std::sync::LazyLock;
 
 use mauve_hir::{Database, Workspace, projects};
-use mauve_orocos::{Action, MANIFEST, Package, packages, plan};
+use mauve_orocos::{Action, GeneratedPackage, MANIFEST, packages, plan};
 
 /// A text that the generator did not write. A forged manifest may know its hash.
 pub(crate) const MINE: &str = "mine\n";
 
 /// The packages of a small model.
-pub(crate) static PACKAGES: LazyLock<Vec<Package>> = LazyLock::new(|| {
+pub(crate) static PACKAGES: LazyLock<Vec<GeneratedPackage>> = LazyLock::new(|| {
     let db = Database::default();
     let model = "library l { codel f(in a: int, in b: double, out c: string): int \
         shell S { } core K(S) { var n: int  var s: string  update = { n = f(n, 0.5, s); } } component C(S, K) } \

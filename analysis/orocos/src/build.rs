@@ -22,7 +22,7 @@ use crate::template::{filled, flag, lines};
 pub(crate) fn build_files(model: Model<'_, '_>, files: &[GeneratedFile]) -> Vec<GeneratedFile> {
     let library = model.library;
     let headers = headers_of(model);
-    let build = Build {
+    let build = PackageBuild {
         calls: names_of(model.libraries, &library.calls),
         has_codels: !library.codels.is_empty(),
         has_components: !library.components.is_empty(),
@@ -65,7 +65,7 @@ pub(crate) fn about_package(model: Model<'_, '_>) -> (String, String) {
     (maintainer, license)
 }
 
-fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
+fn package_xml(model: Model<'_, '_>, build: &PackageBuild<'_, '_>) -> String {
     let Model { library, .. } = model;
     let config = model.config();
     let (maintainer, license) = about_package(model);
@@ -134,7 +134,7 @@ fn parts(library: &Library<'_>) -> String {
 }
 
 /// What the build files of a package depend on.
-struct Build<'a, 'db> {
+struct PackageBuild<'a, 'db> {
     library: &'a Library<'db>,
     calls: Vec<&'a str>,
     headers: Headers,
@@ -144,7 +144,7 @@ struct Build<'a, 'db> {
     files: &'a [GeneratedFile],
 }
 
-impl Build<'_, '_> {
+impl PackageBuild<'_, '_> {
     fn cmake_lists(&self) -> String {
         let Library { package, codels, components, .. } = self.library;
         let messages: Vec<&str> = self.headers.packages.iter().map(|it| it.as_str()).collect();

@@ -11,7 +11,7 @@ use mauve_hir::{Decl, Location, Type, codel, external_types};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{Headers, cpp_type, included, parameter_type};
-use crate::generated_file::{GeneratedFile, Owner, generated_from};
+use crate::generated_file::{FileOwner, GeneratedFile, generated_from};
 use crate::library::{Model, types_of_codel, types_of_component};
 use crate::origin::{WIDTH, origin, origin_file, words_of, wrapped};
 use crate::template::{filled, lines};
@@ -34,7 +34,7 @@ pub(crate) fn codel_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     for signature in &signatures {
         let path = codel_path(&signature.name);
         let text = stub(model, signature);
-        files.push(GeneratedFile { path, text, owner: Owner::User { prototype: signature.prototype() } });
+        files.push(GeneratedFile { path, text, owner: FileOwner::User { prototype: signature.prototype() } });
     }
     files
 }
@@ -52,7 +52,7 @@ pub(crate) fn headers_of(model: Model<'_, '_>) -> Headers {
 }
 
 /// The C++ declaration of a codel.
-pub(crate) struct Signature<'db> {
+pub(crate) struct CodelSignature<'db> {
     codel: Decl<'db>,
     /// The name in the namespace of its library.
     name: String,
@@ -66,8 +66,8 @@ pub(crate) struct CppParameter {
     pub(crate) name: String,
 }
 
-impl<'db> Signature<'db> {
-    pub(crate) fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
+impl<'db> CodelSignature<'db> {
+    pub(crate) fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<CodelSignature<'db>> {
         let (db, workspace) = (model.db, model.workspace());
         db.unwind_if_revision_cancelled();
         let data = codel(db, of)?;
@@ -94,7 +94,7 @@ impl<'db> Signature<'db> {
             Some(result) => cpp_type(db, workspace, &model.type_of(of, Some(result)))?,
             None => "void".to_owned(),
         };
-        Some(Signature { codel: of, name: name.to_owned(), result, parameters })
+        Some(CodelSignature { codel: of, name: name.to_owned(), result, parameters })
     }
 
     /// `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`
@@ -131,7 +131,7 @@ fn types_header(headers: &Headers, package: &str) -> String {
     filled(include_str!("../templates/types.hpp"), &values)
 }
 
-fn codels_header<'db>(model: Model<'_, 'db>, codels: &[Signature<'db>]) -> String {
+fn codels_header<'db>(model: Model<'_, 'db>, codels: &[CodelSignature<'db>]) -> String {
     let (db, package) = (model.db, &model.library.package);
     let declared = codels.iter().map(|signature| {
         let mut words = words_of(db, signature.codel);
@@ -186,15 +186,15 @@ pub fn is_empty_stub(text: &str) -> bool {
 }
 
 /// Returns the signatures of the codels of a library.
-fn signatures<'db>(model: Model<'_, 'db>) -> Vec<Signature<'db>> {
+fn signatures<'db>(model: Model<'_, 'db>) -> Vec<CodelSignature<'db>> {
     let codels = model.library.codels.iter();
-    codels.filter_map(|(decl, name)| Signature::of(model, *decl, name)).collect()
+    codels.filter_map(|(decl, name)| CodelSignature::of(model, *decl, name)).collect()
 }
 
 /// Returns a file for each codel of a library, which lets the codel return any values. The runtime of standalone programs
 /// gives the values (`mauve/stub.hpp`).
 pub(crate) fn run_stubs(model: Model<'_, '_>) -> Vec<GeneratedFile> {
-    let file = |signature: &Signature<'_>| {
+    let file = |signature: &CodelSignature<'_>| {
         let results =
             signature.parameters.iter().map(|CppParameter { direction, name, .. }| match direction {
                 Direction::In => format!("  static_cast<void>({name});"),
@@ -218,7 +218,7 @@ pub(crate) fn codel_path(name: &str) -> String {
     format!("src/codels/{name}.cpp")
 }
 
-fn stub<'db>(model: Model<'_, 'db>, signature: &Signature<'db>) -> String {
+fn stub<'db>(model: Model<'_, 'db>, signature: &CodelSignature<'db>) -> String {
     let db = model.db;
     db.unwind_if_revision_cancelled();
     let codel = signature.codel;
@@ -268,7 +268,7 @@ mod tests {
         let mut text = String::new();
         for file in packages[0].files.iter().filter(|file| file.path.starts_with(folder)) {
             text += &format!("---- {}\n{}", file.path, file.text);
-            if let Owner::User { prototype } = &file.owner {
+            if let FileOwner::User { prototype } = &file.owner {
                 text += &format!("---- {prototype}\n");
             }
         }

@@ -57,7 +57,7 @@ struct Class<'a, 'db> {
     inference: CoreInference<'db>,
     name: String,
     /// The features, those of extended shells first.
-    members: Vec<Member<'db>>,
+    members: Vec<ClassMember<'db>>,
     /// The numbers of the features in `members`, by their place in the model, and of the first one of each name.
     by_feature: FxHashMap<FeatureOf<'db>, usize>,
     by_name: FxHashMap<&'db Name, usize>,
@@ -68,7 +68,7 @@ struct Class<'a, 'db> {
     sent_numbers: FxHashMap<(Option<VariableId>, FeatureOf<'db>), usize>,
     programs: Vec<Routine<'db>>,
     by_id: FxHashMap<ProgramId, usize>,
-    machine: Option<StateMachine<'db>>,
+    machine: Option<ClassMachine<'db>>,
     /// Whether ports show its state and its execution times.
     introspection: bool,
     /// The output ports whose values vary in size, each with a variable of the core that is written to it.
@@ -84,7 +84,7 @@ struct Class<'a, 'db> {
 }
 
 /// A feature of the shell.
-struct Member<'db> {
+struct ClassMember<'db> {
     feature: FeatureOf<'db>,
     data: &'db Feature,
     name: String,
@@ -99,7 +99,7 @@ struct Member<'db> {
     value: Option<Value>,
 }
 
-impl Member<'_> {
+impl ClassMember<'_> {
     /// Returns the name of the property that scripts set.
     fn property(&self) -> &str {
         self.property.as_ref().unwrap_or(&self.name)
@@ -130,7 +130,7 @@ struct LastCall {
     is_under_way: String,
 }
 
-struct StateMachine<'db> {
+struct ClassMachine<'db> {
     data: &'db Machine,
     /// The index of the first state of each name.
     numbers: FxHashMap<&'db Name, usize>,
@@ -154,10 +154,10 @@ struct Routine<'db> {
     at: SourceId,
     result: Type,
     parameters: &'db [Parameter],
-    body: Body<'db>,
+    body: RoutineBody<'db>,
 }
 
-struct CppParameter {
+struct RoutineParameter {
     /// `None` if no program uses it.
     index: Option<VariableId>,
     name: String,
@@ -168,7 +168,7 @@ struct CppParameter {
     is_large: bool,
 }
 
-enum Body<'db> {
+enum RoutineBody<'db> {
     Program(&'db Program),
     Guard(&'db Expr),
 }
@@ -182,24 +182,28 @@ impl<'db> Class<'_, 'db> {
         }
     }
 
-    fn member_in(&self, arguments: &[Expr]) -> Option<&Member<'db>> {
+    fn member_in(&self, arguments: &[Expr]) -> Option<&ClassMember<'db>> {
         self.member(self.feature_in(arguments)?)
     }
 
-    fn member(&self, feature: FeatureOf<'db>) -> Option<&Member<'db>> {
+    fn member(&self, feature: FeatureOf<'db>) -> Option<&ClassMember<'db>> {
         self.members.get(*self.by_feature.get(&feature)?)
     }
 
     /// Returns what a `send` of an operation needs, with this handler or without any.
-    fn sent_by(&self, handler: Option<VariableId>, operation: &Member<'db>) -> Option<&SentOperation<'db>> {
+    fn sent_by(
+        &self,
+        handler: Option<VariableId>,
+        operation: &ClassMember<'db>,
+    ) -> Option<&SentOperation<'db>> {
         self.sent.get(*self.sent_numbers.get(&(handler, operation.feature))?)
     }
 
-    fn named_member(&self, name: &Name) -> Option<&Member<'db>> {
+    fn named_member(&self, name: &Name) -> Option<&ClassMember<'db>> {
         self.members.get(*self.by_name.get(name)?)
     }
 
-    fn member_of_handle(&self, ty: &Type) -> Option<&Member<'db>> {
+    fn member_of_handle(&self, ty: &Type) -> Option<&ClassMember<'db>> {
         match ty {
             Type::Handle(operation) => self.named_member(operation),
             _ => None,
@@ -211,7 +215,7 @@ impl<'db> Class<'_, 'db> {
         self.is_obvious.set(self.is_obvious.get() || is_obvious);
     }
 
-    fn set_from_text(&self) -> Vec<&Member<'db>> {
+    fn set_from_text(&self) -> Vec<&ClassMember<'db>> {
         self.members.iter().filter(|it| it.data.kind.is_value() && is_set_from_text(&it.ty)).collect()
     }
 
@@ -231,7 +235,7 @@ impl<'db> Class<'_, 'db> {
     }
 
     /// The type of an operation: `bool(double, ::nav_msgs::Path&)`.
-    fn signature(&self, operation: &Member<'db>) -> String {
+    fn signature(&self, operation: &ClassMember<'db>) -> String {
         let parameter =
             |(direction, ty): &(Direction, Type)| operation_parameter_type(&self.cpp(ty), *direction);
         let parameters: Vec<String> = operation.parameters.iter().map(parameter).collect();
@@ -239,7 +243,7 @@ impl<'db> Class<'_, 'db> {
     }
 
     /// Returns the parameters of a program, and declares their names.
-    fn parameters(&self, of: &Routine<'db>, names: &mut CppNames<'_>) -> Vec<CppParameter> {
+    fn parameters(&self, of: &Routine<'db>, names: &mut CppNames<'_>) -> Vec<RoutineParameter> {
         let types = self.model.parameters(self.core, of.parameters);
         let parameter = |(it, (direction, ty)): (&Parameter, (Direction, Type))| {
             let cpp = operation_parameter_type(&self.cpp(&ty), direction);
@@ -248,7 +252,7 @@ impl<'db> Class<'_, 'db> {
             let named = format!("{cpp} {name}");
             // Compilers warn about unused named parameters.
             let declared = if index.is_some() { named.clone() } else { format!("{cpp} /*{name}*/") };
-            CppParameter { index, name, declared, named, is_large: is_large(&ty) }
+            RoutineParameter { index, name, declared, named, is_large: is_large(&ty) }
         };
         of.parameters.iter().zip(types).map(parameter).collect()
     }

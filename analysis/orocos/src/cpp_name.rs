@@ -5,38 +5,38 @@ use std::sync::LazyLock;
 
 use rustc_hash::FxHashSet;
 
-type Words = LazyLock<FxHashSet<&'static str>>;
+type WordSet = LazyLock<FxHashSet<&'static str>>;
 
 /// Keywords of C++ and macros of the headers that generated code or a codel may include: reserved in every scope.
-static RESERVED: Words = LazyLock::new(|| {
+static RESERVED: WordSet = LazyLock::new(|| {
     words(concat!(include_str!("cpp_name/keywords.txt"), include_str!("cpp_name/macros.txt")))
 });
 
 /// Keywords of C++.
-static KEYWORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/keywords.txt")));
+static KEYWORDS: WordSet = LazyLock::new(|| words(include_str!("cpp_name/keywords.txt")));
 
 /// Names outside of any namespace in those headers: no package can have one.
-static GLOBALS: Words = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
+static GLOBALS: WordSet = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
 
 /// Names that generated code uses, and that no declaration in the namespace of a package may hide.
-static OUTER_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/namespace.txt")));
+static OUTER_WORDS: WordSet = LazyLock::new(|| words(include_str!("cpp_name/namespace.txt")));
 
 /// Members of every generated class and of its bases.
-static MEMBERS: Words = LazyLock::new(|| words(include_str!("cpp_name/members.txt")));
+static MEMBERS: WordSet = LazyLock::new(|| words(include_str!("cpp_name/members.txt")));
 
 /// Names that are reserved in scripts.
-static SCRIPT_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/scripts.txt")));
+static SCRIPT_WORDS: WordSet = LazyLock::new(|| words(include_str!("cpp_name/scripts.txt")));
 
 /// Words that the parser of RTT's scripts recognises at the beginning of a statement, whatever follows them.
-static STATEMENT_PREFIXES: Words = LazyLock::new(|| {
+static STATEMENT_PREFIXES: WordSet = LazyLock::new(|| {
     words("true false done yield nothing program function export RootMachine StateMachine SubMachine")
 });
 
 /// Global services of scripts, which a task of the same name would hide.
-static GLOBAL_SERVICES: Words = LazyLock::new(|| words("ros print os"));
+static GLOBAL_SERVICES: WordSet = LazyLock::new(|| words("ros print os"));
 
 /// Devices of Windows: no file or folder there can have such a name, whatever its extension and its case.
-static DEVICES: Words = LazyLock::new(|| {
+static DEVICES: WordSet = LazyLock::new(|| {
     words(
         "con prn aux nul com1 com2 com3 com4 com5 com6 com7 com8 com9 lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 lpt7 lpt8 lpt9",
     )

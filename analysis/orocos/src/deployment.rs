@@ -29,7 +29,7 @@ pub(crate) const BACKGROUND: &str = "A background activity without a period: it 
 
 /// A deployment, with run-time names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Deployed {
+pub(crate) struct RunnableDeployment {
     pub(crate) name: String,
     /// The name in the model, with its library: `guide.Museum`.
     pub(crate) qualified: String,
@@ -40,7 +40,7 @@ pub(crate) struct Deployed {
     /// The packages of its components, those that others call first.
     pub(crate) packages: Vec<String>,
     /// The instances, in the order of the text.
-    pub(crate) tasks: Vec<Task>,
+    pub(crate) tasks: Vec<DeployedTask>,
     /// The connections between ports, in the order of the text: source, target and buffer size; `None` if it holds
     /// the last value only.
     pub(crate) connections: Vec<([String; 2], Option<u32>)>,
@@ -49,11 +49,11 @@ pub(crate) struct Deployed {
     /// The numbers of the tasks, those that provide operations before those that require them.
     order: Vec<usize>,
     /// The topics, if ports are streamed.
-    pub(crate) streams: Option<Streams>,
+    pub(crate) streams: Option<TopicStreams>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Task {
+pub(crate) struct DeployedTask {
     pub(crate) name: String,
     /// The class: `motion::Guidance`.
     pub(crate) class: String,
@@ -69,15 +69,15 @@ pub(crate) struct Task {
     place: usize,
 }
 
-impl Deployed {
+impl RunnableDeployment {
     /// The instances, in the order in which they are loaded, configured and started.
-    pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &Task> {
+    pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &DeployedTask> {
         self.order.iter().filter_map(|&number| self.tasks.get(number))
     }
 
     /// The instances by thread, in the order of the text: those that one thread executes, in that order.
-    pub(crate) fn threads(&self) -> Vec<Vec<&Task>> {
-        let mut threads: Vec<Vec<&Task>> = Vec::new();
+    pub(crate) fn threads(&self) -> Vec<Vec<&DeployedTask>> {
+        let mut threads: Vec<Vec<&DeployedTask>> = Vec::new();
         let mut numbers: FxHashMap<u32, usize> = FxHashMap::default();
         for task in &self.tasks {
             let new = threads.len();
@@ -92,7 +92,7 @@ impl Deployed {
     }
 }
 
-impl Task {
+impl DeployedTask {
     /// Returns the period of its activity; a default one where it has none.
     pub(crate) fn period(&self) -> Time {
         self.activity.period.unwrap_or(BACKGROUND_PERIOD)
@@ -109,7 +109,7 @@ impl Task {
 /// An input with two writers has a queue for each of them, and reads both values as new. Also, any ROS node could
 /// write to an input that the model connects to one component only.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(crate) struct Streams {
+pub(crate) struct TopicStreams {
     /// The packages to import for their types.
     pub(crate) packages: BTreeSet<String>,
     /// Port and topic.
@@ -120,7 +120,7 @@ pub(crate) struct Streams {
     pub(crate) left_out: Vec<String>,
 }
 
-impl Streams {
+impl TopicStreams {
     /// Port and topic, of all ports that are streamed.
     pub(crate) fn all_topics(&self) -> impl Iterator<Item = &[String; 2]> {
         self.topics.iter().chain(&self.shown)
@@ -129,14 +129,18 @@ impl Streams {
 
 /// Resolves a deployment of a library, or what one of its hosts has of it: its instances, and the connections between them.
 /// `None` if its architecture is incomplete.
-pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>, host: Option<usize>) -> Option<Deployed> {
+pub(crate) fn deployed<'db>(
+    model: Model<'_, 'db>,
+    of: Decl<'db>,
+    host: Option<usize>,
+) -> Option<RunnableDeployment> {
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
     let activities = Activities::new(model, of, flat);
     let hosts = hosts_of(db, project.workspace(db));
     let is_here = |instance: &Name| host.is_none() || hosts.of(instance) == host;
     let instances = flat.instances.iter().filter(|it| is_here(&it.name));
-    let tasks: Vec<Task> = instances.filter_map(|it| task(model, of, &activities, it)).collect();
+    let tasks: Vec<DeployedTask> = instances.filter_map(|it| task(model, of, &activities, it)).collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
     let links = flat.links.iter().filter(|it| is_here(&it.source.0) && is_here(&it.target.0));
@@ -172,7 +176,7 @@ pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>, host: Option<u
             required[last].insert(index);
         }
     }
-    Some(Deployed {
+    Some(RunnableDeployment {
         name: file_name(of.name(db)),
         qualified: of.qualified(db),
         host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),
@@ -232,7 +236,7 @@ fn task<'db>(
     of: Decl<'db>,
     activities: &Activities<'db>,
     instance: &FlatInstance<'db>,
-) -> Option<Task> {
+) -> Option<DeployedTask> {
     let Model { db, project, .. } = model;
     db.unwind_if_revision_cancelled();
     let component = instance.component?;
@@ -249,7 +253,7 @@ fn task<'db>(
         Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
     };
     let &(place, resolved) = activities.resolved.get(&instance.name)?;
-    Some(Task {
+    Some(DeployedTask {
         name: task_name(&instance.name),
         class,
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
@@ -301,12 +305,12 @@ fn seconds(time: Time) -> String {
     if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
 }
 
-fn streams<'db>(model: Model<'_, 'db>, flat: &Flat<'db>) -> Streams {
+fn streams<'db>(model: Model<'_, 'db>, flat: &Flat<'db>) -> TopicStreams {
     let Model { db, project, .. } = model;
     let introspection = model.config().introspection != Some(false);
     let connections = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<_> = connections.map(|link| (&link.target.0, &link.target.1)).collect();
-    let mut streams = Streams::default();
+    let mut streams = TopicStreams::default();
     for instance in &flat.instances {
         let Some(component) = instance.component else { continue };
         let features = model.features(component);

@@ -4,7 +4,7 @@ use crate::template::filled;
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Package {
+pub struct GeneratedPackage {
     /// Its name, which is also the name of its folder.
     pub name: String,
     /// Its files.
@@ -19,13 +19,13 @@ pub struct GeneratedFile {
     /// Its content.
     pub text: String,
     /// Its owner.
-    pub owner: Owner,
+    pub owner: FileOwner,
 }
 
 impl GeneratedFile {
     /// A file of the generator.
     pub(crate) fn generated(path: String, text: String) -> GeneratedFile {
-        GeneratedFile { path, text, owner: Owner::Generator }
+        GeneratedFile { path, text, owner: FileOwner::Generator }
     }
 
     /// A file of the generator from a template, with the name of the library in place of `{lib}`.
@@ -37,7 +37,7 @@ impl GeneratedFile {
 
 /// The owner of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Owner {
+pub enum FileOwner {
     /// The generator, which overwrites the file when its text changes.
     Generator,
     /// The user: the file is written once, and must define a codel.

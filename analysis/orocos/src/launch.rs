@@ -1,13 +1,13 @@
 //! The launch file of ROS that starts the deployer with the script of a deployment: `roslaunch exploration D.launch`.
 
-use crate::deployment::Deployed;
+use crate::deployment::RunnableDeployment;
 use crate::escape::xml;
 use crate::generated_file::generated_from;
 use crate::origin::comment_lines;
 use crate::template::filled;
 
 /// Names contain no substitutions of roslaunch: the only `$(find …)` and `$(arg …)` are those of the template.
-pub(crate) fn launch_file(deployed: &Deployed) -> String {
+pub(crate) fn launch_file(deployed: &RunnableDeployment) -> String {
     let description: Vec<String> =
         comment_lines(&deployed.description).iter().map(|line| xml(line)).collect();
     let values = [

@@ -60,10 +60,10 @@ mod trace;
 mod type_hash;
 
 pub use codels::is_empty_stub;
-pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};
-pub use library::{Artifact, Problem, ProblemKind, configuration_problems, problems};
+pub use generated_file::{FileOwner, GeneratedFile, GeneratedPackage, STANDALONE};
+pub use library::{Artifact, GenerationProblem, ProblemKind, configuration_problems, problems};
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::{packages, ros2_packages};
-pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
+pub use plan::{Action, ChangedCodel, Plan, PlanError, PlanStep, plan};
 pub use standalone::{InputProblem, MEASURE, Shape, measuring, program_of_host, record_inputs, standalone};
 pub use stubs::packages_with_stubs;

@@ -33,7 +33,7 @@ const OTHER_PACKAGES: [&str; 10] = [
 
 /// A problem that prevents generation.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub struct Problem<'db> {
+pub struct GenerationProblem<'db> {
     /// What is wrong.
     pub kind: ProblemKind,
     /// Where.
@@ -132,7 +132,7 @@ impl<'db> Libraries<'db> {
 /// Returns the problems that prevent generation from a project: errors in its models and its `mauve.toml`, and
 /// unknown C++ types. Missed deadlines and missing times do not prevent it: times are measured in the generated code. Errors are
 /// sorted by file and location.
-pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
+pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<GenerationProblem<'db>> {
     let workspace = project.workspace(db);
     let own = project_diagnostics(db, project).cloned();
     let found = errors(db, workspace, own.chain(configured(db, workspace)));
@@ -140,7 +140,10 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
 }
 
 /// Returns the errors of the `mauve.toml` of a workspace. [`problems`] has them too, but a workspace without a valid root has no project.
-pub fn configuration_problems<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Problem<'db>> {
+pub fn configuration_problems<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+) -> Vec<GenerationProblem<'db>> {
     errors(db, workspace, configured(db, workspace))
 }
 
@@ -156,15 +159,15 @@ fn errors<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     diagnostics: impl Iterator<Item = Arc<Diagnostic<'db>>>,
-) -> Vec<Problem<'db>> {
+) -> Vec<GenerationProblem<'db>> {
     let config = config_of(db, workspace);
-    let mut found: Vec<Problem<'db>> = Vec::new();
-    let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
+    let mut found: Vec<GenerationProblem<'db>> = Vec::new();
+    let mut seen: FxHashSet<GenerationProblem<'db>> = FxHashSet::default();
     for diagnostic in diagnostics {
         let here = severity_set(config, diagnostic.code).flatten();
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let kind = ProblemKind::Diagnostic(diagnostic.message.clone());
-        let problem = Problem { kind, at: diagnostic.at.clone() };
+        let problem = GenerationProblem { kind, at: diagnostic.at.clone() };
         let is_late = matches!(diagnostic.code.name, "deadline-missed" | "chain-late");
         if is_error && !is_late && seen.insert(problem.clone()) {
             found.push(problem);
@@ -180,7 +183,7 @@ fn errors<'db>(
 pub(crate) fn libraries<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-) -> (Libraries<'db>, Vec<Problem<'db>>) {
+) -> (Libraries<'db>, Vec<GenerationProblem<'db>>) {
     let mut reader = LibraryReader { db, project, problems: Vec::new(), reported: FxHashSet::default() };
     let libraries = reader.libraries();
     (libraries, reader.problems)
@@ -189,8 +192,8 @@ pub(crate) fn libraries<'db>(
 struct LibraryReader<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    problems: Vec<Problem<'db>>,
-    reported: FxHashSet<Problem<'db>>,
+    problems: Vec<GenerationProblem<'db>>,
+    reported: FxHashSet<GenerationProblem<'db>>,
 }
 
 impl<'db> LibraryReader<'db> {
@@ -330,7 +333,7 @@ impl<'db> LibraryReader<'db> {
     }
 
     fn report(&mut self, kind: ProblemKind, at: Location<'db>) {
-        let problem = Problem { kind, at };
+        let problem = GenerationProblem { kind, at };
         if self.reported.insert(problem.clone()) {
             self.problems.push(problem);
         }
@@ -412,7 +415,7 @@ pub(crate) fn models<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
-) -> Result<Vec<Model<'db, 'db>>, Vec<Problem<'db>>> {
+) -> Result<Vec<Model<'db, 'db>>, Vec<GenerationProblem<'db>>> {
     let found = problems(db, project);
     if !found.is_empty() {
         return Err(found);
@@ -503,10 +506,10 @@ mod tests {
     use mauve_hir::{Database, Workspace, projects};
 
     use super::topological_order;
-    use crate::{Artifact, Package, ProblemKind, packages};
+    use crate::{Artifact, GeneratedPackage, ProblemKind, packages};
 
     /// The packages of a model; or what is wrong, and at which word.
-    fn generated(model: &str) -> Result<Vec<Package>, Vec<(String, ProblemKind)>> {
+    fn generated(model: &str) -> Result<Vec<GeneratedPackage>, Vec<(String, ProblemKind)>> {
         let db = Database::default();
         let texts = mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text));
         let workspace = Workspace::of_texts(&db, "/".into(), texts);

@@ -7,8 +7,8 @@ use crate::codels::codel_files;
 use crate::component::component_files;
 use crate::deployment::deployed;
 use crate::export::export_files;
-use crate::generated_file::{GeneratedFile, MARK, Package, STANDALONE, ends, is_name};
-use crate::library::{Model, Problem, models};
+use crate::generated_file::{GeneratedFile, GeneratedPackage, MARK, STANDALONE, ends, is_name};
+use crate::library::{GenerationProblem, Model, models};
 use crate::standalone::{is_standalone_path, programs_of_ros2};
 use crate::task::task_files;
 use crate::trace::trace_files;
@@ -69,7 +69,7 @@ pub fn packages<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
-) -> Result<Vec<Package>, Vec<Problem<'db>>> {
+) -> Result<Vec<GeneratedPackage>, Vec<GenerationProblem<'db>>> {
     Ok(models(db, project, deployment)?.into_iter().map(package).collect())
 }
 
@@ -83,7 +83,7 @@ pub fn ros2_packages<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
-) -> Result<Vec<Package>, Vec<Problem<'db>>> {
+) -> Result<Vec<GeneratedPackage>, Vec<GenerationProblem<'db>>> {
     let mut all = packages(db, project, deployment)?;
     for package in &mut all {
         let text = format!("# {MARK} {}: the folder `standalone` builds it.\n", package.name);
@@ -94,7 +94,7 @@ pub fn ros2_packages<'db>(
 }
 
 /// Returns the package of a library.
-pub(crate) fn package(model: Model<'_, '_>) -> Package {
+pub(crate) fn package(model: Model<'_, '_>) -> GeneratedPackage {
     let mut files = codel_files(model);
     files.extend(component_files(model));
     files.extend(task_files(model.library));
@@ -104,7 +104,7 @@ pub(crate) fn package(model: Model<'_, '_>) -> Package {
     // The build files come last, since they install the other files.
     let build = build_files(model, &files);
     files.extend(build);
-    Package { name: model.library.package.clone(), files }
+    GeneratedPackage { name: model.library.package.clone(), files }
 }
 
 /// Returns the scripts and the launch files of a library's deployments.
@@ -130,11 +130,11 @@ mod tests {
 
     use super::*;
     use crate::codels::is_stub;
-    use crate::generated_file::{Owner, is_marked};
+    use crate::generated_file::{FileOwner, is_marked};
     use crate::standalone::standalone;
 
     /// The packages of the sample robot, and of random models.
-    fn samples() -> Vec<Package> {
+    fn samples() -> Vec<GeneratedPackage> {
         let robot = mauve_tests::models().join("p3dx");
         let robot_texts = mauve_tests::texts_in(&robot);
         let random = (0..30).map(|seed| {
@@ -160,7 +160,7 @@ mod tests {
         let files =
             samples.iter().flat_map(|package| package.files.iter().map(|file| (&*package.name, file)));
         for (package, GeneratedFile { path, text, owner }) in files {
-            let is_generators = *owner == Owner::Generator;
+            let is_generators = *owner == FileOwner::Generator;
             assert_eq!(
                 (is_generated_path(package, path), is_codel_path(package, path)),
                 (is_generators, !is_generators),

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use rustc_hash::FxHashMap;
 
 use crate::codels::{is_empty_stub, is_stub};
-use crate::generated_file::{GeneratedFile, Owner, Package, is_marked};
+use crate::generated_file::{FileOwner, GeneratedFile, GeneratedPackage, is_marked};
 use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer};
 use crate::prototype::Prototype;
 use crate::type_hash::hash;
@@ -26,7 +26,7 @@ use crate::type_hash::hash;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Plan {
     /// The steps, sorted by path within each package; empty if all files are up to date.
-    pub steps: Vec<Step>,
+    pub steps: Vec<PlanStep>,
     /// The paths of generated files that were edited. Without `--force`, no step is executed while there are any.
     pub edited: Vec<String>,
     /// Codels whose prototype has changed, and whose file the user has not yet updated.
@@ -47,7 +47,7 @@ impl Plan {
     /// Returns whether what is compiled is up to date. The exported analyses have times of timing tables, and no build reads them.
     pub fn has_current_code(&self) -> bool {
         let is_export = |path: &str| path.contains("/models/") && path.ends_with(".json");
-        let is_other = |step: &Step| {
+        let is_other = |step: &PlanStep| {
             let is_known = is_export(&step.path) || step.path.ends_with(MANIFEST);
             is_known && matches!(step.action, Action::Change(_))
         };
@@ -59,7 +59,7 @@ impl Plan {
 
 /// A file to create, change or remove.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
+pub struct PlanStep {
     /// The path relative to the folder of the packages, with `/` separators.
     pub path: String,
     /// The change of the file.
@@ -122,7 +122,7 @@ pub enum PlanError {
 ///
 /// `read` fails, a manifest is invalid, or two packages would have the same folder on a file system that ignores case.
 pub fn plan(
-    packages: &[Package],
+    packages: &[GeneratedPackage],
     read: &dyn Fn(&str) -> Result<Option<String>, String>,
 ) -> Result<Plan, PlanError> {
     let mut plan = Plan::default();
@@ -160,7 +160,7 @@ fn is_same_text(a: &str, b: &str) -> bool {
 
 /// Plans the steps for one package; paths are relative to its folder.
 struct Planner<'a> {
-    package: &'a Package,
+    package: &'a GeneratedPackage,
     read: &'a dyn Fn(&str) -> Result<Option<String>, String>,
     before: Manifest,
     /// The hashes of its generated files, by their paths in lower case, as some file systems compare names.
@@ -173,8 +173,8 @@ impl Planner<'_> {
     fn package(&mut self) -> Result<(), String> {
         for file in &self.package.files {
             match &file.owner {
-                Owner::Generator => self.generated(file)?,
-                Owner::User { prototype } => self.codel(file, prototype)?,
+                FileOwner::Generator => self.generated(file)?,
+                FileOwner::User { prototype } => self.codel(file, prototype)?,
             }
         }
         // In lower case, as some file systems compare names.
@@ -224,7 +224,7 @@ impl Planner<'_> {
 
     fn step(&mut self, path: &str, action: Action) {
         let path = self.path(path);
-        self.plan.steps.push(Step { path, action });
+        self.plan.steps.push(PlanStep { path, action });
     }
 
     /// Plans a file with this text, where `there` is its text now.
@@ -367,12 +367,12 @@ mod tests {
     struct Folder(BTreeMap<String, String>);
 
     impl Folder {
-        fn plan(&self, packages: &[Package]) -> Plan {
+        fn plan(&self, packages: &[GeneratedPackage]) -> Plan {
             plan(packages, &|path| Ok(self.0.get(path).cloned())).unwrap()
         }
 
         fn apply(&mut self, plan: &Plan) {
-            for Step { path, action } in &plan.steps {
+            for PlanStep { path, action } in &plan.steps {
                 let before = match action {
                     Action::Create(text) => (self.0.insert(path.clone(), text.clone()), false),
                     Action::Change(text) => (self.0.insert(path.clone(), text.clone()), true),
@@ -383,7 +383,7 @@ mod tests {
         }
 
         /// The steps and findings of a plan, a line each, and what they lead to.
-        fn generate(&mut self, packages: &[Package]) -> String {
+        fn generate(&mut self, packages: &[GeneratedPackage]) -> String {
             let plan = self.plan(packages);
             if plan.edited.is_empty() {
                 self.apply(&plan);
@@ -398,7 +398,7 @@ mod tests {
 
     fn shown(plan: &Plan) -> String {
         let mut out = String::new();
-        for Step { path, action } in plan.steps.iter().filter(|step| !step.path.ends_with(MANIFEST)) {
+        for PlanStep { path, action } in plan.steps.iter().filter(|step| !step.path.ends_with(MANIFEST)) {
             // Each begins with a mark.
             let rest = |text: &str| text.split_once('\n').map(|(_, rest)| rest.trim().to_owned());
             let (sign, text) = match action {
@@ -423,7 +423,7 @@ mod tests {
     }
 
     fn generated(path: &str, text: &str) -> GeneratedFile {
-        GeneratedFile { path: path.to_owned(), text: marked(text), owner: Owner::Generator }
+        GeneratedFile { path: path.to_owned(), text: marked(text), owner: FileOwner::Generator }
     }
 
     /// The stub of `f`, with this prototype.
@@ -431,12 +431,12 @@ mod tests {
         GeneratedFile {
             path: format!("src/codels/{name}.cpp"),
             text: format!("{STUB}\n{prototype} {{ }}\n"),
-            owner: Owner::User { prototype: prototype.to_owned() },
+            owner: FileOwner::User { prototype: prototype.to_owned() },
         }
     }
 
-    fn package(files: Vec<GeneratedFile>) -> [Package; 1] {
-        [Package { name: "p".to_owned(), files }]
+    fn package(files: Vec<GeneratedFile>) -> [GeneratedPackage; 1] {
+        [GeneratedPackage { name: "p".to_owned(), files }]
     }
 
     const A: &str = "launch/a.launch";
@@ -580,7 +580,8 @@ mod tests {
 
     #[test]
     fn two_packages_are_two_folders() {
-        let [one, other] = ["p", "P"].map(|name| Package { name: name.to_owned(), files: Vec::new() });
+        let [one, other] =
+            ["p", "P"].map(|name| GeneratedPackage { name: name.to_owned(), files: Vec::new() });
         let read = |_: &str| Ok(None);
         let error = PlanError::SameFolder("p".to_owned(), "P".to_owned());
         assert_eq!(plan(&[one.clone(), other], &read), Err(error));
@@ -820,7 +821,7 @@ mod tests {
             Some(format!("{result} {}(const {result}& x)", CODELS[usize::from(codel)]))
         }
 
-        fn packages(&self) -> [Package; 1] {
+        fn packages(&self) -> [GeneratedPackage; 1] {
             let text = |text: &u8| format!("text {text}\n");
             let files = self.files.iter().map(|(at, it)| generated(NAMES[usize::from(*at)], &text(it)));
             let codels = self

@@ -13,25 +13,25 @@
 use mauve_hir::Value;
 use mauve_timing::CpuSet;
 
-use crate::deployment::{BACKGROUND, Deployed, Streams, Task};
+use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment, TopicStreams};
 use crate::escape::lua_string;
 use crate::generated_file::generated_from;
 use crate::origin::comment_lines;
 use crate::template::{filled, flag, lines};
 
-pub(crate) fn script(deployed: &Deployed) -> String {
+pub(crate) fn script(deployed: &RunnableDeployment) -> String {
     let streams = deployed.streams.as_ref();
     let with_values = deployed.in_order().filter(|task| task.has_values);
     let operations = deployed.operations.iter().map(|[required, provided]| {
         let call = format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
         step(&call, &connecting(required, provided))
     });
-    let configured = deployed.in_order().map(|Task { name, .. }| {
+    let configured = deployed.in_order().map(|DeployedTask { name, .. }| {
         step(&format!("task({}):configure()", lua_string(name)), &format!("configure {name}"))
     });
     let instances = deployed.in_order();
     let instances = instances
-        .map(|Task { name, class, .. }| format!("load({}, {})", lua_string(name), lua_string(class)));
+        .map(|DeployedTask { name, class, .. }| format!("load({}, {})", lua_string(name), lua_string(class)));
     let values = [
         ("generated", generated_from(&deployed.package)),
         ("description", comment(&deployed.description)),
@@ -70,12 +70,12 @@ fn connecting(one: &str, other: &str) -> String {
 }
 
 /// Returns the imports of ROS and of the types of messages.
-fn ros_packages(streams: &Streams) -> String {
+fn ros_packages(streams: &TopicStreams) -> String {
     let packages = streams.packages.iter().map(String::as_str);
     lines(["rtt_ros", "rtt_rosnode", "rtt_roscomm"].into_iter().chain(packages).map(import))
 }
 
-fn set_values(task: &Task) -> impl Iterator<Item = String> {
+fn set_values(task: &DeployedTask) -> impl Iterator<Item = String> {
     task.values.iter().map(|(property, value, from_text)| {
         let (name, known) = (lua_string(&task.name), lua_string(property));
         if !from_text {
@@ -86,7 +86,7 @@ fn set_values(task: &Task) -> impl Iterator<Item = String> {
     })
 }
 
-fn connections(deployed: &Deployed) -> String {
+fn connections(deployed: &RunnableDeployment) -> String {
     lines(deployed.connections.iter().map(|([from, to], buffer)| {
         let size = buffer.map_or("nil".to_owned(), |size| size.to_string());
         let [from, to, what] = [from, to, &connecting(from, to)].map(|it| lua_string(it));
@@ -95,7 +95,7 @@ fn connections(deployed: &Deployed) -> String {
 }
 
 /// Returns the step that lets data release an instance.
-fn trigger(task: &Task) -> Option<String> {
+fn trigger(task: &DeployedTask) -> Option<String> {
     let (port, name) = (lua_string(task.trigger.as_ref()?), lua_string(&task.name));
     let (least, burst) = (task.seconds(), task.activity.burst.max(1));
     let call = format!("task({name}):mauve_released_by({port}, {least}, {burst})");
@@ -103,7 +103,7 @@ fn trigger(task: &Task) -> Option<String> {
 }
 
 /// Returns the steps that give the instances of a thread their activities: the last one executes the others before itself.
-fn activities(thread: &[&Task]) -> Vec<String> {
+fn activities(thread: &[&DeployedTask]) -> Vec<String> {
     let Some((last, others)) = thread.split_last() else { return Vec::new() };
     let mut all = activity(last);
     for other in others {
@@ -122,8 +122,8 @@ fn activities(thread: &[&Task]) -> Vec<String> {
 }
 
 /// Returns the steps that give an instance a thread.
-fn activity(task: &Task) -> Vec<String> {
-    let Task { name, activity, .. } = task;
+fn activity(task: &DeployedTask) -> Vec<String> {
+    let DeployedTask { name, activity, .. } = task;
     let mut all = Vec::new();
     if activity.period.is_none() && task.trigger.is_none() {
         all.push(comment(BACKGROUND));
@@ -160,7 +160,7 @@ fn mask(cpus: CpuSet) -> Option<u32> {
 }
 
 /// Returns the topics of ports, and comments about the ports that have none.
-fn streamed(streams: &Streams) -> String {
+fn streamed(streams: &TopicStreams) -> String {
     let topics = streams.all_topics().map(|[port, topic]| {
         let call = format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic));
         step(&call, &format!("create topic {topic}: is roscore running?"))

@@ -24,12 +24,12 @@ use mauve_hir::{Decl, ModelDb, Project, Topic, ros2_of};
 
 use crate::codels::headers_of;
 use crate::cpp_name::host_name;
-use crate::deployment::{Deployed, deployed};
-use crate::generated_file::{GeneratedFile, Package, STANDALONE, STANDALONE_MARK, ends, is_name};
-use crate::library::{Model, Problem, models};
+use crate::deployment::{RunnableDeployment, deployed};
+use crate::generated_file::{GeneratedFile, GeneratedPackage, STANDALONE, STANDALONE_MARK, ends, is_name};
+use crate::library::{GenerationProblem, Model, models};
 use crate::runtime::{is_runtime_path, runtime_files};
 use crate::template::{filled, lines};
-use messages::Messages;
+use messages::MessageHeaders;
 
 pub use inputs::{InputProblem, Shape};
 pub use measure::{MEASURE, measuring};
@@ -46,7 +46,7 @@ pub fn standalone<'db>(
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
     has_topics: bool,
-) -> Result<Package, Vec<Problem<'db>>> {
+) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
     folder(db, project, deployment, has_topics, Parts::Whole)
 }
 
@@ -62,7 +62,7 @@ pub fn program_of_host<'db>(
     deployment: Decl<'db>,
     host: usize,
     has_topics: bool,
-) -> Result<Package, Vec<Problem<'db>>> {
+) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
     let has_topics = has_topics && ros2_of(db, project, deployment).topics_of(host).next().is_some();
     folder(db, project, Some(deployment), has_topics, Parts::Host(host))
 }
@@ -72,7 +72,7 @@ pub(crate) fn programs_of_ros2<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
-) -> Result<Package, Vec<Problem<'db>>> {
+) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
     folder(db, project, deployment, true, Parts::Each)
 }
 
@@ -93,9 +93,9 @@ fn folder<'db>(
     deployment: Option<Decl<'db>>,
     has_topics: bool,
     parts: Parts,
-) -> Result<Package, Vec<Problem<'db>>> {
+) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
     let models = models(db, project, deployment)?;
-    let mut messages = Messages::new(db, project.workspace(db), has_topics);
+    let mut messages = MessageHeaders::new(db, project.workspace(db), has_topics);
     models.iter().for_each(|&model| messages.add(headers_of(model).messages));
     let mut programs = Vec::new();
     let mut files = Vec::new();
@@ -138,11 +138,11 @@ fn folder<'db>(
     }
     files.extend(messages.files());
     files.extend(runtime_files(has_topics));
-    Ok(Package { name: STANDALONE.to_owned(), files })
+    Ok(GeneratedPackage { name: STANDALONE.to_owned(), files })
 }
 
 /// Returns the name of the program of a deployment, which is also a target of CMake: no target of a package has it.
-fn program_name(deployed: &Deployed) -> String {
+fn program_name(deployed: &RunnableDeployment) -> String {
     let is_target = matches!(deployed.name.trim_end_matches('_'), "codels" | "components");
     let program = format!("{}-{}{}", deployed.package, deployed.name, if is_target { "_" } else { "" });
     match &deployed.host {
@@ -175,7 +175,7 @@ pub(crate) fn is_standalone_path(path: &str) -> bool {
 /// Returns the build file. `programs` are the programs with the packages of their components.
 fn cmake_lists(
     models: &[Model<'_, '_>],
-    messages: &Messages<'_>,
+    messages: &MessageHeaders<'_>,
     programs: &[(String, Vec<String>)],
     has_topics: bool,
     ros2_package: Option<&str>,

@@ -13,9 +13,9 @@ use mauve_hir::{Decl, ModelDb, Project, external_types};
 
 use crate::codels::run_stubs;
 use crate::cpp_name::is_keyword;
-use crate::generated_file::{GeneratedFile, Owner, Package, is_name};
+use crate::generated_file::{FileOwner, GeneratedFile, GeneratedPackage, is_name};
 use crate::library::models;
-use crate::library::{Library, Problem};
+use crate::library::{GenerationProblem, Library};
 use crate::package::package;
 use crate::template::{filled, flag};
 
@@ -31,11 +31,11 @@ pub fn packages_with_stubs<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-) -> Result<Vec<Package>, Vec<Problem<'db>>> {
+) -> Result<Vec<GeneratedPackage>, Vec<GenerationProblem<'db>>> {
     let mut all = Vec::new();
     for model in models(db, project, Some(deployment))? {
         let mut package = package(model);
-        package.files.retain(|file| file.owner == Owner::Generator);
+        package.files.retain(|file| file.owner == FileOwner::Generator);
         package.files.extend(run_stubs(model));
         let text = user_cmake(model.library);
         package.files.push(GeneratedFile::generated("user.cmake".to_owned(), text));
@@ -55,7 +55,7 @@ pub fn packages_with_stubs<'db>(
         );
         GeneratedFile::generated(header.to_owned(), text)
     };
-    all.push(Package { name: STAND_INS.to_owned(), files: headers.into_iter().map(file).collect() });
+    all.push(GeneratedPackage { name: STAND_INS.to_owned(), files: headers.into_iter().map(file).collect() });
     Ok(all)
 }
 
@@ -110,7 +110,7 @@ mod tests {
         let is_shown = |(package, file): &(&String, &GeneratedFile)| {
             *package == STAND_INS || file.path.starts_with("src/codels/") || file.path == "user.cmake"
         };
-        let files = files.filter(is_shown).inspect(|(_, file)| assert_eq!(file.owner, Owner::Generator));
+        let files = files.filter(is_shown).inspect(|(_, file)| assert_eq!(file.owner, FileOwner::Generator));
         let texts = files.map(|(package, file)| format!("---- {package}/{}\n{}", file.path, file.text));
         expected.assert_eq(&texts.collect::<String>());
     }

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use expect_test::expect_file;
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Database, Value, Workspace, projects};
-use mauve_orocos::{Package, packages};
+use mauve_orocos::{GeneratedPackage, packages};
 use mauve_tests::deployer::{Argument, Call, run};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::{Random, models, plain, random_model, search, texts_in};
 
 /// The packages of a model that has nothing wrong.
-fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
+fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<GeneratedPackage> {
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, folder, texts);
     let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
@@ -20,7 +20,7 @@ fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
 }
 
 /// The text of a file in one of them.
-fn text(packages: &[Package], path: &str) -> String {
+fn text(packages: &[GeneratedPackage], path: &str) -> String {
     let mut files = packages.iter().flat_map(|package| &package.files);
     files.find(|file| file.path == path).expect(path).text.clone()
 }

@@ -35,7 +35,7 @@ use crate::text::{counted, shown};
 use crate::verify::check_certificate;
 
 #[derive(Debug, clap::Args)]
-pub struct Check {
+pub struct CheckCommand {
     #[command(flatten)]
     paths: Paths,
     #[command(flatten)]
@@ -103,7 +103,7 @@ impl Denied {
     }
 }
 
-impl Check {
+impl CheckCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let here = std::env::current_dir().unwrap_or_default();
         let fixed = match self.fix || self.diff {

@@ -18,8 +18,8 @@ mod zed;
 use clap::Subcommand;
 use mauve_projects::output::Output;
 
-use home::Home;
-use options::{Name, Options};
+use home::EditorHome;
+use options::{EditorName, InstallOptions};
 
 #[derive(Debug, Subcommand)]
 pub enum Editor {
@@ -28,24 +28,24 @@ pub enum Editor {
     /// A second run changes nothing, and a later version of mauve updates the files. Exit codes: 0 installed, or up to date;
     /// 1 files or settings of yours are in the way: nothing was changed; 2 a path that cannot be read or written, or an editor
     /// that cannot be started.
-    Install(Options),
+    Install(InstallOptions),
 }
 
 impl Editor {
     pub(crate) fn run(self) -> Result<Output, String> {
         let Editor::Install(options) = &self;
-        if options.editor == Name::Vscode {
+        if options.editor == EditorName::Vscode {
             return vscode::install(options);
         }
         if options.vsix.is_some() || options.program.is_some() {
             return Err("--vsix and --program are for vscode only".to_owned());
         }
-        let home = Home::find()?;
+        let home = EditorHome::find()?;
         let wanted = match options.editor {
-            Name::Nvim => nvim::wanted(&home),
-            Name::Helix => helix::wanted(&home),
-            Name::Emacs => emacs::wanted(&home),
-            Name::Zed | Name::Vscode => zed::wanted(&home),
+            EditorName::Nvim => nvim::wanted(&home),
+            EditorName::Helix => helix::wanted(&home),
+            EditorName::Emacs => emacs::wanted(&home),
+            EditorName::Zed | EditorName::Vscode => zed::wanted(&home),
         }?;
         installation::install(wanted, options)
     }

@@ -10,7 +10,7 @@ use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::{Database, Decl, Location, Project, Workspace, projects, ros2_of};
-use mauve_orocos::{Problem, configuration_problems};
+use mauve_orocos::{GenerationProblem, configuration_problems};
 use mauve_projects::analysis_document::{Deployed, Proved, deployments};
 use mauve_projects::generate::{
     GenerateRefusal, GenerateRequest, Generated, Out, Selected, configured_out, generate, problem_message,
@@ -29,7 +29,7 @@ use crate::text::counted;
 use report::{Doing, document, report};
 
 #[derive(Debug, clap::Args)]
-pub struct Generate {
+pub struct GenerateCommand {
     /// A model, a folder or a mauve.toml; the current folder when left out.
     #[arg(default_value = ".", hide_default_value = true)]
     path: PathBuf,
@@ -69,7 +69,7 @@ enum GenerateFormat {
     Json,
 }
 
-impl Generate {
+impl GenerateCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
         let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
@@ -183,7 +183,7 @@ impl Generate {
         &self,
         db: &Database,
         workspaces: &[Workspace],
-        problems: &[Problem<'_>],
+        problems: &[GenerationProblem<'_>],
     ) -> Result<Output, String> {
         let text = match self.format {
             GenerateFormat::Human => refusal_text(db, workspaces, problems),
@@ -200,7 +200,11 @@ impl Generate {
 }
 
 /// Renders the problems that prevent generation.
-pub(super) fn refusal_text(db: &Database, workspaces: &[Workspace], problems: &[Problem<'_>]) -> String {
+pub(super) fn refusal_text(
+    db: &Database,
+    workspaces: &[Workspace],
+    problems: &[GenerationProblem<'_>],
+) -> String {
     let here = std::env::current_dir().unwrap_or_default();
     let findings: Vec<Finding<'_>> =
         workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
@@ -216,7 +220,7 @@ pub(super) fn refusal_text(db: &Database, workspaces: &[Workspace], problems: &[
 fn problem_excerpt(
     db: &Database,
     here: &Path,
-    problem: &Problem<'_>,
+    problem: &GenerationProblem<'_>,
     findings: &HashMap<(&Location<'_>, &str), &Finding<'_>>,
 ) -> String {
     let message = problem_message(&problem.kind);

@@ -47,7 +47,7 @@ use mauve_projects::output::Output;
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Report errors and warnings in models, then the response times.
-    Check(check::Check),
+    Check(check::CheckCommand),
     /// Compute worst-case response times.
     Wcrt(wcrt::Wcrt),
     /// Check certificates of response times, without the analysis that wrote them.
@@ -108,12 +108,12 @@ pub enum Command {
     /// overwrite, or, with --check, any file that is out of date; 2 a path that cannot be read
     /// or written: nothing was changed.
     #[command(verbatim_doc_comment)]
-    Generate(generate::Generate),
+    Generate(generate::GenerateCommand),
     /// Build the program of a deployment, which needs no Orocos, and run it on this computer.
     ///
     /// Exit codes: 0 each deadline was met; 1 a deadline was missed, a component stopped because of an exception, or the models
     /// have errors; 2 the program cannot be built or started.
-    Run(run::Run),
+    Run(run::RunCommand),
     /// Import recorded executions, compare them with the model, or show them in a viewer.
     #[command(subcommand)]
     Trace(trace::Trace),
@@ -143,7 +143,7 @@ pub enum Command {
     /// Format models: changes white space only.
     Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
-    Parse(parse::Parse),
+    Parse(parse::ParseCommand),
     /// Print the JSON schema of `mauve.toml`, of timing tables or of task sets, for editors.
     Schema(schema::Schema),
     /// Measure the running time of each analysis stage, and of the analysis after an edit.

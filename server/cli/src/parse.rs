@@ -8,12 +8,12 @@ use mauve_projects::load::canonical_path;
 use mauve_projects::output::Output;
 
 #[derive(Debug, clap::Args)]
-pub struct Parse {
+pub struct ParseCommand {
     /// The file to parse.
     file: PathBuf,
 }
 
-impl Parse {
+impl ParseCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (text, problem) = text_of(&canonical_path(&self.file));
         if let Some(problem) = problem {

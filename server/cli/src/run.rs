@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use mauve_hir::{Database, Decl, Project, ros2_of};
 use mauve_orocos::{
-    GeneratedFile, Package, packages_with_stubs, problems, program_of_host, record_inputs, standalone,
+    GeneratedFile, GeneratedPackage, packages_with_stubs, problems, program_of_host, record_inputs,
+    standalone,
 };
 use mauve_projects::destination::destination_folder;
 use mauve_projects::folder::open_file;
@@ -28,7 +29,7 @@ use crate::text::argument;
 use build::{Build, check_tools};
 
 #[derive(Debug, clap::Args)]
-pub struct Run {
+pub struct RunCommand {
     /// A model, a folder or a mauve.toml; the current folder when left out.
     #[arg(default_value = ".", hide_default_value = true)]
     path: PathBuf,
@@ -71,7 +72,7 @@ pub struct Run {
     build_only: bool,
 }
 
-impl Run {
+impl RunCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         let arguments = self.arguments()?;
         if let Some(folder) = self.trace.as_ref().filter(|_| !self.build_only) {
@@ -270,7 +271,7 @@ fn check_has_no_recording(folder: &Path) -> Result<(), String> {
 }
 
 /// Returns the name of the program, which is that of its main.
-fn program_in(packages: &[Package]) -> Option<String> {
+fn program_in(packages: &[GeneratedPackage]) -> Option<String> {
     let name = |file: &GeneratedFile| Some(file.path.strip_suffix(".cpp")?.to_owned());
     let main =
         packages.last()?.files.iter().find(|file| !file.path.contains('/') && file.path.ends_with(".cpp"));

@@ -20,15 +20,15 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::answering::REQUEST;
 use super::capabilities::Capabilities;
-use super::event::{Event, Job};
+use super::event::{LoopEvent, RequestJob};
 use super::handlers::diagnostic::{Diagnosed, ask_again};
-use super::handlers::execute_command::Command;
-use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
-use super::handlers::inlay_hints::Hints;
+use super::handlers::execute_command::ServerCommand;
+use super::handlers::generate::{GenerateDocument, GenerateMessages, GenerateParams};
+use super::handlers::inlay_hints::RangeHints;
 use super::handlers::*;
 use super::outbox::PATIENCE;
-use super::progress::Shown;
-use super::pulls::Given;
+use super::progress::ShownProgress;
+use super::pulls::GivenResult;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 use super::typing;
@@ -38,7 +38,7 @@ const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
-    main_loop: mpsc::Sender<Event>,
+    main_loop: mpsc::Sender<LoopEvent>,
     /// The client's `initialize` parameters as JSON, from which each field is read by itself: an odd one costs no other.
     raw: OnceLock<Value>,
     client: Client,
@@ -47,7 +47,7 @@ pub(crate) struct Backend {
     /// The number of requests for the client's settings, and the number of the newest answered one.
     questions: AtomicU64,
     answered: Arc<AtomicU64>,
-    progress: Shown,
+    progress: ShownProgress,
 }
 
 /// Registers the methods that are not part of the protocol.
@@ -105,7 +105,11 @@ macro_rules! own_methods {
 
 impl Backend {
     /// Creates a backend that sends its events to the main loop.
-    pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>, progress: Shown) -> Backend {
+    pub(crate) fn new(
+        client: Client,
+        main_loop: mpsc::Sender<LoopEvent>,
+        progress: ShownProgress,
+    ) -> Backend {
         Backend {
             main_loop,
             raw: OnceLock::new(),
@@ -123,7 +127,7 @@ impl Backend {
         let (main_loop, client) = (self.main_loop.clone(), self.client.clone());
         let take = move |given: &Value| {
             let (settings, problems) = Settings::read(given, initial);
-            let _ = main_loop.send(Event::Configured(settings, problems));
+            let _ = main_loop.send(LoopEvent::Configured(settings, problems));
         };
         match given {
             Some(given) => take(given),
@@ -137,7 +141,7 @@ impl Backend {
                         Ok(answer) => answer,
                         Err(_) => {
                             if answered.load(Ordering::SeqCst) < number {
-                                let _ = main_loop.send(Event::Warn(NOT_CONFIGURED.to_owned()));
+                                let _ = main_loop.send(LoopEvent::Warn(NOT_CONFIGURED.to_owned()));
                             }
                             answer.await
                         }
@@ -185,19 +189,19 @@ impl Backend {
     fn notified(&self, method: &str, params: &Value) -> bool {
         match method {
             "initialized" => self.initialized(),
-            "mauve/focus" => self.send(Event::Focused),
+            "mauve/focus" => self.send(LoopEvent::Focused),
             "workspace/didChangeConfiguration" => {
                 // Clients that support requests for settings often send empty settings here, and some send none.
                 let can_be_asked = self.session.get().is_some_and(|(it, _)| it.configuration);
                 self.configure(params.get("settings").filter(|_| !can_be_asked));
             }
             "workspace/didChangeWatchedFiles" => {
-                self.send(Event::Disk { paths: files_of(&params["changes"]).collect(), missed: false });
+                self.send(LoopEvent::Disk { paths: files_of(&params["changes"]).collect(), missed: false });
             }
             "workspace/didChangeWorkspaceFolders" => {
                 let lists = ["added", "removed"].map(|list| &params["event"][list]);
                 let [added, removed] = lists.map(|list| files_of(list).collect());
-                self.send(Event::Folders { added, removed });
+                self.send(LoopEvent::Folders { added, removed });
                 let is_known = |it: &Value| it["uri"].as_str().is_some_and(|uri| Url::parse(uri).is_ok());
                 if !lists.iter().all(|it| it.as_array().is_some_and(|list| list.iter().all(is_known))) {
                     self.warn(LOST_FOLDERS);
@@ -219,13 +223,14 @@ impl Backend {
         }
         let event = match &*method {
             "textDocument/didOpen" => {
-                from_value::<DidOpenTextDocumentParams>(params).map(|it| Event::Opened(it.text_document))
+                from_value::<DidOpenTextDocumentParams>(params).map(|it| LoopEvent::Opened(it.text_document))
             }
-            "textDocument/didChange" => from_value::<DidChangeTextDocumentParams>(params).map(Event::Changed),
-            "textDocument/didSave" => from_value::<DidSaveTextDocumentParams>(params).map(Event::Saved),
-            _ => {
-                from_value::<DidCloseTextDocumentParams>(params).map(|it| Event::Closed(it.text_document.uri))
+            "textDocument/didChange" => {
+                from_value::<DidChangeTextDocumentParams>(params).map(LoopEvent::Changed)
             }
+            "textDocument/didSave" => from_value::<DidSaveTextDocumentParams>(params).map(LoopEvent::Saved),
+            _ => from_value::<DidCloseTextDocumentParams>(params)
+                .map(|it| LoopEvent::Closed(it.text_document.uri)),
         };
         match event {
             // Before `initialize`, the protocol has a server drop notifications.
@@ -245,7 +250,7 @@ impl Backend {
     /// document whose address is none is no document of ours.
     fn text_unknown(&self, uri: Option<&str>) {
         match uri.map(Url::parse) {
-            Some(Ok(uri)) => self.send(Event::TextUnknown(Some(uri))),
+            Some(Ok(uri)) => self.send(LoopEvent::TextUnknown(Some(uri))),
             Some(Err(error)) => tracing::warn!("a text is ignored, whose address is none: {error}"),
             None => self.texts_unknown(),
         }
@@ -253,16 +258,16 @@ impl Backend {
 
     /// Marks the texts of all open documents as unknown: an invalid message may have been about any of them.
     pub(crate) fn texts_unknown(&self) {
-        self.send(Event::TextUnknown(None));
+        self.send(LoopEvent::TextUnknown(None));
         self.warn(LOST_MESSAGE);
     }
 
     /// Shows a warning, once.
     pub(crate) fn warn(&self, message: &str) {
-        self.send(Event::Warn(message.to_owned()));
+        self.send(LoopEvent::Warn(message.to_owned()));
     }
 
-    fn send(&self, event: Event) {
+    fn send(&self, event: LoopEvent) {
         // If the main loop has ended, the process ends as well.
         let _ = self.main_loop.send(event);
     }
@@ -270,7 +275,7 @@ impl Backend {
     /// The server shows one progress at a time, so this cancels all work. A progress that has ended cancels nothing.
     async fn cancel_progress(&self, params: WorkDoneProgressCancelParams) {
         if self.progress.is(&params.token) {
-            self.send(Event::Stop);
+            self.send(LoopEvent::Stop);
         }
     }
 
@@ -302,7 +307,7 @@ impl Backend {
     /// For tests: a defect of the main loop.
     #[cfg(debug_assertions)]
     async fn debug_panic_main_loop(&self) -> Result<()> {
-        self.send(Event::Panic);
+        self.send(LoopEvent::Panic);
         Ok(())
     }
 
@@ -356,20 +361,20 @@ impl Backend {
             }
             let answer = attempt(|| job(&snapshot));
             if let Err(Failure::Panicked(message)) = &answer {
-                let _ = defects.send(Event::Defect(message.clone()));
+                let _ = defects.send(LoopEvent::Defect(message.clone()));
             }
             // After the answer, the client may send an edit, which waits for all snapshots.
             drop(snapshot);
             let _ = reply.send(Ok(answer));
         };
-        self.send(Event::Job(Job { request, work: Box::new(work) }));
+        self.send(LoopEvent::Job(RequestJob { request, work: Box::new(work) }));
         let answer = answer.await.unwrap_or_else(|_| Err(Error::internal_error()));
         drop(cancel);
         answer
     }
 
     /// Sends an edit to the client, without a timeout: the user may preview it.
-    fn make(&self, edit: WorkspaceEdit, messages: Messages) {
+    fn make(&self, edit: WorkspaceEdit, messages: GenerateMessages) {
         let client = self.client.clone();
         tokio::spawn(async move {
             let is_something = messages.nothing.is_none();
@@ -399,13 +404,13 @@ impl Backend {
         if let (Err(error), Some(text)) = (&answer, text)
             && *error == Error::content_modified()
         {
-            self.send(Event::TokensCancelled(uri, text.version));
+            self.send(LoopEvent::TokensCancelled(uri, text.version));
         }
         answer
     }
 }
 
-async fn tell(client: &Client, messages: Messages) {
+async fn tell(client: &Client, messages: GenerateMessages) {
     if let Some(warning) = messages.warning {
         client.show_message(MessageType::WARNING, warning).await;
     }
@@ -435,14 +440,14 @@ impl Drop for CancelOnDrop {
 
 /// A request for diagnostics. The main loop is notified of its begin and its end, even if its future is dropped.
 struct Pull {
-    main_loop: mpsc::Sender<Event>,
+    main_loop: mpsc::Sender<LoopEvent>,
     about: Option<Url>,
-    given: Option<BTreeMap<Url, Given>>,
+    given: Option<BTreeMap<Url, GivenResult>>,
 }
 
 impl Pull {
-    fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
-        let _ = main_loop.send(Event::DiagnosticsRequested(about.cloned()));
+    fn new(main_loop: &mpsc::Sender<LoopEvent>, about: Option<&Url>) -> Pull {
+        let _ = main_loop.send(LoopEvent::DiagnosticsRequested(about.cloned()));
         Pull { main_loop: main_loop.clone(), about: about.cloned(), given: None }
     }
 
@@ -456,15 +461,15 @@ impl Pull {
 impl Drop for Pull {
     fn drop(&mut self) {
         let event = match (self.given.take(), self.about.take()) {
-            (Some(given), _) => Event::DiagnosticsGiven(given),
-            (None, Some(url)) => Event::DiagnosticsNotGiven(url),
-            (None, None) => Event::DiagnosticsGiven(BTreeMap::new()),
+            (Some(given), _) => LoopEvent::DiagnosticsGiven(given),
+            (None, Some(url)) => LoopEvent::DiagnosticsNotGiven(url),
+            (None, None) => LoopEvent::DiagnosticsGiven(BTreeMap::new()),
         };
         let _ = self.main_loop.send(event);
     }
 }
 
-type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
+type RequestHandler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
 
 /// Implements the methods of the protocol: by a handler, by a handler for semantic tokens, or by a method
 /// of [`Backend`].
@@ -480,7 +485,7 @@ macro_rules! language_server {
                 &self,
                 params: <request::$request as RequestType>::Params,
             ) -> Result<<request::$request as RequestType>::Result> {
-                let handler: Handler<request::$request> = $handler;
+                let handler: RequestHandler<request::$request> = $handler;
                 self.answer(move |snapshot| handler(snapshot, &params)).await
             })*
 
@@ -578,15 +583,15 @@ impl Backend {
         let (capabilities, folders) = (Capabilities::of(params), folders_of(params));
         let (settings, problems) = Settings::read(&params["initializationOptions"], Settings::default());
         let _ = self.session.set((capabilities, settings));
-        self.send(Event::Initialize { capabilities, folders });
-        self.send(Event::Configured(settings, problems));
+        self.send(LoopEvent::Initialize { capabilities, folders });
+        self.send(LoopEvent::Configured(settings, problems));
         let server = object! { name: "mauve", version: env!("CARGO_PKG_VERSION") };
         let _ = written(object! { capabilities: capabilities.of_server(), serverInfo: server });
         Ok(InitializeResult::default())
     }
 
     fn initialized(&self) {
-        self.send(Event::Initialized);
+        self.send(LoopEvent::Initialized);
         self.configure(None);
         let Some((can, _)) = self.session.get() else { return };
         let watchers = json!([{ "globPattern": WATCHED }]);
@@ -623,17 +628,17 @@ impl Backend {
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
         let main_loop = self.main_loop.clone();
         self.hints(move |snapshot| {
-            let Hints { list, figures, missing } = inlay_hints::inlay_hints(snapshot, &params)?;
+            let RangeHints { list, figures, missing } = inlay_hints::inlay_hints(snapshot, &params)?;
             // Before the answer: an edit that follows cancels the comparison, which would have found them.
             if !figures.is_empty() {
-                let _ = main_loop.send(Event::FiguresShown(snapshot.generation, figures));
+                let _ = main_loop.send(LoopEvent::FiguresShown(snapshot.generation, figures));
             }
             if let Some(missing) = missing {
                 let (main_loop, generation) = (main_loop.clone(), snapshot.generation);
                 // Not while the user types.
                 tokio::spawn(async move {
                     tokio::time::sleep(typing::PAUSE).await;
-                    let _ = main_loop.send(Event::LimitsMissing(generation, missing));
+                    let _ = main_loop.send(LoopEvent::LimitsMissing(generation, missing));
                 });
             }
             Ok(Some(list))
@@ -665,8 +670,8 @@ impl Backend {
     ) -> Result<T> {
         let answer = self.answer(move |snapshot| Ok((handler(snapshot)?, snapshot.generation))).await;
         match &answer {
-            Ok((_, generation)) => self.send(Event::HintsGiven(Some(*generation))),
-            Err(error) if *error == Error::content_modified() => self.send(Event::HintsGiven(None)),
+            Ok((_, generation)) => self.send(LoopEvent::HintsGiven(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(LoopEvent::HintsGiven(None)),
             Err(_) => {}
         }
         answer.map(|(texts, _)| texts)
@@ -676,9 +681,9 @@ impl Backend {
         let command = self.answer(move |snapshot| execute_command::read(snapshot, &params)).await?;
         let result = command.result();
         match command {
-            Command::SetSignificance(level) => self.send(Event::Significance(level)),
-            Command::Reload => self.send(Event::Reload),
-            Command::Generate(document) => self.make(document.edit, document.messages),
+            ServerCommand::SetSignificance(level) => self.send(LoopEvent::Significance(level)),
+            ServerCommand::Reload => self.send(LoopEvent::Reload),
+            ServerCommand::Generate(document) => self.make(document.edit, document.messages),
         }
         Ok(result)
     }

@@ -14,7 +14,7 @@ use super::snapshot::{Document, Snapshot};
 use super::typing::without_typed;
 
 /// The result of a check.
-pub(crate) struct Checked {
+pub(crate) struct CheckedDiagnostics {
     /// Whether an included file exists and has not been read. Then the result is not published.
     pub(crate) is_outdated: bool,
     /// Whether diagnostics wait until the user pauses.
@@ -24,7 +24,7 @@ pub(crate) struct Checked {
 }
 
 /// What the hints and the tokens of the open files are now.
-pub(crate) struct Compared {
+pub(crate) struct ComparedHints {
     /// The figures of the texts, and earlier ones where the texts have none.
     pub(crate) figures: EarlierFigures,
     /// For each open file, a hash of its inlay hints without their positions.
@@ -192,18 +192,18 @@ fn of_document(snapshot: &Snapshot, document: &Document) -> Option<Items> {
 }
 
 /// Computes the diagnostics of all files.
-pub(crate) fn check(snapshot: &Snapshot) -> Checked {
+pub(crate) fn check(snapshot: &Snapshot) -> CheckedDiagnostics {
     let is_outdated = snapshot.is_outdated();
     let (diagnostics, do_some_wait) = shown(snapshot);
     // Computed in advance, so that they are ready when the main loop publishes them.
     if snapshot.capabilities.pull_diagnostics {
         diagnostics.values().for_each(|(_, items)| _ = items.id());
     }
-    Checked { is_outdated, do_some_wait, diagnostics }
+    CheckedDiagnostics { is_outdated, do_some_wait, diagnostics }
 }
 
 /// Computes what the hints and the tokens of the open files are.
-pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
+pub(crate) fn compare(snapshot: &Snapshot) -> ComparedHints {
     let db = &snapshot.db;
     let (mut hints, mut lenses) = (BTreeMap::new(), BTreeMap::new());
     let models = snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)));
@@ -234,5 +234,5 @@ pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
         Some((url, (document.version, snapshot.meanings(document.file))))
     };
     let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
-    Compared { figures, hints, lenses, meanings }
+    ComparedHints { figures, hints, lenses, meanings }
 }

@@ -14,7 +14,7 @@ use super::rope::Rope;
 
 /// An open text.
 #[derive(Debug)]
-pub(crate) struct Open {
+pub(crate) struct OpenDocument {
     /// Its path; a unique name if it is not a file.
     pub(crate) path: PathBuf,
     pub(crate) home: Home,
@@ -42,7 +42,7 @@ pub(crate) struct TextId {
 
 /// The open documents, by their URIs.
 #[derive(Debug, Default)]
-pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
+pub(crate) struct Documents(pub(crate) BTreeMap<Url, OpenDocument>);
 
 const LOST: &str = "mauve could not understand the editor's last message about this file, so its text is unknown: save the \
                     file, or close and open it";
@@ -73,7 +73,7 @@ impl Documents {
         {
             self.0.remove(&address);
         }
-        self.0.insert(uri, Open::new(path, home, version, &text));
+        self.0.insert(uri, OpenDocument::new(path, home, version, &text));
     }
 
     /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
@@ -86,7 +86,7 @@ impl Documents {
     }
 
     /// Returns the document with a URI in any spelling.
-    pub(crate) fn get(&self, uri: &Url) -> Option<&Open> {
+    pub(crate) fn get(&self, uri: &Url) -> Option<&OpenDocument> {
         self.0.get(&self.address(uri)?)
     }
 
@@ -101,7 +101,7 @@ impl Documents {
         unknown.map(|(open, problem)| (canonical_path(&open.path), problem)).collect()
     }
 
-    fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
+    fn get_mut(&mut self, uri: &Url) -> Option<&mut OpenDocument> {
         let address = self.address(uri)?;
         self.0.get_mut(&address)
     }
@@ -181,16 +181,16 @@ impl Documents {
             let (path, home) = path_of(uri);
             let is_file = home == Home::File;
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
-            Open::new(path, home, 0, &text)
+            OpenDocument::new(path, home, 0, &text)
         });
         open.problem = Some(LOST.to_owned());
         open.note_change();
     }
 }
 
-impl Open {
-    fn new(path: PathBuf, home: Home, version: i32, text: &str) -> Open {
-        Open {
+impl OpenDocument {
+    fn new(path: PathBuf, home: Home, version: i32, text: &str) -> OpenDocument {
+        OpenDocument {
             path,
             home,
             version,

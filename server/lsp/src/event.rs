@@ -7,21 +7,21 @@ use std::sync::atomic::AtomicBool;
 
 use mauve_hir::File;
 use mauve_ide::EarlierFigures;
-use mauve_projects::load::Search;
+use mauve_projects::load::DiskSearch;
 use mauve_syntax::TextRange;
 use mauve_timing::Level;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
 
 use super::answering::Answering;
 use super::capabilities::Capabilities;
-use super::check::{Checked, Compared};
+use super::check::{CheckedDiagnostics, ComparedHints};
 use super::items::DiagnosticsByFile;
-use super::pulls::Given;
+use super::pulls::GivenResult;
 use super::settings::Settings;
 use super::snapshot::{Failure, Snapshot};
 
 /// A message to the main loop.
-pub(crate) enum Event {
+pub(crate) enum LoopEvent {
     Initialize {
         capabilities: Capabilities,
         folders: Vec<PathBuf>,
@@ -41,7 +41,7 @@ pub(crate) enum Event {
     /// The client closed a document: the text on the disk is in effect again.
     Closed(Url),
     /// A search has ended, without a result if it panicked. The flag tells it from others.
-    Searched(Arc<AtomicBool>, Option<Search>),
+    Searched(Arc<AtomicBool>, Option<DiskSearch>),
     /// The search with this flag takes long, if it has not ended.
     LongSearch(Arc<AtomicBool>),
     /// These files were created, removed or changed, and perhaps others whose events were `missed`.
@@ -57,7 +57,7 @@ pub(crate) enum Event {
     Significance(Option<Level>),
     /// The user's settings, and the errors in them.
     Configured(Settings, Vec<String>),
-    Job(Job),
+    Job(RequestJob),
     /// Reads and analyses all files again.
     Reload,
     /// The time has passed after which the texts are to be checked again.
@@ -71,7 +71,7 @@ pub(crate) enum Event {
     /// The client requested the diagnostics of a file, or of all.
     DiagnosticsRequested(Option<Url>),
     /// That request was answered with these.
-    DiagnosticsGiven(BTreeMap<Url, Given>),
+    DiagnosticsGiven(BTreeMap<Url, GivenResult>),
     /// The request for the diagnostics of this file was not answered.
     DiagnosticsNotGiven(Url),
     /// The client was given the inlay hints or code lenses of this generation; none if changes cancelled the request.
@@ -87,38 +87,38 @@ pub(crate) enum Event {
     /// A check of this generation begins with these diagnostics of documents that have none yet.
     Looked(u64, DiagnosticsByFile),
     /// A check of this generation found diagnostics.
-    Checked(u64, Result<Checked, Failure>),
+    Checked(u64, Result<CheckedDiagnostics, Failure>),
     /// It also computed what the hints and tokens are.
-    Compared(u64, Result<Compared, Failure>),
+    Compared(u64, Result<ComparedHints, Failure>),
 }
 
-impl Event {
+impl LoopEvent {
     /// Whether the client or the disk has changed something, after which a load that panicked is tried again.
     pub(crate) fn is_change(&self) -> bool {
         matches!(
             self,
-            Event::Opened(_)
-                | Event::Changed(_)
-                | Event::Saved(_)
-                | Event::Closed(_)
-                | Event::Disk { .. }
-                | Event::Folders { .. }
+            LoopEvent::Opened(_)
+                | LoopEvent::Changed(_)
+                | LoopEvent::Saved(_)
+                | LoopEvent::Closed(_)
+                | LoopEvent::Disk { .. }
+                | LoopEvent::Folders { .. }
         )
     }
 
     /// The document whose text it changes.
     pub(crate) fn document(&self) -> Option<&Url> {
         match self {
-            Event::Opened(document) => Some(&document.uri),
-            Event::Changed(params) => Some(&params.text_document.uri),
-            Event::Saved(params) => Some(&params.text_document.uri),
+            LoopEvent::Opened(document) => Some(&document.uri),
+            LoopEvent::Changed(params) => Some(&params.text_document.uri),
+            LoopEvent::Saved(params) => Some(&params.text_document.uri),
             _ => None,
         }
     }
 }
 
 /// Something to compute for a request.
-pub(crate) struct Job {
+pub(crate) struct RequestJob {
     pub(crate) request: Arc<Answering>,
     /// Is given no snapshot where the document of the request has another text than when the request came.
     pub(crate) work: Box<dyn FnOnce(Option<Snapshot>) + Send>,

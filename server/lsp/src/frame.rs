@@ -14,14 +14,14 @@ const LONGEST_MESSAGE: u64 = 1 << 30;
 const CONTENT_LENGTH: &str = "content-length";
 
 /// A message, or why it is not JSON.
-pub(crate) type Frame = Result<Value, serde_json::Error>;
+pub(crate) type MessageFrame = Result<Value, serde_json::Error>;
 
 /// Reads one message; `None` at the end of the stream.
 ///
 /// # Errors
 ///
 /// Those of the stream; it ends within a message; a line is no header; a message has no valid length.
-pub(crate) fn read(input: &mut impl BufRead) -> io::Result<Option<Frame>> {
+pub(crate) fn read(input: &mut impl BufRead) -> io::Result<Option<MessageFrame>> {
     let Some(length) = read_header(input)? else { return Ok(None) };
     let mut message = Vec::new();
     if input.take(length).read_to_end(&mut message)? as u64 != length {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{File, ModelDb, Workspace, config_of, normalised, projects};
-use mauve_orocos::{MANIFEST, Step};
+use mauve_orocos::{MANIFEST, PlanStep};
 use mauve_projects::analysis_document::deployments_of;
 use mauve_projects::destination::behind_links;
 use mauve_projects::generate::{
@@ -40,7 +40,7 @@ pub(crate) struct Preview {
 
 impl Preview {
     /// Where the file of a step is.
-    pub(crate) fn path(&self, step: &Step) -> PathBuf {
+    pub(crate) fn path(&self, step: &PlanStep) -> PathBuf {
         self.generated.out.real.join(&step.path)
     }
 

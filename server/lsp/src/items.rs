@@ -10,10 +10,10 @@ use super::pulls::ResultId;
 
 /// The diagnostics of a file, as JSON: a list of thousands is compared and sent as it is. A copy is cheap.
 #[derive(Debug, Clone)]
-pub(crate) struct Items(Arc<Kept>);
+pub(crate) struct Items(Arc<KeptItems>);
 
 #[derive(Debug)]
-struct Kept {
+struct KeptItems {
     json: String,
     id: OnceLock<ResultId>,
 }
@@ -31,7 +31,7 @@ impl Items {
         }
         json.push(']');
         json.shrink_to_fit();
-        Items(Arc::new(Kept { json, id: OnceLock::new() }))
+        Items(Arc::new(KeptItems { json, id: OnceLock::new() }))
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -84,14 +84,14 @@ use tower_lsp::LspService;
 pub use command::Lsp;
 
 use backend::Backend;
-use frame::Frame;
+use frame::MessageFrame;
 use main_loop::MainLoop;
-use mirror::{Mirror, Side};
+use mirror::{MessageSide, Mirror};
 use outbox::{Outbox, Refresh};
 use outgoing::{Backlog, Outgoing};
-use progress::{Shown, Work};
+use progress::{ServerWork, ShownProgress};
 use publisher::Publisher;
-use transport::{Streams, serve};
+use transport::{SessionStreams, serve};
 
 /// So many messages of the client are read ahead, and so many bytes.
 const READ_AHEAD: usize = 1024;
@@ -129,8 +129,8 @@ fn run(
     let outbox = Arc::new(Outbox::default());
     let backlog = Arc::new(Backlog::default());
 
-    let (work, present_work) = watch::channel(Work::default());
-    let shown = Shown::default();
+    let (work, present_work) = watch::channel(ServerWork::default());
+    let shown = ShownProgress::default();
     let publisher = Publisher::new(Arc::clone(&outbox));
     let (sender, workers) = (events.clone(), runtime.handle().clone());
     let main_loop = MainLoop::new(sender, workers, publisher, work, allows_outside);
@@ -169,7 +169,8 @@ fn run(
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         let main_loop = main_loop_ended;
-        serve(service, socket, Streams { incoming, outgoing, backlog, outbox, client, main_loop }).await
+        serve(service, socket, SessionStreams { incoming, outgoing, backlog, outbox, client, main_loop })
+            .await
     });
     let _ = last_words.recv_timeout(FAREWELL);
     // Running jobs are not waited for.
@@ -177,13 +178,13 @@ fn run(
     Ok(code)
 }
 
-fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
+fn read(input: impl std::io::Read, frames: &channel::Sender<MessageFrame>, mirror: Option<&Mirror>) {
     let mut input = std::io::BufReader::with_capacity(READ_BUFFER, input);
     loop {
         match frame::read(&mut input) {
             Ok(Some(frame)) => {
                 if let (Some(mirror), Ok(message)) = (mirror, &frame) {
-                    mirror.record(Side::Client, message);
+                    mirror.record(MessageSide::Client, message);
                 }
                 if frames.blocking_send(frame).is_err() {
                     return;
@@ -210,7 +211,7 @@ fn write(
         if let Some(mirror) = mirror
             && let Ok(message) = serde_json::from_str(&message)
         {
-            mirror.record(Side::Server, &message);
+            mirror.record(MessageSide::Server, &message);
         }
         if let Err(error) = frame::write(&mut output, &message) {
             tracing::error!("cannot write to the client: {error}");

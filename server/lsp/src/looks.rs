@@ -23,9 +23,9 @@ const COARSE: u64 = 2;
 
 /// What tells that a path has changed, without reading it: whether it is a folder, its device and number, its length, and when its
 /// content and anything of it changed last, in seconds and nanoseconds.
-type Signature = (bool, [u64; 2], u64, [i64; 4]);
+type FileSignature = (bool, [u64; 2], u64, [i64; 4]);
 
-fn signature(path: &Path) -> Option<Signature> {
+fn signature(path: &Path) -> Option<FileSignature> {
     let it = path.symlink_metadata().ok()?;
     let times = [it.mtime(), it.mtime_nsec(), it.ctime(), it.ctime_nsec()];
     Some((it.is_dir(), [it.dev(), it.ino()], it.len(), times))
@@ -33,23 +33,23 @@ fn signature(path: &Path) -> Option<Signature> {
 
 /// A path as it was when it was looked at; there may have been nothing.
 #[derive(Debug)]
-struct Known {
-    signature: Option<Signature>,
+struct KnownPath {
+    signature: Option<FileSignature>,
     /// Whether a further change may have given the same signature.
     is_young: bool,
     /// The names in a folder.
     names: BTreeSet<OsString>,
 }
 
-impl Known {
-    fn at(path: &Path) -> Known {
+impl KnownPath {
+    fn at(path: &Path) -> KnownPath {
         // In this order, the next look sees what changes in between.
         let signature = signature(path);
         let folder = signature.filter(|it| it.0).and_then(|_| std::fs::read_dir(path).ok());
         let names = folder.into_iter().flatten().flatten().map(|entry| entry.file_name()).collect();
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs();
         let is_young = signature.is_some_and(|(.., times)| times[2].abs_diff(now.cast_signed()) <= COARSE);
-        Known { signature, is_young, names }
+        KnownPath { signature, is_young, names }
     }
 
     /// Returns the device and the number of a folder, which another folder of its name does not have.
@@ -61,7 +61,7 @@ impl Known {
 /// The files and folders in use, as they were.
 #[derive(Debug, Default)]
 pub(super) struct Looks {
-    known: BTreeMap<PathBuf, Known>,
+    known: BTreeMap<PathBuf, KnownPath>,
     /// Whether the system does not tell of all changes.
     polls: bool,
     /// When to look again without a message, where there are no events.
@@ -73,7 +73,7 @@ impl Looks {
     pub(super) fn use_only(&mut self, paths: BTreeSet<PathBuf>, is_unwatched: bool) {
         self.known.retain(|path, _| paths.contains(path));
         for path in paths {
-            self.known.entry(path).or_insert_with_key(|path| Known::at(path));
+            self.known.entry(path).or_insert_with_key(|path| KnownPath::at(path));
         }
         let devices: BTreeMap<u64, &PathBuf> =
             self.known.iter().filter_map(|(path, known)| Some((known.signature?.1[0], path))).collect();
@@ -89,7 +89,7 @@ impl Looks {
     /// Notes a change that the system tells of: the next look does not return it again.
     pub(super) fn note(&mut self, path: &Path) {
         if let Some(known) = self.known.get_mut(path) {
-            *known = Known::at(path);
+            *known = KnownPath::at(path);
         }
         if let Some(name) = path.file_name()
             && let Some(around) = path.parent().and_then(|folder| self.known.get_mut(folder))
@@ -111,7 +111,7 @@ impl Looks {
             if signature(path) == known.signature && !(self.polls && known.is_young) {
                 continue;
             }
-            let before = std::mem::replace(known, Known::at(path));
+            let before = std::mem::replace(known, KnownPath::at(path));
             if before.folder().is_some() && before.folder() == known.folder() {
                 changed.extend(before.names.symmetric_difference(&known.names).map(|name| path.join(name)));
             } else {

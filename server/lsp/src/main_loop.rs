@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_ide::EarlierFigures;
 use mauve_projects::address::Home;
-use mauve_projects::load::{Loaded, Loader, Search, canonical_path, is_of_another_language};
+use mauve_projects::load::{DiskSearch, LoadedWorkspaces, Loader, canonical_path, is_of_another_language};
 use mauve_syntax::TextRange;
 use salsa::Database as _;
 use salsa::plumbing::current_revision;
@@ -26,13 +26,13 @@ use tower_lsp::lsp_types::{
 };
 
 use super::capabilities::Capabilities;
-use super::check::{Checked, Compared, check, compare, look};
+use super::check::{CheckedDiagnostics, ComparedHints, check, compare, look};
 use super::diagnostics::url_of;
-use super::documents::{Documents, Open};
-use super::event::{Event, Job};
+use super::documents::{Documents, OpenDocument};
+use super::event::{LoopEvent, RequestJob};
 use super::handlers::inlay_hints::search_limits;
 use super::outbox::Refresh;
-use super::progress::{self, Work};
+use super::progress::{self, ServerWork};
 use super::publisher::{Publisher, replace};
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
@@ -71,16 +71,16 @@ pub(crate) struct MainLoop {
     /// The figures of earlier texts, for hints.
     earlier: Arc<EarlierFigures>,
     /// Jobs that wait for the end of a search.
-    waiting: Vec<Job>,
+    waiting: Vec<RequestJob>,
     /// The semantic tokens that the client has received.
     tokens: Arc<Tokens>,
     publisher: Publisher,
     watcher: Watcher,
-    sender: mpsc::Sender<Event>,
+    sender: mpsc::Sender<LoopEvent>,
     workers: Handle,
     running: Arc<AtomicUsize>,
     /// What may take long, for the progress report.
-    work: watch::Sender<Work>,
+    work: watch::Sender<ServerWork>,
     /// The beginning of the last check.
     check_began: Instant,
 }
@@ -89,10 +89,10 @@ impl MainLoop {
     /// Creates a server without workspaces. Its workers report to `sender`. If it `allows_outside`, projects may read
     /// files outside their folders.
     pub(crate) fn new(
-        sender: mpsc::Sender<Event>,
+        sender: mpsc::Sender<LoopEvent>,
         workers: Handle,
         publisher: Publisher,
-        work: watch::Sender<Work>,
+        work: watch::Sender<ServerWork>,
         allows_outside: bool,
     ) -> MainLoop {
         MainLoop {
@@ -124,7 +124,7 @@ impl MainLoop {
     }
 
     /// Runs as long as the process. After a panic, begins again; returns the message of a second panic.
-    pub(crate) fn run(mut self, events: &mpsc::Receiver<Event>) -> Option<String> {
+    pub(crate) fn run(mut self, events: &mpsc::Receiver<LoopEvent>) -> Option<String> {
         let mut first: Option<String> = None;
         loop {
             let served = catch_unwind(AssertUnwindSafe(|| {
@@ -141,7 +141,7 @@ impl MainLoop {
         }
     }
 
-    fn serve(&mut self, events: &mpsc::Receiver<Event>) {
+    fn serve(&mut self, events: &mpsc::Receiver<LoopEvent>) {
         loop {
             while let Ok(event) = events.try_recv() {
                 self.handle(event);
@@ -175,99 +175,103 @@ impl MainLoop {
             return;
         }
         let files = self.workspaces.iter().map(|workspace| workspace.files(&self.db).len()).sum();
-        self.report(if self.staleness.is_checking() { Work::Analysing(files) } else { Work::Nothing });
+        self.report(if self.staleness.is_checking() {
+            ServerWork::Analysing(files)
+        } else {
+            ServerWork::Nothing
+        });
     }
 
     /// Reports work to a client that shows progress.
-    fn report(&self, work: Work) {
-        progress::report(&self.work, if self.capabilities.progress { work } else { Work::Nothing });
+    fn report(&self, work: ServerWork) {
+        progress::report(&self.work, if self.capabilities.progress { work } else { ServerWork::Nothing });
     }
 
-    fn handle(&mut self, event: Event) {
+    fn handle(&mut self, event: LoopEvent) {
         if event.is_change() {
             self.staleness.note_change();
         }
         self.changing = event.document().cloned();
         match event {
-            Event::Initialize { capabilities, folders } => self.initialize(capabilities, folders),
-            Event::Initialized => {
+            LoopEvent::Initialize { capabilities, folders } => self.initialize(capabilities, folders),
+            LoopEvent::Initialized => {
                 self.staleness.allow_checks();
                 self.staleness.request_check();
             }
-            Event::Opened(document) => self.opened(document),
-            Event::Changed(params) => self.changed(params),
-            Event::Focused => self.watcher.look(Duration::ZERO),
-            Event::TextUnknown(uri) => self.text_unknown(uri),
-            Event::Warn(message) => self.publisher.warn(&message),
-            Event::Saved(params) => {
+            LoopEvent::Opened(document) => self.opened(document),
+            LoopEvent::Changed(params) => self.changed(params),
+            LoopEvent::Focused => self.watcher.look(Duration::ZERO),
+            LoopEvent::TextUnknown(uri) => self.text_unknown(uri),
+            LoopEvent::Warn(message) => self.publisher.warn(&message),
+            LoopEvent::Saved(params) => {
                 self.watcher.look(Duration::ZERO);
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
             }
-            Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
-            Event::Disk { paths, missed } => self.disk(&paths, missed),
-            Event::Folders { added, removed } => self.folders_changed(added, &removed),
-            Event::Significance(level) => {
+            LoopEvent::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
+            LoopEvent::Disk { paths, missed } => self.disk(&paths, missed),
+            LoopEvent::Folders { added, removed } => self.folders_changed(added, &removed),
+            LoopEvent::Significance(level) => {
                 if self.loader.set_significance(&mut self.db, level) {
                     self.staleness.bump_generation();
                 }
             }
-            Event::Configured(settings, problems) => self.configured(settings, problems),
-            Event::Job(job) => {
+            LoopEvent::Configured(settings, problems) => self.configured(settings, problems),
+            LoopEvent::Job(job) => {
                 self.apply_changes();
                 match job.request.is_current(&self.documents) && self.is_awaited() {
                     true => self.waiting.push(job),
                     false => self.start(job),
                 }
             }
-            Event::Searched(flag, search) => self.searched(&flag, search),
-            Event::Reload => self.reload(),
-            Event::TimePassed => self.staleness.request_check(),
-            Event::LongSearch(flag) => self.staleness.lengthen_search(&flag),
-            Event::Stop => self.stop(),
+            LoopEvent::Searched(flag, search) => self.searched(&flag, search),
+            LoopEvent::Reload => self.reload(),
+            LoopEvent::TimePassed => self.staleness.request_check(),
+            LoopEvent::LongSearch(flag) => self.staleness.lengthen_search(&flag),
+            LoopEvent::Stop => self.stop(),
             #[cfg(debug_assertions)]
             #[allow(clippy::panic, reason = "that is what it is for")]
-            Event::Panic => panic!("asked for"),
-            Event::Defect(message) => self.publisher.defect(&message),
-            Event::DiagnosticsRequested(about) => {
+            LoopEvent::Panic => panic!("asked for"),
+            LoopEvent::Defect(message) => self.publisher.defect(&message),
+            LoopEvent::DiagnosticsRequested(about) => {
                 let version = |url: &Url| self.documents.get(url).map(|open| open.version);
                 self.publisher.asked(about.map(|url| (url.clone(), version(&url))));
             }
-            Event::DiagnosticsGiven(given) => self.publisher.answered(|pulls| pulls.answered(given)),
-            Event::DiagnosticsNotGiven(url) => self.publisher.answered(|pulls| pulls.lost(&url)),
-            Event::HintsGiven(generation) => {
+            LoopEvent::DiagnosticsGiven(given) => self.publisher.answered(|pulls| pulls.answered(given)),
+            LoopEvent::DiagnosticsNotGiven(url) => self.publisher.answered(|pulls| pulls.lost(&url)),
+            LoopEvent::HintsGiven(generation) => {
                 if self.staleness.hints_given(generation) {
                     self.refresh_hints();
                 }
             }
-            Event::FiguresShown(generation, figures) => {
+            LoopEvent::FiguresShown(generation, figures) => {
                 // A comparison of a newer generation does not know them.
                 if generation == self.staleness.generation() {
                     Arc::make_mut(&mut self.earlier).add(figures);
                 }
             }
-            Event::LimitsMissing(generation, part) => {
+            LoopEvent::LimitsMissing(generation, part) => {
                 self.apply_changes();
                 match generation == self.staleness.generation() {
                     true => self.search_limits(part),
                     false => self.publisher.refresh(Refresh::Hints),
                 }
             }
-            Event::LimitsSearched(Err(Failure::Panicked(message))) => self.panicked(&message),
+            LoopEvent::LimitsSearched(Err(Failure::Panicked(message))) => self.panicked(&message),
             // After a change, the client gets the limits of other texts.
-            Event::LimitsSearched(_) => self.publisher.refresh(Refresh::Hints),
-            Event::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
-            Event::Looked(generation, found) => {
+            LoopEvent::LimitsSearched(_) => self.publisher.refresh(Refresh::Hints),
+            LoopEvent::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
+            LoopEvent::Looked(generation, found) => {
                 self.apply_changes();
                 if generation == self.staleness.generation() {
                     self.publisher.publish_first(found);
                 }
             }
-            Event::Checked(generation, checked) => {
+            LoopEvent::Checked(generation, checked) => {
                 self.apply_changes();
                 self.checked(generation, checked);
             }
-            Event::Compared(generation, compared) => {
+            LoopEvent::Compared(generation, compared) => {
                 self.apply_changes();
                 if generation == self.staleness.generation() {
                     self.compared(compared);
@@ -463,12 +467,12 @@ impl MainLoop {
     fn search(&mut self, flag: Arc<AtomicBool>) {
         let mut search = self.loader.search();
         let (late, sender, work) = (self.sender.clone(), self.sender.clone(), self.work.clone());
-        let long = Event::LongSearch(Arc::clone(&flag));
+        let long = LoopEvent::LongSearch(Arc::clone(&flag));
         self.workers.spawn(async move {
             tokio::time::sleep(LONG_SEARCH).await;
             let _ = late.send(long);
         });
-        self.report(Work::Searching);
+        self.report(ServerWork::Searching);
         let is_reported = self.capabilities.progress;
         let looked = self.watcher.looked.take();
         let run = move || {
@@ -479,11 +483,11 @@ impl MainLoop {
             hold(&search, &is_cancelled);
             let report = |files| {
                 if is_reported && files > 0 && !is_cancelled() {
-                    progress::report(&work, Work::Reading(files));
+                    progress::report(&work, ServerWork::Reading(files));
                 }
             };
             let run = catch_unwind(AssertUnwindSafe(|| search.run(&is_cancelled, &report)));
-            let _ = sender.send(Event::Searched(flag, run.ok().map(|()| search)));
+            let _ = sender.send(LoopEvent::Searched(flag, run.ok().map(|()| search)));
         };
         // No worker is used: all of them may be busy with cancelled jobs.
         if let Err(error) = std::thread::Builder::new().name("search".to_owned()).spawn(run) {
@@ -494,7 +498,7 @@ impl MainLoop {
 
     /// Takes the result of a search, and loads the workspaces if something has changed. Then starts the jobs that waited for
     /// it, before another search begins.
-    fn searched(&mut self, flag: &Arc<AtomicBool>, search: Option<Search>) {
+    fn searched(&mut self, flag: &Arc<AtomicBool>, search: Option<DiskSearch>) {
         // What is loaded depends on the texts: those that came since the last event are among them.
         self.apply_documents();
         let begin = Instant::now();
@@ -529,7 +533,7 @@ impl MainLoop {
         }
     }
 
-    fn start(&self, Job { request, work }: Job) {
+    fn start(&self, RequestJob { request, work }: RequestJob) {
         let snapshot = request.is_current(&self.documents).then(|| self.snapshot());
         self.spawn(move || work(snapshot));
     }
@@ -557,7 +561,7 @@ impl MainLoop {
     }
 
     /// Returns the file of a document, if the path of the document leads to another one now.
-    fn left_by(&self, uri: &Url, open: &Open) -> Option<File> {
+    fn left_by(&self, uri: &Url, open: &OpenDocument) -> Option<File> {
         let file = self.shared_documents.get(uri).filter(|_| open.home == Home::File)?.file;
         (canonical_path(&open.path) != *file.path(&self.db)).then_some(file)
     }
@@ -595,7 +599,7 @@ impl MainLoop {
 
     /// Cancels all computations. Until the next change, diagnostics say that the analysis was stopped.
     fn stop(&mut self) {
-        if *self.work.borrow() != Work::Nothing {
+        if *self.work.borrow() != ServerWork::Nothing {
             self.db.trigger_cancellation();
             self.staleness.stop();
         }
@@ -640,7 +644,7 @@ impl MainLoop {
             self.staleness.request_search();
         }
         self.loader.forget_texts();
-        let Loaded { mut workspaces, problems } = loaded;
+        let LoadedWorkspaces { mut workspaces, problems } = loaded;
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
         self.workspaces = workspaces.into();
@@ -723,21 +727,21 @@ impl MainLoop {
         self.spawn(move || {
             // A look that a change cancels is followed by a check that is cancelled too.
             let _ = attempt(|| {
-                look(&snapshot, &new, |found| _ = sender.send(Event::Looked(generation, found)));
+                look(&snapshot, &new, |found| _ = sender.send(LoopEvent::Looked(generation, found)));
             });
             let checked = attempt(|| check(&snapshot));
             let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
-            let _ = sender.send(Event::Checked(generation, checked));
+            let _ = sender.send(LoopEvent::Checked(generation, checked));
             // Diagnostics do not wait for it.
             if is_published {
                 let compared = attempt(|| compare(&snapshot));
                 drop(snapshot);
-                let _ = sender.send(Event::Compared(generation, compared));
+                let _ = sender.send(LoopEvent::Compared(generation, compared));
             }
         });
     }
 
-    fn checked(&mut self, generation: u64, checked: Result<Checked, Failure>) {
+    fn checked(&mut self, generation: u64, checked: Result<CheckedDiagnostics, Failure>) {
         self.staleness.note_cost(self.check_began.elapsed());
         if !self.staleness.end_check(generation) {
             return;
@@ -753,8 +757,8 @@ impl MainLoop {
     }
 
     /// Publishes a check of the current generation, unless the workspaces are to be loaded again first.
-    fn publish(&mut self, checked: Checked) {
-        let Checked { is_outdated, do_some_wait, diagnostics } = checked;
+    fn publish(&mut self, checked: CheckedDiagnostics) {
+        let CheckedDiagnostics { is_outdated, do_some_wait, diagnostics } = checked;
         if is_outdated {
             if self.staleness.load_for_check() {
                 return;
@@ -772,8 +776,8 @@ impl MainLoop {
     }
 
     /// Requests refreshes of hints and tokens that differ from the client's.
-    fn compared(&mut self, compared: Result<Compared, Failure>) {
-        let Compared { figures, hints, lenses, meanings } = match compared {
+    fn compared(&mut self, compared: Result<ComparedHints, Failure>) {
+        let ComparedHints { figures, hints, lenses, meanings } = match compared {
             Ok(compared) => compared,
             Err(Failure::Panicked(message)) => return self.panicked(&message),
             Err(Failure::Overtaken | Failure::Cancelled) => return self.staleness.request_check(),
@@ -800,7 +804,7 @@ impl MainLoop {
         self.spawn(move || {
             let searched = attempt(|| search_limits(&snapshot, part));
             drop(snapshot);
-            let _ = sender.send(Event::LimitsSearched(searched));
+            let _ = sender.send(LoopEvent::LimitsSearched(searched));
         });
     }
 
@@ -809,7 +813,7 @@ impl MainLoop {
         let sender = self.sender.clone();
         self.workers.spawn(async move {
             tokio::time::sleep(due).await;
-            let _ = sender.send(Event::TimePassed);
+            let _ = sender.send(LoopEvent::TimePassed);
         });
     }
 
@@ -848,7 +852,12 @@ fn is_foreign(path: &Path, text: &str) -> bool {
 }
 
 /// Writes the text of a document to the database.
-fn write(loader: &mut Loader, db: &mut Database, open: &Open, unknown: &BTreeMap<PathBuf, String>) -> File {
+fn write(
+    loader: &mut Loader,
+    db: &mut Database,
+    open: &OpenDocument,
+    unknown: &BTreeMap<PathBuf, String>,
+) -> File {
     let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
     loader.opened(db, &open.path, &open.text.text(), problem)
 }
@@ -858,9 +867,9 @@ fn newest_of_several<'a>(
     documents: &'a Documents,
     known: &BTreeMap<Url, Document>,
     written: &BTreeMap<Url, File>,
-) -> Vec<&'a Open> {
+) -> Vec<&'a OpenDocument> {
     let is_written: HashSet<&File> = written.values().collect();
-    let mut open_as: HashMap<&File, Vec<&Open>> = HashMap::new();
+    let mut open_as: HashMap<&File, Vec<&OpenDocument>> = HashMap::new();
     for (uri, open) in &documents.0 {
         let file = written.get(uri).or_else(|| known.get(uri).map(|document| &document.file));
         if let Some(file) = file.filter(|file| is_written.contains(file)) {
@@ -873,7 +882,7 @@ fn newest_of_several<'a>(
 
 /// For tests: waits while the file exists that this variable names; if it has a text, only with searches through whole folders.
 #[cfg(debug_assertions)]
-fn hold(search: &Search, is_cancelled: &dyn Fn() -> bool) {
+fn hold(search: &DiskSearch, is_cancelled: &dyn Fn() -> bool) {
     let Some(path) = std::env::var_os("MAUVE_DEBUG_HOLD") else { return };
     let is_held = |text: Vec<u8>| text.is_empty() || search.is_whole();
     while std::fs::read(&path).is_ok_and(is_held) && !is_cancelled() {

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 /// The sender of a message.
 #[derive(Clone, Copy)]
-pub(crate) enum Side {
+pub(crate) enum MessageSide {
     Client,
     Server,
 }
@@ -36,10 +36,10 @@ impl Mirror {
     }
 
     /// Writes a line immediately: a session may end at any time. An error does not end the session.
-    pub(crate) fn record(&self, from: Side, message: &Value) {
+    pub(crate) fn record(&self, from: MessageSide, message: &Value) {
         let from = match from {
-            Side::Client => "client",
-            Side::Server => "server",
+            MessageSide::Client => "client",
+            MessageSide::Server => "server",
         };
         let line = json!({"seconds": self.begin.elapsed().as_secs_f64(), "from": from, "message": message});
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);

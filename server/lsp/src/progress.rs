@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 
 /// The work of the server that may take long, with numbers of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Work {
+pub(crate) enum ServerWork {
     #[default]
     Nothing,
     /// Walking through folders.
@@ -28,13 +28,13 @@ pub(crate) enum Work {
     Analysing(usize),
 }
 
-impl fmt::Display for Work {
+impl fmt::Display for ServerWork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Work::Nothing => Ok(()),
-            Work::Searching => write!(f, "searching for models"),
-            Work::Reading(files) => write!(f, "reading {}", counted(files)),
-            Work::Analysing(files) => write!(f, "analysing {}", counted(files)),
+            ServerWork::Nothing => Ok(()),
+            ServerWork::Searching => write!(f, "searching for models"),
+            ServerWork::Reading(files) => write!(f, "reading {}", counted(files)),
+            ServerWork::Analysing(files) => write!(f, "analysing {}", counted(files)),
         }
     }
 }
@@ -44,15 +44,15 @@ fn counted(files: usize) -> String {
 }
 
 /// Reports work, if it is other work than before.
-pub(crate) fn report(to: &watch::Sender<Work>, work: Work) {
+pub(crate) fn report(to: &watch::Sender<ServerWork>, work: ServerWork) {
     to.send_if_modified(|before| std::mem::replace(before, work) != work);
 }
 
 /// The number of the progress that is shown; 0 without one.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Shown(Arc<AtomicU64>);
+pub(crate) struct ShownProgress(Arc<AtomicU64>);
 
-impl Shown {
+impl ShownProgress {
     /// Returns whether this is the token of the progress that is shown.
     pub(crate) fn is(&self, other: &ProgressToken) -> bool {
         let number = self.0.load(Ordering::SeqCst);
@@ -65,14 +65,14 @@ fn token(number: u64) -> ProgressToken {
 }
 
 /// Shows a progress whenever work takes long, with what the server is doing.
-pub(crate) async fn show(client: Client, mut work: watch::Receiver<Work>, shown: Shown) {
+pub(crate) async fn show(client: Client, mut work: watch::Receiver<ServerWork>, shown: ShownProgress) {
     let mut number = 0;
     loop {
         // The sender is dropped when the server ends.
-        if work.wait_for(|work| *work != Work::Nothing).await.is_err() {
+        if work.wait_for(|work| *work != ServerWork::Nothing).await.is_err() {
             return;
         }
-        if tokio::time::timeout(PATIENCE, work.wait_for(|work| *work == Work::Nothing)).await.is_ok() {
+        if tokio::time::timeout(PATIENCE, work.wait_for(|work| *work == ServerWork::Nothing)).await.is_ok() {
             continue;
         }
         number += 1;
@@ -93,9 +93,9 @@ pub(crate) async fn show(client: Client, mut work: watch::Receiver<Work>, shown:
             percentage: None,
         }))
         .await;
-        while now != Work::Nothing && work.changed().await.is_ok() {
+        while now != ServerWork::Nothing && work.changed().await.is_ok() {
             now = *work.borrow_and_update();
-            if now != Work::Nothing {
+            if now != ServerWork::Nothing {
                 let message = Some(now.to_string());
                 let report = WorkDoneProgressReport { message, ..WorkDoneProgressReport::default() };
                 say(WorkDoneProgress::Report(report)).await;
@@ -112,13 +112,13 @@ mod tests {
 
     #[test]
     fn files_are_counted() {
-        let shown = [0, 1, 2].map(|files| Work::Reading(files).to_string());
+        let shown = [0, 1, 2].map(|files| ServerWork::Reading(files).to_string());
         assert_eq!(shown, ["reading 0 files", "reading 1 file", "reading 2 files"]);
     }
 
     #[test]
     fn only_the_token_of_the_shown_progress_is_known() {
-        let shown = Shown::default();
+        let shown = ShownProgress::default();
         assert!(!shown.is(&token(0)) && !shown.is(&token(1)));
         shown.0.store(2, Ordering::SeqCst);
         assert!(shown.is(&token(2)) && !shown.is(&token(1)) && !shown.is(&ProgressToken::Number(2)));

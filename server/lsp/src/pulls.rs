@@ -9,7 +9,7 @@ use tower_lsp::lsp_types::Url;
 pub(crate) type ResultId = u64;
 
 /// The version of a file, if it is open, and the result id of its diagnostics; `None` if the request was not answered.
-pub(crate) type Given = (Option<i32>, Option<ResultId>);
+pub(crate) type GivenResult = (Option<i32>, Option<ResultId>);
 
 /// The pulls of a session.
 #[derive(Debug, Default)]
@@ -17,13 +17,13 @@ pub(crate) struct Pulls {
     waiting: usize,
     /// The last requested version of each file.
     asked: BTreeMap<Url, Option<i32>>,
-    given: BTreeMap<Url, Given>,
+    given: BTreeMap<Url, GivenResult>,
     /// The results of the last check for the files that the client pulls.
-    found: BTreeMap<Url, Given>,
+    found: BTreeMap<Url, GivenResult>,
     /// The results at the last refresh request for each file: it is not repeated for the same result.
-    told: BTreeMap<Url, Given>,
+    told: BTreeMap<Url, GivenResult>,
     /// The result for a closed file without diagnostics.
-    nothing: Given,
+    nothing: GivenResult,
 }
 
 impl Pulls {
@@ -44,7 +44,7 @@ impl Pulls {
     }
 
     /// Records answers. Returns whether a refresh is needed.
-    pub(crate) fn answered(&mut self, given: BTreeMap<Url, Given>) -> bool {
+    pub(crate) fn answered(&mut self, given: BTreeMap<Url, GivenResult>) -> bool {
         self.waiting = self.waiting.saturating_sub(1);
         self.given.extend(given);
         self.is_outdated()
@@ -57,7 +57,7 @@ impl Pulls {
     }
 
     /// Records the results of a check for the pulled files. Returns whether a refresh is needed.
-    pub(crate) fn checked(&mut self, found: BTreeMap<Url, Given>) -> bool {
+    pub(crate) fn checked(&mut self, found: BTreeMap<Url, GivenResult>) -> bool {
         self.found = found;
         // A refresh for an older result may be requested again.
         let (found, nothing) = (&self.found, self.nothing);
@@ -92,7 +92,7 @@ impl Pulls {
             None => now(url).0.is_none() && now(url) != self.nothing,
         };
         let all: BTreeSet<&Url> = self.given.keys().chain(self.found.keys()).collect();
-        let told: BTreeMap<Url, Given> =
+        let told: BTreeMap<Url, GivenResult> =
             all.into_iter().filter(is_another).map(|url| (url.clone(), now(url))).collect();
         let is_outdated = !told.is_empty();
         self.told.extend(told);
@@ -111,7 +111,7 @@ mod tests {
         Url::parse(&format!("file:///{name}.mal")).unwrap()
     }
 
-    fn found(name: &str, version: Option<i32>, id: ResultId) -> BTreeMap<Url, Given> {
+    fn found(name: &str, version: Option<i32>, id: ResultId) -> BTreeMap<Url, GivenResult> {
         BTreeMap::from([(url(name), (version, Some(id)))])
     }
 

@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Whether the workspaces are those of the known folders and of the open documents.
 #[derive(Debug, Default, PartialEq, Eq)]
-enum Load {
+enum LoadState {
     #[default]
     Loaded,
     /// Files were created, removed or changed: the workspaces must be loaded again.
@@ -57,7 +57,7 @@ struct Searches {
 }
 
 #[derive(Debug, Default, PartialEq, Eq)]
-enum Hints {
+enum HintState {
     /// Nothing, or those of the compared generation: the next comparison finds what has changed.
     #[default]
     Compared,
@@ -77,7 +77,7 @@ struct Generation {
 /// What is outdated, see the module.
 #[derive(Debug, Default)]
 pub(super) struct Staleness {
-    load: Load,
+    load: LoadState,
     searches: Searches,
     current: Generation,
     /// Whether the client waits for a check, not only the disk has changed.
@@ -89,7 +89,7 @@ pub(super) struct Staleness {
     published: Option<u64>,
     /// The last generation whose hints were compared.
     compared: Option<u64>,
-    hints: Hints,
+    hints: HintState,
     loads_for_checks: u32,
 }
 
@@ -103,8 +103,8 @@ impl Staleness {
     pub(super) fn bump_generation(&mut self) {
         let number = self.current.number + 1;
         self.current = Generation { number, is_check_due: true, is_stopped: false };
-        if self.hints == Hints::Current {
-            self.hints = Hints::Outdated;
+        if self.hints == HintState::Current {
+            self.hints = HintState::Outdated;
         }
     }
 
@@ -113,7 +113,7 @@ impl Staleness {
         self.bump_generation();
         self.current.is_stopped = true;
         if self.cancel_search() {
-            self.load = Load::Stopped;
+            self.load = LoadState::Stopped;
         }
     }
 
@@ -140,22 +140,22 @@ impl Staleness {
     /// Whether nothing is left to do before the next event. Workspaces that could not be loaded are not checked.
     pub(super) fn is_settled(&self) -> bool {
         let is_settled = match self.load {
-            Load::Loaded | Load::Stopped => !self.is_check_due(),
-            Load::Failed => true,
-            Load::Outdated | Load::Awaiting => false,
+            LoadState::Loaded | LoadState::Stopped => !self.is_check_due(),
+            LoadState::Failed => true,
+            LoadState::Outdated | LoadState::Awaiting => false,
         };
         is_settled && self.checking.is_none() && !self.is_searching()
     }
 
     /// Whether the workspaces must be loaded again, at once or after a search.
     pub(super) fn is_outdated(&self) -> bool {
-        self.load == Load::Outdated || self.searches.is_due
+        self.load == LoadState::Outdated || self.searches.is_due
     }
 
     /// Notes that the workspaces must be loaded again.
     pub(super) fn outdate_workspaces(&mut self) {
-        if self.load != Load::Awaiting {
-            self.load = Load::Outdated;
+        if self.load != LoadState::Awaiting {
+            self.load = LoadState::Outdated;
         }
     }
 
@@ -163,25 +163,25 @@ impl Staleness {
     /// a row are counted from here.
     pub(super) fn note_change(&mut self) {
         self.loads_for_checks = 0;
-        if matches!(self.load, Load::Failed | Load::Stopped) {
-            self.searches.is_due |= self.load == Load::Stopped;
-            self.load = Load::Outdated;
+        if matches!(self.load, LoadState::Failed | LoadState::Stopped) {
+            self.searches.is_due |= self.load == LoadState::Stopped;
+            self.load = LoadState::Outdated;
         }
     }
 
     /// Begins the load that is due. Returns false if none is.
     pub(super) fn begin_load(&mut self) -> bool {
-        let is_due = self.load == Load::Outdated;
+        let is_due = self.load == LoadState::Outdated;
         if is_due {
-            self.load = Load::Loaded;
+            self.load = LoadState::Loaded;
         }
         is_due
     }
 
     /// Notes that loading panicked. Workspaces that are outdated since are loaded again all the same.
     pub(super) fn fail_load(&mut self) {
-        if self.load != Load::Outdated {
-            self.load = Load::Failed;
+        if self.load != LoadState::Outdated {
+            self.load = LoadState::Failed;
         }
     }
 
@@ -189,7 +189,7 @@ impl Staleness {
 
     /// Notes that the load needs the result of a search.
     pub(super) fn await_search(&mut self) {
-        self.load = Load::Awaiting;
+        self.load = LoadState::Awaiting;
         self.searches.is_due = true;
     }
 
@@ -205,7 +205,7 @@ impl Staleness {
 
     /// Whether the workspaces may lack files. While events keep coming, they are those of the last search.
     pub(super) fn are_files_missing(&self) -> bool {
-        let is_loaded = !matches!(self.load, Load::Outdated | Load::Awaiting);
+        let is_loaded = !matches!(self.load, LoadState::Outdated | LoadState::Awaiting);
         !is_loaded || self.is_searching() && self.searches.in_a_row < AT_ONCE
     }
 
@@ -218,7 +218,7 @@ impl Staleness {
     /// load does not wait for that.
     pub(super) fn pause(&self, now: Instant) -> Option<Duration> {
         let is_due = self.searches.is_due && self.searches.running.is_none();
-        let end = self.searches.end.filter(|_| is_due && self.load != Load::Awaiting)?;
+        let end = self.searches.end.filter(|_| is_due && self.load != LoadState::Awaiting)?;
         let pause = match self.searches.in_a_row >= AT_ONCE {
             _ if self.is_requested && (self.is_checking() || self.is_check_due()) => PATIENCE,
             true => LONGEST_PAUSE.min(3 * self.searches.cost),
@@ -263,12 +263,12 @@ impl Staleness {
 
     /// Whether a load waits for a search that takes long.
     pub(super) fn is_load_late(&self) -> bool {
-        self.load == Load::Awaiting && self.is_search_long()
+        self.load == LoadState::Awaiting && self.is_search_long()
     }
 
     /// Whether the workspaces are loaded.
     pub(super) fn is_loaded(&self) -> bool {
-        self.load == Load::Loaded
+        self.load == LoadState::Loaded
     }
 
     /// Ends the search that has this flag. Returns false for one that was cancelled.
@@ -277,8 +277,8 @@ impl Staleness {
         let Some((_, begin, _)) = self.searches.running.take_if(is_it) else { return false };
         self.searches.end = Some(now);
         self.note_cost(now.saturating_duration_since(begin));
-        if self.load == Load::Awaiting {
-            self.load = Load::Outdated;
+        if self.load == LoadState::Awaiting {
+            self.load = LoadState::Outdated;
         }
         true
     }
@@ -296,7 +296,7 @@ impl Staleness {
     pub(super) fn restart_load(&mut self) {
         self.cancel_search();
         self.searches.is_due = true;
-        self.load = Load::Outdated;
+        self.load = LoadState::Outdated;
     }
 
     // Checking.
@@ -323,7 +323,7 @@ impl Staleness {
     /// Begins the check of the current generation, if it is due and the workspaces are loaded. Where only the disk has changed,
     /// all changes are searched first.
     pub(super) fn begin_check(&mut self) -> bool {
-        let is_loaded = matches!(self.load, Load::Loaded | Load::Stopped);
+        let is_loaded = matches!(self.load, LoadState::Loaded | LoadState::Stopped);
         let is_loaded = is_loaded && (self.is_requested || !self.is_searching());
         let is_due = is_loaded && self.is_check_due();
         if is_due {
@@ -357,9 +357,9 @@ impl Staleness {
         self.published = Some(self.current.number);
         self.loads_for_checks = 0;
         self.is_requested = self.current.is_check_due;
-        let is_outdated = self.hints == Hints::Outdated;
+        let is_outdated = self.hints == HintState::Outdated;
         if is_outdated {
-            self.hints = Hints::Compared;
+            self.hints = HintState::Compared;
         }
         is_outdated || self.current.is_stopped
     }
@@ -367,8 +367,8 @@ impl Staleness {
     /// Notes that the hints of the current generation were compared with those of the generation that was compared before.
     pub(super) fn compare(&mut self) {
         self.compared = Some(self.current.number);
-        if self.hints == Hints::Current {
-            self.hints = Hints::Compared;
+        if self.hints == HintState::Current {
+            self.hints = HintState::Compared;
         }
     }
 
@@ -380,11 +380,11 @@ impl Staleness {
         }
         let is_current = generation == Some(self.current.number);
         if self.is_published() {
-            self.hints = if is_current { Hints::Current } else { Hints::Compared };
+            self.hints = if is_current { HintState::Current } else { HintState::Compared };
             return !is_current;
         }
-        let is_outdated = !is_current || self.hints == Hints::Outdated;
-        self.hints = if is_outdated { Hints::Outdated } else { Hints::Current };
+        let is_outdated = !is_current || self.hints == HintState::Outdated;
+        self.hints = if is_outdated { HintState::Outdated } else { HintState::Current };
         false
     }
 }
@@ -468,7 +468,7 @@ mod tests {
         staleness.await_search();
         assert!(staleness.is_awaited() && staleness.pause(now).is_none());
         // A check of what was found took longer.
-        staleness.load = Load::Loaded;
+        staleness.load = LoadState::Loaded;
         staleness.note_cost(2 * took);
         assert_eq!(staleness.pause(now), Some(6 * took));
         staleness.note_cost(LONGEST_PAUSE);

@@ -8,10 +8,10 @@ use tower_lsp::lsp_types::{SemanticToken, Url};
 
 /// The last tokens of each open document that the client has received.
 #[derive(Debug, Default)]
-pub(crate) struct Tokens(Mutex<BTreeMap<Url, Given>>);
+pub(crate) struct Tokens(Mutex<BTreeMap<Url, GivenTokens>>);
 
 #[derive(Debug)]
-struct Given {
+struct GivenTokens {
     version: i32,
     /// A hash of the tokens; `None` if the request was not answered.
     meanings: Option<u64>,
@@ -20,7 +20,7 @@ struct Given {
 }
 
 impl Tokens {
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Url, Given>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Url, GivenTokens>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -40,7 +40,7 @@ impl Tokens {
     ) {
         let mut given = self.lock();
         let before = given.remove(url).and_then(|given| given.all);
-        let given_now = Given { version, meanings: Some(meanings), all: all.or(before) };
+        let given_now = GivenTokens { version, meanings: Some(meanings), all: all.or(before) };
         given.insert(url.clone(), given_now);
     }
 
@@ -52,7 +52,7 @@ impl Tokens {
             return;
         }
         let all = given.remove(url).and_then(|given| given.all);
-        given.insert(url.clone(), Given { version, meanings: None, all });
+        given.insert(url.clone(), GivenTokens { version, meanings: None, all });
     }
 
     /// Records that the client has closed a document.

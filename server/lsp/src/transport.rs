@@ -23,14 +23,14 @@ use tower_lsp::{ClientSocket, LspService};
 
 use super::answering::{Answering, REQUEST};
 use super::backend::Backend;
-use super::frame::Frame;
+use super::frame::MessageFrame;
 use super::outbox::{Outbox, notification};
 use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
 
 /// The two directions, and the signal that the main loop has ended.
-pub(crate) struct Streams {
+pub(crate) struct SessionStreams {
     /// Messages of the client. Closed when its stream ends.
-    pub(crate) incoming: mpsc::Receiver<Frame>,
+    pub(crate) incoming: mpsc::Receiver<MessageFrame>,
     /// Messages to the client. Closed when the client no longer reads.
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
     /// The number of messages that are not yet written.
@@ -51,7 +51,7 @@ const HEARTBEAT: Duration = Duration::from_secs(1);
 pub(crate) async fn serve(
     mut service: LspService<Backend>,
     socket: ClientSocket,
-    mut streams: Streams,
+    mut streams: SessionStreams,
 ) -> u8 {
     let (mut to_client, mut from_client) = socket.split();
     let mut tasks: JoinSet<Option<Answer>> = JoinSet::new();
@@ -133,19 +133,19 @@ fn last_words(why: &str) -> String {
 /// Returns the request or notification of a frame. Handles all other frames.
 async fn received(
     backend: &Backend,
-    streams: &Streams,
+    streams: &SessionStreams,
     responses: &mut (impl Sink<Response> + Unpin),
-    frame: Frame,
+    frame: MessageFrame,
 ) -> Option<Request> {
     let refusal = match frame.map(understood) {
-        Ok(Ok(Message::Request(request))) => match request.id() {
+        Ok(Ok(ClientMessage::Request(request))) => match request.id() {
             // tower-lsp does not answer these.
             Some(id) if request.method().starts_with("$/") => {
                 Response::from_error(id.clone(), Error::method_not_found())
             }
             _ => return Some(request),
         },
-        Ok(Ok(Message::Response(response))) => {
+        Ok(Ok(ClientMessage::Response(response))) => {
             // A response without a request is ignored.
             let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
             if !matches!(answered, Ok(Ok(()))) {
@@ -203,7 +203,7 @@ fn answer(
     }
 }
 
-fn send(streams: &Streams, message: Option<String>) {
+fn send(streams: &SessionStreams, message: Option<String>) {
     if let Some(message) = message {
         put(streams, Outgoing { message, written: None });
     }
@@ -220,19 +220,19 @@ fn json(response: &Response) -> Option<String> {
 }
 
 /// Sends a message that the server initiates; returns the signal that it is written.
-fn put_one(streams: &Streams, message: String) -> oneshot::Receiver<()> {
+fn put_one(streams: &SessionStreams, message: String) -> oneshot::Receiver<()> {
     let (written, wait) = oneshot::channel();
     put(streams, Outgoing { message, written: Some(written) });
     wait
 }
 
-fn put(streams: &Streams, message: Outgoing) {
+fn put(streams: &SessionStreams, message: Outgoing) {
     streams.backlog.put(&streams.outgoing, message);
 }
 
 const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];
 
-enum Message {
+enum ClientMessage {
     Request(Request),
     Response(Response),
 }
@@ -246,7 +246,7 @@ struct NoMessage {
 }
 
 /// Parses a JSON value as a message.
-fn understood(mut message: Value) -> Result<Message, NoMessage> {
+fn understood(mut message: Value) -> Result<ClientMessage, NoMessage> {
     // Some clients send `null` for missing parameters or methods.
     let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
     if message.get("params").is_some_and(|params| params.is_null() || takes_none)
@@ -258,8 +258,8 @@ fn understood(mut message: Value) -> Result<Message, NoMessage> {
     let is_request = message.get("method").is_some();
     let is_answer = !is_request && message.get("id").is_some() && message.get("params").is_none();
     let understood = match is_request {
-        true => serde_json::from_value(message).map(Message::Request),
-        false => serde_json::from_value(message).map(Message::Response),
+        true => serde_json::from_value(message).map(ClientMessage::Request),
+        false => serde_json::from_value(message).map(ClientMessage::Response),
     };
     understood.map_err(|error| {
         let message = format!("neither a request nor an answer: {error}");

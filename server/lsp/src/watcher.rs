@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use notify::event::{AccessKind, AccessMode};
 use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
-use super::event::Event;
+use super::event::LoopEvent;
 use super::looks::Looks;
 
 /// How long to wait for further events, and the maximum in total: programs often write a file in several steps.
@@ -31,7 +31,7 @@ pub(crate) const TYPING: Duration = Duration::from_secs(5);
 const TAKEN: i32 = rustix::io::Errno::MFILE.raw_os_error();
 
 /// What the thread of the watcher is told.
-enum Seen {
+enum WatcherMessage {
     /// The system says that this was created, removed or changed.
     Path(PathBuf),
     /// Events were missed.
@@ -56,7 +56,7 @@ pub(crate) struct Watcher {
     failed: Option<Arc<str>>,
     /// The same of all when none was left, in a few words: why, or what to do.
     pub(crate) failure: Option<Arc<str>>,
-    thread: mpsc::Sender<Seen>,
+    thread: mpsc::Sender<WatcherMessage>,
     last_look: Instant,
     /// Ends when the files in use have been looked at: what is read from then on is at least as new.
     pub(crate) looked: Option<mpsc::Receiver<()>>,
@@ -64,21 +64,21 @@ pub(crate) struct Watcher {
 
 impl Watcher {
     /// Creates a watcher without folders that sends changes to `events`.
-    pub(crate) fn new(events: mpsc::Sender<Event>) -> Watcher {
-        let (thread, seen) = mpsc::channel::<Seen>();
+    pub(crate) fn new(events: mpsc::Sender<LoopEvent>) -> Watcher {
+        let (thread, seen) = mpsc::channel::<WatcherMessage>();
         let sender = thread.clone();
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
             let say = |seen| drop(sender.send(seen));
             match event {
-                Ok(event) if event.need_rescan() => say(Seen::Missed),
+                Ok(event) if event.need_rescan() => say(WatcherMessage::Missed),
                 Ok(event) => {
                     let is_read = matches!(event.kind, EventKind::Access(kind)
                         if kind != AccessKind::Close(AccessMode::Write));
                     if !is_read {
-                        event.paths.into_iter().map(Seen::Path).for_each(say);
+                        event.paths.into_iter().map(WatcherMessage::Path).for_each(say);
                     }
                 }
-                Err(_) => say(Seen::Missed),
+                Err(_) => say(WatcherMessage::Missed),
             }
         });
         std::thread::spawn(move || {
@@ -94,7 +94,7 @@ impl Watcher {
     pub(crate) fn look(&mut self, pause: Duration) {
         if self.last_look.elapsed() >= pause {
             self.last_look = Instant::now();
-            let _ = self.thread.send(Seen::Look);
+            let _ = self.thread.send(WatcherMessage::Look);
         }
     }
 
@@ -102,7 +102,7 @@ impl Watcher {
     pub(crate) fn use_only(&mut self, paths: BTreeSet<PathBuf>) {
         let (done, looked) = mpsc::channel();
         self.looked = Some(looked);
-        let _ = self.thread.send(Seen::InUse(paths, self.failure.is_some(), done));
+        let _ = self.thread.send(WatcherMessage::InUse(paths, self.failure.is_some(), done));
     }
 
     /// Forgets a changed folder and those in it, which may have been replaced. Returns whether one of them was
@@ -183,16 +183,16 @@ fn words(error: &notify::Error) -> String {
 }
 
 /// Waits for changes, and sends changes in quick succession as one event. Returns false once all senders of changes are gone.
-fn tell(seen: &mpsc::Receiver<Seen>, looks: &mut Looks, events: &mpsc::Sender<Event>) -> bool {
+fn tell(seen: &mpsc::Receiver<WatcherMessage>, looks: &mut Looks, events: &mpsc::Sender<LoopEvent>) -> bool {
     let (mut paths, mut missed, mut is_look) = (BTreeSet::new(), false, false);
     let mut next = seen.recv_timeout(looks.pause());
     let begin = Instant::now();
     while let Ok(seen_now) = next {
         match seen_now {
-            Seen::Path(path) => _ = paths.insert(path),
-            Seen::Missed => missed = true,
-            Seen::InUse(paths, is_unwatched, _looked) => looks.use_only(paths, is_unwatched),
-            Seen::Look => is_look = true,
+            WatcherMessage::Path(path) => _ = paths.insert(path),
+            WatcherMessage::Missed => missed = true,
+            WatcherMessage::InUse(paths, is_unwatched, _looked) => looks.use_only(paths, is_unwatched),
+            WatcherMessage::Look => is_look = true,
         }
         next =
             if begin.elapsed() < LONGEST { seen.recv_timeout(QUIET) } else { Err(RecvTimeoutError::Timeout) };
@@ -202,6 +202,6 @@ fn tell(seen: &mpsc::Receiver<Seen>, looks: &mut Looks, events: &mpsc::Sender<Ev
     if is_look || looks.pause().is_zero() {
         paths.extend(looks.changed());
     }
-    let is_told = !missed && paths.is_empty() || events.send(Event::Disk { paths, missed }).is_ok();
+    let is_told = !missed && paths.is_empty() || events.send(LoopEvent::Disk { paths, missed }).is_ok();
     is_told && !matches!(next, Err(RecvTimeoutError::Disconnected))
 }

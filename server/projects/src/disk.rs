@@ -1,5 +1,5 @@
 //! Reads files of untrusted projects. Only regular files are read, each up to a maximum size, and no files of the
-//! kernel's virtual file systems (`/proc/self/pagemap` has no end). [`Boundary`] decides which files belong to a
+//! kernel's virtual file systems (`/proc/self/pagemap` has no end). [`ProjectBoundary`] decides which files belong to a
 //! project.
 
 use std::collections::BTreeSet;
@@ -28,7 +28,7 @@ const MEMORY: &str = "/dev/shm";
 /// Files elsewhere may be private, and messages quote texts, so they are not read even if a model or a `mauve.toml`
 /// names them.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct Boundary {
+pub struct ProjectBoundary {
     /// The outermost of the folders around the project.
     project: PathBuf,
     folders: BTreeSet<PathBuf>,
@@ -36,7 +36,7 @@ pub struct Boundary {
     is_open: bool,
 }
 
-impl Boundary {
+impl ProjectBoundary {
     /// What the project of `folder` may read: the folder itself, the repository around it, what the user `named` around it
     /// and in it, and the folders of `others`.
     pub fn new<'a>(
@@ -44,7 +44,7 @@ impl Boundary {
         named: impl IntoIterator<Item = &'a PathBuf>,
         others: impl IntoIterator<Item = PathBuf>,
         is_open: bool,
-    ) -> Boundary {
+    ) -> ProjectBoundary {
         let repository = folder.ancestors().find(|above| is_repository(above, folder));
         let named: Vec<&PathBuf> = named.into_iter().collect();
         let around = named.iter().filter(|named| folder.starts_with(named)).map(|named| named.as_path());
@@ -55,7 +55,7 @@ impl Boundary {
         let within = named.iter().filter(|named| named.starts_with(folder)).map(|named| named.to_path_buf());
         let others = others.into_iter().filter_map(|other| other.canonicalize().ok());
         let around = around.iter().map(|folder| folder.to_path_buf());
-        Boundary { project, folders: around.chain(within).chain(others).collect(), is_open }
+        ProjectBoundary { project, folders: around.chain(within).chain(others).collect(), is_open }
     }
 
     /// Returns the outermost of the folders around the project and `folder`, which is above it as well.
@@ -262,7 +262,7 @@ mod tests {
             std::fs::create_dir_all(top.join(folder)).unwrap();
         }
         let robot = top.join("repo/robot");
-        let boundary = Boundary::new(&robot, [&top.join("elsewhere")], [top.join("models")], false);
+        let boundary = ProjectBoundary::new(&robot, [&top.join("elsewhere")], [top.join("models")], false);
         for (path, is_within) in [
             ("repo/robot/a.mal", true),
             ("repo/common/a.mal", true),
@@ -275,8 +275,8 @@ mod tests {
         ] {
             assert_eq!(boundary.refusal(&top.join(path)).is_none(), is_within, "{path}");
         }
-        assert_eq!(Boundary::new(&robot, [], [], true).refusal(Path::new("/etc/passwd")), None);
-        let named = Boundary::new(&robot, [&top], [], false);
+        assert_eq!(ProjectBoundary::new(&robot, [], [], true).refusal(Path::new("/etc/passwd")), None);
+        let named = ProjectBoundary::new(&robot, [&top], [], false);
         assert!(named.has(&top.join("elsewhere/a.mal")), "a folder that was named encloses it");
         std::fs::remove_dir_all(top).unwrap();
     }

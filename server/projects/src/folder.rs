@@ -29,7 +29,7 @@ pub struct Folder {
 
 /// The kind of a directory entry; links are not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum FolderEntryKind {
     /// A regular file.
     File,
     /// A folder.
@@ -137,9 +137,9 @@ impl Folders {
     }
 
     /// Returns the kind of the entry at a path.
-    pub fn kind(&mut self, path: &Path) -> io::Result<Kind> {
+    pub fn kind(&mut self, path: &Path) -> io::Result<FolderEntryKind> {
         if path == self.top.path() {
-            return Ok(Kind::Folder);
+            return Ok(FolderEntryKind::Folder);
         }
         let (folder, name) = self.above(path)?;
         folder.kind(name)
@@ -244,13 +244,13 @@ impl Folder {
     }
 
     /// Returns the kind of the entry with a name.
-    pub fn kind(&self, name: &OsStr) -> io::Result<Kind> {
+    pub fn kind(&self, name: &OsStr) -> io::Result<FolderEntryKind> {
         let data = statat(&self.handle, name, AtFlags::SYMLINK_NOFOLLOW)?;
         Ok(match FileType::from_raw_mode(data.st_mode) {
-            FileType::RegularFile => Kind::File,
-            FileType::Directory => Kind::Folder,
-            FileType::Symlink => Kind::Link,
-            _ => Kind::Other,
+            FileType::RegularFile => FolderEntryKind::File,
+            FileType::Directory => FolderEntryKind::Folder,
+            FileType::Symlink => FolderEntryKind::Link,
+            _ => FolderEntryKind::Other,
         })
     }
 
@@ -434,11 +434,14 @@ mod tests {
         fs::create_dir(top.join("folder")).unwrap();
         symlink("file", top.join("link")).unwrap();
         assert!(Command::new("mkfifo").arg(top.join("pipe")).status().unwrap().success());
-        for (path, kind) in
-            [("file", Kind::File), ("folder", Kind::Folder), ("link", Kind::Link), ("pipe", Kind::Other)]
-        {
+        for (path, kind) in [
+            ("file", FolderEntryKind::File),
+            ("folder", FolderEntryKind::Folder),
+            ("link", FolderEntryKind::Link),
+            ("pipe", FolderEntryKind::Other),
+        ] {
             assert_eq!(folder.kind(name(path)).unwrap(), kind);
-            let is_file = kind == Kind::File;
+            let is_file = kind == FolderEntryKind::File;
             assert_eq!(folder.open_read(name(path)).is_ok(), is_file, "{path}");
             assert_eq!(folder.writable(name(path)).is_ok(), is_file, "{path}");
         }

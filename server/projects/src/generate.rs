@@ -12,11 +12,11 @@ use std::ffi::OsString;
 
 use mauve_hir::{Database, Decl, Project};
 use mauve_orocos::{
-    GeneratedFile, MANIFEST, Package, Plan, Problem, STANDALONE, packages, plan, problems, ros2_packages,
-    standalone,
+    GeneratedFile, GeneratedPackage, GenerationProblem, MANIFEST, Plan, STANDALONE, packages, plan, problems,
+    ros2_packages, standalone,
 };
 
-use crate::folder::{Folder, Kind};
+use crate::folder::{Folder, FolderEntryKind};
 use problem::plan_message;
 
 pub use out::{Out, configured_out, read, refuse_hidden};
@@ -46,7 +46,7 @@ pub struct Selected<'db> {
     /// Selects the packages that this deployment needs; without one, all packages of the project.
     pub deployment: Option<Decl<'db>>,
     /// What must be corrected in the project before anything is generated.
-    pub problems: Vec<Problem<'db>>,
+    pub problems: Vec<GenerationProblem<'db>>,
     /// The folder of the packages, or why there is none, in words for the user.
     pub out: Result<Out, String>,
 }
@@ -66,7 +66,7 @@ impl<'db> Selected<'db> {
 /// Why a request is refused.
 pub enum GenerateRefusal<'db> {
     /// These must be corrected in the models first. Each is listed once.
-    Problems(Vec<Problem<'db>>),
+    Problems(Vec<GenerationProblem<'db>>),
     /// Another reason, in words for the user.
     Other(String),
 }
@@ -82,7 +82,7 @@ pub struct Generated {
     /// The folder.
     pub out: Out,
     /// The packages, with all their files.
-    pub packages: Vec<Package>,
+    pub packages: Vec<GeneratedPackage>,
     /// How the files of the folder must change.
     pub plan: Plan,
     /// Packages in the folder that the models do not have, where all are known.
@@ -114,9 +114,10 @@ impl Generated {
 impl<'db> GenerateRequest<'db> {
     /// Returns why the request is refused, as far as that does not depend on the files in the folders.
     pub fn refusal(&self) -> Option<GenerateRefusal<'db>> {
-        let mut seen: HashSet<&Problem<'db>> = HashSet::new();
+        let mut seen: HashSet<&GenerationProblem<'db>> = HashSet::new();
         let all = self.selected.iter().flat_map(|it| &it.problems);
-        let problems: Vec<Problem<'db>> = all.filter(|problem| seen.insert(problem)).cloned().collect();
+        let problems: Vec<GenerationProblem<'db>> =
+            all.filter(|problem| seen.insert(problem)).cloned().collect();
         if !problems.is_empty() {
             return Some(GenerateRefusal::Problems(problems));
         }
@@ -141,7 +142,7 @@ pub fn generate<'db>(
     if let Some(refusal) = request.refusal() {
         return Err(refusal);
     }
-    let mut folders: Vec<(Out, Made<'db>)> = Vec::new();
+    let mut folders: Vec<(Out, MadePackages<'db>)> = Vec::new();
     for Selected { project, deployment, out, .. } in &request.selected {
         let out = out.clone()?;
         // The project has no problems: it would have been refused.
@@ -159,7 +160,7 @@ pub fn generate<'db>(
         }
     }
     let merged = folders.into_iter().map(|(out, made)| Ok((out, merged(db, made)?)));
-    let merged: Vec<(Out, Vec<Package>)> = merged.collect::<Result<_, String>>()?;
+    let merged: Vec<(Out, Vec<GeneratedPackage>)> = merged.collect::<Result<_, String>>()?;
     let mut all = Vec::new();
     for (out, packages) in merged {
         // The lock keeps other runs from writing there.
@@ -172,11 +173,11 @@ pub fn generate<'db>(
 }
 
 /// The packages of each project that go to one folder.
-type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
+type MadePackages<'db> = Vec<(Project<'db>, Vec<GeneratedPackage>)>;
 
 /// Merges the packages of several projects that go to one folder, each once.
-fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
-    let mut all: Vec<(Project<'db>, Package)> = Vec::new();
+fn merged<'db>(db: &'db Database, made: MadePackages<'db>) -> Result<Vec<GeneratedPackage>, String> {
+    let mut all: Vec<(Project<'db>, GeneratedPackage)> = Vec::new();
     for (project, packages) in made {
         for package in packages {
             let Some((other, known)) = all.iter().find(|(_, known)| known.name == package.name) else {
@@ -199,8 +200,8 @@ fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, Strin
     Ok(all.into_iter().map(|(_, package)| package).collect())
 }
 
-fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
-    let only = |a: &'a Package, b: &Package| {
+fn difference<'a>(a: &'a GeneratedPackage, b: &'a GeneratedPackage) -> Option<&'a str> {
+    let only = |a: &'a GeneratedPackage, b: &GeneratedPackage| {
         let others: HashMap<&str, &GeneratedFile> =
             b.files.iter().map(|file| (file.path.as_str(), file)).collect();
         a.files.iter().find(|file| others.get(file.path.as_str()) != Some(file))
@@ -209,12 +210,12 @@ fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
 }
 
 /// Returns the names of the packages in a folder that are not among `packages`. Standalone programs are not a package.
-fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
+fn left_packages(out: &Out, packages: &[GeneratedPackage]) -> Vec<String> {
     let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
     let Ok(folder) = Folder::open(&out.real) else { return Vec::new() };
     let is_held = |name: &OsString| {
         let manifest = folder.folder(name).and_then(|package| package.kind(MANIFEST.as_ref()));
-        manifest.is_ok_and(|kind| kind == Kind::File)
+        manifest.is_ok_and(|kind| kind == FolderEntryKind::File)
     };
     let held = folder.names().unwrap_or_default().into_iter().filter(is_held);
     let names = held.filter_map(|name| name.into_string().ok());

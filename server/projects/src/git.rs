@@ -39,18 +39,18 @@ pub struct Repository {
 
 /// An entry of a commit, by its path below the top.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct CommitEntry {
     /// Its path below the top.
     pub path: PathBuf,
     /// What it is.
-    pub kind: EntryKind,
+    pub kind: CommitEntryKind,
     /// Of a submodule, its commit.
     pub object: String,
 }
 
 /// What an entry of a commit is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EntryKind {
+pub enum CommitEntryKind {
     /// A file.
     File,
     /// A symbolic link.
@@ -103,7 +103,7 @@ impl Repository {
     }
 
     /// Returns the repository of a submodule, if it is checked out at its path, belongs to this one, and has the commit of the entry.
-    pub fn submodule(&self, entry: &Entry) -> Option<Repository> {
+    pub fn submodule(&self, entry: &CommitEntry) -> Option<Repository> {
         let own = self.folder.canonicalize().ok()?;
         let top = own.ancestors().nth(self.prefix.components().count())?;
         // It is nowhere behind a link.
@@ -132,7 +132,11 @@ impl Repository {
     /// # Errors
     ///
     /// Objects are missing, in words for the user.
-    pub fn entries(&self, commit: &str, wanted: &dyn Fn(&Entry) -> bool) -> Result<Vec<Entry>, String> {
+    pub fn entries(
+        &self,
+        commit: &str,
+        wanted: &dyn Fn(&CommitEntry) -> bool,
+    ) -> Result<Vec<CommitEntry>, String> {
         let failed = |why: String| format!("cannot read the files of commit {commit}: {why}");
         let arguments = ["ls-tree", "-r", "-z", "--full-tree", commit];
         let (child, output) = self.start(&arguments, Stdio::piped()).map_err(failed)?;
@@ -231,7 +235,7 @@ impl Contents<'_> {
     /// # Errors
     ///
     /// The object is missing, in words for the user.
-    pub fn read(&mut self, entry: &Entry, longest: u64) -> Result<Result<Vec<u8>, u64>, String> {
+    pub fn read(&mut self, entry: &CommitEntry, longest: u64) -> Result<Result<Vec<u8>, u64>, String> {
         let object = &entry.object;
         let failed = |error: std::io::Error| error.to_string();
         writeln!(self.input, "{object}").and_then(|()| self.input.flush()).map_err(failed)?;
@@ -261,18 +265,18 @@ fn is_object(text: &str) -> bool {
 }
 
 /// Reads `100644 blob OBJECT<TAB>PATH`.
-fn entry(line: &[u8]) -> Option<Entry> {
+fn entry(line: &[u8]) -> Option<CommitEntry> {
     let tab = line.iter().position(|byte| *byte == b'\t')?;
     let (head, path) = line.split_at(tab);
     let path = Path::new(std::ffi::OsStr::from_bytes(path.get(1..)?));
     let mut head = std::str::from_utf8(head).ok()?.split(' ');
     let (mode, _, object) = (head.next()?, head.next()?, head.next()?);
     let kind = match mode {
-        "120000" => EntryKind::Link,
-        "160000" => EntryKind::Submodule,
-        _ => EntryKind::File,
+        "120000" => CommitEntryKind::Link,
+        "160000" => CommitEntryKind::Submodule,
+        _ => CommitEntryKind::File,
     };
-    (is_object(object) && is_within(path)).then(|| Entry {
+    (is_object(object) && is_within(path)).then(|| CommitEntry {
         path: path.to_owned(),
         kind,
         object: object.to_owned(),
@@ -310,6 +314,6 @@ mod tests {
         }
         assert_eq!(entry(b"100644 blob -option\ta.mal"), None);
         let link = format!("120000 blob {object}\ta.mal");
-        assert_eq!(entry(link.as_bytes()).map(|it| it.kind), Some(EntryKind::Link));
+        assert_eq!(entry(link.as_bytes()).map(|it| it.kind), Some(CommitEntryKind::Link));
     }
 }

@@ -21,14 +21,14 @@ use mauve_timing::{Level, digest_of};
 use mauve_wcrt::{table, table_files, table_pattern};
 use salsa::{Durability, Setter};
 
-use crate::disk::{self, Boundary, LONGEST, is_hidden, text_of};
-use folders::Folders;
+use crate::disk::{self, LONGEST, ProjectBoundary, is_hidden, text_of};
+use folders::KnownFolders;
 pub use other_language::is_of_another_language;
 pub use outdated::is_outdated;
 use packages::Places;
+pub use walk::DiskSearch;
 pub use walk::LONGEST_TOGETHER;
-pub use walk::Search;
-use walk::{Left, Text, Walk, Walked, Walks};
+use walk::{Left, ReadText, Walk, Walked, Walks};
 use watch_set::WatchSet;
 
 /// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.
@@ -66,17 +66,17 @@ pub struct Loader {
     /// [`Workspace::significance`].
     significance: Option<Level>,
     walks: Walks,
-    folders: Folders,
+    folders: KnownFolders,
     /// The files whose texts the next search reads again.
     unread: BTreeSet<PathBuf>,
     /// Whether the workspaces must be loaded after the next search, whatever it finds.
     is_load_due: bool,
     /// The files that are not read, since all of them exceed a limit together.
     cut: BTreeSet<PathBuf>,
-    /// Whether files outside the projects may be read. See [`Boundary`].
+    /// Whether files outside the projects may be read. See [`ProjectBoundary`].
     allows_outside: bool,
     named: Vec<PathBuf>,
-    boundary: Boundary,
+    boundary: ProjectBoundary,
     /// Files outside the projects that were named and not read, by the path that names them.
     outside: BTreeMap<PathBuf, File>,
     /// The canonical paths of files that a project names and may not read from the disk. It may read their texts in an editor.
@@ -88,7 +88,7 @@ pub struct Loader {
     /// Those of the workspaces before this load.
     before: BTreeMap<PathBuf, (u64, File)>,
     /// The texts that a search has read, by their canonical paths, as [`text_of`] returns them.
-    texts: HashMap<PathBuf, Text>,
+    texts: HashMap<PathBuf, ReadText>,
     /// What has changed since the search began: what it has found there may be outdated.
     touched: HashSet<PathBuf>,
     /// What has changed since then, and was not read again.
@@ -103,25 +103,25 @@ struct Requested {
 }
 
 /// A path that the user named.
-enum Named {
+enum NamedPath {
     Model(PathBuf),
     /// A folder, or that of a configuration.
     Folder(PathBuf),
 }
 
-impl Named {
+impl NamedPath {
     /// Classifies a path; `canonical` is the same path behind all links.
-    fn new(path: &Path, canonical: PathBuf, is_file: bool) -> Result<Named, String> {
+    fn new(path: &Path, canonical: PathBuf, is_file: bool) -> Result<NamedPath, String> {
         let is_config = canonical.ends_with(CONFIG_FILE);
         if is_file && !is_config {
             return match is_model(&canonical) {
-                true => Ok(Named::Model(canonical)),
+                true => Ok(NamedPath::Model(canonical)),
                 false => {
                     Err(format!("`{}` is not a model (*.mal), a {CONFIG_FILE} or a folder", path.display()))
                 }
             };
         }
-        Ok(Named::Folder(if is_config { parent(&canonical).to_owned() } else { canonical }))
+        Ok(NamedPath::Folder(if is_config { parent(&canonical).to_owned() } else { canonical }))
     }
 }
 
@@ -170,7 +170,7 @@ pub fn load_with(
 
 fn loaded(mut loader: Loader, db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
     loop {
-        if let Some(Loaded { workspaces, problems }) = loader.load(db, paths) {
+        if let Some(LoadedWorkspaces { workspaces, problems }) = loader.load(db, paths) {
             return problems.into_iter().next().map_or(Ok(workspaces), Err);
         }
         let mut search = loader.search();
@@ -180,7 +180,7 @@ fn loaded(mut loader: Loader, db: &mut Database, paths: &[PathBuf]) -> Result<Ve
 }
 
 /// What was loaded.
-pub struct Loaded {
+pub struct LoadedWorkspaces {
     /// The workspaces that the paths name.
     pub workspaces: Vec<Workspace>,
     /// Which paths do not exist or have no model in them, in words for the user.
@@ -207,15 +207,15 @@ pub fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<String>), 
             ));
         }
         let is_file = absolute.is_file();
-        let folder = match Named::new(path, absolute, is_file)? {
-            Named::Model(model) => {
+        let folder = match NamedPath::new(path, absolute, is_file)? {
+            NamedPath::Model(model) => {
                 found.insert(model);
                 continue;
             }
-            Named::Folder(folder) => folder,
+            NamedPath::Folder(folder) => folder,
         };
         let walk = Walk::Models { folder: folder.clone(), depth: None, is_own: false };
-        let walked = walk.run(&mut Folders::default(), &mut Left::default(), &|| false);
+        let walked = walk.run(&mut KnownFolders::default(), &mut Left::default(), &|| false);
         problems.extend(walked.problems.iter().map(|(at, why)| format!("`{}`: {why}", at.display())));
         if walked.files.is_empty() && walked.problems.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
@@ -243,7 +243,7 @@ impl Loader {
     /// workspace. A model is analysed as part of the projects that contain it.
     ///
     /// Returns `None` while a search is required.
-    pub fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Option<Loaded> {
+    pub fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Option<LoadedWorkspaces> {
         let before = std::mem::take(&mut self.watch_set);
         self.walks.asked.clear();
         self.packages.clear();
@@ -279,9 +279,9 @@ impl Loader {
                 continue;
             }
             let is_file = self.is_file(&absolute);
-            let folder = match Named::new(path, absolute, is_file) {
-                Ok(Named::Folder(folder)) => folder,
-                Ok(Named::Model(model)) => {
+            let folder = match NamedPath::new(path, absolute, is_file) {
+                Ok(NamedPath::Folder(folder)) => folder,
+                Ok(NamedPath::Model(model)) => {
                     add(self.home(parent(&model), &folders), Some(model));
                     continue;
                 }
@@ -324,7 +324,7 @@ impl Loader {
         self.current = files.map(|file| file.path(db).clone()).collect();
         let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
         self.configs = configs.map(|file| file.path(db).clone()).collect();
-        Some(Loaded { workspaces, problems })
+        Some(LoadedWorkspaces { workspaces, problems })
     }
 
     /// Drops the texts that a search has read, after the last load that needs them.
@@ -578,7 +578,7 @@ impl Loader {
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and the files that the
     /// models include from other folders. Returns `None` while a walk is required.
     fn read(&mut self, db: &mut Database, folder: &Path, requested: &Requested) -> Option<Workspace> {
-        self.boundary = Boundary::new(folder, &self.named, model_path(), self.allows_outside);
+        self.boundary = ProjectBoundary::new(folder, &self.named, model_path(), self.allows_outside);
         self.watch_set.tops.insert(self.boundary.outermost(folder.parent().unwrap_or(folder)).to_owned());
         self.home(folder, &[]);
         for above in folder.ancestors() {

@@ -14,13 +14,13 @@ use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, is_model, normalise
 use mauve_wcrt::table_pattern;
 
 use crate::disk::{LONGEST, is_hidden};
-use crate::git::{Contents, Entry, EntryKind, Repository};
+use crate::git::{CommitEntry, CommitEntryKind, Contents, Repository};
 use crate::load::{LONGEST_TOGETHER, load};
 use crate::signals::on_signal;
 
 /// The workspaces of a commit.
 #[derive(Debug)]
-pub struct Loaded {
+pub struct LoadedCommit {
     /// The workspaces.
     pub workspaces: Vec<Workspace>,
     /// The folder that stood for the top of the repository: paths of the workspaces begin with it.
@@ -40,7 +40,7 @@ pub fn load_commit(
     repository: &Repository,
     (name, commit): (&str, &str),
     path: &Path,
-) -> Result<Loaded, String> {
+) -> Result<LoadedCommit, String> {
     let mut copy = Copy::new()
         .map_err(|error| format!("cannot make a folder in `{}`: {error}", std::env::temp_dir().display()))?;
     let is_project = |path: &Path| is_model(path) || path.ends_with(CONFIG_FILE);
@@ -82,7 +82,7 @@ pub fn load_commit(
         let why = left_out.iter().find(|(path, _)| end.starts_with(path)).map(|(_, why)| why.clone());
         left_out.extend(why.map(|why| (link.clone(), why)));
     }
-    Ok(Loaded { workspaces, top, left_out })
+    Ok(LoadedCommit { workspaces, top, left_out })
 }
 
 /// How the name of a private folder begins.
@@ -143,26 +143,27 @@ impl Copy {
         wanted: &dyn Fn(&Path) -> bool,
     ) -> Result<Vec<PathBuf>, String> {
         // Another pass may have written the links.
-        let is_wanted = |it: &Entry| match (it.kind, below.join(&it.path)) {
-            (EntryKind::File, path) => wanted(&path),
+        let is_wanted = |it: &CommitEntry| match (it.kind, below.join(&it.path)) {
+            (CommitEntryKind::File, path) => wanted(&path),
             (_, path) => !self.links.contains_key(&path),
         };
         let (entries, mut contents) = (repository.entries(commit, &is_wanted)?, repository.contents()?);
         let mut all = Vec::new();
         for mut entry in entries {
-            let inner = if entry.kind == EntryKind::Submodule { repository.submodule(&entry) } else { None };
+            let inner =
+                if entry.kind == CommitEntryKind::Submodule { repository.submodule(&entry) } else { None };
             entry.path = below.join(&entry.path);
             let left_out = match (entry.kind, inner) {
-                (EntryKind::File, _) => {
+                (CommitEntryKind::File, _) => {
                     all.push(entry.path.clone());
                     self.write_file(&mut contents, &entry).map(|()| None)
                 }
-                (EntryKind::Link, _) => self.write_link(&mut contents, &entry),
+                (CommitEntryKind::Link, _) => self.write_link(&mut contents, &entry),
                 (_, Some(inner)) => {
                     all.extend(self.write(&inner, &entry.object, &entry.path, wanted)?);
                     Ok(None)
                 }
-                (EntryKind::Submodule, None) => Ok(Some(format!(
+                (CommitEntryKind::Submodule, None) => Ok(Some(format!(
                     "is a submodule whose commit is not here, and is not read: run `git submodule update --init`, or \
                      `git fetch origin {}` in it",
                     entry.object
@@ -177,7 +178,11 @@ impl Copy {
 
     /// Makes a link whose target is visible below the top; otherwise says that it is not followed. The loader checks where it leads
     /// indeed.
-    fn write_link(&mut self, contents: &mut Contents<'_>, entry: &Entry) -> Result<Option<String>, String> {
+    fn write_link(
+        &mut self,
+        contents: &mut Contents<'_>,
+        entry: &CommitEntry,
+    ) -> Result<Option<String>, String> {
         let out = || Ok(Some("is a link out of the repository, and is not followed".to_owned()));
         let Ok(target) = contents.read(entry, LONGEST_LINK)? else { return out() };
         let (path, target) = (self.path_of(entry)?, PathBuf::from(OsString::from_vec(target)));
@@ -193,7 +198,7 @@ impl Copy {
     }
 
     /// Returns where an entry is written: never through a link.
-    fn path_of(&self, entry: &Entry) -> Result<PathBuf, String> {
+    fn path_of(&self, entry: &CommitEntry) -> Result<PathBuf, String> {
         let path = self.top.join(&entry.path);
         let folders = path.ancestors().skip(1).take_while(|it| it.starts_with(&self.top));
         let mut links = folders.filter(|it| it.symlink_metadata().is_ok_and(|it| it.is_symlink()));
@@ -203,7 +208,7 @@ impl Copy {
         }
     }
 
-    fn write_file(&mut self, contents: &mut Contents<'_>, entry: &Entry) -> Result<(), String> {
+    fn write_file(&mut self, contents: &mut Contents<'_>, entry: &CommitEntry) -> Result<(), String> {
         let bytes = contents.read(entry, LONGEST)?;
         let path = self.path_of(entry)?;
         let make = || -> std::io::Result<File> {

@@ -8,7 +8,7 @@ use crate::escape::cpp_string;
 
 /// How tight an expression binds, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Level {
+pub(super) enum Precedence {
     Assignment,
     Or,
     And,
@@ -22,54 +22,54 @@ pub(super) enum Level {
 
 /// An expression in C++.
 #[derive(Debug, Clone)]
-pub(super) struct Code {
+pub(super) struct CppCode {
     pub(super) text: String,
-    pub(super) level: Level,
+    pub(super) level: Precedence,
     pub(super) ty: Type,
     /// Its value, where that is constant.
     pub(super) value: Option<Value>,
     /// Whether it is a literal, perhaps with a sign.
     pub(super) is_literal: bool,
     /// Of a comparison with a constant.
-    pub(super) compared: Option<Comparison>,
+    pub(super) compared: Option<ConstantComparison>,
 }
 
-impl Code {
-    pub(super) fn new(text: impl Into<String>, level: Level, ty: Type) -> Code {
-        Code { text: text.into(), level, ty, value: None, is_literal: false, compared: None }
+impl CppCode {
+    pub(super) fn new(text: impl Into<String>, level: Precedence, ty: Type) -> CppCode {
+        CppCode { text: text.into(), level, ty, value: None, is_literal: false, compared: None }
     }
 
-    pub(super) fn primary(text: impl Into<String>, ty: Type) -> Code {
-        Code::new(text, Level::Primary, ty)
+    pub(super) fn primary(text: impl Into<String>, ty: Type) -> CppCode {
+        CppCode::new(text, Precedence::Primary, ty)
     }
 
-    pub(super) fn unknown() -> Code {
-        Code::primary("{}", Type::Unknown)
+    pub(super) fn unknown() -> CppCode {
+        CppCode::primary("{}", Type::Unknown)
     }
 
-    pub(super) fn literal(value: Value, ty: Type) -> Code {
+    pub(super) fn literal(value: Value, ty: Type) -> CppCode {
         let text = literal_text(&value, &ty);
-        let level = if text.starts_with('-') { Level::Unary } else { Level::Primary };
-        Code { text, level, ty, value: Some(value), is_literal: true, compared: None }
+        let level = if text.starts_with('-') { Precedence::Unary } else { Precedence::Primary };
+        CppCode { text, level, ty, value: Some(value), is_literal: true, compared: None }
     }
 
     /// In parentheses, unless it binds at least as tight.
-    pub(super) fn at_least(&self, level: Level) -> String {
+    pub(super) fn at_least(&self, level: Precedence) -> String {
         if self.level < level { format!("({})", self.text) } else { self.text.clone() }
     }
 
     /// As a `std::string`: two literals are joined and compared as arrays otherwise.
-    pub(super) fn into_string(self) -> Code {
-        if self.is_literal { Code::primary(format!("std::string({})", self.text), self.ty) } else { self }
+    pub(super) fn into_string(self) -> CppCode {
+        if self.is_literal { CppCode::primary(format!("std::string({})", self.text), self.ty) } else { self }
     }
 
     /// As an operand of a comparison.
     pub(super) fn operand(&self) -> String {
-        self.at_least(Level::Sum)
+        self.at_least(Precedence::Sum)
     }
 
     /// As a value of another type, which it fits.
-    pub(super) fn converted(self, to: &Type) -> Code {
+    pub(super) fn converted(self, to: &Type) -> CppCode {
         if !self.ty.is_number() || !to.is_number() {
             return self;
         }
@@ -77,18 +77,18 @@ impl Code {
     }
 
     /// As a number of another type, with a cast unless the conversion of a value `is_implicit`.
-    pub(super) fn with_type(self, to: &Type, is_implicit: fn(&Type, &Type) -> bool) -> Code {
+    pub(super) fn with_type(self, to: &Type, is_implicit: fn(&Type, &Type) -> bool) -> CppCode {
         match self.value.clone().filter(|_| self.is_literal) {
             _ if self.ty == *to => self,
-            Some(value) => Code::literal(value, to.clone()),
-            None if is_implicit(&self.ty, to) => Code { ty: to.clone(), ..self },
+            Some(value) => CppCode::literal(value, to.clone()),
+            None if is_implicit(&self.ty, to) => CppCode { ty: to.clone(), ..self },
             None => self.cast(to),
         }
     }
 
-    pub(super) fn cast(self, to: &Type) -> Code {
+    pub(super) fn cast(self, to: &Type) -> CppCode {
         let text = format!("static_cast<{}>({})", number_type(to), self.text);
-        Code { value: self.value, ..Code::primary(text, to.clone()) }
+        CppCode { value: self.value, ..CppCode::primary(text, to.clone()) }
     }
 }
 
@@ -174,4 +174,4 @@ pub(super) fn literal_text(value: &Value, ty: &Type) -> String {
 }
 
 /// The expression that is compared, the operator, and the constant.
-pub(super) type Comparison = (String, BinaryOperator, f64);
+pub(super) type ConstantComparison = (String, BinaryOperator, f64);

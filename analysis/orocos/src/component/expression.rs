@@ -17,16 +17,16 @@ use mauve_hir::{
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::code::{Code, Level, is_narrow, is_same_in_cpp, is_unsigned, is_unsigned_64, usual};
+use super::code::{CppCode, Precedence, is_narrow, is_same_in_cpp, is_unsigned, is_unsigned_64, usual};
 use super::obvious::{are_obvious, comparison, is_obvious};
-use super::{Class, LastCall, Member};
+use super::{Class, ClassMember, LastCall};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::cpp_type::is_large;
 use crate::trace::{codel_key, port_key};
 
 /// A line of a program.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
+pub(super) struct CodeLine {
     pub(super) depth: usize,
     pub(super) text: String,
     is_declaration: bool,
@@ -34,7 +34,7 @@ pub(super) struct Line {
 
 /// The side effects of an expression.
 #[derive(Debug, Clone, Default)]
-struct Effects<'db> {
+struct ExpressionEffects<'db> {
     calls: bool,
     /// Any variable of the core may change.
     all: bool,
@@ -42,8 +42,8 @@ struct Effects<'db> {
     statuses: FxHashSet<FeatureOf<'db>>,
 }
 
-impl<'db> Effects<'db> {
-    fn add(&mut self, other: &Effects<'db>) {
+impl<'db> ExpressionEffects<'db> {
+    fn add(&mut self, other: &ExpressionEffects<'db>) {
         self.calls |= other.calls;
         self.all |= other.all;
         self.variables.extend(&other.variables);
@@ -53,7 +53,7 @@ impl<'db> Effects<'db> {
 
 /// What is declared in a block.
 #[derive(Default)]
-struct Block {
+struct CodeBlock {
     names: Vec<String>,
     /// Names of values that never change.
     kept: FxHashSet<String>,
@@ -65,14 +65,14 @@ struct Block {
 
 /// The names that are declared in a block and in those around it.
 #[derive(Default)]
-pub(super) struct Scope<'c> {
+pub(super) struct CodeScope<'c> {
     pub(super) names: CppNames<'c>,
-    block: Block,
+    block: CodeBlock,
     /// The blocks around it, the innermost last.
-    outer: Vec<Block>,
+    outer: Vec<CodeBlock>,
 }
 
-impl Scope<'_> {
+impl CodeScope<'_> {
     /// Declares a name: see [`CppNames::declare`].
     pub(super) fn declare(&mut self, name: &str) -> String {
         let name = self.names.declare(name);
@@ -81,7 +81,7 @@ impl Scope<'_> {
     }
 
     /// Returns the blocks, the innermost first.
-    fn blocks(&self) -> impl Iterator<Item = &Block> {
+    fn blocks(&self) -> impl Iterator<Item = &CodeBlock> {
         std::iter::once(&self.block).chain(self.outer.iter().rev())
     }
 
@@ -99,9 +99,9 @@ impl Scope<'_> {
 pub(super) struct ExpressionWriter<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
     /// Includes the names of the enclosing blocks.
-    pub(super) scope: Scope<'c>,
+    pub(super) scope: CodeScope<'c>,
     pub(super) locals: FxHashMap<VariableId, String>,
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<CodeLine>,
     pub(super) depth: usize,
     /// Whether names are those of properties of the shell.
     of_shell: bool,
@@ -109,7 +109,7 @@ pub(super) struct ExpressionWriter<'c, 'a, 'db> {
 
 impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     pub(super) fn new(class: &'c Class<'a, 'db>) -> ExpressionWriter<'c, 'a, 'db> {
-        let scope = Scope { names: class.names.inner(), ..Scope::default() };
+        let scope = CodeScope { names: class.names.inner(), ..CodeScope::default() };
         let locals = FxHashMap::default();
         ExpressionWriter { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
@@ -119,17 +119,17 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     pub(super) fn line(&mut self, text: impl Into<String>) {
-        self.lines.push(Line { depth: self.depth, text: text.into(), is_declaration: false });
+        self.lines.push(CodeLine { depth: self.depth, text: text.into(), is_declaration: false });
     }
 
     /// Returns an expression where a value of type `ty` is expected, and writes the statements that it needs.
-    pub(super) fn value(&mut self, expr: &'db Expr, ty: &Type) -> Code {
+    pub(super) fn value(&mut self, expr: &'db Expr, ty: &Type) -> CppCode {
         self.expr(expr).converted(ty)
     }
 
-    pub(super) fn expr(&mut self, expr: &'db Expr) -> Code {
+    pub(super) fn expr(&mut self, expr: &'db Expr) -> CppCode {
         match expr {
-            Expr::Missing => Code::unknown(),
+            Expr::Missing => CppCode::unknown(),
             Expr::Incomplete(inner) => self.expr(inner),
             Expr::Literal(literal, _) => self.literal(literal),
             Expr::Name(name) => self.name(name),
@@ -141,17 +141,17 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                 let mut operands = self.operands(&[lhs, rhs], false).into_iter();
                 match (operands.next(), operands.next()) {
                     (Some(lhs), Some(rhs)) => self.binary(*operator, lhs, rhs),
-                    _ => Code::unknown(),
+                    _ => CppCode::unknown(),
                 }
             }
             Expr::Call { callee, arguments, .. } => {
-                self.call(callee, arguments).unwrap_or_else(Code::unknown)
+                self.call(callee, arguments).unwrap_or_else(CppCode::unknown)
             }
         }
     }
 
     /// Returns an expression, and the statements that it needs, one level deeper than the current block.
-    pub(super) fn expr_apart(&mut self, expr: &'db Expr) -> (Code, Vec<Line>) {
+    pub(super) fn expr_apart(&mut self, expr: &'db Expr) -> (CppCode, Vec<CodeLine>) {
         let before = std::mem::take(&mut self.lines);
         self.depth += 1;
         let code = self.expr(expr);
@@ -159,7 +159,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         (code, std::mem::replace(&mut self.lines, before))
     }
 
-    fn literal(&self, literal: &Literal) -> Code {
+    fn literal(&self, literal: &Literal) -> CppCode {
         let (text, ty) = match literal {
             Literal::PortStatus(PortStatus::NoData) => ("RTT::NoData", Type::PortStatus),
             Literal::PortStatus(PortStatus::OldData) => ("RTT::OldData", Type::PortStatus),
@@ -175,10 +175,10 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                     Value::Double(_) => Type::Double,
                     Value::String(_) => Type::String,
                 };
-                return Code::literal(value, ty);
+                return CppCode::literal(value, ty);
             }
         };
-        Code { is_literal: true, ..Code::primary(text, ty) }
+        CppCode { is_literal: true, ..CppCode::primary(text, ty) }
     }
 
     pub(super) fn variable(&self, id: SourceId) -> Option<VariableId> {
@@ -190,57 +190,57 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         name.cloned().unwrap_or_default()
     }
 
-    fn name(&self, name: &NameRef) -> Code {
+    fn name(&self, name: &NameRef) -> CppCode {
         if self.of_shell {
             let member = self.class.named_member(&name.name);
-            return member.map_or_else(Code::unknown, |it| Code::primary(it.property(), it.ty.clone()));
+            return member.map_or_else(CppCode::unknown, |it| CppCode::primary(it.property(), it.ty.clone()));
         }
         match self.class.inference.binding(name.id) {
             Some(Binding::Variable(id)) => {
-                Code::primary(self.variable_name(id), self.class.type_of_variable(id))
+                CppCode::primary(self.variable_name(id), self.class.type_of_variable(id))
             }
             Some(Binding::Feature(feature)) => {
                 let member = self.class.member(feature);
-                member.map_or_else(Code::unknown, |it| Code::primary(&it.name, it.ty.clone()))
+                member.map_or_else(CppCode::unknown, |it| CppCode::primary(&it.name, it.ty.clone()))
             }
-            None => Code::unknown(),
+            None => CppCode::unknown(),
         }
     }
 
-    fn unary(&mut self, operator: UnaryOperator, inner: &'db Expr) -> Code {
+    fn unary(&mut self, operator: UnaryOperator, inner: &'db Expr) -> CppCode {
         if let (UnaryOperator::Minus, Expr::Literal(Literal::Int(text), _)) = (operator, inner)
             && *text == "2147483648"
         {
-            return Code::literal(Value::Int(i32::MIN), Type::INT);
+            return CppCode::literal(Value::Int(i32::MIN), Type::INT);
         }
         let inner = self.expr(inner);
         let value = inner.value.as_ref().and_then(|value| value.unary(operator).ok().flatten());
         if let (UnaryOperator::Minus, Some(value), true) = (operator, &value, inner.is_literal)
-            && inner.level == Level::Primary
+            && inner.level == Precedence::Primary
         {
-            return Code::literal(value.clone(), inner.ty);
+            return CppCode::literal(value.clone(), inner.ty);
         }
         let text = match operator {
-            UnaryOperator::Not => format!("!{}", inner.at_least(Level::Unary)),
+            UnaryOperator::Not => format!("!{}", inner.at_least(Precedence::Unary)),
             // `--` is another operator.
-            UnaryOperator::Minus => format!("-{}", inner.at_least(Level::Primary)),
+            UnaryOperator::Minus => format!("-{}", inner.at_least(Precedence::Primary)),
         };
-        let code = Code { value, ..Code::new(text, Level::Unary, inner.ty) };
+        let code = CppCode { value, ..CppCode::new(text, Precedence::Unary, inner.ty) };
         if is_narrow(&code.ty) { code.clone().cast(&code.ty) } else { code }
     }
 
-    fn binary(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
+    fn binary(&mut self, operator: BinaryOperator, lhs: CppCode, rhs: CppCode) -> CppCode {
         use BinaryOperator as Op;
         let value = constant(operator, &lhs, &rhs);
         let level = match operator {
-            Op::Or => Level::Or,
-            Op::And => Level::And,
-            Op::Equal | Op::NotEqual => Level::Equality,
-            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Level::Relation,
-            Op::Add | Op::Subtract => Level::Sum,
-            Op::Multiply | Op::Divide | Op::Remainder => Level::Product,
+            Op::Or => Precedence::Or,
+            Op::And => Precedence::And,
+            Op::Equal | Op::NotEqual => Precedence::Equality,
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Precedence::Relation,
+            Op::Add | Op::Subtract => Precedence::Sum,
+            Op::Multiply | Op::Divide | Op::Remainder => Precedence::Product,
         };
-        let is_comparison = matches!(level, Level::Equality | Level::Relation);
+        let is_comparison = matches!(level, Precedence::Equality | Precedence::Relation);
         if is_comparison {
             self.class.note(is_obvious(operator, &lhs, &rhs));
         }
@@ -252,10 +252,10 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
             let both = lhs.is_literal && rhs.is_literal && lhs.ty == Type::String;
             let lhs = if both || operator == Op::Add { lhs.into_string() } else { lhs };
             let ty = if is_comparison { Type::Bool } else { lhs.ty.clone() };
-            return Code { value, compared, ..joined(operator, level, &lhs, &rhs, ty) };
+            return CppCode { value, compared, ..joined(operator, level, &lhs, &rhs, ty) };
         }
         // A constant beside a variable that it fits is of that variable's type.
-        let beside = |one: &Code, other: &Code| {
+        let beside = |one: &CppCode, other: &CppCode| {
             let is_constant = one.value.is_some() && other.value.is_none() && !self.of_shell;
             let fits = is_constant && one.ty.fits(one.value.as_ref(), &other.ty);
             if fits { other.ty.clone() } else { one.ty.clone() }
@@ -265,7 +265,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         if is_comparison && is_unsigned_64(&ty) && is_unsigned(&left) != is_unsigned(&right) {
             return self.compare_unsigned(operator, lhs, rhs, &ty);
         }
-        let in_type = |code: Code, ty: &Type| code.with_type(ty, is_same_in_cpp);
+        let in_type = |code: CppCode, ty: &Type| code.with_type(ty, is_same_in_cpp);
         let (mut lhs, mut rhs) = (in_type(lhs, &left), in_type(rhs, &right));
         // C++ has other ideas about some pairs of types.
         if !is_same_in_cpp(&usual(&lhs.ty, &rhs.ty), &usual(&ty, &ty)) {
@@ -277,36 +277,42 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
             (lhs, rhs) = (in_type(lhs, &wide), in_type(rhs, &wide));
         }
         if is_comparison {
-            return Code { value, compared, ..joined(operator, level, &lhs, &rhs, Type::Bool) };
+            return CppCode { value, compared, ..joined(operator, level, &lhs, &rhs, Type::Bool) };
         }
-        let code = Code { value, ..joined(operator, level, &lhs, &rhs, ty.clone()) };
+        let code = CppCode { value, ..joined(operator, level, &lhs, &rhs, ty.clone()) };
         if is_narrow(&ty) { code.cast(&ty) } else { code }
     }
 
     /// Compares statuses of calls: RTT has two of calls that failed, and MAUVE has one.
-    fn compare_calls(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
+    fn compare_calls(&mut self, operator: BinaryOperator, lhs: CppCode, rhs: CppCode) -> CppCode {
         let (lhs, rhs) = if lhs.is_literal { (rhs, lhs) } else { (lhs, rhs) };
         if rhs.is_literal && rhs.text == "RTT::SendFailure" && !lhs.is_literal {
             let sign = if operator == BinaryOperator::Equal { "<=" } else { ">" };
-            let text = format!("{} {sign} {}", lhs.at_least(Level::Sum), rhs.text);
-            return Code::new(text, Level::Relation, Type::Bool);
+            let text = format!("{} {sign} {}", lhs.at_least(Precedence::Sum), rhs.text);
+            return CppCode::new(text, Precedence::Relation, Type::Bool);
         }
-        let failed = |code: Code| {
+        let failed = |code: CppCode| {
             if code.is_literal || rhs.is_literal {
                 return code;
             }
-            Code::primary(format!("std::max({}, RTT::SendFailure)", code.text), code.ty)
+            CppCode::primary(format!("std::max({}, RTT::SendFailure)", code.text), code.ty)
         };
         let (lhs, rhs) = (failed(lhs), failed(rhs.clone()));
-        joined(operator, Level::Equality, &lhs, &rhs, Type::Bool)
+        joined(operator, Precedence::Equality, &lhs, &rhs, Type::Bool)
     }
 
     /// A number below zero is less than any without a sign, which C++ denies.
-    fn compare_unsigned(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code, ty: &Type) -> Code {
+    fn compare_unsigned(
+        &mut self,
+        operator: BinaryOperator,
+        lhs: CppCode,
+        rhs: CppCode,
+        ty: &Type,
+    ) -> CppCode {
         use BinaryOperator as Op;
         let is_left = !is_unsigned(&lhs.ty);
         // The signed operand occurs twice in the result.
-        let is_name = |code: &Code| code.text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let is_name = |code: &CppCode| code.text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let lhs = if is_name(&lhs) && is_name(&rhs) { lhs } else { self.keep(lhs, "left") };
         let rhs = if is_name(&rhs) { rhs } else { self.keep(rhs, "right") };
         let signed = if is_left { lhs.text.clone() } else { rhs.text.clone() };
@@ -315,23 +321,25 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         let (text, level) = match (operator, is_left) {
             (Op::Equal, _)
             | (Op::Greater | Op::GreaterOrEqual, true)
-            | (Op::Less | Op::LessOrEqual, false) => (format!("{signed} >= 0 && {compared}"), Level::And),
-            _ => (format!("{signed} < 0 || {compared}"), Level::Or),
+            | (Op::Less | Op::LessOrEqual, false) => {
+                (format!("{signed} >= 0 && {compared}"), Precedence::And)
+            }
+            _ => (format!("{signed} < 0 || {compared}"), Precedence::Or),
         };
-        Code::new(text, level, Type::Bool)
+        CppCode::new(text, level, Type::Bool)
     }
 
     /// `&&` and `||`: the statements that the second operand needs are executed only where the first one does not decide.
-    fn logical(&mut self, operator: BinaryOperator, lhs: &'db Expr, rhs: &'db Expr) -> Code {
+    fn logical(&mut self, operator: BinaryOperator, lhs: &'db Expr, rhs: &'db Expr) -> CppCode {
         let is_and = operator == BinaryOperator::And;
-        let (level, name) = if is_and { (Level::And, "both") } else { (Level::Or, "either") };
+        let (level, name) = if is_and { (Precedence::And, "both") } else { (Precedence::Or, "either") };
         let lhs = self.expr(lhs);
         let (right, inner) = self.expr_apart(rhs);
         if inner.iter().all(|line| line.is_declaration) {
-            self.lines.extend(inner.into_iter().map(|line| Line { depth: self.depth, ..line }));
+            self.lines.extend(inner.into_iter().map(|line| CodeLine { depth: self.depth, ..line }));
             self.class.note(are_obvious(operator, &lhs, &right));
             let value = constant(operator, &lhs, &right);
-            return Code { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
+            return CppCode { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
         }
         let chained = self.scope.blocks().find_map(|block| block.chained.get(&lhs.text));
         let name = if chained == Some(&operator) {
@@ -349,14 +357,14 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         self.depth -= 1;
         self.line("}");
         self.scope.block.kept.insert(name.clone());
-        Code::primary(name, Type::Bool)
+        CppCode::primary(name, Type::Bool)
     }
 
     /// Returns operands or arguments, each evaluated after those before it. With `all_calls`, calls among them are computed
     /// before.
-    fn operands(&mut self, all: &[&'db Expr], all_calls: bool) -> Vec<Code> {
+    fn operands(&mut self, all: &[&'db Expr], all_calls: bool) -> Vec<CppCode> {
         // From the last one back to the first, with the effects of those behind it.
-        let mut later = Effects::default();
+        let mut later = ExpressionEffects::default();
         let mut kept = Vec::with_capacity(all.len());
         for (index, expr) in all.iter().enumerate().rev() {
             let own = self.effects(expr);
@@ -375,14 +383,14 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     /// Stores a value in a constant.
-    fn keep(&mut self, code: Code, name: &str) -> Code {
+    fn keep(&mut self, code: CppCode, name: &str) -> CppCode {
         if code.is_literal || self.scope.blocks().any(|block| block.kept.contains(&code.text)) {
             return code;
         }
         let name = self.temporary(name);
-        self.line(format!("const auto {name} = {};", code.at_least(Level::Or)));
+        self.line(format!("const auto {name} = {};", code.at_least(Precedence::Or)));
         self.scope.block.kept.insert(name.clone());
-        Code { text: name, level: Level::Primary, ..code }
+        CppCode { text: name, level: Precedence::Primary, ..code }
     }
 
     /// Declares a new name: `name`, `name_2`, …
@@ -403,8 +411,8 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         self.scope.declare(name)
     }
 
-    fn effects(&self, expr: &Expr) -> Effects<'db> {
-        let mut effects = Effects::default();
+    fn effects(&self, expr: &Expr) -> ExpressionEffects<'db> {
+        let mut effects = ExpressionEffects::default();
         for expr in expr.descendants() {
             let Expr::Call { callee, arguments, .. } = expr else { continue };
             let found = self.class.inference.callee(callee.id);
@@ -433,7 +441,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     /// Returns whether these effects may change the value of an expression without calls.
-    fn may_change(&self, expr: &Expr, effects: &Effects<'db>) -> bool {
+    fn may_change(&self, expr: &Expr, effects: &ExpressionEffects<'db>) -> bool {
         let changes = |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
         expr.descendants().any(|expr| match expr {
             // The argument of `status` is a port, no variable.
@@ -456,7 +464,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         })
     }
 
-    fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Option<Code> {
+    fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Option<CppCode> {
         let class = self.class;
         let found = class.inference.callee(callee.id)?;
         match found {
@@ -468,7 +476,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                 let call = format!("{function}({})", arguments.join(", "));
                 let key = codel_key(class.model.db, of);
                 let result = class.model.type_of(of, data.result.as_ref());
-                Some(Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result))
+                Some(CppCode::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result))
             }
             Callee::Operation(index) => {
                 let name = class.data.operations.get(index)?.name.name.clone();
@@ -476,7 +484,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                 let parameters = class.model.parameters(class.core, routine.parameters);
                 let arguments = self.arguments(found, &parameters, arguments);
                 let text = format!("{}({})", routine.function, arguments.join(", "));
-                Some(Code::primary(text, routine.result.clone()))
+                Some(CppCode::primary(text, routine.result.clone()))
             }
             Callee::Builtin(function @ (Builtin::Read | Builtin::Write | Builtin::Status)) => {
                 self.port(function, arguments)
@@ -497,7 +505,8 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
         let is_input = |(_, (direction, _)): &(&Expr, &(Direction, Type))| *direction == Direction::In;
         let inputs: Vec<&'db Expr> =
             arguments.iter().zip(parameters).filter(is_input).map(|(argument, _)| argument).collect();
-        let mut effects = Effects { all: matches!(callee, Callee::Operation(_)), ..Effects::default() };
+        let mut effects =
+            ExpressionEffects { all: matches!(callee, Callee::Operation(_)), ..ExpressionEffects::default() };
         effects.variables = self.changed_arguments(callee, arguments);
         let mut values = self.operands(&inputs, true).into_iter();
         let mut found = Vec::new();
@@ -517,7 +526,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
-    fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Option<Code> {
+    fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Option<CppCode> {
         let class = self.class;
         let port = class.member_in(arguments)?;
         Some(match (function, arguments.get(1)) {
@@ -525,7 +534,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                 let value = self.value(value, &port.ty);
                 let key = port_key(class.model.db, class.component, &port.data.name.name);
                 let write = format!("MAUVE_TRACE_WRITE(getName(), {key}, {}, {})", port.name, value.text);
-                Code::primary(write, Type::Void)
+                CppCode::primary(write, Type::Void)
             }
             (Builtin::Read, Some(variable)) => {
                 let key = port_key(class.model.db, class.component, &port.data.name.name);
@@ -533,12 +542,12 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
                 let read = format!("MAUVE_TRACE_READ(getName(), {key}, {}, {variable})", port.name);
                 match &port.status {
                     Some(status) => {
-                        Code::new(format!("{status} = {read}"), Level::Assignment, Type::PortStatus)
+                        CppCode::new(format!("{status} = {read}"), Precedence::Assignment, Type::PortStatus)
                     }
-                    None => Code::primary(read, Type::PortStatus),
+                    None => CppCode::primary(read, Type::PortStatus),
                 }
             }
-            _ => Code::primary(port.status.clone().unwrap_or_default(), Type::PortStatus),
+            _ => CppCode::primary(port.status.clone().unwrap_or_default(), Type::PortStatus),
         })
     }
 
@@ -582,7 +591,11 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     /// Returns the body of the function that checks whether a call is running.
-    pub(super) fn ask_for_last_call(mut self, call: &LastCall, operation: &Member<'db>) -> Vec<Line> {
+    pub(super) fn ask_for_last_call(
+        mut self,
+        call: &LastCall,
+        operation: &ClassMember<'db>,
+    ) -> Vec<CodeLine> {
         let mut given = vec![call.handle.clone()];
         given.extend(self.dropped_results(operation));
         self.line(format!("return mauve_collect({}) == RTT::SendNotReady;", given.join(", ")));
@@ -590,7 +603,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
     }
 
     /// `collect(handler)`, `collect(handler, result and out variables…)`
-    fn collect(&mut self, arguments: &'db [Expr]) -> Option<Code> {
+    fn collect(&mut self, arguments: &'db [Expr]) -> Option<CppCode> {
         let (handler, results) = arguments.split_first()?;
         let handler = self.variable(handler.id()?)?;
         let mut texts = vec![self.variable_name(handler)];
@@ -599,18 +612,18 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
             texts.extend(operation.into_iter().flat_map(|it| self.dropped_results(it)));
         }
         texts.extend(results.iter().map(|result| self.expr(result).text));
-        Some(Code::primary(format!("mauve_collect({})", texts.join(", ")), Type::CallStatus))
+        Some(CppCode::primary(format!("mauve_collect({})", texts.join(", ")), Type::CallStatus))
     }
 
     /// Declares variables for results of a call that no program uses.
-    fn dropped_results(&mut self, member: &Member<'db>) -> Vec<String> {
+    fn dropped_results(&mut self, member: &ClassMember<'db>) -> Vec<String> {
         let result = (member.ty != Type::Void).then_some(&member.ty);
         let back = member.parameters.iter().filter(|(direction, _)| *direction != Direction::In);
         let types = result.into_iter().chain(back.map(|(_, ty)| ty));
         let declare = |ty: &Type| {
             let name = self.temporary("dropped");
             let text = format!("{} {name}{{}};", self.class.cpp(ty));
-            self.lines.push(Line { depth: self.depth, text, is_declaration: true });
+            self.lines.push(CodeLine { depth: self.depth, text, is_declaration: true });
             name
         };
         types.map(declare).collect()
@@ -618,7 +631,7 @@ impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
 }
 
 /// Returns the value of an operation on two constants.
-fn constant(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Option<Value> {
+fn constant(operator: BinaryOperator, lhs: &CppCode, rhs: &CppCode) -> Option<Value> {
     lhs.value.as_ref()?.binary(operator, rhs.value.as_ref()?).ok().flatten()
 }
 
@@ -632,19 +645,19 @@ fn base_of(expr: &Expr) -> String {
 }
 
 /// Joins two operands, with the parentheses that they need, and those that compilers ask for.
-fn joined(operator: BinaryOperator, level: Level, lhs: &Code, rhs: &Code, ty: Type) -> Code {
+fn joined(operator: BinaryOperator, level: Precedence, lhs: &CppCode, rhs: &CppCode, ty: Type) -> CppCode {
     let (left, right) = match level {
         // Compilers warn of `a && b || c`, `a == b == c`, `a < b == c` and `!a == b`.
-        Level::Or => (Level::Or, Level::Equality),
-        Level::And => (Level::And, Level::Equality),
-        Level::Equality | Level::Relation => (Level::Sum, Level::Sum),
-        Level::Sum => (Level::Sum, Level::Product),
-        _ => (Level::Product, Level::Unary),
+        Precedence::Or => (Precedence::Or, Precedence::Equality),
+        Precedence::And => (Precedence::And, Precedence::Equality),
+        Precedence::Equality | Precedence::Relation => (Precedence::Sum, Precedence::Sum),
+        Precedence::Sum => (Precedence::Sum, Precedence::Product),
+        _ => (Precedence::Product, Precedence::Unary),
     };
-    let side = |code: &Code, least: Level| {
-        let hides = level == Level::Or && code.level == Level::And;
-        let negated = level == Level::Equality && code.text.starts_with('!');
+    let side = |code: &CppCode, least: Precedence| {
+        let hides = level == Precedence::Or && code.level == Precedence::And;
+        let negated = level == Precedence::Equality && code.text.starts_with('!');
         if hides || negated { format!("({})", code.text) } else { code.at_least(least) }
     };
-    Code::new(format!("{} {} {}", side(lhs, left), operator.text(), side(rhs, right)), level, ty)
+    CppCode::new(format!("{} {} {}", side(lhs, left), operator.text(), side(rhs, right)), level, ty)
 }

@@ -7,17 +7,17 @@ use mauve_hir::{ProgramId, Type, VariableId};
 
 use super::code::literal_text;
 use super::expression::ExpressionWriter;
-use super::layout::Text;
-use super::{Class, LastCall, Member};
+use super::layout::CodeText;
+use super::{Class, ClassMember, LastCall};
 use crate::generated_file::generated_from;
 
 /// `<Component>-component.hpp`
 pub(super) fn text(class: &Class<'_, '_>) -> String {
-    let mut body = Text::default();
+    let mut body = CodeText::default();
     shells(class, &mut body);
     core(class, &mut body);
     programs(class, &mut body);
-    let mut text = Text::default();
+    let mut text = CodeText::default();
     text.line(0, class.written_by());
     text.gap();
     text.line(0, "#pragma once");
@@ -75,7 +75,7 @@ fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
     headers
 }
 
-fn shells(class: &Class<'_, '_>, text: &mut Text) {
+fn shells(class: &Class<'_, '_>, text: &mut CodeText) {
     for members in class.members.chunk_by(|one, other| one.feature.shell == other.feature.shell) {
         let mut shown = members.iter().filter(|it| it.data.kind != FeatureKind::Provided).peekable();
         let Some(first) = shown.peek() else { continue };
@@ -85,7 +85,7 @@ fn shells(class: &Class<'_, '_>, text: &mut Text) {
     }
 }
 
-fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
+fn feature(class: &Class<'_, '_>, member: &ClassMember<'_>, text: &mut CodeText) {
     text.line(
         1,
         format!("// {}: {}", class.shown(member), class.at(member.feature.shell, member.data.name.id)),
@@ -114,7 +114,7 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
     }
 }
 
-fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
+fn core<'db>(class: &Class<'_, 'db>, text: &mut CodeText) {
     text.line(1, format!("// {}", class.declared(class.core)));
     let mut lines = variables(class, &class.data.variables);
     for handler in &class.data.handlers {
@@ -175,7 +175,7 @@ fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<Str
     code.value.is_some().then_some(code.text)
 }
 
-fn programs(class: &Class<'_, '_>, text: &mut Text) {
+fn programs(class: &Class<'_, '_>, text: &mut CodeText) {
     if !class.set_from_text().is_empty() {
         text.line(1, "bool mauve_set(const std::string& property, const std::string& text);");
     }
@@ -218,7 +218,7 @@ impl<'db> Class<'_, 'db> {
     }
 
     /// The last calls of required operations, and these operations.
-    pub(super) fn last_calls(&self) -> impl Iterator<Item = (&LastCall, &Member<'db>)> {
+    pub(super) fn last_calls(&self) -> impl Iterator<Item = (&LastCall, &ClassMember<'db>)> {
         let calls = self.sent.iter();
         calls.filter_map(|it| Some((it.last_call.as_ref()?, self.member(it.feature)?)))
     }
@@ -228,7 +228,7 @@ impl<'db> Class<'_, 'db> {
     }
 
     /// A feature as the model declares it: `property body_width: double [0.3; 1.0]`.
-    pub(super) fn shown(&self, member: &Member<'_>) -> String {
+    pub(super) fn shown(&self, member: &ClassMember<'_>) -> String {
         let word = match member.data.kind {
             FeatureKind::Constant => "constant",
             FeatureKind::Property => "property",

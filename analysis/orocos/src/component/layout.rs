@@ -5,7 +5,7 @@
 //!                           ::navigation::astar(here, destination, grid, resolution, route));
 //! ```
 
-use super::expression::Line;
+use super::expression::CodeLine;
 use crate::origin::{WIDTH, wrapped};
 
 /// Tokens after which a line may be broken.
@@ -13,14 +13,14 @@ const BREAKS: [&str; 14] =
     [", ", "&& ", "|| ", " == ", " != ", " < ", " <= ", " > ", " >= ", " + ", " - ", " * ", " / ", " % "];
 
 #[derive(Default)]
-pub(super) struct Text {
+pub(super) struct CodeText {
     pub(super) out: String,
 }
 
-impl Text {
+impl CodeText {
     pub(super) fn line(&mut self, depth: usize, line: impl AsRef<str>) {
         let (line, indent) = (line.as_ref(), 2 * depth);
-        let mut lines = Lines { out: String::new(), column: 0 };
+        let mut lines = WrappedLines { out: String::new(), column: 0 };
         lines.pad(indent);
         match line.strip_prefix("// ") {
             Some(comment) => lines.comment(comment, indent),
@@ -33,7 +33,7 @@ impl Text {
         self.out.push('\n');
     }
 
-    pub(super) fn lines(&mut self, lines: &[Line]) {
+    pub(super) fn lines(&mut self, lines: &[CodeLine]) {
         lines.iter().for_each(|line| self.line(line.depth, &line.text));
     }
 
@@ -57,7 +57,7 @@ impl Text {
     }
 
     /// Writes a function, and an empty line.
-    pub(super) fn function(&mut self, head: &str, body: impl FnOnce(&mut Text)) {
+    pub(super) fn function(&mut self, head: &str, body: impl FnOnce(&mut CodeText)) {
         self.line(0, format!("{head} {{"));
         body(self);
         self.line(0, "}");
@@ -69,12 +69,12 @@ impl Text {
     }
 }
 
-struct Lines {
+struct WrappedLines {
     out: String,
     column: usize,
 }
 
-impl Lines {
+impl WrappedLines {
     fn push(&mut self, text: &str) {
         self.out += text;
         self.column += text.chars().count();

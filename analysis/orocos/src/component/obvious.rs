@@ -5,7 +5,7 @@
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Type, Value};
 
-use super::code::{Code, Comparison};
+use super::code::{ConstantComparison, CppCode};
 
 /// The lines that suppress the warnings.
 pub(super) const MEANT: [&str; 3] = [
@@ -15,7 +15,11 @@ pub(super) const MEANT: [&str; 3] = [
 ];
 
 /// Returns a comparison with a constant.
-pub(super) fn comparison(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Option<Comparison> {
+pub(super) fn comparison(
+    operator: BinaryOperator,
+    lhs: &CppCode,
+    rhs: &CppCode,
+) -> Option<ConstantComparison> {
     use BinaryOperator as Op;
     let mirrored = match operator {
         Op::Less => Op::Greater,
@@ -32,7 +36,7 @@ pub(super) fn comparison(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Op
 }
 
 /// The number of a constant, or of a status.
-fn number(code: &Code) -> Option<f64> {
+fn number(code: &CppCode) -> Option<f64> {
     match (&code.value, code.text.as_str()) {
         (Some(Value::Bool(value)), _) => Some(f64::from(u8::from(*value))),
         (Some(value), _) => value.number(),
@@ -45,9 +49,9 @@ fn number(code: &Code) -> Option<f64> {
 }
 
 /// Returns whether a comparison gives the same for all values of its operands.
-pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
+pub(super) fn is_obvious(operator: BinaryOperator, lhs: &CppCode, rhs: &CppCode) -> bool {
     // Compilers know that sums and products are commutative.
-    let words = |code: &Code| {
+    let words = |code: &CppCode| {
         let mut words: Vec<String> =
             code.text.split([' ', '(', ')']).filter(|word| !word.is_empty()).map(str::to_owned).collect();
         words.sort();
@@ -67,8 +71,8 @@ pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bo
 }
 
 /// Returns whether `&&` or `||` gives the same for all values of the operands.
-pub(super) fn are_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
-    let negated = |one: &Code, other: &Code| {
+pub(super) fn are_obvious(operator: BinaryOperator, lhs: &CppCode, rhs: &CppCode) -> bool {
+    let negated = |one: &CppCode, other: &CppCode| {
         let inner = one.text.strip_prefix('!').map(|it| it.trim_matches(['(', ')']));
         inner == Some(other.text.trim_matches(['(', ')']))
     };

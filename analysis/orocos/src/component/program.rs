@@ -3,12 +3,12 @@
 use mauve_hir::item_tree::{Expr, SourceId, Statement, Variable};
 use mauve_hir::{Builtin, Callee, Type, returns};
 
-use super::expression::{ExpressionWriter, Line};
-use super::{Body, Class, Routine};
+use super::expression::{CodeLine, ExpressionWriter};
+use super::{Class, Routine, RoutineBody};
 use crate::trace::program_key;
 
 /// Returns the head of a program, and the lines between the braces.
-pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
+pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<CodeLine>) {
     class.model.db.unwind_if_revision_cancelled();
     let mut writer = ExpressionWriter::new(class);
     let parameters = class.parameters(routine, &mut writer.scope.names);
@@ -22,11 +22,11 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
     let key = program_key(class.model.db, class.component, &routine.program);
     writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {key});"));
     match &routine.body {
-        Body::Guard(condition) => {
+        RoutineBody::Guard(condition) => {
             let value = writer.value(condition, &Type::Bool);
             writer.line(format!("return {};", value.text));
         }
-        Body::Program(program) => {
+        RoutineBody::Program(program) => {
             writer.statements(&program.statements, &routine.result);
             if routine.result == Type::Bool && !returns(&program.statements) {
                 writer.line("return true;");

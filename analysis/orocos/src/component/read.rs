@@ -9,7 +9,7 @@ use mauve_hir::{
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Body, Class, LastCall, Member, Routine, SentOperation, StateMachine};
+use super::{Class, ClassMachine, ClassMember, LastCall, Routine, RoutineBody, SentOperation};
 use crate::cpp_name::CppNames;
 use crate::library::Model;
 
@@ -71,7 +71,7 @@ impl<'a, 'db> Class<'a, 'db> {
             let number = self.members.len();
             self.by_feature.entry(*feature).or_insert(number);
             self.by_name.entry(&data.name.name).or_insert(number);
-            self.members.push(Member {
+            self.members.push(ClassMember {
                 feature: *feature,
                 data,
                 name: self.names.declare(&data.name.name),
@@ -153,7 +153,7 @@ impl<'a, 'db> Class<'a, 'db> {
 
     fn sent_operations(&mut self) {
         let mut handlers: FxHashSet<VariableId> = FxHashSet::default();
-        let mut dropped: Vec<&Member<'db>> = Vec::new();
+        let mut dropped: Vec<&ClassMember<'db>> = Vec::new();
         let mut seen: FxHashSet<FeatureOf<'db>> = FxHashSet::default();
         for statement in self.data.statements() {
             match statement {
@@ -205,7 +205,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 HookKind::Configure | HookKind::Start => Type::Bool,
                 HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
             };
-            self.routine(ProgramId::Hook(hook.kind), hook.id, result, Body::Program(&hook.program));
+            self.routine(ProgramId::Hook(hook.kind), hook.id, result, RoutineBody::Program(&hook.program));
         }
         for operation in &data.operations {
             let name = &operation.name.name;
@@ -225,7 +225,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 at: operation.name.id,
                 result,
                 parameters: &operation.parameters,
-                body: Body::Program(&operation.program),
+                body: RoutineBody::Program(&operation.program),
             });
         }
         let Some(machine) = data.machines.first() else { return };
@@ -233,22 +233,22 @@ impl<'a, 'db> Class<'a, 'db> {
             let state = || declared.name.name.clone();
             for method in &declared.methods {
                 let id = ProgramId::Method { state: state(), kind: method.kind };
-                self.routine(id, method.id, Type::Void, Body::Program(&method.program));
+                self.routine(id, method.id, Type::Void, RoutineBody::Program(&method.program));
             }
             for it in &declared.transitions {
                 let (transition, at) = (|| it.name.name.clone(), it.name.id);
                 if let Some(guard) = &it.guard {
                     let id = ProgramId::Guard { state: state(), transition: transition() };
-                    self.routine(id, at, Type::Bool, Body::Guard(&guard.condition));
+                    self.routine(id, at, Type::Bool, RoutineBody::Guard(&guard.condition));
                 }
                 if let Some(effect) = &it.effect {
                     let id = ProgramId::Effect { state: state(), transition: transition() };
-                    self.routine(id, at, Type::Void, Body::Program(effect));
+                    self.routine(id, at, Type::Void, RoutineBody::Program(effect));
                 }
             }
         }
         let mut values = CppNames::of_namespace();
-        self.machine = Some(StateMachine {
+        self.machine = Some(ClassMachine {
             data: machine,
             numbers: machine.state_indices(),
             states: self.names.declare("State"),
@@ -259,7 +259,7 @@ impl<'a, 'db> Class<'a, 'db> {
         });
     }
 
-    fn routine(&mut self, program: ProgramId, at: SourceId, result: Type, body: Body<'db>) {
+    fn routine(&mut self, program: ProgramId, at: SourceId, result: Type, body: RoutineBody<'db>) {
         let function = self.names.declare(&match &program {
             ProgramId::Hook(kind) => format!("{}_program", kind.keyword()),
             ProgramId::Operation(name) => name.to_string(),

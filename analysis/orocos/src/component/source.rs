@@ -5,18 +5,18 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, State, Variable};
 use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
-use super::code::Code;
+use super::code::CppCode;
 use super::expression::ExpressionWriter;
-use super::layout::Text;
+use super::layout::CodeText;
 use super::obvious::MEANT;
 use super::program::definition;
-use super::{Class, Member, Routine, StateMachine};
+use super::{Class, ClassMachine, ClassMember, Routine};
 use crate::cpp_name::script_name;
 use crate::escape::cpp_string;
 
 /// `<Component>-component.cpp`
 pub(super) fn text(class: &Class<'_, '_>) -> String {
-    let mut body = Text::default();
+    let mut body = CodeText::default();
     constructor(class, &mut body);
     configure_hook(class, &mut body);
     start_hook(class, &mut body);
@@ -46,7 +46,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
         body.function(&head, |text| text.lines(&lines));
         called(class, routine, &mut body);
     }
-    let mut text = Text::default();
+    let mut text = CodeText::default();
     includes(class, &body.out, &mut text);
     let package = &class.model.library.package;
     if class.is_obvious.get() {
@@ -66,7 +66,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     text.out
 }
 
-fn includes(class: &Class<'_, '_>, body: &str, text: &mut Text) {
+fn includes(class: &Class<'_, '_>, body: &str, text: &mut CodeText) {
     let name = &class.name;
     text.line(0, class.written_by());
     text.gap();
@@ -98,7 +98,7 @@ fn includes(class: &Class<'_, '_>, body: &str, text: &mut Text) {
     text.gap();
 }
 
-fn constructor(class: &Class<'_, '_>, text: &mut Text) {
+fn constructor(class: &Class<'_, '_>, text: &mut CodeText) {
     let instance = &class.instance;
     let mut bases = vec![format!("MauveTask({instance})")];
     let required = class.members.iter().filter(|member| member.data.kind == FeatureKind::Required);
@@ -139,7 +139,7 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// The statement that makes a feature known to RTT.
-fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
+fn added(class: &Class<'_, '_>, member: &ClassMember<'_>) -> String {
     let (data, name) = (member.data, &member.name);
     let known = cpp_string(&script_name(&data.name.name));
     let doc = cpp_string(&class.shown(member));
@@ -165,7 +165,7 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
 }
 
 /// Checks the values of properties, and gives variables their first values.
-fn configure_hook(class: &Class<'_, '_>, text: &mut Text) {
+fn configure_hook(class: &Class<'_, '_>, text: &mut CodeText) {
     if !class.hooks().iter().any(|(_, hook)| *hook == "configureHook") {
         return;
     }
@@ -206,7 +206,7 @@ fn configure_hook(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// Calls a program that may return false, and reports that: Orocos itself does not say why.
-fn agreed(class: &Class<'_, '_>, kind: HookKind, text: &mut Text) {
+fn agreed(class: &Class<'_, '_>, kind: HookKind, text: &mut CodeText) {
     let Some(program) = class.program(&ProgramId::Hook(kind)) else { return };
     let said = cpp_string(&format!(": the program {} returned false", kind.keyword()));
     text.line(1, format!("if (!{}()) {{", program.function));
@@ -215,13 +215,13 @@ fn agreed(class: &Class<'_, '_>, kind: HookKind, text: &mut Text) {
 }
 
 /// Logs an error, whose text is the operands of `<<`, and returns false.
-fn refuse(depth: usize, error: &str, text: &mut Text) {
+fn refuse(depth: usize, error: &str, text: &mut CodeText) {
     text.line(depth, format!("RTT::log(RTT::Error) << getName() << {error} << RTT::endlog();"));
     text.line(depth, "return false;");
 }
 
 /// Gives variables their first values again: a program may have run before.
-fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable], text: &mut Text) {
+fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable], text: &mut CodeText) {
     let mut writer = ExpressionWriter::new(class);
     for (index, variable, name) in class.variables_of(variables) {
         match &variable.value {
@@ -239,7 +239,7 @@ fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable], text: &
 }
 
 /// Checks that a property or constant lies in its interval.
-fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut Text) {
+fn interval_check<'db>(class: &Class<'_, 'db>, member: &ClassMember<'db>, text: &mut CodeText) {
     let Some(interval) = &member.data.interval else { return };
     let mut writer = ExpressionWriter::of_shell(class);
     let (low, high) = (writer.value(&interval.low, &member.ty), writer.value(&interval.high, &member.ty));
@@ -249,7 +249,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
         _ => (None, None),
     };
     // Compilers warn of a comparison that is true for every value of the type.
-    let is = |end: &Code, limit: Option<i128>| match end.value {
+    let is = |end: &CppCode, limit: Option<i128>| match end.value {
         Some(Value::Int(value)) => limit == Some(value.into()),
         _ => false,
     };
@@ -264,7 +264,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
         Type::Integer(Integer::Char | Integer::Int8 | Integer::Uint8) => format!("static_cast<int>({text})"),
         _ => text.to_owned(),
     };
-    let end = |code: &Code| {
+    let end = |code: &CppCode| {
         let shown = code.value.as_ref().map(Value::text);
         shown.unwrap_or_else(|| format!("\" << {} << \"", streamed(&code.operand())))
     };
@@ -277,7 +277,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
     text.line(1, "}");
 }
 
-fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
+fn start_hook(class: &Class<'_, '_>, text: &mut CodeText) {
     text.function(&format!("bool {}::startHook()", class.name), |text| {
         text.line(1, "if (!mauve_may_start()) return false;");
         for input in class.members.iter().filter(|it| it.data.kind == FeatureKind::Input) {
@@ -300,13 +300,13 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// Calls a program of the component, where there is one.
-fn call(class: &Class<'_, '_>, id: &ProgramId, depth: usize, text: &mut Text) {
+fn call(class: &Class<'_, '_>, id: &ProgramId, depth: usize, text: &mut CodeText) {
     if let Some(program) = class.program(id) {
         text.line(depth, format!("{}();", program.function));
     }
 }
 
-fn call_method(class: &Class<'_, '_>, state: &State, kind: MethodKind, depth: usize, text: &mut Text) {
+fn call_method(class: &Class<'_, '_>, state: &State, kind: MethodKind, depth: usize, text: &mut CodeText) {
     call(class, &ProgramId::Method { state: state.name.name.clone(), kind }, depth, text);
 }
 
@@ -316,7 +316,7 @@ pub(crate) fn ports_of_introspection(names: &[String]) -> [&'static str; 2] {
     ["state", if names.iter().any(|name| name == "period") { "mauve_period" } else { "period" }]
 }
 
-fn show(class: &Class<'_, '_>, text: &mut Text) {
+fn show(class: &Class<'_, '_>, text: &mut CodeText) {
     let Some(machine) = &class.machine else { return };
     let Some(show) = &machine.show else { return };
     let names: Vec<String> = machine.data.states.iter().map(|state| cpp_string(&state.name.name)).collect();
@@ -327,7 +327,7 @@ fn show(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// Sets the properties that scripts cannot.
-fn set(class: &Class<'_, '_>, text: &mut Text) {
+fn set(class: &Class<'_, '_>, text: &mut CodeText) {
     let members = class.set_from_text();
     if members.is_empty() {
         return;
@@ -345,7 +345,7 @@ fn set(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// An operation as other components call it.
-fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) {
+fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut CodeText) {
     let Some(called) = &routine.called else { return };
     let mut names = class.names.inner();
     let parameters = class.parameters(routine, &mut names);
@@ -376,7 +376,7 @@ fn described(program: &ProgramId) -> String {
     }
 }
 
-fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
+fn update_hook(class: &Class<'_, '_>, text: &mut CodeText) {
     text.function(&format!("void {}::updateHook()", class.name), |text| {
         text.line(1, "if (!mauve_begin()) return;");
         text.line(1, "MAUVE_TRACE_COMPONENT(getName());");
@@ -396,7 +396,7 @@ fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// The statements of a period that begins in a state.
-fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text: &mut Text) {
+fn state(class: &Class<'_, '_>, machine: &ClassMachine<'_>, number: usize, text: &mut CodeText) {
     let states = &machine.data.states;
     let Some(data) = states.get(number) else { return };
     let name = || data.name.name.clone();

@@ -17,8 +17,8 @@ use toml::{Table, Value};
 
 use super::inputs::{InputProblem, inputs_of};
 use super::standalone;
-use crate::codels::{Signature, codel_path};
-use crate::generated_file::{GeneratedFile, Package, STANDALONE_MARK};
+use crate::codels::{CodelSignature, codel_path};
+use crate::generated_file::{GeneratedFile, GeneratedPackage, STANDALONE_MARK};
 use crate::library::{Model, models};
 use crate::template::{filled, lines};
 use crate::trace::codel_key;
@@ -43,7 +43,7 @@ pub fn measuring<'db>(
     deployment: Decl<'db>,
     codels: &[Decl<'db>],
     inputs: &Table,
-) -> Result<(Package, Vec<String>), (Decl<'db>, InputProblem)> {
+) -> Result<(GeneratedPackage, Vec<String>), (Decl<'db>, InputProblem)> {
     let models = models(db, project, Some(deployment)).unwrap_or_default();
     let (mut functions, mut calls, mut paths) = (Vec::new(), Vec::new(), Vec::new());
     let mut libraries: Vec<&str> = Vec::new();
@@ -82,7 +82,7 @@ pub(super) fn headers(libraries: &[&str]) -> String {
 }
 
 /// Appends lines to the build file.
-pub(super) fn add_to_build(package: &mut Package, text: &str) {
+pub(super) fn add_to_build(package: &mut GeneratedPackage, text: &str) {
     let build = package.files.iter_mut().find(|file| file.path == "CMakeLists.txt");
     build.into_iter().for_each(|file| file.text += text);
 }
@@ -102,7 +102,7 @@ fn function(
     if let Some(other) = given.keys().find(|key| shapes.iter().flatten().all(|(name, _)| name != *key)) {
         return Err(InputProblem::Unknown(other.clone()));
     }
-    let signature = Signature::of(model, of, name).ok_or(InputProblem::NotThere)?;
+    let signature = CodelSignature::of(model, of, name).ok_or(InputProblem::NotThere)?;
     let (mut body, mut values_of_row, mut arguments) = (Vec::new(), Vec::new(), Vec::new());
     let mut longest = (String::new(), 1);
     for (index, (parameter, input)) in signature.parameters.iter().zip(&shapes).enumerate() {

@@ -23,7 +23,7 @@ use crate::generated_file::{GeneratedFile, STANDALONE_MARK, is_name};
 use crate::template::{filled, lines};
 
 /// The messages of a project.
-pub(super) struct Messages<'db> {
+pub(super) struct MessageHeaders<'db> {
     db: &'db dyn ModelDb,
     workspace: Workspace,
     /// Whether they have the types of ROS 2, and list their fields: samples of topics.
@@ -45,9 +45,9 @@ struct FieldType {
     initial: &'static str,
 }
 
-impl<'db> Messages<'db> {
-    pub(super) fn new(db: &'db dyn ModelDb, workspace: Workspace, are_samples: bool) -> Messages<'db> {
-        Messages { db, workspace, are_samples, all: BTreeMap::new() }
+impl<'db> MessageHeaders<'db> {
+    pub(super) fn new(db: &'db dyn ModelDb, workspace: Workspace, are_samples: bool) -> MessageHeaders<'db> {
+        MessageHeaders { db, workspace, are_samples, all: BTreeMap::new() }
     }
 
     /// Adds messages, and those of their fields.
@@ -279,7 +279,7 @@ mod tests {
         let workspace = Workspace::of_texts(&db, "/".into(), []);
         let packages = BTreeMap::from([(package.name.clone(), Arc::new(package))]);
         workspace.set_packages(&mut db).to(Arc::new(packages));
-        let mut messages = Messages::new(&db, workspace, false);
+        let mut messages = MessageHeaders::new(&db, workspace, false);
         messages.add([("p".into(), "M".into())]);
         let files = messages.files().into_iter().filter(|file| file.path.ends_with(".h"));
         let texts = files.map(|file| format!("---- {}\n{}", file.path, file.text));
@@ -453,7 +453,7 @@ mod tests {
             let db = Database::default();
             let workspace = Workspace::of_texts(&db, "/".into(), [("/mauve.toml".into(), config.to_owned())]);
             let catalogue = catalogue_of(&db, workspace);
-            let mut messages = Messages::new(&db, workspace, are_samples);
+            let mut messages = MessageHeaders::new(&db, workspace, are_samples);
             let named =
                 catalogue.iter().flat_map(|(of, it)| it.messages.keys().map(|it| (of.clone(), it.clone())));
             messages.add(named);

@@ -16,7 +16,7 @@ use rustc_hash::FxHashMap;
 use super::cpu_set::cpu_set;
 use super::topics;
 use crate::cpp_name::task_name;
-use crate::deployment::{BACKGROUND, Deployed, Task};
+use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment};
 use crate::escape::cpp_string;
 use crate::generated_file::generated_from;
 use crate::library::Model;
@@ -31,7 +31,7 @@ const MOST_CHAINS: usize = 10;
 pub(super) fn main_file<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
-    deployed: &Deployed,
+    deployed: &RunnableDeployment,
     topics_of: Option<usize>,
 ) -> String {
     let Model { db, project, .. } = model;
@@ -46,7 +46,7 @@ pub(super) fn main_file<'db>(
     let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
     let about = deployed.description.trim_end_matches('.');
     let on_host = deployed.host.as_ref().map_or_else(String::new, |host| format!(" on host {host}"));
-    let instances = deployed.in_order().map(|Task { name, class, .. }| {
+    let instances = deployed.in_order().map(|DeployedTask { name, class, .. }| {
         let package = class.split("::").next().unwrap_or_default();
         call("instance", &[name, package, class].map(cpp_string))
     });
@@ -135,7 +135,7 @@ fn value_text(value: &Value) -> String {
     }
 }
 
-fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
+fn activity(task: &DeployedTask, bound: Option<Option<Time>>) -> Vec<String> {
     let (activity, priority) = (&task.activity, task.activity.priority.real_time());
     let nanoseconds =
         |time: Option<Time>| time.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());

@@ -8,9 +8,9 @@ use mauve_hir::{Decl, ModelDb, Project};
 
 use super::inputs::{InputProblem, inputs_of};
 use super::measure::{add_to_build, headers};
-use crate::codels::Signature;
+use crate::codels::CodelSignature;
 use crate::escape::cpp_string;
-use crate::generated_file::{GeneratedFile, Package, STANDALONE_MARK};
+use crate::generated_file::{GeneratedFile, GeneratedPackage, STANDALONE_MARK};
 use crate::library::{Model, models};
 use crate::template::{filled, lines};
 use crate::trace::codel_key;
@@ -25,7 +25,7 @@ pub fn record_inputs<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
     program: &str,
-    package: &mut Package,
+    package: &mut GeneratedPackage,
 ) -> Vec<(Decl<'db>, String)> {
     let (mut libraries, mut functions, mut left) = (Vec::new(), Vec::new(), Vec::new());
     for model in models(db, project, Some(deployment)).unwrap_or_default() {
@@ -60,7 +60,7 @@ pub fn record_inputs<'db>(
 fn function(model: Model<'_, '_>, of: Decl<'_>, name: &str) -> Result<String, InputProblem> {
     let library = &model.library.package;
     let shapes = inputs_of(model, of)?;
-    let signature = Signature::of(model, of, name).ok_or(InputProblem::NotThere)?;
+    let signature = CodelSignature::of(model, of, name).ok_or(InputProblem::NotThere)?;
     let parameters = signature.parameters.iter().zip(&shapes);
     let records = parameters.filter_map(|(parameter, input)| {
         let record = input.as_ref()?.1.record(&parameter.name, 0);

@@ -9,7 +9,7 @@
 //! The packages of components beside it are parts of it, and have a file `COLCON_IGNORE`.
 
 use crate::build::about_package;
-use crate::deployment::Deployed;
+use crate::deployment::RunnableDeployment;
 use crate::generated_file::{GeneratedFile, STANDALONE_MARK};
 use crate::library::Model;
 use crate::template::filled;
@@ -21,7 +21,7 @@ pub(super) struct Started {
 }
 
 impl Started {
-    pub(super) fn of(deployed: &Deployed, program: String) -> Started {
+    pub(super) fn of(deployed: &RunnableDeployment, program: String) -> Started {
         // A host has letters, digits and `_` in the name of its program.
         let host = deployed.host.as_ref().and_then(|_| program.rsplit('-').next());
         let host = host.map_or_else(String::new, |host| format!("-{host}"));

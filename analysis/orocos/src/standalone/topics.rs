@@ -16,7 +16,7 @@ use rustc_hash::FxHashMap;
 use super::cpu_set::cpu_set;
 use crate::cpp_name::{host_name, script_name, task_name};
 use crate::cpp_type::cpp_type;
-use crate::deployment::Deployed;
+use crate::deployment::RunnableDeployment;
 use crate::escape::cpp_string;
 use crate::library::Model;
 use crate::template::lines;
@@ -24,7 +24,7 @@ use crate::type_hash::type_hash;
 
 /// The lines of a main.
 #[derive(Debug, Default)]
-pub(super) struct Calls {
+pub(super) struct TopicCalls {
     pub(super) headers: String,
     pub(super) gateway: String,
     pub(super) topics: String,
@@ -34,13 +34,13 @@ pub(super) struct Calls {
 pub(super) fn calls<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
-    deployed: &Deployed,
+    deployed: &RunnableDeployment,
     host: usize,
     bounds: &FxHashMap<String, Option<Time>>,
-) -> Calls {
+) -> TopicCalls {
     let Model { db, project, .. } = model;
     let (found, config) = (ros2_of(db, project, of), config_of(db, project.workspace(db)));
-    let Some(written) = config.ros2.as_ref() else { return Calls::default() };
+    let Some(written) = config.ros2.as_ref() else { return TopicCalls::default() };
     let namespace = written.namespace.as_ref().map_or("", |(it, _)| it.trim_matches('/'));
     let name = found.gateway(host);
     let node = match &deployed.host {
@@ -75,7 +75,7 @@ pub(super) fn calls<'db>(
     let messages = found.topics_of(host).filter(|it| !it.ty.is_wrapped);
     let headers: BTreeSet<String> =
         messages.map(|it| format!("#include <{}/{}.h>", it.ty.package, it.ty.message)).collect();
-    Calls {
+    TopicCalls {
         headers: lines(headers),
         gateway: lines(gateway),
         topics: lines(found.topics_of(host).filter_map(|it| call(model, of, it))),

@@ -20,7 +20,7 @@ use crate::text::shown;
 const ROOT: &str = "%SRCROOT%";
 
 #[derive(Serialize)]
-struct Log<R> {
+struct SarifLog<R> {
     #[serde(rename = "$schema")]
     schema: &'static str,
     version: &'static str,
@@ -55,7 +55,7 @@ pub(super) fn log(
     let supports = deployed
         .iter()
         .flat_map(|it| it.supports().into_iter().map(move |of| format!("{}: {}", it.name, supported(of))));
-    Log {
+    SarifLog {
         schema: "https://json.schemastore.org/sarif-2.1.0.json",
         version: "2.1.0",
         runs: [object! {

@@ -7,7 +7,7 @@ use mauve_hir::{CONFIG_FILE, Database, Workspace, is_model, normalised};
 use mauve_projects::git::Repository;
 use mauve_projects::load::{canonical_path, load};
 use mauve_projects::output::say;
-use mauve_projects::revision::{Loaded, load_commit};
+use mauve_projects::revision::{LoadedCommit, load_commit};
 
 /// A state of models: as they are on the disk, or in a commit.
 #[derive(Debug)]
@@ -188,7 +188,8 @@ impl ModelState {
                 Ok((workspaces, folder.to_owned(), BTreeMap::new()))
             }
             ModelState::Commit(Commit { repository, name, commit, path, has_path }) => {
-                let Loaded { workspaces, top, left_out } = load_commit(db, repository, (name, commit), path)?;
+                let LoadedCommit { workspaces, top, left_out } =
+                    load_commit(db, repository, (name, commit), path)?;
                 let said = left_out.iter().filter(|(it, _)| it.starts_with(path)).map(|(_, why)| why);
                 // A link to a submodule has the same reason.
                 said.collect::<BTreeSet<_>>().into_iter().for_each(|why| say(&format!("{name}: {why}")));

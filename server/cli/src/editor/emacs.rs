@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use mauve_projects::destination::behind_links;
 
 use super::embedded::{EMACS, text};
-use super::home::{Home, quoted};
+use super::home::{EditorHome, quoted};
 use super::installation::Wanted;
 
-pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
+pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
     let folder = behind_links(&user_directory(home).join("elpa"))?.join("mauve");
     let mut wanted = Wanted::in_folder(&folder, EMACS);
     if let Some(program) = home.program_elsewhere() {
@@ -26,7 +26,7 @@ const PROGRAM: &str = "(defvar mauve-program \"mauve\")";
 
 /// Returns the folder that Emacs takes for the user's: `~/.emacs.d` if that or an old init file exists, else
 /// `~/.config/emacs` if that exists.
-fn user_directory(home: &Home) -> PathBuf {
+fn user_directory(home: &EditorHome) -> PathBuf {
     let old = home.home.join(".emacs.d");
     let is_init = |name: &str| home.home.join(name).exists();
     let xdg = home.config.join("emacs");

@@ -3,13 +3,13 @@
 use mauve_projects::destination::behind_links;
 
 use super::embedded::{GRAMMAR, HELIX, HELIX_QUERIES, text};
-use super::home::{Home, quoted};
-use super::installation::{Settings, Wanted};
+use super::home::{EditorHome, quoted};
+use super::installation::{SettingsFile, Wanted};
 
 const PROGRAM: &str = "command = \"mauve\"";
 
 /// Returns the files, and the settings.
-pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
+pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
     let folder = behind_links(&home.config.join("helix"))?;
     let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
     let mut wanted = Wanted::in_folder(&grammar, GRAMMAR);
@@ -29,7 +29,7 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     }
     let config = text(HELIX, "config.toml").to_owned();
     for (file, text) in [("languages.toml", languages), ("config.toml", config)] {
-        wanted.settings.push(Settings { path: behind_links(&folder.join(file))?, text });
+        wanted.settings.push(SettingsFile { path: behind_links(&folder.join(file))?, text });
     }
     Ok(wanted)
 }

@@ -7,7 +7,7 @@ use mauve_projects::destination::behind_links;
 use mauve_pwcet::program::program as on_path;
 
 /// The folders of the user, with links resolved. A folder may not exist.
-pub(super) struct Home {
+pub(super) struct EditorHome {
     pub(super) home: PathBuf,
     /// `$XDG_CONFIG_HOME`, by default `~/.config`.
     pub(super) config: PathBuf,
@@ -17,11 +17,11 @@ pub(super) struct Home {
     pub(super) program: String,
 }
 
-impl Home {
+impl EditorHome {
     /// # Errors
     ///
     /// There is no home folder, a folder cannot be read, or the path of this program cannot be written into a file.
-    pub(super) fn find() -> Result<Home, String> {
+    pub(super) fn find() -> Result<EditorHome, String> {
         // Not the entry of the user in the system's database: a static binary cannot read every database.
         let home = env::var_os("HOME").map(PathBuf::from).filter(|it| it.is_absolute());
         let home = behind_links(&home.ok_or("no home folder: set HOME to an absolute path")?)?;
@@ -31,7 +31,7 @@ impl Home {
         };
         let (config, data) =
             (folder("XDG_CONFIG_HOME", ".config")?, folder("XDG_DATA_HOME", ".local/share")?);
-        Ok(Home { config, data, program: program()?, home })
+        Ok(EditorHome { config, data, program: program()?, home })
     }
 
     /// Returns the absolute path of this program if editors would not find it as `mauve`.

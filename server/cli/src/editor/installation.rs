@@ -8,13 +8,13 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use mauve_projects::disk::{LONGEST, bytes_of};
-use mauve_projects::folder::{Kind, above};
+use mauve_projects::folder::{FolderEntryKind, above};
 use mauve_projects::output::Output;
 use mauve_projects::replace::{create, replace};
 
 use super::embedded::Embedded;
 use super::mark;
-use super::options::Options;
+use super::options::InstallOptions;
 
 /// The files that an editor needs.
 #[derive(Default)]
@@ -22,7 +22,7 @@ pub(super) struct Wanted {
     /// Files of our own, without their marks. Links in the folders above are resolved.
     pub(super) files: BTreeMap<PathBuf, String>,
     /// Files that the user may have.
-    pub(super) settings: Vec<Settings>,
+    pub(super) settings: Vec<SettingsFile>,
     /// What the user may want to know after the installation.
     pub(super) notes: Vec<String>,
 }
@@ -47,13 +47,13 @@ impl Wanted {
 }
 
 /// A configuration file of the user. It is written where there is none, and never changed.
-pub(super) struct Settings {
+pub(super) struct SettingsFile {
     /// Links in it are resolved.
     pub(super) path: PathBuf,
     pub(super) text: String,
 }
 
-impl Settings {
+impl SettingsFile {
     /// Returns whether a file of the user has each of our lines, in any order.
     fn are_in(&self, file: &[u8]) -> bool {
         let file = String::from_utf8_lossy(file);
@@ -63,7 +63,7 @@ impl Settings {
 }
 
 /// The state of a path.
-enum State {
+enum PathState {
     Missing,
     File(Vec<u8>),
     /// In words: a link, a folder.
@@ -71,38 +71,38 @@ enum State {
 }
 
 /// Writes the files that differ, or only lists them with `--dry-run`.
-pub(super) fn install(wanted: Wanted, options: &Options) -> Result<Output, String> {
+pub(super) fn install(wanted: Wanted, options: &InstallOptions) -> Result<Output, String> {
     // Each path with its new text, and whether it replaces another.
     let mut writes: Vec<(PathBuf, String, bool)> = Vec::new();
     let (mut refused, mut notes) = (Vec::new(), wanted.notes);
     for (path, text) in wanted.files {
         let new = mark::marked(&path, &text);
         match state(&path)? {
-            State::Missing => writes.push((path, new, false)),
-            State::File(old) if old == new.as_bytes() => {}
+            PathState::Missing => writes.push((path, new, false)),
+            PathState::File(old) if old == new.as_bytes() => {}
             // A file with the same text counts as MAUVE's, even without the mark.
-            State::File(old) if options.force || old == text.as_bytes() || mark::is_ours(&path, &old) => {
+            PathState::File(old) if options.force || old == text.as_bytes() || mark::is_ours(&path, &old) => {
                 writes.push((path, new, true));
             }
-            State::File(_) => refused.push(format!(
+            PathState::File(_) => refused.push(format!(
                 "`{}` exists, and mauve did not write it: rename it, or overwrite it with --force",
                 path.display()
             )),
-            State::Other(kind) => {
+            PathState::Other(kind) => {
                 refused.push(format!("`{}` is {kind}: remove or rename it", path.display()))
             }
         }
     }
     for settings in wanted.settings {
         match state(&settings.path)? {
-            State::Missing => writes.push((settings.path, settings.text, false)),
-            State::File(old) if settings.are_in(&old) => {}
-            State::File(_) => notes.push(format!(
+            PathState::Missing => writes.push((settings.path, settings.text, false)),
+            PathState::File(old) if settings.are_in(&old) => {}
+            PathState::File(_) => notes.push(format!(
                 "`{}` is yours, and stays as it is; add these lines to it:\n{}",
                 settings.path.display(),
                 settings.text.trim_end()
             )),
-            State::Other(kind) => {
+            PathState::Other(kind) => {
                 refused.push(format!("`{}` is {kind}: remove or rename it", settings.path.display()))
             }
         }
@@ -138,23 +138,23 @@ fn failed(doing: &str, path: &Path) -> impl Fn(io::Error) -> String {
 }
 
 /// Returns the state of a path, and does not follow links.
-fn state(path: &Path) -> Result<State, String> {
+fn state(path: &Path) -> Result<PathState, String> {
     let found = above(path).and_then(|(folder, name)| Ok((folder.kind(name)?, folder, name)));
     let (kind, folder, name) = match found {
         Ok(found) => found,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(State::Missing),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(PathState::Missing),
         Err(error) if error.kind() == ErrorKind::NotADirectory => {
-            return Ok(State::Other("below a file or a link"));
+            return Ok(PathState::Other("below a file or a link"));
         }
         Err(error) => return Err(failed("read", path)(error)),
     };
     Ok(match kind {
-        Kind::File => {
+        FolderEntryKind::File => {
             let file = folder.open_read(name);
-            State::File(file.and_then(|file| bytes_of(file, LONGEST)).map_err(failed("read", path))?)
+            PathState::File(file.and_then(|file| bytes_of(file, LONGEST)).map_err(failed("read", path))?)
         }
-        Kind::Folder => State::Other("a folder"),
-        Kind::Link => State::Other("a link"),
-        Kind::Other => State::Other("not a file"),
+        FolderEntryKind::Folder => PathState::Other("a folder"),
+        FolderEntryKind::Link => PathState::Other("a link"),
+        FolderEntryKind::Other => PathState::Other("not a file"),
     })
 }

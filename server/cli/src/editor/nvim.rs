@@ -6,10 +6,10 @@ use std::env;
 use mauve_projects::destination::behind_links;
 
 use super::embedded::{NVIM, NVIM_QUERIES, text};
-use super::home::{Home, quoted};
+use super::home::{EditorHome, quoted};
 use super::installation::Wanted;
 
-pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
+pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
     let app = env::var_os("NVIM_APPNAME").filter(|name| !name.is_empty()).unwrap_or("nvim".into());
     // The last folder is ours: if it is a link, as to a clone of the repository, files behind it are not changed.
     let folder = behind_links(&home.data.join(app).join("site/pack/mauve/start"))?.join("mauve");

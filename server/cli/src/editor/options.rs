@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 #[derive(Debug, clap::Args)]
-pub struct Options {
+pub struct InstallOptions {
     /// The editor.
-    pub(super) editor: Name,
+    pub(super) editor: EditorName,
     /// Change nothing: print the changes.
     #[arg(long)]
     pub(super) dry_run: bool,
@@ -23,7 +23,7 @@ pub struct Options {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Name {
+pub(super) enum EditorName {
     /// VS Code 1.91 or later, VSCodium and code-server.
     Vscode,
     /// Neovim 0.10 or later.

@@ -6,7 +6,7 @@ use std::process::Stdio;
 use mauve_projects::output::Output;
 use mauve_pwcet::program::{command, program as program_on_path};
 
-use super::options::Options;
+use super::options::InstallOptions;
 
 /// The identifier of the extension: publisher and name.
 const EXTENSION: &str = "mauve.mauve";
@@ -17,7 +17,7 @@ const PROGRAMS: [&str; 5] = ["code", "codium", "code-insiders", "vscodium", "cod
 /// The package, from the folder of the program: of an installed package, and of an archive that was unpacked.
 const PACKAGES: [&str; 2] = ["../share/mauve/mauve.vsix", "mauve.vsix"];
 
-pub(super) fn install(options: &Options) -> Result<Output, String> {
+pub(super) fn install(options: &InstallOptions) -> Result<Output, String> {
     let program = program(options)?;
     let package = match &options.vsix {
         Some(path) => path.clone(),
@@ -40,7 +40,7 @@ pub(super) fn install(options: &Options) -> Result<Output, String> {
     Ok(Output::escaped(format!("installed {package_name} with {program_name}\n"), 0))
 }
 
-fn program(options: &Options) -> Result<PathBuf, String> {
+fn program(options: &InstallOptions) -> Result<PathBuf, String> {
     let found = match &options.program {
         Some(program) => return Ok(program.clone()),
         None => PROGRAMS.into_iter().find_map(program_on_path),

@@ -1,11 +1,11 @@
 //! Zed: the folder of a development extension, which the user installs from Zed's menu. Not tested.
 
 use super::embedded::ZED;
-use super::home::Home;
+use super::home::EditorHome;
 use super::installation::Wanted;
 use mauve_projects::destination::behind_links;
 
-pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
+pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
     let folder = behind_links(&home.data.join("mauve/zed"))?;
     let mut wanted = Wanted::in_folder(&folder, ZED);
     wanted.notes = vec![

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mauve_hir::normalised;
-use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Step};
+use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, PlanStep};
 use mauve_projects::generate::{Generated, Out};
 use mauve_projects::json::object;
 use serde::Serialize;
@@ -50,10 +50,10 @@ fn line(what: &str, path: &str) -> String {
 
 /// A line for each file that was written, or is to be; one for all files of a new package.
 fn files(plan: &Plan, doing: Doing, path: &dyn Fn(&str) -> String) -> String {
-    fn package(step: &Step) -> &str {
+    fn package(step: &PlanStep) -> &str {
         step.path.split('/').next().unwrap_or_default()
     }
-    let is_created = |step: &Step| matches!(step.action, Action::Create(_));
+    let is_created = |step: &PlanStep| matches!(step.action, Action::Create(_));
     let mut text = String::new();
     for steps in plan.steps.chunk_by(|a, b| package(a) == package(b)) {
         let has_manifest = steps.iter().any(|step| step.path.ends_with(MANIFEST));

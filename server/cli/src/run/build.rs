@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use mauve_orocos::{Action, Package, Step};
+use mauve_orocos::{Action, GeneratedPackage, PlanStep};
 use mauve_projects::cache::cache_folder;
 use mauve_projects::generate::{Out, Site, read};
 use mauve_projects::harmless::harmless_line;
@@ -125,7 +125,7 @@ impl Build {
     /// Writes the packages, builds the program, and returns its path.
     pub(crate) fn build(
         &self,
-        packages: &[Package],
+        packages: &[GeneratedPackage],
         program: &str,
         deployment: &str,
     ) -> Result<PathBuf, String> {
@@ -172,7 +172,7 @@ impl Build {
 }
 
 /// Returns the steps that update the files of packages. There are no files of the user among them.
-fn steps(out: &Out, packages: &[Package]) -> Result<Vec<Step>, String> {
+fn steps(out: &Out, packages: &[GeneratedPackage]) -> Result<Vec<PlanStep>, String> {
     let mut steps = Vec::new();
     for package in packages {
         for file in &package.files {
@@ -182,7 +182,7 @@ fn steps(out: &Out, packages: &[Package]) -> Result<Vec<Step>, String> {
                 Some(text) if text == file.text => continue,
                 Some(_) => Action::Change(file.text.clone()),
             };
-            steps.push(Step { path, action });
+            steps.push(PlanStep { path, action });
         }
     }
     Ok(steps)

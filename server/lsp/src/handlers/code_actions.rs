@@ -10,7 +10,7 @@ use tower_lsp::lsp_types::{
     CodeActionTriggerKind, NumberOrString, Range, TextDocumentIdentifier,
 };
 
-use super::generate::{self, Messages};
+use super::generate::{self, GenerateMessages};
 use crate::snapshot::Snapshot;
 use crate::to_proto;
 
@@ -32,7 +32,7 @@ pub(crate) fn kinds() -> Vec<CodeActionKind> {
 
 /// The data of an offered action with which it is resolved.
 #[derive(Serialize, Deserialize)]
-struct Chosen {
+struct ChosenAction {
     document: TextDocumentIdentifier,
     version: Option<i32>,
     range: Range,
@@ -77,7 +77,7 @@ pub(crate) fn code_actions(
     let found = found.filter(|action| action.disabled.is_none() || shows_disabled);
     let found = found.filter(|action| !action.creates_files || capabilities.creates_files);
     let found = found.filter_map(|action| {
-        let chosen = Chosen {
+        let chosen = ChosenAction {
             document: params.text_document.clone(),
             version,
             range: params.range,
@@ -96,18 +96,18 @@ pub(crate) fn code_actions(
 pub(crate) fn resolve(
     snapshot: &Snapshot,
     action: &lsp_types::CodeAction,
-) -> Result<(lsp_types::CodeAction, Messages)> {
+) -> Result<(lsp_types::CodeAction, GenerateMessages)> {
     if let Some(chosen) = generate::chosen(action) {
         let document = generate::resolve(snapshot, chosen)?;
         let action = lsp_types::CodeAction { edit: Some(document.edit), ..action.clone() };
         return Ok((action, document.messages));
     }
-    resolve_change(snapshot, action).map(|action| (action, Messages::default()))
+    resolve_change(snapshot, action).map(|action| (action, GenerateMessages::default()))
 }
 
 fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {
     let mut action = action.clone();
-    let chosen = action.data.as_ref().and_then(|data| Chosen::deserialize(data).ok());
+    let chosen = action.data.as_ref().and_then(|data| ChosenAction::deserialize(data).ok());
     let Some(chosen) = chosen.filter(|_| action.edit.is_none()) else { return Ok(action) };
     snapshot.unchanged(&chosen.document, chosen.version)?;
     snapshot.complete()?;
@@ -141,7 +141,11 @@ fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, S
 }
 
 /// Translates an action; `None` if the client does not support it.
-fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Option<lsp_types::CodeAction> {
+fn to_client(
+    snapshot: &Snapshot,
+    action: CodeAction<'_>,
+    chosen: &ChosenAction,
+) -> Option<lsp_types::CodeAction> {
     let capabilities = snapshot.capabilities;
     let is_later = capabilities.resolves_edits && action.disabled.is_none();
     let edit = action.change.map(|change| to_proto::workspace_edit(snapshot, &change, &action.title));

@@ -14,11 +14,11 @@ use tower_lsp::lsp_types::{
 use crate::check::{diagnostics_of, shown};
 use crate::diagnostics::defect;
 use crate::items::{DiagnosticsByFile, Items, OfFile};
-use crate::pulls::Given;
+use crate::pulls::GivenResult;
 use crate::snapshot::{Document, Failure, Snapshot, attempt};
 
 /// An answer, and its result for each file.
-pub(crate) type Diagnosed<T> = (T, BTreeMap<Url, Given>);
+pub(crate) type Diagnosed<T> = (T, BTreeMap<Url, GivenResult>);
 
 /// Returns the diagnostics of a file.
 pub(crate) fn document_diagnostic(

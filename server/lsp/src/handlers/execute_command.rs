@@ -17,20 +17,20 @@ use crate::snapshot::Snapshot;
 
 /// A parsed command.
 #[derive(Debug)]
-pub(crate) enum Command {
+pub(crate) enum ServerCommand {
     /// Sets the level that is shown; `None` selects the level of each `mauve.toml`.
     SetSignificance(Option<Level>),
     Generate(Box<GenerateDocument>),
     Reload,
 }
 
-impl Command {
+impl ServerCommand {
     /// Returns the result of the command for the client.
     pub(crate) fn result(&self) -> Option<Value> {
         match self {
-            Command::SetSignificance(level) => level.map(|level| level.as_f64().into()),
-            Command::Generate(document) => Some(document.summary()),
-            Command::Reload => None,
+            ServerCommand::SetSignificance(level) => level.map(|level| level.as_f64().into()),
+            ServerCommand::Generate(document) => Some(document.summary()),
+            ServerCommand::Reload => None,
         }
     }
 }
@@ -40,7 +40,7 @@ impl Command {
 /// # Errors
 ///
 /// The command is unknown or its arguments are invalid, as a message for the user.
-pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result<Command> {
+pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result<ServerCommand> {
     match params.command.as_str() {
         SET_SIGNIFICANCE => {
             snapshot.complete()?;
@@ -52,7 +52,7 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
                     let known = known.join(", ");
                     Err(Error::invalid_params(format!("no times at {level}: the tables have {known}")))
                 }
-                level => Ok(Command::SetSignificance(level)),
+                level => Ok(ServerCommand::SetSignificance(level)),
             }
         }
         GENERATE => {
@@ -62,9 +62,9 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
                     "this editor does not apply edits of the server: run `mauve generate`".to_owned(),
                 ));
             }
-            Ok(Command::Generate(Box::new(generate(snapshot, &params)?)))
+            Ok(ServerCommand::Generate(Box::new(generate(snapshot, &params)?)))
         }
-        RELOAD if params.arguments.is_empty() => Ok(Command::Reload),
+        RELOAD if params.arguments.is_empty() => Ok(ServerCommand::Reload),
         RELOAD => Err(Error::invalid_params(format!("{RELOAD} takes no arguments"))),
         unknown => {
             let known = COMMANDS.join(", ");

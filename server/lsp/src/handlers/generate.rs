@@ -59,12 +59,12 @@ pub(crate) struct GenerateDocument {
     files: Vec<Value>,
     pub(crate) edit: WorkspaceEdit,
     #[serde(flatten)]
-    pub(crate) messages: Messages,
+    pub(crate) messages: GenerateMessages,
 }
 
 /// Messages about an edit, for the user.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct Messages {
+pub(crate) struct GenerateMessages {
     /// Which of the user's files, and which packages, the model no longer has.
     pub(crate) warning: Option<String>,
     /// That nothing needs to change.
@@ -96,7 +96,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     request.is_written = params.write.is_some();
     let preview = preview(snapshot, &request).map_err(refused)?;
     let edit = edit(snapshot, &preview, uri)?;
-    let messages = Messages { warning: preview.warning(), nothing: preview.nothing() };
+    let messages = GenerateMessages { warning: preview.warning(), nothing: preview.nothing() };
     let Generated { out, plan, site, .. } = preview.generated;
     // As a client sends it back: what was read may differ from what was written.
     let sent = serde_json::to_value(&edit).and_then(WorkspaceEdit::deserialize).ok();
@@ -109,14 +109,14 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
 
 /// The data of an offered action with which it is resolved.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Chosen {
+pub(crate) struct ChosenGeneration {
     pub(crate) document: TextDocumentIdentifier,
     pub(crate) version: Option<i32>,
-    generate: Generate,
+    generate: GenerateChoice,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Generate {
+struct GenerateChoice {
     deployment: Option<String>,
 }
 
@@ -183,8 +183,8 @@ fn action<'db>(
         }
         None if capabilities.resolves_edits && capabilities.creates_files && !capabilities.generates => {
             let version = snapshot.version(&document.uri);
-            let generate = Generate { deployment: deployment.map(str::to_owned) };
-            let chosen = Chosen { document: document.clone(), version, generate };
+            let generate = GenerateChoice { deployment: deployment.map(str::to_owned) };
+            let chosen = ChosenGeneration { document: document.clone(), version, generate };
             action.data = serde_json::to_value(chosen).ok();
         }
         // A disabled action has the reason. Otherwise the disk is read only after the user has chosen the action.
@@ -199,14 +199,14 @@ pub(crate) fn command(title: String, uri: &Url, deployment: Option<&str>) -> Com
 }
 
 /// Returns the data of a chosen action.
-pub(crate) fn chosen(action: &CodeAction) -> Option<Chosen> {
-    Chosen::deserialize(action.data.as_ref().filter(|_| action.edit.is_none())?).ok()
+pub(crate) fn chosen(action: &CodeAction) -> Option<ChosenGeneration> {
+    ChosenGeneration::deserialize(action.data.as_ref().filter(|_| action.edit.is_none())?).ok()
 }
 
 /// Returns the edit of a chosen action.
-pub(crate) fn resolve(snapshot: &Snapshot, chosen: Chosen) -> Result<GenerateDocument> {
+pub(crate) fn resolve(snapshot: &Snapshot, chosen: ChosenGeneration) -> Result<GenerateDocument> {
     snapshot.unchanged(&chosen.document, chosen.version)?;
-    let Chosen { document: text_document, generate: Generate { deployment }, .. } = chosen;
+    let ChosenGeneration { document: text_document, generate: GenerateChoice { deployment }, .. } = chosen;
     generate(snapshot, &GenerateParams { text_document, deployment, write: None })
 }
 

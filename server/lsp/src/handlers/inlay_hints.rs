@@ -37,7 +37,7 @@ const PATIENCE: Duration = Duration::from_millis(20);
 
 /// The hints of a range.
 #[derive(Default)]
-pub(crate) struct Hints {
+pub(crate) struct RangeHints {
     pub(crate) list: Vec<lsp_types::InlayHint>,
     /// Their figures that were in none before.
     pub(crate) figures: EarlierFigures,
@@ -46,9 +46,9 @@ pub(crate) struct Hints {
 }
 
 /// Returns the hints of a range. Tooltips are computed when the client resolves them.
-pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Result<Hints> {
+pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Result<RangeHints> {
     if snapshot.is_stopped {
-        return Ok(Hints::default());
+        return Ok(RangeHints::default());
     }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
@@ -94,7 +94,7 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
             data: Some(data),
         }
     });
-    Ok(Hints { list: hints.collect(), figures, missing: is_incomplete.then_some((file, range)) })
+    Ok(RangeHints { list: hints.collect(), figures, missing: is_incomplete.then_some((file, range)) })
 }
 
 /// Searches the limits that hints of a timing table lack: salsa keeps them for the next request.

@@ -8,7 +8,7 @@ use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, normalised};
 
 use crate::destination::{behind_links, destination_folder, leads_nowhere, not_read};
 use crate::disk::{LONGEST, bytes_of, is_hidden};
-use crate::folder::{Folder, Folders, Kind};
+use crate::folder::{Folder, FolderEntryKind, Folders};
 
 /// The folder that packages go to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -90,13 +90,13 @@ fn open(out: &Out, path: &str) -> Result<Option<File>, String> {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             kind => kind.map_err(|error| not_read(&shown, &error))?,
         };
-        if kind == Kind::Link {
+        if kind == FolderEntryKind::Link {
             at = inside(out, &at, &shown)?;
             kind = folders.kind(&at).map_err(|error| not_read(&shown, &error))?;
         }
         match (parts.peek(), kind) {
-            (None, Kind::File) | (Some(_), Kind::Folder) => {}
-            (None, Kind::Folder) => return Err(not_a_file(&shown)),
+            (None, FolderEntryKind::File) | (Some(_), FolderEntryKind::Folder) => {}
+            (None, FolderEntryKind::Folder) => return Err(not_a_file(&shown)),
             (None, _) => return Err(not_generated(&shown)),
             (Some(_), _) => return Err(not_a_folder(&shown)),
         }

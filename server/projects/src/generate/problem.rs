@@ -70,7 +70,7 @@ fn manifest_message(error: &ManifestError) -> String {
 #[cfg(test)]
 mod tests {
     use mauve_hir::{Database, Workspace, projects};
-    use mauve_orocos::{MANIFEST, Package, plan, problems};
+    use mauve_orocos::{GeneratedPackage, MANIFEST, plan, problems};
 
     use super::*;
 
@@ -151,8 +151,8 @@ mod tests {
 
     #[test]
     fn folders_without_a_plan() {
-        let package = |name: &str| Package { name: name.to_owned(), files: Vec::new() };
-        let message = |packages: &[Package], manifest: Result<&str, &str>| {
+        let package = |name: &str| GeneratedPackage { name: name.to_owned(), files: Vec::new() };
+        let message = |packages: &[GeneratedPackage], manifest: Result<&str, &str>| {
             let read = |path: &str| {
                 assert!(path.ends_with(MANIFEST));
                 manifest.map(|text| Some(text.to_owned())).map_err(str::to_owned)

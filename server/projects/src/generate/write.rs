@@ -14,11 +14,11 @@ use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use mauve_orocos::{Action, MANIFEST, Step};
+use mauve_orocos::{Action, MANIFEST, PlanStep};
 
 use super::out::{Out, is_name, no_path, not_a_file, not_a_folder};
 use crate::destination::{leads_nowhere, not_read};
-use crate::folder::{Folder, Folders, Kind};
+use crate::folder::{Folder, FolderEntryKind, Folders};
 use crate::holder::holder;
 
 /// The staging folder for new texts and replaced files.
@@ -30,17 +30,17 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// A folder of packages, locked by one run. Fields are dropped in order: the lock last.
 pub struct Site {
     root: Folder,
-    _made: Made,
+    _made: MadeFolders,
     _lock: Option<File>,
 }
 
 /// Folders that were created for a site, the outermost first. They are removed again if they stay empty.
-struct Made {
+struct MadeFolders {
     folders: Folders,
     paths: Vec<PathBuf>,
 }
 
-impl Drop for Made {
+impl Drop for MadeFolders {
     fn drop(&mut self) {
         remove_empty(&mut self.folders, self.paths.iter().rev().map(PathBuf::as_path));
     }
@@ -61,14 +61,14 @@ impl Site {
         let start = Instant::now();
         loop {
             let top = Folder::top(&out.real).map_err(failed)?;
-            let mut made = Made { folders: Folders::below(top), paths: Vec::new() };
+            let mut made = MadeFolders { folders: Folders::below(top), paths: Vec::new() };
             let patience = PATIENCE.saturating_sub(start.elapsed());
             let root = match made.folders.make(&out.real, &mut made.paths) {
                 // A failed run has removed the folder in the meantime.
                 Err(error) if error.kind() == ErrorKind::NotFound && !patience.is_zero() => continue,
                 root => root.map_err(failed)?,
             };
-            let lock = lock(&root, patience).map_err(|Busy(holder)| busy(holder))?;
+            let lock = lock(&root, patience).map_err(|LockHeld(holder)| busy(holder))?;
             let site = Site { root, _made: made, _lock: lock };
             // The folder may have been replaced while this run waited for the lock.
             if Folder::open(&out.real).is_ok_and(|there| there.is(&site.root)) {
@@ -85,7 +85,7 @@ impl Site {
     /// # Errors
     ///
     /// The step that failed, as a message for the user; then nothing has changed.
-    pub fn write(&self, steps: &[Step]) -> Result<(), String> {
+    pub fn write(&self, steps: &[PlanStep]) -> Result<(), String> {
         if steps.is_empty() {
             // A run that was killed after its last step may have left copies there.
             if !self.holds_originals() {
@@ -93,11 +93,11 @@ impl Site {
             }
             return Ok(());
         }
-        let is_manifest = |step: &&Step| step.path.ends_with(MANIFEST);
-        let is_other = |step: &&Step| !is_manifest(step);
+        let is_manifest = |step: &&PlanStep| step.path.ends_with(MANIFEST);
+        let is_other = |step: &&PlanStep| !is_manifest(step);
         let ordered = steps.iter().filter(is_other).chain(steps.iter().filter(is_manifest));
         let target = |step| target(self.root.path(), step).map(|path| (step, path));
-        let targets: Vec<(&Step, PathBuf)> = ordered.map(target).collect::<Result<_, _>>()?;
+        let targets: Vec<(&PlanStep, PathBuf)> = ordered.map(target).collect::<Result<_, _>>()?;
         let kept = self.root.path().join(STAGING);
         if self.holds_originals() {
             return Err(format!(
@@ -107,7 +107,7 @@ impl Site {
             ));
         }
         let mut run = failing(&kept, self.begin(&targets)).map_err(|error| self.given_up(&error))?;
-        if let Err(error) = run.each(Run::stage).and_then(|()| run.each(Run::put)) {
+        if let Err(error) = run.each(WritingRun::stage).and_then(|()| run.each(WritingRun::put)) {
             let lost: Vec<String> = run.undo().iter().map(|path| format!("`{}`", path.display())).collect();
             if !lost.is_empty() {
                 let kept = kept.display();
@@ -123,13 +123,13 @@ impl Site {
         Ok(())
     }
 
-    fn begin<'a>(&self, targets: &'a [(&'a Step, PathBuf)]) -> io::Result<Run<'a>> {
+    fn begin<'a>(&self, targets: &'a [(&'a PlanStep, PathBuf)]) -> io::Result<WritingRun<'a>> {
         self.discard()?;
         if !self.root.make_folder(OsStr::new(STAGING))? {
             return Err(ErrorKind::AlreadyExists.into());
         }
         let staging = self.root.folder(OsStr::new(STAGING))?;
-        Ok(Run { folders: Folders::below(self.root.clone()), staging, targets, done: Vec::new() })
+        Ok(WritingRun { folders: Folders::below(self.root.clone()), staging, targets, done: Vec::new() })
     }
 
     /// Removes the staging folder of a run that was undone. Returns the message for the user.
@@ -143,7 +143,7 @@ impl Site {
         // The name of a new text is its number.
         let is_copy = |name: &OsString| name.as_encoded_bytes().iter().all(u8::is_ascii_digit);
         match self.root.kind(OsStr::new(STAGING)) {
-            Ok(Kind::Folder) => {
+            Ok(FolderEntryKind::Folder) => {
                 let names = self.root.folder(OsStr::new(STAGING)).and_then(|staging| staging.names());
                 names.is_ok_and(|names| !names.iter().all(is_copy))
             }
@@ -162,16 +162,16 @@ impl Site {
 }
 
 /// The folder is locked by this process, if that is known.
-struct Busy(Option<String>);
+struct LockHeld(Option<String>);
 
 /// Locks a folder, if its file system supports locks. The folder itself is locked, so no lock file is left.
-fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, Busy> {
+fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, LockHeld> {
     let Ok(file) = folder.as_file() else { return Ok(None) };
     let start = Instant::now();
     loop {
         match file.try_lock() {
             Err(fs::TryLockError::WouldBlock) if start.elapsed() >= patience => {
-                return Err(Busy(holder(&file)));
+                return Err(LockHeld(holder(&file)));
             }
             Err(fs::TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
             _ => return Ok(Some(file)),
@@ -187,7 +187,7 @@ fn remove_empty<'a>(folders: &mut Folders, mut paths: impl Iterator<Item = &'a P
 
 /// Returns the path that a step writes, with links resolved, which is below the root. The write must not follow links
 /// on this path: they would be new.
-pub fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
+pub fn target(root: &Path, step: &PlanStep) -> Result<PathBuf, String> {
     let mut at = root.to_owned();
     // A package may not write to another package through a link.
     let mut within = root.to_owned();
@@ -245,11 +245,11 @@ fn failing<T>(path: &Path, result: io::Result<T>) -> Result<T, String> {
     result.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
-struct Run<'a> {
+struct WritingRun<'a> {
     folders: Folders,
     /// The folder with the new texts, named by the numbers of their steps, and the replaced files.
     staging: Folder,
-    targets: &'a [(&'a Step, PathBuf)],
+    targets: &'a [(&'a PlanStep, PathBuf)],
     done: Vec<Done>,
 }
 
@@ -262,7 +262,7 @@ enum Done {
     Taken { path: PathBuf, old: OsString },
 }
 
-impl Run<'_> {
+impl WritingRun<'_> {
     /// Calls a function for each step.
     fn each(&mut self, act: fn(&mut Self, &Action, &Path, usize) -> io::Result<()>) -> Result<(), String> {
         let targets = self.targets;
@@ -285,7 +285,7 @@ impl Run<'_> {
     /// Returns the permissions of a file to replace. Fails for a read-only file, even in a writable folder.
     fn permissions(&mut self, path: &Path) -> io::Result<Permissions> {
         let (folder, name) = self.folders.above(path)?;
-        if folder.kind(name)? != Kind::Link {
+        if folder.kind(name)? != FolderEntryKind::Link {
             return folder.writable(name);
         }
         // The file that replaces a link has the permissions of the link's target.
@@ -324,7 +324,7 @@ impl Run<'_> {
                 folder.rename(name, &self.staging, &old)?;
                 self.done.push(Done::Taken { path: path.to_owned(), old: old.clone() });
                 // No other process can replace it from here on.
-                if self.staging.kind(&old)? != Kind::File {
+                if self.staging.kind(&old)? != FolderEntryKind::File {
                     return Err(io::Error::other("it is no longer a file"));
                 }
             }
@@ -360,11 +360,11 @@ mod tests {
         mauve_tests::own_scratch(&format!("write-{name}"))
     }
 
-    fn step(path: &str, action: Action) -> Step {
-        Step { path: path.to_owned(), action }
+    fn step(path: &str, action: Action) -> PlanStep {
+        PlanStep { path: path.to_owned(), action }
     }
 
-    fn create(path: &str) -> Step {
+    fn create(path: &str) -> PlanStep {
         step(path, Action::Create(format!("new {path}")))
     }
 
@@ -534,7 +534,7 @@ mod tests {
         let before = everything(&top);
         for one in &targets {
             let mut run = site.begin(std::slice::from_ref(one)).unwrap();
-            let error = run.each(Run::stage).and_then(|()| run.each(Run::put)).unwrap_err();
+            let error = run.each(WritingRun::stage).and_then(|()| run.each(WritingRun::put)).unwrap_err();
             assert!(error.contains("is not a folder, or has become a link"), "{error}");
             assert_eq!(run.undo(), Vec::<PathBuf>::new());
             site.discard().unwrap();
@@ -547,9 +547,9 @@ mod tests {
         let [new, _, change, _] = &targets;
         let both = [new.clone(), change.clone()];
         let mut run = site.begin(&both).unwrap();
-        run.each(Run::stage).unwrap();
+        run.each(WritingRun::stage).unwrap();
         exchange();
-        run.each(Run::put).unwrap();
+        run.each(WritingRun::put).unwrap();
         assert_eq!(fs::read_to_string(top.join("out/q/src/old")).unwrap(), "mine");
         assert_eq!(fs::read_to_string(top.join("out/q/src/new")).unwrap(), "new p/src/new");
         assert_eq!(run.undo(), Vec::<PathBuf>::new());

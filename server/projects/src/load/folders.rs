@@ -96,7 +96,7 @@ impl Rules {
 
 /// What a search finds in a folder.
 #[derive(Debug)]
-pub(super) struct Folder {
+pub(super) struct FolderContent {
     pub(super) rules: Arc<Rules>,
     /// The number of all entries.
     pub(super) entries: usize,
@@ -111,16 +111,16 @@ pub(super) struct Folder {
     pub(super) is_config_found: bool,
 }
 
-impl Folder {
+impl FolderContent {
     fn read(
         path: &Path,
         above: Option<Arc<Rules>>,
         everywhere: &Gitignore,
         left: u64,
-    ) -> Result<Folder, String> {
+    ) -> Result<FolderContent, String> {
         let all = entries(path)?;
         let has = |name: &str| all.iter().any(|entry| entry.file_name() == name);
-        let mut found = Folder {
+        let mut found = FolderContent {
             rules: Arc::new(Rules::read(path, above, left, has)?),
             entries: all.len(),
             folders: BTreeMap::new(),
@@ -130,7 +130,7 @@ impl Folder {
             is_config_found: false,
         };
         if has(CACHE.0) && read(&path.join(CACHE.0), 1 << 12).is_ok_and(|it| it.starts_with(CACHE.1)) {
-            return Ok(Folder { has_config: false, ..found });
+            return Ok(FolderContent { has_config: false, ..found });
         }
         for entry in all {
             let (path, kind) = (entry.path(), entry.file_type());
@@ -169,8 +169,8 @@ impl Folder {
 
 /// The folders that were read.
 #[derive(Debug, Default, Clone)]
-pub(crate) struct Folders {
-    known: BTreeMap<PathBuf, Arc<Folder>>,
+pub(crate) struct KnownFolders {
+    known: BTreeMap<PathBuf, Arc<FolderContent>>,
     /// Those of them that have changed.
     outdated: BTreeSet<PathBuf>,
     /// The regular files that were found since they were taken.
@@ -181,7 +181,7 @@ pub(crate) struct Folders {
     ignored: u64,
 }
 
-impl Folders {
+impl KnownFolders {
     /// Returns what is in a folder, which is read if that is unknown.
     ///
     /// # Errors
@@ -192,7 +192,7 @@ impl Folders {
         path: &Path,
         above: Option<Arc<Rules>>,
         everywhere: &Gitignore,
-    ) -> Result<Arc<Folder>, String> {
+    ) -> Result<Arc<FolderContent>, String> {
         if let Some(folder) = self.known.get(path).filter(|_| !self.outdated.contains(path)) {
             return Ok(Arc::clone(folder));
         }
@@ -200,7 +200,7 @@ impl Folders {
         let before = self.known.remove(path);
         self.ignored -= before.as_ref().map_or(0, |folder| folder.rules.bytes);
         let left = MOST_IGNORED.saturating_sub(self.ignored);
-        let folder = Arc::new(Folder::read(path, above, everywhere, left)?);
+        let folder = Arc::new(FolderContent::read(path, above, everywhere, left)?);
         self.ignored += folder.rules.bytes;
         let is_new = |file: &&PathBuf| before.as_ref().is_none_or(|before| !before.regular.contains(*file));
         self.new.extend(folder.regular.iter().filter(is_new).cloned());
@@ -300,7 +300,7 @@ mod tests {
     use mauve_tests::{Random, own_scratch, write};
 
     use super::*;
-    use crate::load::{Loaded, Loader, Search, Workspace};
+    use crate::load::{DiskSearch, LoadedWorkspaces, Loader, Workspace};
 
     /// What a server does with a folder: it is told of what changes in watched folders, and only that.
     struct Server {
@@ -310,7 +310,7 @@ mod tests {
         watched: BTreeSet<PathBuf>,
         workspaces: Vec<Workspace>,
         is_due: bool,
-        search: Option<Search>,
+        search: Option<DiskSearch>,
         /// What was changed last, which often changes again.
         last: PathBuf,
     }
@@ -327,7 +327,7 @@ mod tests {
         }
 
         fn load(&mut self) {
-            let Some(Loaded { workspaces, .. }) =
+            let Some(LoadedWorkspaces { workspaces, .. }) =
                 self.loader.load(&mut self.db, std::slice::from_ref(&self.top))
             else {
                 self.is_due = true;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_hir::{Database, Problem};
 
-use super::walk::{Search, Walk};
+use super::walk::{DiskSearch, Walk};
 use super::{Loader, canonical_path};
 
 impl Loader {
@@ -16,15 +16,15 @@ impl Loader {
     }
 
     /// Begins a search of what has changed.
-    pub fn search(&mut self) -> Search {
+    pub fn search(&mut self) -> DiskSearch {
         (self.touched, self.noted) = (HashSet::new(), HashSet::new());
         let (walks, unread) = (self.walks.repeated(self.is_load_due), self.unread.clone());
-        Search { walks, folders: self.folders.clone(), unread, ..Search::default() }
+        DiskSearch { walks, folders: self.folders.clone(), unread, ..DiskSearch::default() }
     }
 
     /// Takes the result of a search. Returns whether the workspaces must be loaded again, and whether another search is due.
-    pub fn learn(&mut self, db: &Database, search: Search) -> (bool, bool) {
-        let Search { folders, found, texts, unread, .. } = search;
+    pub fn learn(&mut self, db: &Database, search: DiskSearch) -> (bool, bool) {
+        let DiskSearch { folders, found, texts, unread, .. } = search;
         self.folders = folders;
         let mut is_due = std::mem::take(&mut self.is_load_due);
         for (walk, walked) in found {

@@ -11,9 +11,9 @@ use ignore::gitignore::Gitignore;
 use mauve_hir::{CONFIG_FILE, is_model};
 use mauve_wcrt::table_pattern;
 
-use super::folders::{Folders, Rules, device_of, entries};
+use super::folders::{KnownFolders, Rules, device_of, entries};
 use super::packages::Places;
-use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
+use crate::disk::{LONGEST, ProjectBoundary, is_hidden, text_of};
 
 /// The maximum size of all files of the workspaces together, in bytes; further files are not read.
 pub const LONGEST_TOGETHER: u64 = 2 * LONGEST;
@@ -60,7 +60,7 @@ pub(crate) enum Walk {
         /// The configuration's folder, and the pattern.
         folder: PathBuf,
         pattern: String,
-        boundary: Boundary,
+        boundary: ProjectBoundary,
     },
 }
 
@@ -78,22 +78,22 @@ pub(crate) struct Walked {
 }
 
 /// The text of a file, and the reason if it is incomplete.
-pub(super) type Text = (String, Option<String>);
+pub(super) type ReadText = (String, Option<String>);
 
 /// What a thread is to search, and then what it has found.
 #[derive(Debug, Default)]
-pub struct Search {
+pub struct DiskSearch {
     pub(super) walks: Vec<Walk>,
     /// What is known of the folders.
-    pub(super) folders: Folders,
+    pub(super) folders: KnownFolders,
     /// The files that are to be read again.
     pub(super) unread: BTreeSet<PathBuf>,
     pub(super) found: Vec<(Walk, Walked)>,
     /// The texts of the files that are new, and of those to be read again.
-    pub(super) texts: Vec<(PathBuf, Text)>,
+    pub(super) texts: Vec<(PathBuf, ReadText)>,
 }
 
-impl Search {
+impl DiskSearch {
     /// Whether it looks through a whole folder of the client.
     #[cfg(debug_assertions)]
     pub fn is_whole(&self) -> bool {
@@ -185,7 +185,7 @@ impl Walk {
     /// caller that runs several walks.
     pub(super) fn run(
         &self,
-        folders: &mut Folders,
+        folders: &mut KnownFolders,
         left: &mut Left,
         is_cancelled: &dyn Fn() -> bool,
     ) -> Walked {
@@ -194,13 +194,13 @@ impl Walk {
                 let (found, (everywhere, _)) = (Walked::default(), Gitignore::global());
                 let left = if *is_own { &mut left.own } else { &mut left.all };
                 let (elsewhere, is_cut) = (Vec::new(), false);
-                let models = Models { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
+                let models = ModelWalk { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
                 models.walk(folder, *depth, *is_own, device_of(folder))
             }
             Walk::Tables { from, depth, folder, pattern, boundary } => {
                 let Ok(glob) = table_pattern(folder, pattern) else { return Walked::default() };
                 let (found, around) = (Walked::default(), Vec::new());
-                let mut tables = Tables { found, left, is_cancelled, glob, boundary, around };
+                let mut tables = TableWalk { found, left, is_cancelled, glob, boundary, around };
                 if from.exists() {
                     tables.entry(from.clone(), depth.unwrap_or(usize::MAX));
                 }
@@ -210,9 +210,9 @@ impl Walk {
     }
 }
 
-struct Models<'a> {
+struct ModelWalk<'a> {
     found: Walked,
-    folders: &'a mut Folders,
+    folders: &'a mut KnownFolders,
     /// The remaining number of files and folders.
     left: &'a mut usize,
     is_cancelled: &'a dyn Fn() -> bool,
@@ -225,7 +225,7 @@ struct Models<'a> {
 }
 
 /// A folder that is to be searched.
-struct Open {
+struct PendingFolder {
     path: PathBuf,
     /// The number of levels below, and of those above up to the first folder.
     deeper: usize,
@@ -233,7 +233,7 @@ struct Open {
     above: Option<Arc<Rules>>,
 }
 
-impl Models<'_> {
+impl ModelWalk<'_> {
     fn walk(mut self, folder: &Path, depth: Option<usize>, is_own: bool, device: Option<u64>) -> Walked {
         let mut around: Vec<&Path> = folder.ancestors().skip(1).collect();
         around.reverse();
@@ -241,7 +241,8 @@ impl Models<'_> {
         for folder in around {
             above = Some(self.folders.rules_of(folder, above));
         }
-        let first = Open { path: folder.to_owned(), deeper: depth.unwrap_or(DEEPEST), depth: 0, above };
+        let first =
+            PendingFolder { path: folder.to_owned(), deeper: depth.unwrap_or(DEEPEST), depth: 0, above };
         // The folders that are near are searched first: there may be too many.
         let mut open = VecDeque::from([first]);
         while let Some(next) = open.pop_front() {
@@ -273,12 +274,12 @@ impl Models<'_> {
     /// files of a nested configuration.
     fn folder(
         &mut self,
-        next: Open,
+        next: PendingFolder,
         (is_all, is_own): (bool, bool),
         device: Option<u64>,
-        open: &mut VecDeque<Open>,
+        open: &mut VecDeque<PendingFolder>,
     ) {
-        let Open { path, deeper, depth, above } = next;
+        let PendingFolder { path, deeper, depth, above } = next;
         // The walk reports this at its end.
         if *self.left == 0 {
             self.is_cut = true;
@@ -303,7 +304,7 @@ impl Models<'_> {
                 _ if is_all && *on != device => self.elsewhere.push(path.clone()),
                 Some(deeper) if deeper > 0 => {
                     let (path, above) = (path.clone(), Some(Arc::clone(&folder.rules)));
-                    open.push_back(Open { path, deeper, depth: depth + 1, above });
+                    open.push_back(PendingFolder { path, deeper, depth: depth + 1, above });
                 }
                 _ if is_all => {
                     let why = format!("this folder is more than {DEEPEST} folders deep, and is not searched");
@@ -317,17 +318,17 @@ impl Models<'_> {
 
 /// The search for the files of a pattern. Tables that the configuration names are read even if `.gitignore` ignores them or a
 /// link leads to them.
-struct Tables<'a> {
+struct TableWalk<'a> {
     found: Walked,
     left: &'a mut Left,
     is_cancelled: &'a dyn Fn() -> bool,
     glob: GlobMatcher,
-    boundary: &'a Boundary,
+    boundary: &'a ProjectBoundary,
     /// The folders around the present one, with links resolved.
     around: Vec<PathBuf>,
 }
 
-impl Tables<'_> {
+impl TableWalk<'_> {
     /// Looks at a file or a folder, and at `deeper` levels below. Returns whether the search goes on.
     fn entry(&mut self, path: PathBuf, deeper: usize) -> bool {
         if (self.is_cancelled)() {
@@ -391,9 +392,10 @@ mod tests {
     }
 
     fn walked(folder: &Path, mut left: usize, device: Option<u64>) -> Walked {
-        let (found, folders, everywhere) = (Walked::default(), &mut Folders::default(), Gitignore::empty());
+        let (found, folders, everywhere) =
+            (Walked::default(), &mut KnownFolders::default(), Gitignore::empty());
         let (left, is_cancelled, elsewhere, is_cut) = (&mut left, &|| false, Vec::new(), false);
-        let models = Models { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
+        let models = ModelWalk { found, folders, left, is_cancelled, everywhere, elsewhere, is_cut };
         models.walk(folder, None, false, device)
     }
 

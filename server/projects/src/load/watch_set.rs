@@ -16,7 +16,7 @@ pub struct WatchSet {
     /// Folders whose entries matter, canonical once they are watched.
     pub(super) folders: BTreeSet<PathBuf>,
     /// The folders where the search for models begins, and all that it has found, canonical. What changes in them is for
-    /// [`super::folders::Folders::note`] to judge.
+    /// [`super::folders::KnownFolders::note`] to judge.
     pub(super) roots: BTreeSet<PathBuf>,
     pub(super) below: BTreeSet<PathBuf>,
     /// The outermost folders that belong to the projects: of their own ancestors, none is watched.
