@@ -31,7 +31,7 @@ enum MainCommand {
     #[command(version, display_name = "mauve")]
     Lsp(mauve_lsp::Lsp),
     #[command(flatten)]
-    Other(mauve_cli::MainCommand),
+    Other(mauve_cli::Command),
     /// Write a manual page for each command into a folder.
     #[command(hide = true)]
     Man(man::Man),

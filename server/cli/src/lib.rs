@@ -146,7 +146,7 @@ pub enum Command {
     Parse(parse::ParseCommand),
     /// Print the JSON schema of `mauve.toml`, of timing tables or of task sets, for editors.
     Schema(schema::Schema),
-    /// Measure the running time of each analysis stage, and of the analysis after an edit.
+    /// Measure the running time of each analysis stage.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Create a small project to start from.
     New(new::New),

@@ -1,7 +1,7 @@
 //! `textDocument/prepareCallHierarchy` and `callHierarchy/…`, `textDocument/prepareTypeHierarchy` and `typeHierarchy/…`.
 
 use mauve_hir::{File, ModelDb, Project};
-use mauve_ide::{Calls, HierarchyItem};
+use mauve_ide::{HierarchyCalls, HierarchyItem};
 use mauve_projects::json::non_empty;
 use mauve_syntax::TextSize;
 use serde::Deserialize as _;
@@ -33,7 +33,7 @@ pub(crate) fn incoming(
     let CallHierarchyItem { uri, data, .. } = &params.item;
     let Some((project, file, id)) = asked(snapshot, uri, data)? else { return Ok(None) };
     let found = mauve_ide::incoming_calls(&snapshot.db, project, file, &id);
-    let found = found.into_iter().filter_map(|Calls { item, ranges }| {
+    let found = found.into_iter().filter_map(|HierarchyCalls { item, ranges }| {
         let lines = snapshot.lines(item.file);
         let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
         Some(CallHierarchyIncomingCall { from: call_item(snapshot, project, item)?, from_ranges })
@@ -50,7 +50,7 @@ pub(crate) fn outgoing(
     let Some((project, file, id)) = asked(snapshot, uri, data)? else { return Ok(None) };
     let lines = snapshot.lines(file);
     let found = mauve_ide::outgoing_calls(&snapshot.db, project, file, &id);
-    let found = found.into_iter().filter_map(|Calls { item, ranges }| {
+    let found = found.into_iter().filter_map(|HierarchyCalls { item, ranges }| {
         let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
         Some(CallHierarchyOutgoingCall { to: call_item(snapshot, project, item)?, from_ranges })
     });

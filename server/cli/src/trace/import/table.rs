@@ -75,10 +75,7 @@ impl Imported {
         let kinds = if with_programs { "codel, port or program" } else { "codel or port" };
         let sheet = Sheet::of(&listed)
             .column(kinds, |it| shown_key(&it.name.0))
-            .column(
-                "instance",
-                |it| if it.name.1.is_empty() { "—".to_owned() } else { it.name.1.clone() },
-            )
+            .column("instance", |it| if it.name.1.is_empty() { "—".to_owned() } else { it.name.1.clone() })
             .column("executions", |it| it.count.to_string())
             .column("least", |it| duration(it.least))
             .column("mean", |it| duration(it.mean()))
