@@ -3,6 +3,7 @@
 mod cpp;
 pub mod keys;
 mod reader;
+mod value;
 
 pub(crate) use reader::read;
 

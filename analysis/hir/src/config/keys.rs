@@ -7,7 +7,7 @@ use mauve_timing::toml_key::{ANY_NAME, TomlKey, ValueKind};
 use mauve_timing::{CpuSet, Protocol, Time};
 
 use super::cpp::is_cpp_type;
-use super::reader::{SpannedValue, names};
+use super::value::{SpannedValue, names};
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
     HostConfig, LinkConfig, Located, LockConfig, OtherConfig, Required, Ros2Config, TopicConfig, is_header,
