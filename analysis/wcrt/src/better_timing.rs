@@ -1,6 +1,6 @@
 //! The search for better priorities, CPUs, periods and deadlines.
 //!
-//! The search analyses the deployment with the new values ([`Variants`]), and proposes only changes that it
+//! The search analyses the deployment with the new values (`variants.rs`), and proposes only changes that it
 //! has analysed.
 //!
 //! | change | of | where |
