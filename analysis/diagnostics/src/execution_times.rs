@@ -1,7 +1,7 @@
 //! Measured execution times in words: what a test assumes, why an estimate has a warning, and why there is none.
 
 use mauve_pwcet::{
-    Check, CheckKind, FEW_EXECUTIONS, LEAST_EXECUTIONS, NoBound, Refusal, Warning, rounded_up,
+    Check, CheckKind, EstimateRefusal, FEW_EXECUTIONS, LEAST_EXECUTIONS, NoBound, Warning, rounded_up,
 };
 use mauve_timing::{DEPENDENT, EXTRAPOLATED, Time};
 use mauve_wcrt::Basis;
@@ -116,15 +116,15 @@ pub fn warning_kind(warning: &Warning) -> &'static str {
 }
 
 /// Returns the kind of a refusal, which has a page.
-pub fn refusal_kind(refusal: &Refusal) -> &'static str {
+pub fn refusal_kind(refusal: &EstimateRefusal) -> &'static str {
     match refusal {
-        Refusal::TooFew { .. } => "too-few-executions",
-        Refusal::Constant { .. } => "constant-times",
-        Refusal::TooCoarse { .. } => "coarse-clock",
-        Refusal::NoFit => "no-fit",
-        Refusal::RareMode { .. } => "rare-mode",
-        Refusal::Absurd { .. } => "absurd-bound",
-        Refusal::InfiniteMean { .. } => "endless-tail",
+        EstimateRefusal::TooFew { .. } => "too-few-executions",
+        EstimateRefusal::Constant { .. } => "constant-times",
+        EstimateRefusal::TooCoarse { .. } => "coarse-clock",
+        EstimateRefusal::NoFit => "no-fit",
+        EstimateRefusal::RareMode { .. } => "rare-mode",
+        EstimateRefusal::Absurd { .. } => "absurd-bound",
+        EstimateRefusal::InfiniteMean { .. } => "endless-tail",
     }
 }
 
@@ -172,35 +172,35 @@ fn rejected(check: &Check) -> String {
 /// Returns why executions give no tail, and what to do.
 ///
 /// ```
-/// use mauve_pwcet::Refusal;
-/// let text = mauve_diagnostics::measurement_refusal(&Refusal::TooFew { count: 3 });
+/// use mauve_pwcet::EstimateRefusal;
+/// let text = mauve_diagnostics::measurement_refusal(&EstimateRefusal::TooFew { count: 3 });
 /// assert_eq!(text, "3 executions are too few for a tail: measure at least 200, better 5000");
 /// ```
-pub fn measurement_refusal(refusal: &Refusal) -> String {
+pub fn measurement_refusal(refusal: &EstimateRefusal) -> String {
     match refusal {
-        Refusal::TooFew { count } => format!(
+        EstimateRefusal::TooFew { count } => format!(
             "{} too few for a tail: measure at least {LEAST_EXECUTIONS}, better 5000",
             if *count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
         ),
-        Refusal::Constant { time: constant } => format!(
+        EstimateRefusal::Constant { time: constant } => format!(
             "all executions took exactly {}: a real clock gives different times; write the time by hand if it is the worst case",
             time(*constant as f64)
         ),
-        Refusal::TooCoarse { distinct, resolution } => format!(
+        EstimateRefusal::TooCoarse { distinct, resolution } => format!(
             "only {distinct} distinct times, in steps of {}, which hide the tail: for stricter levels than those that are counted, measure more, or with a finer clock",
             time(*resolution as f64)
         ),
-        Refusal::NoFit => {
+        EstimateRefusal::NoFit => {
             "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
         }
-        Refusal::RareMode { slow } => format!(
+        EstimateRefusal::RareMode { slow } => format!(
             "the {slow} longest executions are a mode of their own, too rare for a fit: find what they have in common, and measure until there are 50 of them"
         ),
-        Refusal::Absurd { ratio } => format!(
+        EstimateRefusal::Absurd { ratio } => format!(
             "the bound is {} times the longest execution: leave the level out, or measure more",
             rounded_up(*ratio)
         ),
-        Refusal::InfiniteMean { shape } => format!(
+        EstimateRefusal::InfiniteMean { shape } => format!(
             "the tail has no mean (ξ = {shape:.2}): no time holds; look for outliers, several modes, or an interrupted measurement"
         ),
     }
@@ -209,8 +209,8 @@ pub fn measurement_refusal(refusal: &Refusal) -> String {
 /// Returns why a level has no bound, and how many executions it needs.
 ///
 /// ```
-/// use mauve_pwcet::{NoBound, Refusal};
-/// let text = mauve_diagnostics::no_bound(&NoBound { refusal: Refusal::Absurd { ratio: 1500.0 }, needed: 29_956 });
+/// use mauve_pwcet::{EstimateRefusal, NoBound};
+/// let text = mauve_diagnostics::no_bound(&NoBound { refusal: EstimateRefusal::Absurd { ratio: 1500.0 }, needed: 29_956 });
 /// assert_eq!(text, "the bound is 1500 times the longest execution: leave the level out, or measure more; 29956 executions need no tail");
 /// ```
 pub fn no_bound(of: &NoBound) -> String {
@@ -242,13 +242,13 @@ mod tests {
             check(CheckKind::HoldOut),
         ];
         let refusals = [
-            Refusal::TooFew { count: 1 },
-            Refusal::Constant { time: 1 },
-            Refusal::TooCoarse { distinct: 1, resolution: 1 },
-            Refusal::NoFit,
-            Refusal::RareMode { slow: 1 },
-            Refusal::Absurd { ratio: 1e6 },
-            Refusal::InfiniteMean { shape: 2.0 },
+            EstimateRefusal::TooFew { count: 1 },
+            EstimateRefusal::Constant { time: 1 },
+            EstimateRefusal::TooCoarse { distinct: 1, resolution: 1 },
+            EstimateRefusal::NoFit,
+            EstimateRefusal::RareMode { slow: 1 },
+            EstimateRefusal::Absurd { ratio: 1e6 },
+            EstimateRefusal::InfiniteMean { shape: 2.0 },
         ];
         let kinds = warnings.iter().map(warning_kind).chain(refusals.iter().map(refusal_kind));
         for kind in kinds.chain(["over-budget", "unmeasured-instance", "incomplete-recording", "alone"]) {

@@ -41,7 +41,7 @@ pub fn short_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
 pub const EXHAUSTED: &str = "the budget of a better method is exhausted: the response time may be shorter";
 
 /// Returns the message of the reason why a core or an architecture is not analysed.
-pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> String {
+pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::ModelReason<'db>) -> String {
     of_model(db, reason).message
 }
 
@@ -165,10 +165,12 @@ fn incomplete_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, shell: Dec
     words(format!("{} {name} {why}", shell.kind(db)), format!("error in {name}"))
 }
 
-fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> ReasonWords {
+fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::ModelReason<'db>) -> ReasonWords {
     match reason {
-        fact::Reason::Error(project, fact) => words(render(db, *project, fact).message, "error in the model"),
-        fact::Reason::Core { core, why } => {
+        fact::ModelReason::Error(project, fact) => {
+            words(render(db, *project, fact).message, "error in the model")
+        }
+        fact::ModelReason::Core { core, why } => {
             let short = match why {
                 CoreReason::SyntaxError(_) => damage(db, *core).to_owned(),
                 CoreReason::CodelNotFound(name, _) => format!("no codel {name}"),
@@ -176,14 +178,14 @@ fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> ReasonWord
             };
             words(format!("core {}: {}", core.name(db), core_reason(why, damage(db, *core))), short)
         }
-        fact::Reason::SyntaxErrorIn(architecture) => {
+        fact::ModelReason::SyntaxErrorIn(architecture) => {
             let name = architecture.name(db);
             let damage = damage(db, *architecture);
             let message = format!("architecture {name} has a {damage}: an instance may be missing in it");
             words(message, damage)
         }
-        fact::Reason::TooLarge => words("the project is too large", "project too large"),
-        fact::Reason::UnknownImport { architecture, import } => {
+        fact::ModelReason::TooLarge => words("the project is too large", "project too large"),
+        fact::ModelReason::UnknownImport { architecture, import } => {
             let name = architecture.name(db);
             words(format!("architecture {name} imports `{import}`, which is unknown"), "import unknown")
         }

@@ -377,7 +377,7 @@ fn uncovered<'a>(psm: &Psm<'_>, walk: &'a Walk) -> Option<(&'a WalkStep, String)
 /// Returns the machine where each condition on a variable may hold or not; none where there are too many paths.
 fn free(psm: &Psm<'_>, library: &Library, times: &Times) -> Option<StateMachine> {
     let costs = edges(library, &library.components[0], times)?;
-    let edge = |edge: &mauve_hir::Edge| {
+    let edge = |edge: &mauve_hir::PeriodEdge| {
         let name = edge.transition.as_ref().map_or("stay", |name| name.as_str());
         let key = format!("{} {name} {}", psm.state(edge.source), psm.state(edge.target));
         let cost = Time::from_nanos(costs[&key] * 1_000_000);

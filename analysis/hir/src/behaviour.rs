@@ -13,7 +13,8 @@ use crate::body::{BodyId, CoreScope, Place, ProgramIn, core_scope, groups_of, of
 use crate::completeness::Completeness;
 use crate::cost::{CostGraph, ProgramCost, ProgramCosts, costs_of};
 use crate::fact::{
-    CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
+    CorePart, CoreReason, Defined, Fact, FactKind, ModelReason, ModelRefusal, Unreachable, repeated,
+    unresolved_type,
 };
 use crate::features::{Features, features_of};
 use crate::graph::{reachable, successors_by, topological_order};
@@ -43,7 +44,7 @@ pub struct Behaviour<'db> {
     /// The operations in topological order, callees first.
     pub order: Vec<usize>,
     /// The reasons why the core is not analysed; if there are any, the other fields must not be used for the analysis.
-    pub refusals: Vec<Refusal<'db>>,
+    pub refusals: Vec<ModelRefusal<'db>>,
     /// The errors and warnings of the core.
     pub facts: Vec<Fact<'db>>,
 }
@@ -64,7 +65,7 @@ impl<'db> Behaviour<'db> {
                     return None;
                 };
                 let fires =
-                    |edge: &Edge| edge.source == state && edge.transition.as_ref() == Some(transition);
+                    |edge: &PeriodEdge| edge.source == state && edge.transition.as_ref() == Some(transition);
                 edges.next_if(|(_, edge)| fires(edge)).map(|(index, _)| index)
             };
             let by_guards = first.iter().map(of_guard).collect();
@@ -92,14 +93,14 @@ pub(crate) struct Fired {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Edges {
     /// In the order of the states; those of a state in the order of its transitions.
-    pub all: Vec<Edge>,
+    pub all: Vec<PeriodEdge>,
     /// For each state, the indices of the programs that its edges execute first.
     pub first: Vec<Vec<usize>>,
 }
 
 impl Edges {
     /// Returns the indices of the programs of an edge, in the order of execution.
-    pub fn programs<'a>(&'a self, edge: &'a Edge) -> impl Iterator<Item = usize> + use<'a> {
+    pub fn programs<'a>(&'a self, edge: &'a PeriodEdge) -> impl Iterator<Item = usize> + use<'a> {
         let first = self.first.get(edge.source).map_or(&[] as &[usize], Vec::as_slice);
         first.iter().take(edge.first).chain(&edge.then).copied()
     }
@@ -116,7 +117,7 @@ impl Edges {
             sums
         };
         let first: Vec<Vec<S>> = self.first.iter().map(&mut of_first).collect();
-        let sum = |edge: &Edge| {
+        let sum = |edge: &PeriodEdge| {
             let of_source = first.get(edge.source);
             let first = of_source.and_then(|sums| sums.get(edge.first).or(sums.last())).copied();
             edge.then.iter().copied().fold(first.unwrap_or(zero), &mut add)
@@ -132,7 +133,7 @@ impl Edges {
 
 /// A possible execution of one period: its source and target states, and its sequence of programs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Edge {
+pub struct PeriodEdge {
     /// Index of the state at the start of the period.
     pub source: usize,
     /// Index of the state at the start of the next period.
@@ -240,7 +241,8 @@ struct BehaviourContext<'db> {
 impl<'db> BehaviourContext<'db> {
     /// Refuses the core for a reason that another fact reports.
     fn refuse_once(&mut self, why: CoreReason) {
-        let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Location::name_of(self.of) };
+        let refusal =
+            ModelRefusal { reason: ModelReason::Core { core: self.of, why }, at: Location::name_of(self.of) };
         // Each reason once; after 64 reasons, repetitions are harmless.
         if !self.found.refusals.iter().take(64).any(|earlier| *earlier == refusal) {
             self.found.refusals.push(refusal);
@@ -256,7 +258,7 @@ impl<'db> BehaviourContext<'db> {
 
     /// Reports an error, and refuses the core.
     fn refuse(&mut self, fact: Fact<'db>) {
-        self.found.refusals.push(Refusal::of_fact(self.project, &fact));
+        self.found.refusals.push(ModelRefusal::of_fact(self.project, &fact));
         self.found.facts.push(fact);
     }
 
@@ -284,7 +286,7 @@ impl<'db> BehaviourContext<'db> {
                 let cost = self.cost(update, ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
                 let then = vec![self.add_program(ProgramId::UPDATE, cost, (update, ProgramIn::Whole))];
-                let edge = Edge { source: 0, target: 0, transition: None, first: 0, then };
+                let edge = PeriodEdge { source: 0, target: 0, transition: None, first: 0, then };
                 self.found.edges = Arc::new(Edges { all: vec![edge], first: vec![Vec::new()] });
             }
             // A syntax error may hide the behaviour.
@@ -527,7 +529,7 @@ impl<'db> BehaviourContext<'db> {
             if let Some(target) = target {
                 let entry = self.method(target, MethodKind::Entry);
                 executed = before.len();
-                edges.all.push(Edge {
+                edges.all.push(PeriodEdge {
                     source: index,
                     target,
                     transition: Some(name.clone()),
@@ -542,7 +544,13 @@ impl<'db> BehaviourContext<'db> {
         if fires_always.is_none() {
             executed = before.len();
             let then = handle.into_iter().collect();
-            edges.all.push(Edge { source: index, target: index, transition: None, first: executed, then });
+            edges.all.push(PeriodEdge {
+                source: index,
+                target: index,
+                transition: None,
+                first: executed,
+                then,
+            });
         }
         before.truncate(executed);
         before.shrink_to_fit();
@@ -616,7 +624,7 @@ impl<'db> BehaviourContext<'db> {
         self.found.initial = number[start];
         let kept = edges.all.into_iter().filter(|edge| reached[edge.source]);
         let renumbered =
-            kept.map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge });
+            kept.map(|edge| PeriodEdge { source: number[edge.source], target: number[edge.target], ..edge });
         let first = edges.first.into_iter().zip(reached.iter()).filter(|(_, reached)| **reached);
         self.found.edges =
             Arc::new(Edges { all: renumbered.collect(), first: first.map(|(first, _)| first).collect() });

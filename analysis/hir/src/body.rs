@@ -68,7 +68,7 @@ pub(crate) type Place = (BodyId, ProgramIn);
 /// Code with its own scope: a program, or the condition of a guard.
 #[derive(Debug, Clone, Copy)]
 #[allow(missing_docs)]
-pub enum Code<'a> {
+pub enum ScopedCode<'a> {
     Program(&'a Program),
     Guard(&'a Guard),
 }
@@ -103,11 +103,11 @@ impl Core {
 
 impl Body {
     /// Returns its programs and guards, in the order of the text; empty for initial values.
-    pub(crate) fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
+    pub(crate) fn code(&self) -> Vec<(ProgramIn, ScopedCode<'_>)> {
         match self {
             Body::InitialValues(_) => Vec::new(),
-            Body::Operation(operation) => vec![(ProgramIn::Whole, Code::Program(&operation.program))],
-            Body::Hook(hook) => vec![(ProgramIn::Whole, Code::Program(&hook.program))],
+            Body::Operation(operation) => vec![(ProgramIn::Whole, ScopedCode::Program(&operation.program))],
+            Body::Hook(hook) => vec![(ProgramIn::Whole, ScopedCode::Program(&hook.program))],
             Body::State(state) => state.code(),
         }
     }
@@ -121,8 +121,8 @@ impl Body {
             _ => Completeness::Complete,
         };
         let code = self.code().into_iter().map(|(_, code)| match code {
-            Code::Program(program) => program.completeness,
-            Code::Guard(guard) => guard.completeness,
+            ScopedCode::Program(program) => program.completeness,
+            ScopedCode::Guard(guard) => guard.completeness,
         });
         items & code.collect()
     }
@@ -130,13 +130,14 @@ impl Body {
 
 impl State {
     /// Returns its programs and guards: the methods, then the guard and the effect of each transition.
-    pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
+    pub fn code(&self) -> Vec<(ProgramIn, ScopedCode<'_>)> {
         let methods = self.methods.iter().enumerate();
         let methods =
-            methods.map(|(index, it)| (ProgramIn::Method(index as u32), Code::Program(&it.program)));
+            methods.map(|(index, it)| (ProgramIn::Method(index as u32), ScopedCode::Program(&it.program)));
         let transitions = self.transitions.iter().enumerate().flat_map(|(index, it)| {
-            let guard = it.guard.as_ref().map(|it| (ProgramIn::Guard(index as u32), Code::Guard(it)));
-            let effect = it.effect.as_ref().map(|it| (ProgramIn::Effect(index as u32), Code::Program(it)));
+            let guard = it.guard.as_ref().map(|it| (ProgramIn::Guard(index as u32), ScopedCode::Guard(it)));
+            let effect =
+                it.effect.as_ref().map(|it| (ProgramIn::Effect(index as u32), ScopedCode::Program(it)));
             guard.into_iter().chain(effect)
         });
         methods.chain(transitions).collect()

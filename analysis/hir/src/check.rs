@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
 use crate::declared::DeclaredIn;
-use crate::fact::{Checker, Defined, Fact, FactKind, Refusal, repeated};
+use crate::fact::{Checker, Defined, Fact, FactKind, ModelRefusal, repeated};
 use crate::features::{features_of, is_core_for, shell_of};
 use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
@@ -70,10 +70,14 @@ pub fn declaration_facts<'db>(
 /// Returns the errors in a declaration as refusals: its dependents are not analysed, whatever severity `mauve.toml` sets. For
 /// a deployment, the errors exclude those of its activities.
 #[salsa::tracked(returns(ref))]
-pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Refusal<'db>> {
+pub fn errors_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Vec<ModelRefusal<'db>> {
     let refusals = |found: &[Fact<'db>]| {
         let errors = found.iter().filter(|fact| fact.is_error());
-        errors.map(|fact| Refusal::of_fact(project, fact)).collect()
+        errors.map(|fact| ModelRefusal::of_fact(project, fact)).collect()
     };
     if decl.kind(db) != Kind::Core {
         return refusals(declaration_facts(db, project, decl));

@@ -374,24 +374,24 @@ pub enum Reserved {
 
 /// Why a core or an architecture is not analysed, and the location of the reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Refusal<'db> {
+pub struct ModelRefusal<'db> {
     /// The reason.
-    pub reason: Reason<'db>,
+    pub reason: ModelReason<'db>,
     /// The location of the reason. Another fact reports it there.
     pub at: Location<'db>,
 }
 
-impl<'db> Refusal<'db> {
+impl<'db> ModelRefusal<'db> {
     /// Returns the refusal for an error that a fact reports.
-    pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> Refusal<'db> {
-        Refusal { reason: Reason::Error(project, Box::new(fact.clone())), at: fact.at.clone() }
+    pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> ModelRefusal<'db> {
+        ModelRefusal { reason: ModelReason::Error(project, Box::new(fact.clone())), at: fact.at.clone() }
     }
 }
 
 /// Why a core or an architecture is not analysed.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
-pub enum Reason<'db> {
+pub enum ModelReason<'db> {
     /// An error, reported in this project.
     Error(Project<'db>, Box<Fact<'db>>),
     /// An incomplete or erroneous core.

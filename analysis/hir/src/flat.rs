@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Checker, Defined, EndKind, Fact, FactKind, Reason, Refusal};
+use crate::fact::{Checker, Defined, EndKind, Fact, FactKind, ModelReason, ModelRefusal};
 use crate::features::{FeatureOf, Features, Implementation, implementation_of};
 use crate::graph::closure;
 use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
@@ -29,7 +29,7 @@ pub struct Flat<'db> {
     /// The index of the first instance of each name.
     by_name: FxHashMap<Name, usize>,
     /// Why an instance may be unknown.
-    pub refusals: Vec<Refusal<'db>>,
+    pub refusals: Vec<ModelRefusal<'db>>,
     /// Whether all connections are known, with their endpoints.
     pub link_completeness: Completeness,
     /// Whether it imports itself, directly or indirectly.
@@ -102,22 +102,22 @@ impl<'db> FlatInstance<'db> {
 pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
-        flat.refusals.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
+        flat.refusals.push(ModelRefusal { reason: ModelReason::TooLarge, at: Location::name_of(at) });
         return flat;
     }
     flat.architectures = closure([of], |it| imports_of(db, project, it));
     for &current in &flat.architectures {
         let Some(data) = architecture(db, current) else { continue };
         if data.completeness.is_incomplete() {
-            let reason = Reason::SyntaxErrorIn(current);
-            flat.refusals.push(Refusal { reason, at: Location::name_of(current) });
+            let reason = ModelReason::SyntaxErrorIn(current);
+            flat.refusals.push(ModelRefusal { reason, at: Location::name_of(current) });
         }
         for import in data.imports.iter().flatten() {
             match resolve_type(db, project, current, Kind::Architecture, Some(import)) {
                 Ok(import) => flat.cycle |= import == of,
                 Err(_) => {
-                    let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
-                    flat.refusals.push(Refusal { reason, at: Location::Source(current, import.id) });
+                    let reason = ModelReason::UnknownImport { architecture: current, import: import.clone() };
+                    flat.refusals.push(ModelRefusal { reason, at: Location::Source(current, import.id) });
                 }
             }
         }

@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, Code, CoreScope, InitialValue, InitialValues, ProgramIn, SharedVariable, bodies_of,
+    Body, BodyId, CoreScope, InitialValue, InitialValues, ProgramIn, ScopedCode, SharedVariable, bodies_of,
     core_scope, groups_of,
 };
 use crate::builtin::{Builtin, Operand};

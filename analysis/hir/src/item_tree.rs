@@ -524,7 +524,7 @@ pub struct State {
     /// The text before the keyword `state`: `initial`, or an empty range.
     pub start: SourceId,
     /// `entry`, `run`, `handle`, `exit`.
-    pub methods: Box<[Method]>,
+    pub methods: Box<[StateMethod]>,
     /// Its transitions, in the order of the text, in which their guards are evaluated.
     pub transitions: Box<[Transition]>,
     /// Whether no error hides an item of it.
@@ -540,7 +540,7 @@ impl State {
 
 /// `run = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Method {
+pub struct StateMethod {
     pub kind: MethodKind,
     /// The keyword.
     pub id: SourceId,

@@ -45,7 +45,7 @@
 //! | `graph.rs` | reachability and topological order |
 //!
 //! A core with an error (a syntax error in a program, an unresolved name, a missing argument) is *not analysed*;
-//! [`fact::Refusal`] holds the reason.
+//! [`fact::ModelRefusal`] holds the reason.
 //!
 //! This crate depends on no execution times, messages, editors or file systems.
 
@@ -100,8 +100,8 @@ pub use activity_field::{
     ACTIVITY_FIELDS, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, FieldKind, FieldValue, GREATEST_BURST,
     InvalidValue, NoTime, PERIODS, PLACES, field_entry, number, same_fields, similar_field,
 };
-pub use behaviour::{Behaviour, Edge, Edges, TimedProgram, behaviour_of};
-pub use body::{Code, ProgramIn, statements};
+pub use behaviour::{Behaviour, Edges, PeriodEdge, TimedProgram, behaviour_of};
+pub use body::{ProgramIn, ScopedCode, statements};
 pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;

@@ -596,7 +596,7 @@ impl Lowering<'_> {
                     let Some(keyword) = it.keyword() else { continue };
                     let Some(kind) = MethodKind::from_keyword(keyword.text()) else { continue };
                     let id = self.id(keyword.text_range());
-                    methods.push(Method { kind, id, program: self.program(it.block(), it.syntax()) });
+                    methods.push(StateMethod { kind, id, program: self.program(it.block(), it.syntax()) });
                 }
                 ast::StateItem::Transition(it) => transitions.push(self.transition(&it)),
             }

@@ -25,7 +25,8 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, core_scope, of_program,
+    Body, BodyId, ByProgram, CoreScope, InitialValues, ProgramIn, ScopedCode, bodies_of, core_scope,
+    of_program,
 };
 use crate::completeness::Completeness;
 use crate::fact::Unreachable;
@@ -334,16 +335,16 @@ impl<'a, 'db> Lowering<'a, 'db> {
         }
     }
 
-    fn code(mut self, code: Code<'_>) -> ProgramGraph<'db> {
+    fn code(mut self, code: ScopedCode<'_>) -> ProgramGraph<'db> {
         let (completeness, constant) = match code {
-            Code::Program(program) => {
+            ScopedCode::Program(program) => {
                 self.block(&program.statements);
                 if !self.open.is_empty() {
                     self.push(Action::Return(None), SourceId::default());
                 }
                 (program.completeness, None)
             }
-            Code::Guard(guard) => {
+            ScopedCode::Guard(guard) => {
                 let decision = self.outermost(|this| this.condition(&guard.condition, false));
                 let constant = decision.constant;
                 for (value, exits) in [(true, decision.holds), (false, decision.fails)] {

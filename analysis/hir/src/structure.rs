@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, by_group, core_scope, statements};
+use crate::body::{Body, BodyId, ProgramIn, ScopedCode, bodies_of, by_group, core_scope, statements};
 use crate::completeness::Completeness;
 use crate::item_tree::{
     Handler, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement, TypeRef, Variable,
@@ -132,7 +132,7 @@ fn local_variables_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> A
     let bodies = bodies_of(db, of, scope, group);
     let code = bodies.iter().flat_map(|(_, body)| body.code());
     let programs = code.filter_map(|(_, code)| match code {
-        Code::Program(program) if program.declares => Some(program),
+        ScopedCode::Program(program) if program.declares => Some(program),
         _ => None,
     });
     let all = programs.flat_map(|program| statements(&program.statements));

@@ -14,7 +14,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
 use crate::occurrences::{
-    Definition, FoundName, NameRole, each_once, grouped, in_declaration, names_at, occurrences_of,
+    Definition, FoundName, OccurrenceRole, each_once, grouped, in_declaration, names_at, occurrences_of,
 };
 
 /// The calls between two items.
@@ -78,7 +78,7 @@ pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
         let is_own = own.is_some_and(|(own, _)| own == core);
         let is_it = |it: &Definition<'_>| is_own && it == called || anywhere.contains(it);
         let mut calls = in_declaration(db, project, core);
-        calls.retain(|it| it.role == NameRole::Call && is_it(&it.definition));
+        calls.retain(|it| it.role == OccurrenceRole::Call && is_it(&it.definition));
         if calls.is_empty() {
             continue;
         }
@@ -102,7 +102,7 @@ pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &s
     let range = range_of(db, place).unwrap_or_default();
     if let Some((core, _)) = program(db, &node) {
         let mut calls = in_declaration(db, project, core);
-        calls.retain(|it| it.role == NameRole::Call && range.contains_range(it.range));
+        calls.retain(|it| it.role == OccurrenceRole::Call && range.contains_range(it.range));
         for call in calls {
             let callees = called(db, project, core, &call.definition);
             found.extend(callees.into_iter().map(|callee| (callee, call.range)));
@@ -206,7 +206,8 @@ fn definitions_in<'db>(
     }
     let all = occurrences_of(db, project, of).iter();
     let defined = all.filter(|it| {
-        it.kind == SymbolKind::Operation && matches!(it.role, NameRole::Declaration | NameRole::Definition)
+        it.kind == SymbolKind::Operation
+            && matches!(it.role, OccurrenceRole::Declaration | OccurrenceRole::Definition)
     });
     defined.map(|it| (it.definition.clone(), it.id)).collect()
 }

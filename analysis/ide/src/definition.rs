@@ -6,7 +6,9 @@ use mauve_hir::{Decl, File, Location, ModelDb, Project, declaration_map, project
 use mauve_syntax::ast::AstNode as _;
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::occurrences::{Definition, FoundName, NameRole, each_once, in_declaration, libraries, names_at};
+use crate::occurrences::{
+    Definition, FoundName, OccurrenceRole, each_once, in_declaration, libraries, names_at,
+};
 
 /// A name and its definitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,10 +56,10 @@ pub(crate) fn definition_of<'db>(
     names: &[FoundName<'db>],
 ) -> Option<Navigation> {
     let targets = |name: &FoundName<'db>| {
-        let of_call = name.of.filter(|_| name.role == NameRole::Call);
+        let of_call = name.of.filter(|_| name.role == OccurrenceRole::Call);
         let executed = of_call.and_then(|of| {
             let mut names = in_declaration(db, project, of).into_iter();
-            names.find(|it| it.role == NameRole::Definition && it.definition == name.definition)
+            names.find(|it| it.role == OccurrenceRole::Definition && it.definition == name.definition)
         });
         match executed {
             Some(it) => vec![Target::of_name(it.file, it.range)],

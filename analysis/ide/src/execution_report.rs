@@ -22,7 +22,7 @@ mod tables;
 
 pub use page::execution_report;
 
-use mauve_pwcet::{InstanceMeasurement, Options};
+use mauve_pwcet::{EstimateOptions, InstanceMeasurement};
 use mauve_timing::Time;
 
 /// All that a report shows. No text needs to be escaped.
@@ -33,7 +33,7 @@ pub struct ExecutionReport<'a> {
     /// The files with the samples: their names, as they are shown, and the digests of their contents with the name of the algorithm.
     pub sources: &'a [(String, String)],
     /// The options of all estimates.
-    pub options: &'a Options,
+    pub options: &'a EstimateOptions,
     /// The codels and programs, each instance of its own.
     pub measured: &'a [ReportedCodel<'a>],
 }
@@ -102,7 +102,7 @@ mod tests {
     }
 
     fn report(samples: &[Sample]) -> String {
-        let options = Options { levels: LEVELS.to_vec(), seed: 1 };
+        let options = EstimateOptions { levels: LEVELS.to_vec(), seed: 1 };
         let measurement = |it: &Sample| InstanceMeasurement {
             instance: it.instance.to_owned(),
             executions: it.executions.clone(),
@@ -301,7 +301,7 @@ mod tests {
         // Each execution is a new high-water mark.
         let rising: Vec<u64> = (0..400_000).collect();
         for executions in [many, rising] {
-            let options = Options { levels: LEVELS.to_vec(), seed: 1 };
+            let options = EstimateOptions { levels: LEVELS.to_vec(), seed: 1 };
             let first = estimate(&executions[..4000], &options);
             let size = |executions: &[u64]| {
                 let measurement = InstanceMeasurement {

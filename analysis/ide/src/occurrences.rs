@@ -61,7 +61,7 @@ impl<'db> Definition<'db> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum NameRole {
+pub(crate) enum OccurrenceRole {
     Declaration,
     /// The definition of an operation in a core; the core's shell declares it.
     Definition,
@@ -82,7 +82,7 @@ pub(crate) struct Occurrence<'db> {
     pub(crate) segment: Option<usize>,
     pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
-    pub(crate) role: NameRole,
+    pub(crate) role: OccurrenceRole,
 }
 
 /// A name with its location.
@@ -94,7 +94,7 @@ pub(crate) struct FoundName<'db> {
     pub(crate) range: TextRange,
     pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
-    pub(crate) role: NameRole,
+    pub(crate) role: OccurrenceRole,
 }
 
 pub(crate) fn in_declaration<'db>(
@@ -154,7 +154,7 @@ pub(crate) fn outside_declarations<'db>(
     found.extend(libraries(db, file).into_iter().map(|(_, name)| {
         let definition = Definition::Library(name.text().to_string().into());
         let declared = mention(file, name.text_range(), definition, SymbolKind::Library);
-        FoundName { role: NameRole::Declaration, ..declared }
+        FoundName { role: OccurrenceRole::Declaration, ..declared }
     }));
     found
 }
@@ -174,7 +174,7 @@ pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
 }
 
 fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> FoundName<'_> {
-    FoundName { file, of: None, range, definition, kind, role: NameRole::Mention }
+    FoundName { file, of: None, range, definition, kind, role: OccurrenceRole::Mention }
 }
 
 /// Returns the range of a string without its quotes.
@@ -211,14 +211,14 @@ impl<'db> NameFinder<'db> {
         NameFinder { db, project, of, found: Vec::new() }
     }
 
-    fn add(&mut self, name: &NameRef, definition: Definition<'db>, kind: SymbolKind, role: NameRole) {
+    fn add(&mut self, name: &NameRef, definition: Definition<'db>, kind: SymbolKind, role: OccurrenceRole) {
         if !name.name.is_empty() {
             self.found.push(Occurrence { id: name.id, segment: None, definition, kind, role });
         }
     }
 
     fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
-        self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, NameRole::Declaration);
+        self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, OccurrenceRole::Declaration);
     }
 
     fn data(&mut self, data: &'db Data) {
@@ -226,7 +226,7 @@ impl<'db> NameFinder<'db> {
         match data {
             Data::Use => {
                 let (definition, kind) = self.library(&name.name);
-                return self.add(&name, definition, kind, NameRole::Mention);
+                return self.add(&name, definition, kind, OccurrenceRole::Mention);
             }
             Data::Codel(_) => {}
             Data::Shell(shell) => self.shell(shell),
@@ -247,7 +247,7 @@ impl<'db> NameFinder<'db> {
             }
         }
         let kind = kind_of(self.of.kind(self.db));
-        self.add(&name, Definition::Declaration(self.of), kind, NameRole::Declaration);
+        self.add(&name, Definition::Declaration(self.of), kind, OccurrenceRole::Declaration);
     }
 
     fn library(&self, name: &Name) -> (Definition<'db>, SymbolKind) {
@@ -260,7 +260,13 @@ impl<'db> NameFinder<'db> {
     fn segment(&mut self, ty: &TypeRef, index: usize, definition: Definition<'db>, kind: SymbolKind) {
         if ty.path.get(index).is_some_and(|name| !name.is_empty()) {
             let segment = (ty.path.len() > 1).then_some(index);
-            self.found.push(Occurrence { id: ty.id, segment, definition, kind, role: NameRole::Mention });
+            self.found.push(Occurrence {
+                id: ty.id,
+                segment,
+                definition,
+                kind,
+                role: OccurrenceRole::Mention,
+            });
         }
     }
 
@@ -291,7 +297,7 @@ impl<'db> NameFinder<'db> {
         }
     }
 
-    fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: NameRole) {
+    fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: OccurrenceRole) {
         let found = features_of(self.db, self.project, of).get(&name.name);
         if let Some((feature, at)) = found.and_then(|found| Some((found, found.name(self.db)?))) {
             self.add(name, Definition::At(at), kind_of_feature(feature.kind), role);
@@ -308,7 +314,7 @@ impl<'db> NameFinder<'db> {
                 // A name that is not a constant of the shell is an error.
                 for expr in value.descendants() {
                     if let Expr::Name(name) = expr {
-                        self.feature(self.of, name, NameRole::Read);
+                        self.feature(self.of, name, OccurrenceRole::Read);
                     }
                 }
             }
@@ -324,7 +330,7 @@ impl<'db> NameFinder<'db> {
         }
         for link in data.connections.iter().chain(&data.operations) {
             for end in [&link.source, &link.target].into_iter().flatten() {
-                self.endpoint(self.of, end, NameRole::Mention);
+                self.endpoint(self.of, end, OccurrenceRole::Mention);
             }
         }
         self.settings(self.of, &data.settings);
@@ -339,7 +345,7 @@ impl<'db> NameFinder<'db> {
             activity.instances.iter().for_each(|instance| self.instance(target, instance));
             let trigger = activity.field(ActivityField::Trigger).and_then(|it| it.value.as_name());
             if let Some((port, instance)) = trigger.zip(activity.instances.first()) {
-                self.feature_of_instance(target, instance, port, NameRole::Read);
+                self.feature_of_instance(target, instance, port, OccurrenceRole::Read);
             }
         }
         self.settings(target, &data.settings);
@@ -347,24 +353,30 @@ impl<'db> NameFinder<'db> {
 
     fn settings(&mut self, of: Decl<'db>, settings: &[Setting]) {
         for end in settings.iter().filter_map(|setting| setting.endpoint.as_ref()) {
-            self.endpoint(of, end, NameRole::Write);
+            self.endpoint(of, end, OccurrenceRole::Write);
         }
     }
 
     fn instance(&mut self, of: Decl<'db>, name: &NameRef) {
         let instance = flat_of(self.db, self.project, of).instance(&name.name);
         if let Some(at) = instance.and_then(|it| it.declaration(self.db)) {
-            self.add(name, Definition::At(at), SymbolKind::Instance, NameRole::Mention);
+            self.add(name, Definition::At(at), SymbolKind::Instance, OccurrenceRole::Mention);
         }
     }
 
     /// `instance.feature` of an architecture.
-    fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: NameRole) {
+    fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: OccurrenceRole) {
         self.instance(of, &end.instance);
         end.feature.iter().for_each(|feature| self.feature_of_instance(of, &end.instance, feature, role));
     }
 
-    fn feature_of_instance(&mut self, of: Decl<'db>, instance: &NameRef, feature: &NameRef, role: NameRole) {
+    fn feature_of_instance(
+        &mut self,
+        of: Decl<'db>,
+        instance: &NameRef,
+        feature: &NameRef,
+        role: OccurrenceRole,
+    ) {
         let instance = flat_of(self.db, self.project, of).instance(&instance.name);
         let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
         shell.into_iter().for_each(|shell| self.feature(shell, feature, role));
@@ -394,16 +406,16 @@ impl<'db> NamesInPrograms<'_, 'db> {
                 && let [name] = operation.path.as_slice()
             {
                 let name = NameRef { name: name.clone(), id: operation.id };
-                self.finder.feature(shell, &name, NameRole::Mention);
+                self.finder.feature(shell, &name, OccurrenceRole::Mention);
             }
         }
         for operation in &core.operations {
-            self.operation(&operation.name, NameRole::Definition);
+            self.operation(&operation.name, OccurrenceRole::Definition);
         }
         core.states().flat_map(|state| &state.transitions).for_each(|it| self.transition(it));
         for statement in core.statements() {
             match statement {
-                Statement::Assign(target, _) => self.value(target, NameRole::Write),
+                Statement::Assign(target, _) => self.value(target, OccurrenceRole::Write),
                 Statement::Variable(it) => self.finder.declares(&it.name, SymbolKind::Variable),
                 _ => {}
             }
@@ -412,13 +424,13 @@ impl<'db> NamesInPrograms<'_, 'db> {
     }
 
     /// A provided operation is declared by the shell; another operation, by the core.
-    fn operation(&mut self, name: &NameRef, role: NameRole) {
+    fn operation(&mut self, name: &NameRef, role: OccurrenceRole) {
         let before = self.finder.found.len();
         if let Some(shell) = self.shell {
             self.finder.feature(shell, name, role);
         }
         if self.finder.found.len() == before {
-            let role = if role == NameRole::Definition { NameRole::Declaration } else { role };
+            let role = if role == OccurrenceRole::Definition { OccurrenceRole::Declaration } else { role };
             if let Some(own) = self.core.operation(&name.name) {
                 let definition = Definition::At(Location::Source(self.finder.of, own.name.id));
                 self.finder.add(name, definition, SymbolKind::Operation, role);
@@ -431,13 +443,13 @@ impl<'db> NamesInPrograms<'_, 'db> {
             && let Some(state) = self.core.state(&target.name)
         {
             let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
-            self.finder.add(target, definition, SymbolKind::State, NameRole::Mention);
+            self.finder.add(target, definition, SymbolKind::State, OccurrenceRole::Mention);
         }
     }
 
     fn expr(&mut self, expr: &'db Expr) {
         // Output arguments of calls, which are visited after their call.
-        let mut written: Vec<(SourceId, NameRole)> = Vec::new();
+        let mut written: Vec<(SourceId, OccurrenceRole)> = Vec::new();
         for expr in expr.descendants() {
             match expr {
                 Expr::Call { callee, arguments, .. } => {
@@ -450,7 +462,7 @@ impl<'db> NamesInPrograms<'_, 'db> {
                 }
                 Expr::Name(name) => {
                     let role = written.iter().find(|(id, _)| *id == name.id);
-                    self.value(name, role.map_or(NameRole::Read, |(_, role)| *role));
+                    self.value(name, role.map_or(OccurrenceRole::Read, |(_, role)| *role));
                 }
                 _ => {}
             }
@@ -458,36 +470,36 @@ impl<'db> NamesInPrograms<'_, 'db> {
     }
 
     /// Adds the callee; returns the role of each argument.
-    fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<NameRole> {
+    fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<OccurrenceRole> {
         match self.inference.callee(callee.id) {
             Some(Callee::Codel(of)) => {
-                self.finder.add(callee, Definition::Declaration(of), SymbolKind::Codel, NameRole::Call);
+                self.finder.add(callee, Definition::Declaration(of), SymbolKind::Codel, OccurrenceRole::Call);
             }
-            Some(Callee::Operation(_)) => self.operation(callee, NameRole::Call),
+            Some(Callee::Operation(_)) => self.operation(callee, OccurrenceRole::Call),
             Some(Callee::Builtin(_)) => {}
             // A variable hides an operation of the same name, but a misused operation still resolves.
-            None if self.inference.binding(callee.id).is_some() => self.value(callee, NameRole::Read),
-            None => self.operation(callee, NameRole::Call),
+            None if self.inference.binding(callee.id).is_some() => self.value(callee, OccurrenceRole::Read),
+            None => self.operation(callee, OccurrenceRole::Call),
         }
         let role = |direction: Direction| match direction {
-            Direction::In => NameRole::Read,
-            Direction::Out => NameRole::Write,
-            Direction::InOut => NameRole::ReadWrite,
+            Direction::In => OccurrenceRole::Read,
+            Direction::Out => OccurrenceRole::Write,
+            Direction::InOut => OccurrenceRole::ReadWrite,
         };
         let Some(found) = self.inference.callee(callee.id) else { return Vec::new() };
         let directions = self.inference.directions(self.finder.db, found, arguments.len());
-        let mut roles: Vec<NameRole> = directions.into_iter().map(role).collect();
+        let mut roles: Vec<OccurrenceRole> = directions.into_iter().map(role).collect();
         // The operand of a built-in function.
         let operand = match found {
-            Callee::Builtin(Builtin::Write) => NameRole::Write,
-            Callee::Builtin(Builtin::Send) => NameRole::Call,
+            Callee::Builtin(Builtin::Write) => OccurrenceRole::Write,
+            Callee::Builtin(Builtin::Send) => OccurrenceRole::Call,
             _ => return roles,
         };
         roles.first_mut().into_iter().for_each(|first| *first = operand);
         roles
     }
 
-    fn value(&mut self, name: &NameRef, role: NameRole) {
+    fn value(&mut self, name: &NameRef, role: OccurrenceRole) {
         match self.inference.binding(name.id) {
             Some(Binding::Variable(id)) => {
                 let Some(variable) = self.inference.variable(id) else { return };

@@ -5,7 +5,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{observed_files, table_files};
 use rustc_hash::FxHashSet;
 
-use crate::occurrences::{Definition, FoundName, NameRole, grouped, names_at, names_of_definition};
+use crate::occurrences::{Definition, FoundName, OccurrenceRole, grouped, names_at, names_of_definition};
 use crate::project::projects_with;
 
 /// A reference.
@@ -51,7 +51,7 @@ pub fn references(
 ) -> Vec<Reference> {
     let projects = projects_with(db, workspaces, file);
     let found = occurrences(db, workspaces, &names(db, &projects, file, offset));
-    let shown = found.iter().filter(|(_, it)| declaration || it.role != NameRole::Declaration);
+    let shown = found.iter().filter(|(_, it)| declaration || it.role != OccurrenceRole::Declaration);
     merged(shown.map(|(_, it)| it))
 }
 
@@ -78,9 +78,12 @@ pub fn highlights(db: &dyn ModelDb, project: Project<'_>, file: File, offset: Te
 /// Removes duplicates; a location is a write if any project writes there.
 fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a FoundName<'db>>) -> Vec<Reference> {
     let access = |role| match role {
-        NameRole::Declaration | NameRole::Definition | NameRole::Write | NameRole::ReadWrite => Access::Write,
-        NameRole::Read | NameRole::Call => Access::Read,
-        NameRole::Mention => Access::Mention,
+        OccurrenceRole::Declaration
+        | OccurrenceRole::Definition
+        | OccurrenceRole::Write
+        | OccurrenceRole::ReadWrite => Access::Write,
+        OccurrenceRole::Read | OccurrenceRole::Call => Access::Read,
+        OccurrenceRole::Mention => Access::Mention,
     };
     let places = grouped(all.into_iter().map(|it| ((it.file, it.range), access(it.role))));
     let reference = |((file, range), found): ((File, TextRange), Vec<Access>)| {

@@ -12,7 +12,7 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{
-    Definition, FoundName, NameRole, names_in, occurrences_of, outside_declarations, segment,
+    Definition, FoundName, OccurrenceRole, names_in, occurrences_of, outside_declarations, segment,
 };
 
 /// A semantic token, on one line.
@@ -207,13 +207,13 @@ fn modifiers(
     db: &dyn ModelDb,
     definition: &Definition<'_>,
     kind: SymbolKind,
-    role: NameRole,
+    role: OccurrenceRole,
 ) -> TokenModifiers {
     let of_role = match role {
-        NameRole::Declaration => Some(TokenModifier::Declaration),
-        NameRole::Definition => Some(TokenModifier::Definition),
-        NameRole::Write | NameRole::ReadWrite => Some(TokenModifier::Modification),
-        NameRole::Read | NameRole::Call | NameRole::Mention => None,
+        OccurrenceRole::Declaration => Some(TokenModifier::Declaration),
+        OccurrenceRole::Definition => Some(TokenModifier::Definition),
+        OccurrenceRole::Write | OccurrenceRole::ReadWrite => Some(TokenModifier::Modification),
+        OccurrenceRole::Read | OccurrenceRole::Call | OccurrenceRole::Mention => None,
     };
     let own = match (kind, definition) {
         (SymbolKind::Constant, _) => Some(TokenModifier::Readonly),

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use mauve_pwcet::{Gpd, Options, estimate};
+use mauve_pwcet::{EstimateOptions, Gpd, estimate};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
@@ -21,8 +21,8 @@ fn executions(count: usize, seed: u64) -> Vec<u64> {
     exponential(count, seed).into_iter().map(|it| 5_000_000 + it as u64).collect()
 }
 
-fn options() -> Options {
-    Options { levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9], seed: 1 }
+fn options() -> EstimateOptions {
+    EstimateOptions { levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9], seed: 1 }
 }
 
 fn benches(criterion: &mut Criterion) {

@@ -7,12 +7,12 @@ use crate::distributions::chi_square;
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{SortedTimes, resolution};
-use crate::refusal::{ABSURD, NoBound, NoEstimate, Refusal};
+use crate::refusal::{ABSURD, EstimateRefusal, NoBound, NoEstimate};
 use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, excesses};
 
 /// What an estimate is asked for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct EstimateOptions {
     /// The levels: probabilities that an execution takes longer, each in (0, 1).
     pub levels: Vec<f64>,
     /// The seed of all random numbers: the same seed gives the same estimate on each machine.
@@ -42,7 +42,7 @@ pub struct Estimate {
     pub hold_out: Vec<HoldOut>,
     /// The estimates from parts of the sample.
     pub convergence: Vec<Convergence>,
-    /// The times of the levels, in the order of [`Options::levels`].
+    /// The times of the levels, in the order of [`EstimateOptions::levels`].
     pub levels: Vec<LevelEstimate>,
     /// The fitted tail with its confidence band, for a drawing.
     pub curve: Vec<CurvePoint>,
@@ -182,7 +182,7 @@ pub fn rounded_up(nanoseconds: f64) -> u64 {
 /// # Errors
 ///
 /// No tail fits the executions: the levels that can be counted have bounds nevertheless.
-pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEstimate> {
+pub fn estimate(executions: &[u64], options: &EstimateOptions) -> Result<Estimate, NoEstimate> {
     let count = executions.len();
     let refused = |refusal| {
         let bounds = counted_bounds(executions, &options.levels).into_iter().zip(&options.levels);
@@ -192,20 +192,20 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
         Err(NoEstimate { refusal, bounds: bounds.map(bound).collect() })
     };
     if count < LEAST_EXECUTIONS {
-        return refused(Refusal::TooFew { count });
+        return refused(EstimateRefusal::TooFew { count });
     }
     let resolution = resolution(executions);
     let least = executions.iter().copied().min().unwrap_or_default();
     let greatest = executions.iter().copied().max().unwrap_or_default();
     if resolution == 0 {
-        return refused(Refusal::Constant { time: greatest });
+        return refused(EstimateRefusal::Constant { time: greatest });
     }
     let mut values = executions.to_vec();
     values.sort_unstable();
     values.dedup();
     let distinct = values.len();
     if distinct < LEAST_DISTINCT {
-        return refused(Refusal::TooCoarse { distinct, resolution });
+        return refused(EstimateRefusal::TooCoarse { distinct, resolution });
     }
     let times = SortedTimes::new(executions, resolution, options.seed);
     let tail = match Tail::select(&times) {
@@ -214,10 +214,10 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     };
     // Steps that hide the shape of the tail: one more of them must not give a figure.
     if resolution as f64 > tail.model.scale / 2.0 {
-        return refused(Refusal::TooCoarse { distinct, resolution });
+        return refused(EstimateRefusal::TooCoarse { distinct, resolution });
     }
     if tail.model.shape >= 1.0 {
-        return refused(Refusal::InfiniteMean { shape: tail.model.shape });
+        return refused(EstimateRefusal::InfiniteMean { shape: tail.model.shape });
     }
     let seen = SeenExecutions { count, greatest, resolution };
     let levels = level_estimates(&options.levels, &times, &tail, seen);
@@ -276,7 +276,7 @@ fn level_estimates(
             counted.unwrap_or_else(|| tail.upper_bound(times, level).max(greatest)) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
         let ratio = greatest_bound / greatest;
-        let refusal = Refusal::Absurd { ratio };
+        let refusal = EstimateRefusal::Absurd { ratio };
         levels[index] = Some(LevelEstimate {
             level,
             point: tail.exceeded_with(times, level),
@@ -359,8 +359,8 @@ mod tests {
     use super::*;
     use crate::random::{generator, uniform};
 
-    fn options(levels: &[f64]) -> Options {
-        Options { levels: levels.to_vec(), seed: 1 }
+    fn options(levels: &[f64]) -> EstimateOptions {
+        EstimateOptions { levels: levels.to_vec(), seed: 1 }
     }
 
     /// 20,000 exponential times around 4 ms. To `slow` of them, 10 ms are added.
@@ -381,7 +381,7 @@ mod tests {
             let executions = with_rare_mode(slow);
             let greatest = executions.iter().copied().max().unwrap() as f64;
             let refused = estimate(&executions, &options(&levels)).unwrap_err();
-            assert_eq!(refused.refusal, Refusal::RareMode { slow });
+            assert_eq!(refused.refusal, EstimateRefusal::RareMode { slow });
             // 20 should exceed this one: the mode is rarer. 3 should exceed the next one, which may be counted.
             assert!(refused.bounds[0].unwrap() < 6e6, "{refused:?}");
             assert!(refused.bounds[1].is_err() || refused.bounds[1].unwrap() >= greatest, "{refused:?}");
@@ -420,7 +420,7 @@ mod tests {
         let executions: Vec<u64> = (0..20_000).map(&mut time).collect();
         let refused = estimate(&executions, &options(&[1e-3, 1e-6])).unwrap_err();
         assert!(
-            matches!(refused.refusal, Refusal::TooCoarse { distinct: 40.., resolution: 1000 }),
+            matches!(refused.refusal, EstimateRefusal::TooCoarse { distinct: 40.., resolution: 1000 }),
             "{refused:?}"
         );
         assert!(refused.bounds[0].is_ok() && refused.bounds[1].is_err(), "{refused:?}");
@@ -440,7 +440,7 @@ mod tests {
         let found = estimate(&executions, &options(&levels)).unwrap();
         let bound = |index: usize| found.levels[index].bound;
         assert!(bound(0).is_ok() && bound(1).is_ok(), "{:?}", found.levels);
-        let Err(NoBound { refusal: Refusal::Absurd { ratio }, needed }) = bound(3) else {
+        let Err(NoBound { refusal: EstimateRefusal::Absurd { ratio }, needed }) = bound(3) else {
             panic!("{:?}", found.levels)
         };
         assert!(ratio > 1000.0 && needed == 2_995_732_273, "{ratio} {needed}");

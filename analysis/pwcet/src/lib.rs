@@ -40,7 +40,7 @@
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
-//! | `refusal.rs` | [`Refusal`]: why there is no tail, or a level has no bound |
+//! | `refusal.rs` | [`EstimateRefusal`]: why there is no tail, or a level has no bound |
 //! | `dependence.rs` | what dependent and changing executions are worth |
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `program.rs` | [`program::program`]: the programs of other people, in the absolute folders of `PATH` |
@@ -55,7 +55,7 @@
 //! | `trace/nesting.rs` | begins and ends → spans, across discarded events and damaged recordings |
 //! | `trace/observation.rs` | [`trace::Observation`]: the greatest time and wait of each codel |
 //! | `trace/csv.rs`, `trace/column.rs` | files of executions, in comma-separated values |
-//! | `trace/names.rs` | [`trace::Names`]: codels, programs and instances, by number |
+//! | `trace/names.rs` | [`trace::SpanNames`]: codels, programs and instances, by number |
 //! | `samples.rs`, `samples/error.rs` | [`samples::Samples`]: reads the sample file of all runs |
 //! | `samples/writer.rs` | [`samples::SamplesWriter`]: appends runs, each of them completely or not at all |
 //! | `samples/block.rs`, `samples/encoding.rs` | the blocks of a sample file, and the numbers in them |
@@ -88,12 +88,12 @@ pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
 pub use counted::{counted_bounds, counted_from};
 pub use estimate::{
-    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Warning, estimate,
-    rounded_up,
+    CurvePoint, Estimate, EstimateOptions, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Warning,
+    estimate, rounded_up,
 };
 pub use exceedances::exceedance_probability;
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
 pub use measurement::{InstanceMeasurement, Measurement, measure};
-pub use refusal::{ABSURD, NoBound, NoEstimate, Refusal};
+pub use refusal::{ABSURD, EstimateRefusal, NoBound, NoEstimate};
 pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail};

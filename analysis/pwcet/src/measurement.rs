@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::estimate::{Estimate, Options, estimate};
-use crate::refusal::{NoBound, NoEstimate, Refusal};
+use crate::estimate::{Estimate, EstimateOptions, estimate};
+use crate::refusal::{EstimateRefusal, NoBound, NoEstimate};
 use crate::samples::{Samples, SamplesError, SeriesId};
 
 /// What was measured of one codel or program.
@@ -68,9 +68,11 @@ impl Measurement {
         let is_slower = |it: &InstanceMeasurement| match it.refusal(level) {
             None => false,
             // What is wrong is that there are too few executions.
-            Some(Refusal::TooFew { .. } | Refusal::Constant { .. } | Refusal::TooCoarse { .. }) => {
-                greatest(it) > Some(longest)
-            }
+            Some(
+                EstimateRefusal::TooFew { .. }
+                | EstimateRefusal::Constant { .. }
+                | EstimateRefusal::TooCoarse { .. },
+            ) => greatest(it) > Some(longest),
             Some(_) => true,
         };
         self.instances.iter().find(|it| is_slower(it))
@@ -86,7 +88,7 @@ impl InstanceMeasurement {
         }
     }
 
-    fn refusal(&self, level: usize) -> Option<Refusal> {
+    fn refusal(&self, level: usize) -> Option<EstimateRefusal> {
         self.bound(level)?.err().map(|it| it.refusal)
     }
 }
@@ -101,7 +103,7 @@ impl InstanceMeasurement {
 pub fn measure(
     files: &mut [Samples],
     wanted: impl Fn(&str) -> bool,
-    options: &Options,
+    options: &EstimateOptions,
 ) -> Result<Vec<Measurement>, (usize, SamplesError)> {
     for (index, file) in files.iter().enumerate() {
         if let Some(run) = files[..index].iter().find_map(|earlier| earlier.common_run(file)) {
@@ -152,8 +154,8 @@ mod tests {
     use crate::samples::{SampledExecution, SamplesWriter};
     use crate::trace::Totals;
 
-    fn options() -> Options {
-        Options { levels: vec![1e-3, 1e-6], seed: 1 }
+    fn options() -> EstimateOptions {
+        EstimateOptions { levels: vec![1e-3, 1e-6], seed: 1 }
     }
 
     /// Writes a file with one run, in which each instance executes `plan` so often, with exponential times of this mean.
@@ -209,7 +211,7 @@ mod tests {
     fn a_slow_instance_without_an_estimate_takes_the_time_away() {
         let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
-        assert_eq!(plan.instances[1].refusal(0), Some(Refusal::TooFew { count: 3 }));
+        assert_eq!(plan.instances[1].refusal(0), Some(EstimateRefusal::TooFew { count: 3 }));
         assert_eq!((plan.times(), plan.withheld_by(1)), (vec![None; 2], Some(&plan.instances[1])));
 
         let mut files = [file("d", 3, &[("left", 900, 1e5), ("right", 3, 1e4)])];

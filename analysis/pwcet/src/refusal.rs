@@ -2,7 +2,7 @@
 
 /// Why no tail gives bounds. Levels that can be counted have theirs nevertheless.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refusal {
+pub enum EstimateRefusal {
     /// Fewer executions than [`LEAST_EXECUTIONS`](crate::LEAST_EXECUTIONS).
     TooFew {
         /// How many there are.
@@ -46,7 +46,7 @@ pub const ABSURD: f64 = 1000.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoBound {
     /// Why the tail gives none.
-    pub refusal: Refusal,
+    pub refusal: EstimateRefusal,
     /// With so many executions, the level is counted and needs no tail.
     pub needed: u64,
 }
@@ -55,7 +55,7 @@ pub struct NoBound {
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoEstimate {
     /// Why.
-    pub refusal: Refusal,
+    pub refusal: EstimateRefusal,
     /// For each level of the options, the bound in nanoseconds that is counted without a tail.
     pub bounds: Vec<Result<f64, NoBound>>,
 }

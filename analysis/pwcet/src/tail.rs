@@ -7,7 +7,7 @@ use crate::distributions::binomial_at_least;
 use crate::gpd::Gpd;
 use crate::likelihood_region::{CHI_SQUARE, LikelihoodRegion};
 use crate::order::SortedTimes;
-use crate::refusal::Refusal;
+use crate::refusal::EstimateRefusal;
 
 /// The tail of execution times, in nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +61,7 @@ pub(crate) const ACCEPTED: f64 = 0.1;
 impl Tail {
     /// Chooses the threshold and fits: the lowest threshold that the Anderson–Darling test accepts and whose longest excesses are not
     /// too many for the fit, otherwise the one with the best fit.
-    pub(crate) fn select(times: &SortedTimes) -> Result<Tail, Refusal> {
+    pub(crate) fn select(times: &SortedTimes) -> Result<Tail, EstimateRefusal> {
         let count = times.count();
         let few = count.min(SHARED) as f64;
         let mut sizes: Vec<usize> = SHARES.iter().map(|share| (share * few) as usize).collect();
@@ -69,13 +69,13 @@ impl Tail {
         sizes.retain(|&size| size >= LEAST_EXCESSES && size < count);
         sizes.sort_unstable_by(|a, b| b.cmp(a));
         sizes.dedup();
-        let mut best: Result<Tail, Refusal> = Err(Refusal::NoFit);
+        let mut best: Result<Tail, EstimateRefusal> = Err(EstimateRefusal::NoFit);
         for size in sizes {
             let Some(tail) = Tail::of(times, size) else { continue };
             let slow = tail.unexpected(times);
             best = match best {
                 Ok(best) if slow > 0 || best.p >= tail.p => Ok(best),
-                Err(Refusal::NoFit) if slow > 0 => Err(Refusal::RareMode { slow }),
+                Err(EstimateRefusal::NoFit) if slow > 0 => Err(EstimateRefusal::RareMode { slow }),
                 Err(refusal) if slow > 0 => Err(refusal),
                 _ if tail.p >= ACCEPTED => return tail.with_region(times),
                 _ => Ok(tail),
@@ -120,7 +120,7 @@ impl Tail {
     }
 
     /// Adds the distributions that the data do not reject.
-    fn with_region(mut self, times: &SortedTimes) -> Result<Tail, Refusal> {
+    fn with_region(mut self, times: &SortedTimes) -> Result<Tail, EstimateRefusal> {
         // The derivative of the likelihood by the scale.
         let Gpd { shape, scale } = self.model;
         let score = |time: f64| match time - self.threshold {

@@ -7,7 +7,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use mauve_pwcet::{Options, estimate};
+use mauve_pwcet::{EstimateOptions, estimate};
 use mauve_tests::search;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -287,7 +287,7 @@ struct Coverage {
 
 /// The seeds of a law are its own: with those of another one, they would share their luck.
 fn coverage(law: &Law, count: usize, seed: u64, runs: u64) -> Coverage {
-    let options = Options { levels: LEVELS.into(), seed: 1 };
+    let options = EstimateOptions { levels: LEVELS.into(), seed: 1 };
     let one = |run: u64| -> Vec<Option<f64>> {
         match estimate(&law.executions(count, seed + run), &options) {
             Ok(found) => found.levels.iter().map(|it| it.bound.ok()).collect(),
@@ -367,7 +367,7 @@ fn untried_laws_are_not_too_low_in_silence() {
     let runs: u64 = search::cases("MAUVE_COVERAGE_RUNS", 12);
     let counts = setting("MAUVE_COVERAGE_COUNTS", "2000,20000");
     let wanted = setting("MAUVE_COVERAGE_LAW", "");
-    let options = Options { levels: LEVELS.into(), seed: 1 };
+    let options = EstimateOptions { levels: LEVELS.into(), seed: 1 };
     let mut failed = Vec::new();
     println!(
         "{:28} {:>7}  given, too low, too low without a warning, given without a warning: % at 1e-3 … 1e-9",

@@ -157,7 +157,7 @@ impl ChainPart {
 }
 
 /// A step whose releases are to be followed; times in nanoseconds.
-struct FollowedStep {
+struct ReleasedStep {
     period: u64,
     /// The most time from a change, or from `run` after the release of the step before, to the first release that sees the data.
     wait: u64,
@@ -195,7 +195,7 @@ impl Tasks {
     /// There is no bound.
     pub fn latency(&self, chain: &[ChainStep], uses_priorities: bool) -> Result<ChainLatency, NoLatency> {
         let mut before: Option<&ChainStep> = None;
-        let mut steps: Vec<FollowedStep> = Vec::with_capacity(chain.len());
+        let mut steps: Vec<ReleasedStep> = Vec::with_capacity(chain.len());
         for (index, step) in chain.iter().enumerate() {
             let mut found = self.step(index, before, step)?;
             if let (Some(writer), Some(last)) = (before, steps.last_mut()) {
@@ -234,7 +234,7 @@ impl Tasks {
         index: usize,
         before: Option<&ChainStep>,
         step: &ChainStep,
-    ) -> Result<FollowedStep, NoLatency> {
+    ) -> Result<ReleasedStep, NoLatency> {
         let (task, period) = self.real_time(step).ok_or(NoLatency::NoPeriod(index))?;
         let spacing = match before {
             Some(_) => self.spacing(step),
@@ -250,7 +250,7 @@ impl Tasks {
         if releases > 1 && self.distance(step).is_none() {
             return Err(NoLatency::NotPeriodic(index));
         }
-        Ok(FollowedStep {
+        Ok(ReleasedStep {
             period,
             wait: spacing,
             offset: task.offset.filter(|_| task.is_periodic()).map(|it| (it.as_nanos(), task.clock)),
@@ -296,7 +296,7 @@ impl Tasks {
     }
 
     /// Enters what a release of the `reader` relies on.
-    fn relate(&self, step: &mut FollowedStep, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
+    fn relate(&self, step: &mut ReleasedStep, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
         let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task)) else { return };
         step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(CpuSet::is_one);
         // What is in the buffer before data may be written by other statements, later in their jobs.
@@ -322,8 +322,8 @@ impl Tasks {
     /// Enters how long after its write the data releases the `reader`. See `trigger.rs`.
     fn wait_for_data(
         &self,
-        last: &mut FollowedStep,
-        found: &mut FollowedStep,
+        last: &mut ReleasedStep,
+        found: &mut ReleasedStep,
         writer: &ChainStep,
         reader: &ChainStep,
     ) {
@@ -422,7 +422,7 @@ fn backlog(writes: u64, period: u64, cycle: u128, of_writer: u64, of_reader: u64
 }
 
 /// Returns the parts of the steps; none if a time is too long.
-fn follow(steps: &[FollowedStep]) -> Option<Vec<ChainPart>> {
+fn follow(steps: &[ReleasedStep]) -> Option<Vec<ChainPart>> {
     let mut parts = Vec::with_capacity(steps.len());
     let mut rest = steps;
     while let Some(first) = rest.first() {
@@ -444,9 +444,9 @@ fn follow(steps: &[FollowedStep]) -> Option<Vec<ChainPart>> {
 
 /// Returns the number of steps from the first on whose releases are followed together, and that of releases of the first one
 /// until all repeats.
-fn synchronised(steps: &[FollowedStep]) -> (usize, u64) {
+fn synchronised(steps: &[ReleasedStep]) -> (usize, u64) {
     let (mut length, mut laps, mut common) = (0, 1, 1);
-    let clock = |step: &FollowedStep| step.offset.map(|(_, clock)| clock);
+    let clock = |step: &ReleasedStep| step.offset.map(|(_, clock)| clock);
     for (index, step) in steps.iter().enumerate() {
         // Data releases it, not later than its latest instant.
         if index > 0 && step.by_data {
@@ -471,9 +471,9 @@ fn synchronised(steps: &[FollowedStep]) -> (usize, u64) {
 }
 
 /// Returns the total time and the parts for a change at this instant, at which the first task was just released.
-fn from_change(steps: &[FollowedStep], change: u64) -> Option<(u64, Vec<ChainPart>)> {
+fn from_change(steps: &[ReleasedStep], change: u64) -> Option<(u64, Vec<ChainPart>)> {
     let mut now = change;
-    let mut before: Option<&FollowedStep> = None;
+    let mut before: Option<&ReleasedStep> = None;
     let mut parts = Vec::with_capacity(steps.len());
     for step in steps {
         let Ahead { delay, stays_full, .. } = step.ahead;

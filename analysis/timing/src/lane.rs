@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::rc::Rc;
 
 use crate::execution_bound::{BoundPiece, ExecutionBound};
-use crate::paths::{Paths, Requests};
+use crate::paths::{MachinePaths, Requests};
 use crate::utilisation::TaskShare;
 use crate::{
     CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
@@ -40,7 +40,7 @@ pub(crate) struct LaneMember<'a> {
     /// For [`Method::Ibf`], from its first use on.
     execution: Option<Box<ExecutionBound<'a>>>,
     /// For [`Method::Exact`], from their first use on.
-    paths: Option<Box<Paths>>,
+    paths: Option<Box<MachinePaths>>,
     /// All tasks of its thread in their order, by their indices in all members; empty if the thread has no others.
     pub(crate) thread: Rc<[usize]>,
     interrupt: &'a dyn Fn(),
@@ -208,10 +208,10 @@ impl<'a> LaneMember<'a> {
         by_waits.saturating_add(by_throttling.into())
     }
 
-    /// See [`Paths::requests`].
+    /// See [`MachinePaths::requests`].
     pub(crate) fn requests(&mut self, jobs: u64) -> Option<Rc<Requests>> {
         let machine = self.machine;
-        self.paths.get_or_insert_with(|| Box::new(Paths::new(machine))).requests(jobs, self.interrupt)
+        self.paths.get_or_insert_with(|| Box::new(MachinePaths::new(machine))).requests(jobs, self.interrupt)
     }
 
     /// Returns what the task contributes to a `window` > 0: M(n) for n = b·⌈(t + J − delay)/T⌉; with [`Method::Ibf`], what n jobs

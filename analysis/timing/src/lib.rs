@@ -130,7 +130,7 @@ pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
     Response, Status, Task, Waits, Window,
 };
-pub use tasks::{Operation, THROTTLING, TaskKind, Tasks, name_of_other};
+pub use tasks::{THROTTLING, TaskKind, TaskOperation, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use trigger::{Distance, TriggerWriter};

@@ -138,22 +138,28 @@ fn executing(set: &Tasks, counts: &mut [Option<u64>]) -> Vec<Task> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Operation, Response, testing};
+    use crate::{Response, TaskOperation, testing};
 
     fn activity(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Task {
         Task { offset: offset.map(Time::from_nanos), ..testing::simple(priority, period, cost) }
     }
 
-    fn operation(provider: usize, client: usize, sends: u64, time: u64, during: Option<usize>) -> Operation {
-        Operation { provider, client, sends, time: Time::from_nanos(time), during }
+    fn operation(
+        provider: usize,
+        client: usize,
+        sends: u64,
+        time: u64,
+        during: Option<usize>,
+    ) -> TaskOperation {
+        TaskOperation { provider, client, sends, time: Time::from_nanos(time), during }
     }
 
-    fn set(activities: &[Task], operations: &[Operation]) -> Tasks {
+    fn set(activities: &[Task], operations: &[TaskOperation]) -> Tasks {
         Tasks { operations: operations.to_vec(), ..Tasks::new(activities.to_vec()) }
     }
 
     /// The bounds, and the numbers of calls.
-    fn analyse(activities: &[Task], operations: &[Operation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
+    fn analyse(activities: &[Task], operations: &[TaskOperation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
         let options = Options { method: Method::Psm, is_brief: false };
         let found = set(activities, operations).response_times(&options, &|| ());
         let bound = |response: &Response| match response.bound {

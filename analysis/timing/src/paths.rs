@@ -64,7 +64,7 @@ impl Requests {
 
 /// The paths of a machine: the totals of their first 1, 2, …, n edges, by the state where they end. A path that another with
 /// the same end exceeds nowhere is left out: whatever continues it continues the other.
-pub(crate) struct Paths {
+pub(crate) struct MachinePaths {
     successors: Adjacency,
     jobs: usize,
     ending_at: Vec<Vec<Vec<u64>>>,
@@ -75,12 +75,12 @@ pub(crate) struct Paths {
     requests: Option<(usize, Rc<Requests>)>,
 }
 
-impl Paths {
-    pub(crate) fn new(machine: &StateMachine) -> Paths {
+impl MachinePaths {
+    pub(crate) fn new(machine: &StateMachine) -> MachinePaths {
         let successors = Adjacency::new(machine);
         let ending_at = vec![vec![Vec::new()]; successors.states()];
         let too_long = (successors.states() > MOST_PATHS).then_some(1);
-        Paths { successors, jobs: 0, ending_at, spent: 0, too_long, requests: None }
+        MachinePaths { successors, jobs: 0, ending_at, spent: 0, too_long, requests: None }
     }
 
     /// Returns the request functions of `jobs` ≥ 1 jobs, without those that another exceeds nowhere; `None` if there are too
@@ -201,11 +201,11 @@ mod tests {
     #[test]
     fn too_many_paths_are_refused() {
         let each = |states: u32| (0..states).map(|state| (state, state, 1)).collect::<Vec<_>>();
-        let paths = |states: u32| Paths::new(&machine(states, &each(states))).requests(1, &|| ());
+        let paths = |states: u32| MachinePaths::new(&machine(states, &each(states))).requests(1, &|| ());
         assert!(paths(128).is_some());
         assert!(paths(129).is_none());
         // 2 · (1 + 2 + … + n) values are less than 2²⁰ up to n = 1023.
-        let mut paths = Paths::new(&machine(2, &[(0, 1, 1), (1, 0, 2)]));
+        let mut paths = MachinePaths::new(&machine(2, &[(0, 1, 1), (1, 0, 2)]));
         assert!(paths.requests(1023, &|| ()).is_some());
         assert!(paths.requests(1024, &|| ()).is_none());
         assert!(paths.requests(1023, &|| ()).is_some());

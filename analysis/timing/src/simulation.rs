@@ -12,7 +12,7 @@
 //!   after the end of the earlier one. A thread of several tasks executes a job of each in a period, one after another.
 //! - **Scheduling**: as `SCHED_FIFO` does. A ready activity never waits while a CPU of its mask is idle or executes an activity
 //!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
-//! - **Operations**: a job of the client sends a random number of calls, up to [`Operation::sends`](crate::Operation::sends),
+//! - **Operations**: a job of the client sends a random number of calls, up to [`TaskOperation::sends`](crate::TaskOperation::sends),
 //!   at random instants of its execution. [`Calls`] says when the provider executes them.
 //! - **Waits**: a job waits at random instants of its execution, in all for a random part of the wait of its edge; nothing in the
 //!   schedule shows that.
@@ -271,7 +271,7 @@ mod tests {
     use super::*;
     use crate::tasks::THROTTLED;
     use crate::testing::{self, machine};
-    use crate::{CpuSet, Demand, Lock, LockUser, Operation, Protocol, StateMachine, Waits};
+    use crate::{CpuSet, Demand, Lock, LockUser, Protocol, StateMachine, TaskOperation, Waits};
     use expect_test::{Expect, expect};
 
     fn activity(priority: u32, period: u64, cpus: u128, machine: StateMachine) -> Task {
@@ -496,7 +496,7 @@ mod tests {
     fn calls_are_executed_by_the_provider() {
         let mut set = set(vec![simple(2, 10, 1, 1), simple(1, 10, 1, 6)]);
         set.operations =
-            vec![Operation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2), during: None }];
+            vec![TaskOperation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2), during: None }];
         let options = SimulationOptions { seed: 5, ..worst(20) };
         check(
             &set,
@@ -821,7 +821,7 @@ mod tests {
     fn calls_that_arrive_during_a_job_wait() {
         let mut set = set(vec![simple(2, 100, 1, 10), simple(1, 40, 2, 15)]);
         let time = Time::from_nanos(8);
-        set.operations = vec![Operation { provider: 0, client: 1, sends: 3, time, during: None }];
+        set.operations = vec![TaskOperation { provider: 0, client: 1, sends: 3, time, during: None }];
         let of_provider = |calls: Calls| {
             let mut schedule = set.simulate(&SimulationOptions { calls, ..worst(310) }, &|| ());
             schedule.slices.retain(|slice| slice.activity == 0);

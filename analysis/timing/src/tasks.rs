@@ -5,7 +5,7 @@ use crate::{CpuSet, Demand, Lock, Priority, StateMachine, Task, Time};
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Operation {
+pub struct TaskOperation {
     /// The index of the activity that executes it.
     pub provider: usize,
     /// The index of the activity that sends it.
@@ -26,7 +26,7 @@ pub struct Tasks {
     pub(crate) activities: usize,
     pub(crate) others: usize,
     /// The connected operations that cost time.
-    pub operations: Vec<Operation>,
+    pub operations: Vec<TaskOperation>,
     /// The locks that the tasks take.
     pub locks: Vec<Lock>,
 }

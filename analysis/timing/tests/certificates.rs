@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use mauve_tests::search;
 use mauve_timing::{Bound, Method, Options, SetAnalysis, Status, Tasks};
-use mauve_verify::{Refusal, verify};
+use mauve_verify::{RefusedClaim, verify};
 use serde_json::{Value, json};
 
 use crate::reachability::random::{Random, system_of_any_kind};
@@ -198,13 +198,13 @@ fn is_refused(mut certificate: Value) -> Result<String, Value> {
     for _ in 0..200 {
         match verify(&certificate.to_string()) {
             Ok(_) => return Err(certificate),
-            Err(Refusal::False(why)) if correct(&mut certificate, &why) => {}
-            Err(Refusal::False(why)) => {
+            Err(RefusedClaim::False(why)) if correct(&mut certificate, &why) => {}
+            Err(RefusedClaim::False(why)) => {
                 let why = why.split_once(": ").unwrap().1;
                 let words = why.split(|it: char| it.is_ascii_digit()).next().unwrap_or_default();
                 return Ok(words.split('`').next().unwrap_or_default().to_owned());
             }
-            Err(Refusal::Unreadable(why)) => return Ok(format!("UNREADABLE {why}")),
+            Err(RefusedClaim::Unreadable(why)) => return Ok(format!("UNREADABLE {why}")),
         }
     }
     Ok("endless".to_owned())

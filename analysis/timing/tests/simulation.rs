@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use mauve_tests::search;
 use mauve_timing::{
-    Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Operation, Options, Protocol,
-    Random, Schedule, SimulationOptions, StateMachine, Task, Tasks, Time, Waits,
+    Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Options, Protocol, Random,
+    Schedule, SimulationOptions, StateMachine, Task, TaskOperation, Tasks, Time, Waits,
 };
 
 /// The jobs that are compared with bounds, where the environment does not say otherwise.
@@ -165,11 +165,11 @@ fn no_response_with_operations_exceeds_its_bound() {
             // The last one is sent while the first one is executed.
             let during = (number == 2).then_some(0);
             let client = during.map_or(client, |first: usize| {
-                let earlier: &Vec<Operation> = &set.operations;
+                let earlier: &Vec<TaskOperation> = &set.operations;
                 earlier[first].provider
             });
             let (sends, time) = (systems.from(0, 2), Time::from_nanos(systems.from(0, 3)));
-            set.operations.push(Operation { provider, client, sends, time, during });
+            set.operations.push(TaskOperation { provider, client, sends, time, during });
         }
         set
     });
@@ -245,7 +245,7 @@ fn no_response_of_threads_exceeds_its_bound() {
             1 => {
                 let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
                 let time = Time::from_nanos(systems.from(1, 3));
-                set.operations.push(Operation { provider, client, sends: 1, time, during: None });
+                set.operations.push(TaskOperation { provider, client, sends: 1, time, during: None });
             }
             _ => {}
         }
@@ -267,7 +267,7 @@ fn no_response_with_all_of_these_exceeds_its_bound() {
             let last = set.activities().len() as u64 - 1;
             let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
             let time = Time::from_nanos(systems.from(1, 3));
-            set.operations.push(Operation { provider, client, sends: 1, time, during: None });
+            set.operations.push(TaskOperation { provider, client, sends: 1, time, during: None });
         }
         systems.share(&mut set, 0);
         if has[2] {
@@ -537,7 +537,7 @@ fn calls_are_sent_and_executed() {
             let cpus = systems.from(1, 3);
             let mut set = systems.set(cpus, 40);
             let last = set.activities().len() as u64 - 1;
-            let operation = |systems: &mut Systems| Operation {
+            let operation = |systems: &mut Systems| TaskOperation {
                 provider: systems.from(0, last) as usize,
                 client: systems.from(0, last) as usize,
                 sends: systems.from(0, 2),

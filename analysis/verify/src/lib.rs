@@ -64,7 +64,7 @@ pub struct ProvedChain {
 
 /// Why a certificate is not accepted.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Refusal {
+pub enum RefusedClaim {
     /// It is not a certificate of this version.
     Unreadable(String),
     /// A claim is not proved: the activity or the chain, the deployment, and the inequality that fails, with both numbers.
@@ -76,21 +76,21 @@ pub enum Refusal {
 /// # Errors
 ///
 /// It is no certificate, or one of its claims is not proved.
-pub fn verify(json: &str) -> Result<Vec<Summary>, Refusal> {
+pub fn verify(json: &str) -> Result<Vec<Summary>, RefusedClaim> {
     let certificate: Certificate =
-        serde_json::from_str(json).map_err(|error| Refusal::Unreadable(error.to_string()))?;
+        serde_json::from_str(json).map_err(|error| RefusedClaim::Unreadable(error.to_string()))?;
     let found = certificate.version;
     if found != VERSION {
         let why = format!("version {found} of certificates is unknown: this is {VERSION}");
-        return Err(Refusal::Unreadable(why));
+        return Err(RefusedClaim::Unreadable(why));
     }
     let work = WorkLeft::of(json);
     certificate.systems.iter().map(|system| check(system, &work)).collect()
 }
 
-fn check(system: &CertifiedSystem, work: &WorkLeft) -> Result<Summary, Refusal> {
+fn check(system: &CertifiedSystem, work: &WorkLeft) -> Result<Summary, RefusedClaim> {
     let deployment = &system.deployment;
-    let refuse = |of: &str, why: String| Refusal::False(format!("{of}{deployment}: {why}"));
+    let refuse = |of: &str, why: String| RefusedClaim::False(format!("{of}{deployment}: {why}"));
     let tasks = CheckedTasks::new(system, work).map_err(|why| refuse("", why))?;
     for claim in &system.claims {
         let of = format!("{} of ", tasks.name(claim.task));
@@ -195,8 +195,8 @@ mod tests {
         }
         match verify(&robot.to_string()) {
             Ok(_) => "accepted".to_owned(),
-            Err(Refusal::False(why)) => why.replace(" of Robot", ""),
-            Err(Refusal::Unreadable(why)) => format!("unreadable: {why}"),
+            Err(RefusedClaim::False(why)) => why.replace(" of Robot", ""),
+            Err(RefusedClaim::Unreadable(why)) => format!("unreadable: {why}"),
         }
     }
 
@@ -211,7 +211,7 @@ mod tests {
         for key in ["while", "answers"] {
             let mut without = robot();
             without["systems"][0]["chains"][0].as_object_mut().unwrap().remove(key);
-            assert!(matches!(verify(&without.to_string()), Err(Refusal::Unreadable(_))), "{key}");
+            assert!(matches!(verify(&without.to_string()), Err(RefusedClaim::Unreadable(_))), "{key}");
         }
         assert!(found[0].not_certified.is_empty());
         // A later end is true too.
@@ -695,7 +695,7 @@ mod tests {
     #[test]
     fn what_is_no_certificate_is_unreadable() {
         for text in ["", "[]", "{}", "{\"version\":1,\"tool\":\"\",\"systems\":[]}"] {
-            assert!(matches!(verify(text), Err(Refusal::Unreadable(_))), "{text}");
+            assert!(matches!(verify(text), Err(RefusedClaim::Unreadable(_))), "{text}");
         }
     }
 

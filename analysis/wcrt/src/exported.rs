@@ -276,7 +276,7 @@ pub fn psm_at<'db>(set: &TaskSet, task: &TaskEntry, level: Level) -> Option<Psm<
     let states = task.states();
     let initial = task.initial.as_ref().and_then(|initial| states.iter().position(|state| state == initial));
     let names = task.machine.iter().flatten().map(|edge| edge.name.as_deref()).chain([None]);
-    let edge = |(edge, name): (&mauve_timing::Edge, Option<&str>)| mauve_hir::Edge {
+    let edge = |(edge, name): (&mauve_timing::Edge, Option<&str>)| mauve_hir::PeriodEdge {
         source: edge.source as usize,
         target: edge.target as usize,
         transition: name.map(Into::into),

@@ -6,7 +6,7 @@
 //! ```
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Edge, Edges, Location, ModelDb, Project, config_file, ros2_of};
+use mauve_hir::{Decl, Edges, Location, ModelDb, PeriodEdge, Project, config_file, ros2_of};
 use mauve_timing::{Level, StateMachine};
 
 use crate::psm::Psm;
@@ -69,7 +69,7 @@ pub(crate) fn gateway_psm<'db>(
         let Some(sum) = sum else { return refuse(Reason::TooLong(TooLong::Program)) };
         cost = sum;
     }
-    let edge = Edge { source: 0, target: 0, transition: None, first: 0, then: Vec::new() };
+    let edge = PeriodEdge { source: 0, target: 0, transition: None, first: 0, then: Vec::new() };
     let edges = Edges { all: vec![edge], first: vec![Vec::new()] };
     let psm = Psm::of_machine(vec!["Moving".into()], StateMachine::single(cost), edges);
     Ok(Psm { overhead, assumed, ..psm })

@@ -61,7 +61,7 @@ const MOST_GAPS: usize = 1 << 12;
 const TRACING: (u64, u64) = (500, 1500);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum NameRole {
+enum TracedName {
     Period,
     /// The number of the program in the state machine.
     Program(u32),
@@ -81,7 +81,7 @@ enum NameRole {
 /// The executions of one name.
 #[derive(Debug)]
 struct Tally {
-    role: NameRole,
+    role: TracedName,
     /// The index of the instance; none if the deployment does not have it.
     instance: Option<usize>,
     time: Option<u64>,
@@ -204,14 +204,18 @@ impl Observer {
             .get(&name.key)
             .filter(|_| !matches!(name.kind, SpanKind::Period | SpanKind::Lock));
         let role = match name.kind {
-            SpanKind::Period => NameRole::Period,
-            SpanKind::Access | SpanKind::Lock => NameRole::Other,
+            SpanKind::Period => TracedName::Period,
+            SpanKind::Access | SpanKind::Lock => TracedName::Other,
             SpanKind::Codel => {
                 let is_called = match of_model {
                     Some(it) => it.codels.as_ref().is_none_or(|codels| codels.contains(&name.key)),
                     None => known.is_some() || !name.instance.is_empty(),
                 };
-                if is_called { NameRole::Codel } else { NameRole::UnknownCodel { is_known: known.is_some() } }
+                if is_called {
+                    TracedName::Codel
+                } else {
+                    TracedName::UnknownCodel { is_known: known.is_some() }
+                }
             }
             SpanKind::Program => {
                 let (component, program) = name.key.rsplit_once('/').unwrap_or_default();
@@ -223,13 +227,13 @@ impl Observer {
                         .and_then(|it| it.component.as_deref())
                         .is_some_and(|it| it != component) =>
                     {
-                        NameRole::OtherComponent
+                        TracedName::OtherComponent
                     }
-                    (_, Some(number)) => NameRole::Program(number),
-                    (None, None) => NameRole::Other,
-                    (Some(machine), None) if machine.operations.contains(program) => NameRole::Other,
-                    (Some(_), None) if is_hook => NameRole::Hook,
-                    (Some(_), None) => NameRole::UnknownProgram,
+                    (_, Some(number)) => TracedName::Program(number),
+                    (None, None) => TracedName::Other,
+                    (Some(machine), None) if machine.operations.contains(program) => TracedName::Other,
+                    (Some(_), None) if is_hook => TracedName::Hook,
+                    (Some(_), None) => TracedName::UnknownProgram,
                 }
             }
         };
@@ -339,7 +343,7 @@ impl Visitor for Observer {
         Greatest::raise(&mut series.greatest, span.execution, span.end);
         let Some(index) = series.instance else { return ControlFlow::Continue(()) };
         let role = series.role;
-        if role == NameRole::Period {
+        if role == TracedName::Period {
             self.period(index, span);
             return ControlFlow::Continue(());
         }
@@ -349,12 +353,12 @@ impl Visitor for Observer {
             instance.measured = instance.measured.saturating_add(span.execution);
         }
         match role {
-            NameRole::Codel | NameRole::UnknownCodel { .. } => instance.codels += 1,
-            NameRole::Hook => {
+            TracedName::Codel | TracedName::UnknownCodel { .. } => instance.codels += 1,
+            TracedName::Hook => {
                 instance.is_interrupted = true;
                 instance.programs.clear();
             }
-            NameRole::Program(program) => {
+            TracedName::Program(program) => {
                 instance.has_programs = true;
                 if instance.programs.len() < MOST_PROGRAMS {
                     instance.programs.push((span.begin, program));

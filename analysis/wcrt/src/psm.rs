@@ -12,8 +12,8 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, table, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Assumption, Behaviour, Cost, CostGraph, Decl, Edge, Edges, Execution, Location, ModelDb, Passage,
-    PassageEnd, Product, ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component,
+    Assumption, Behaviour, Cost, CostGraph, Decl, Edges, Execution, Location, ModelDb, Passage, PassageEnd,
+    PeriodEdge, Product, ProgramId, Project, TimedProgram, Written, behaviour_of, closure, codel, component,
     core_of, errors_in, features_of, fold, is_core_for, passages_of, product_of, shell_of, uses_of,
 };
 
@@ -215,7 +215,7 @@ impl<'db> Psm<'db> {
     }
 
     /// Returns the programs that an edge executes, in order.
-    pub fn programs_of<'a>(&'a self, edge: &'a Edge) -> impl Iterator<Item = &'a ProgramId> {
+    pub fn programs_of<'a>(&'a self, edge: &'a PeriodEdge) -> impl Iterator<Item = &'a ProgramId> {
         self.edges.programs(edge).filter_map(|index| self.programs.get(index)).map(|(program, _)| program)
     }
 }

@@ -25,7 +25,7 @@ impl<'db> Refusal<'db> {
     }
 
     /// Returns the refusal for an error in the model.
-    pub(crate) fn of_model(fact::Refusal { reason, at }: &fact::Refusal<'db>) -> Refusal<'db> {
+    pub(crate) fn of_model(fact::ModelRefusal { reason, at }: &fact::ModelRefusal<'db>) -> Refusal<'db> {
         Refusal::new(Reason::Model(reason.clone()), at.clone())
     }
 }
@@ -34,9 +34,9 @@ impl<'db> Refusal<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Reason<'db> {
     /// The model has an error, or refers to something incomplete.
-    Model(fact::Reason<'db>),
+    Model(fact::ModelReason<'db>),
     /// This architecture or deployment has that error.
-    ErrorIn(Decl<'db>, fact::Reason<'db>),
+    ErrorIn(Decl<'db>, fact::ModelReason<'db>),
     /// An exported file states it in these words.
     Stated(String),
 

@@ -2,7 +2,7 @@
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
 use mauve_timing::{
-    Blocking, Bound, CpuLoad, CpuSet, Operation, Priority, Response, SetAnalysis, Status, Task, Time,
+    Blocking, Bound, CpuLoad, CpuSet, Priority, Response, SetAnalysis, Status, Task, TaskOperation, Time,
 };
 use rustc_hash::FxHashSet;
 
@@ -148,7 +148,7 @@ impl<'db> DeployedTasks<'db> {
         &'a self,
         index: usize,
         analysis: &'a SetAnalysis,
-    ) -> impl Iterator<Item = (&'a Operation, Name, Name, Option<u64>)> {
+    ) -> impl Iterator<Item = (&'a TaskOperation, Name, Name, Option<u64>)> {
         let all = self.tasks.operations.iter().zip(&self.operations).zip(&analysis.calls);
         let served = all.filter(move |((operation, _), _)| operation.provider == index);
         served.filter_map(|((operation, name), calls)| {

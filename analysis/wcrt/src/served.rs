@@ -1,10 +1,10 @@
 //! The operations that activities execute for others: how many calls a job of the client sends, and what each takes.
 //!
 //! A call is sent by a program of the client, and executed by the provider in its own thread. So the provider's jobs may take
-//! longer, and whatever they delay: `mauve-timing` counts the calls ([`Operation`]). An operation may send calls itself; these
+//! longer, and whatever they delay: `mauve-timing` counts the calls ([`TaskOperation`]). An operation may send calls itself; these
 //! are sent by the provider, each time that it executes the operation.
 
-use mauve_timing::{Level, Operation, Priority, Time};
+use mauve_timing::{Level, Priority, TaskOperation, Time};
 use rustc_hash::FxHashMap;
 
 use crate::psm::{OtherTimes, is_readable, operation_with};
@@ -18,7 +18,7 @@ use mauve_hir::{ModelDb, Project};
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Served<'db> {
     /// Those that take time, or that send calls to such ones.
-    pub(crate) operations: Vec<Operation>,
+    pub(crate) operations: Vec<TaskOperation>,
     /// Whether each waits.
     pub(crate) waits: Vec<bool>,
     /// The connection of each.
@@ -146,7 +146,7 @@ pub(crate) fn served_in<'db>(
             (Some(sends), Ok(time)) => {
                 found.connections.push(connected.clone());
                 let (provider, client) = (connected.provider, connected.client);
-                found.operations.push(Operation { provider, client, sends, time, during });
+                found.operations.push(TaskOperation { provider, client, sends, time, during });
                 found.waits.push(executed.waits);
                 Some(found.operations.len() - 1)
             }

@@ -101,7 +101,7 @@ pub(crate) fn errors_and_items<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<(&'db fact::Refusal<'db>, Option<Item<'db>>)> {
+) -> Vec<(&'db fact::ModelRefusal<'db>, Option<Item<'db>>)> {
     let errors = errors_in(db, project, of);
     let items = if errors.is_empty() { Vec::new() } else { items_of(db, of) };
     let item_at = |at: &Location<'db>| match at {

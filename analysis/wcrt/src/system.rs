@@ -209,7 +209,7 @@ impl<'db> SystemReader<'db> {
             self.not_analysed(Reason::DamagedDeployment(of), Location::name_of(of));
         }
         if let Some(at) = too_large(db, project) {
-            self.not_analysed(Reason::Model(fact::Reason::TooLarge), Location::name_of(at));
+            self.not_analysed(Reason::Model(fact::ModelReason::TooLarge), Location::name_of(at));
             return;
         }
         let own = std::slice::from_ref(of.name(db));

@@ -15,7 +15,7 @@ use crate::system::{ResolvedActivity, System, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Edge, Hosts, ModelDb, Project, hosts_of, platform_of};
+use mauve_hir::{Decl, Hosts, ModelDb, PeriodEdge, Project, hosts_of, platform_of};
 
 /// A deployment at one level.
 #[derive(Debug, Clone)]
@@ -87,7 +87,7 @@ impl<'db> DeployedTasks<'db> {
     }
 
     /// Returns the edge that a slice executes, with its state machine; none where it executes a call or real-time throttling.
-    pub fn edge(&self, slice: &Slice) -> Option<(&Psm<'db>, &Edge)> {
+    pub fn edge(&self, slice: &Slice) -> Option<(&Psm<'db>, &PeriodEdge)> {
         let Executed::Edge(edge) = slice.executed else { return None };
         let psm = self.psms.get(slice.activity)?.as_deref()?;
         Some((psm, psm.edges.all.get(psm.text_edge(edge)?)?))

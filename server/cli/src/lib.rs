@@ -137,7 +137,7 @@ pub enum Command {
     Pwcet(pwcet::Pwcet),
     /// Check what response times assume of this computer, or read what was measured of it.
     #[command(subcommand)]
-    Platform(platform::Platform),
+    Platform(platform::PlatformCommand),
     /// Explain a diagnostic code.
     Explain(explain::Explain),
     /// Format models: changes white space only.

@@ -116,7 +116,7 @@ impl DrawingFormat {
 
 /// How the analysis bounds the demand of several jobs of one activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Method {
+pub(super) enum MethodName {
     /// Every job of a component takes its worst-case execution time.
     Classic,
     /// The state machine of a component limits which jobs follow each other.
@@ -131,16 +131,16 @@ pub(super) enum Method {
     Paper,
 }
 
-impl Method {
+impl MethodName {
     /// Returns the method of the analysis; none for the published figures, which are not bounds.
     pub(super) fn analysed(self) -> Option<mauve_timing::Method> {
         match self {
-            Method::Classic => Some(mauve_timing::Method::Classic),
-            Method::Psm => Some(mauve_timing::Method::Psm),
-            Method::Ibf => Some(mauve_timing::Method::Ibf),
-            Method::Exact => Some(mauve_timing::Method::Exact),
-            Method::Best => Some(mauve_timing::Method::Best),
-            Method::Paper => None,
+            MethodName::Classic => Some(mauve_timing::Method::Classic),
+            MethodName::Psm => Some(mauve_timing::Method::Psm),
+            MethodName::Ibf => Some(mauve_timing::Method::Ibf),
+            MethodName::Exact => Some(mauve_timing::Method::Exact),
+            MethodName::Best => Some(mauve_timing::Method::Best),
+            MethodName::Paper => None,
         }
     }
 }

@@ -8,7 +8,7 @@ use clap::Subcommand;
 use mauve_projects::output::Output;
 
 #[derive(Debug, Subcommand)]
-pub enum Platform {
+pub enum PlatformCommand {
     /// Check this computer: kernel, throttling, frequency, sleep, rights and clock.
     ///
     /// Response times hold on a computer that runs real-time threads at once and at one speed. One line for each property says
@@ -25,11 +25,11 @@ pub enum Platform {
     Import(import::PlatformImport),
 }
 
-impl Platform {
+impl PlatformCommand {
     pub(crate) fn run(self) -> Result<Output, String> {
         match self {
-            Platform::Check(it) => it.run(),
-            Platform::Import(it) => it.run(),
+            PlatformCommand::Check(it) => it.run(),
+            PlatformCommand::Import(it) => it.run(),
         }
     }
 }

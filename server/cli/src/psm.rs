@@ -250,7 +250,7 @@ fn show<'db>(
             let states: Vec<Value> = states
                 .map(|(name, first)| json!({ "state": name.as_str(), "first": programs(first) }))
                 .collect();
-            let edge = |(longest, described): (Option<usize>, &mauve_hir::Edge)| {
+            let edge = |(longest, described): (Option<usize>, &mauve_hir::PeriodEdge)| {
                 let edge = longest.and_then(|index| psm.machine.edges().get(index));
                 let mut document = json!({
                     "source": psm.state(described.source),

@@ -18,7 +18,7 @@ use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::SpanKind;
-use mauve_pwcet::{Measurement, Options, measure, rounded_up};
+use mauve_pwcet::{EstimateOptions, Measurement, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
@@ -66,8 +66,8 @@ pub struct Pwcet {
 }
 
 impl Pwcet {
-    fn options(&self, levels: &[Level]) -> Options {
-        Options { levels: levels.iter().map(|level| level.as_f64()).collect(), seed: self.seed }
+    fn options(&self, levels: &[Level]) -> EstimateOptions {
+        EstimateOptions { levels: levels.iter().map(|level| level.as_f64()).collect(), seed: self.seed }
     }
 
     pub(crate) fn run(self) -> Result<Output, String> {

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use mauve_diagnostics::reasons_of_chain;
-use mauve_projects::analysis_document::{Deployed, Origin};
+use mauve_projects::analysis_document::{Analysed, Deployed};
 use mauve_projects::disk::{LONGEST, read, text_in};
 use mauve_projects::harmless::harmless_line;
 use mauve_projects::output::Output;
 use mauve_timing::Time;
-use mauve_verify::{ProvedChain, Refusal, Summary, verify};
+use mauve_verify::{ProvedChain, RefusedClaim, Summary, verify};
 use mauve_wcrt::chains::ChainReport;
 use mauve_wcrt::{certificate_of, certificate_of_file};
 use serde_json::{Map, Value};
@@ -50,11 +50,11 @@ impl Verify {
                     text += &line(&format!("{shown}: {verdict}"));
                     systems.iter().for_each(|it| text += &said(it));
                 }
-                Err(Refusal::Unreadable(why)) => {
+                Err(RefusedClaim::Unreadable(why)) => {
                     // Of a key of the file, a line break would begin another message.
                     return Err(harmless_line(&format!("`{shown}` is not a certificate: {why}")));
                 }
-                Err(Refusal::False(why)) => {
+                Err(RefusedClaim::False(why)) => {
                     code = 1;
                     text += &line(&format!("{shown}: refused: {why}"));
                 }
@@ -121,7 +121,7 @@ pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
         }
         for (query, report) in &it.reports {
             let mut parts = match it.origin {
-                Origin::Model(project, deployment) => {
+                Analysed::Model(project, deployment) => {
                     let why = |chain: &ChainReport<'_>| match chain.latency.zip(chain.limit) {
                         Some((latency, limit)) => {
                             format!("its latency of {latency} exceeds its limit of {limit}")
@@ -130,7 +130,7 @@ pub(super) fn certificate(all: &[Deployed<'_>]) -> Result<String, String> {
                     };
                     certificate_of(it.db, project, deployment, *query, &why)
                 }
-                Origin::File { set, .. } => certificate_of_file(set, *query, report)
+                Analysed::File { set, .. } => certificate_of_file(set, *query, report)
                     .map_err(|_| "no certificate: the task set has no times at this level".to_owned())?,
             };
             parts.insert("deployment".to_owned(), it.name.into());
@@ -166,7 +166,7 @@ pub(super) fn check_certificate(all: &[Deployed<'_>]) -> Result<(String, bool), 
             let said = format!("accepted, {} proved{}", counted(met, "deadline"), partial);
             (harmless_line(&said), true)
         }
-        Err(Refusal::False(why) | Refusal::Unreadable(why)) => {
+        Err(RefusedClaim::False(why) | RefusedClaim::Unreadable(why)) => {
             (harmless_line(&format!("refused: {why}")), false)
         }
     })

@@ -15,7 +15,7 @@ use mauve_diagnostics::{
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
 use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
-use mauve_projects::analysis_document::{Deployed, Origin, Significance, analysis_document, levels};
+use mauve_projects::analysis_document::{Analysed, Deployed, Significance, analysis_document, levels};
 use mauve_projects::disk::{LONGEST, read};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json;
@@ -33,7 +33,7 @@ use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::comparison::{comparison_document, comparison_table};
 use crate::errors::say_errors;
 use crate::lines::Lines;
-use crate::options::{Method, Models};
+use crate::options::{MethodName, Models};
 use crate::published::{Published, published_csv};
 use crate::text::{Sheet, counted, csv_number, number, shown};
 use crate::verify::certificate;
@@ -47,7 +47,7 @@ pub struct Wcrt {
     significance: Option<Significance>,
     /// How the interference is bounded.
     #[arg(long, value_enum, default_value = "best")]
-    method: Method,
+    method: MethodName,
     /// Show where the response time of this instance comes from; not with --format.
     #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
@@ -212,7 +212,7 @@ impl Wcrt {
         let deployed = read.iter().zip(&reports).map(|((path, set), reports)| Deployed {
             db,
             name: set.name.as_deref().unwrap_or_default(),
-            origin: Origin::File { path, set },
+            origin: Analysed::File { path, set },
             sensitivities: Vec::new(),
             errors: 0,
             has_probabilities: false,
@@ -309,11 +309,11 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             let activities = activities.filter(|(_, activity)| activity.instance == *instance);
             texts.extend(activities.filter_map(|(activity, _)| {
                 let doc = match it.origin {
-                    Origin::Model(project, of) => {
+                    Analysed::Model(project, of) => {
                         let tables = system_of(it.db, project, of).activities.get(activity)?.tables;
                         explain_response(it.db, tables, report, activity, *query, MOST_ROWS)
                     }
-                    Origin::File { set, .. } => {
+                    Analysed::File { set, .. } => {
                         explain_response_of(it.db, set, report, activity, *query, MOST_ROWS)
                     }
                 };
@@ -386,8 +386,8 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
     }
     if it.rt_throttling().is_none() {
         let key = match it.origin {
-            Origin::Model(..) => "`[platform] rt_throttling` in mauve.toml",
-            Origin::File { .. } => "`rt_throttling` in the file",
+            Analysed::Model(..) => "`[platform] rt_throttling` in mauve.toml",
+            Analysed::File { .. } => "`rt_throttling` in the file",
         };
         let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
     }
@@ -501,8 +501,8 @@ fn one_level<'db>(of: &Deployed<'db>, report: &Report<'db>) -> String {
     }
     if report.assumes_clocks() {
         let clocks = match of.origin {
-            Origin::Model(..) => "the clocks which mauve.toml names",
-            Origin::File { .. } => "the clocks of the tasks with an offset",
+            Analysed::Model(..) => "the clocks which mauve.toml names",
+            Analysed::File { .. } => "the clocks of the tasks with an offset",
         };
         let _ = writeln!(out, "  assumes that {clocks} are synchronised");
     }

@@ -31,7 +31,7 @@ pub struct Deployed<'db> {
     /// The name of the deployment, or of the task set.
     pub name: &'db str,
     /// Where it comes from.
-    pub origin: Origin<'db>,
+    pub origin: Analysed<'db>,
     /// A report for each query, in the order of the levels.
     pub reports: Vec<(Query, &'db Report<'db>)>,
     /// The sensitivity for each report; empty where it was not requested.
@@ -72,7 +72,7 @@ impl Proved {
 
 /// What was analysed.
 #[derive(Clone, Copy)]
-pub enum Origin<'db> {
+pub enum Analysed<'db> {
     /// A deployment of a project.
     Model(Project<'db>, Decl<'db>),
     /// A task set of the file at this path.
@@ -101,7 +101,7 @@ impl<'db> Deployed<'db> {
         Deployed {
             db,
             name: deployment.name(db),
-            origin: Origin::Model(project, deployment),
+            origin: Analysed::Model(project, deployment),
             reports,
             sensitivities: Vec::new(),
             errors,
@@ -131,8 +131,8 @@ impl<'db> Deployed<'db> {
     /// The root of its project, or the file that it comes from.
     pub fn root(&self) -> &'db Path {
         match self.origin {
-            Origin::Model(project, _) => project.root(self.db).path(self.db),
-            Origin::File { path, .. } => path,
+            Analysed::Model(project, _) => project.root(self.db).path(self.db),
+            Analysed::File { path, .. } => path,
         }
     }
 
@@ -144,8 +144,8 @@ impl<'db> Deployed<'db> {
     /// Returns whether Linux throttles real-time tasks; `None` if the configuration does not say.
     pub fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
-            Origin::Model(project, _) => config_of(self.db, project.workspace(self.db)).rt_throttling,
-            Origin::File { set, .. } => set.rt_throttling,
+            Analysed::Model(project, _) => config_of(self.db, project.workspace(self.db)).rt_throttling,
+            Analysed::File { set, .. } => set.rt_throttling,
         }
     }
 
@@ -158,8 +158,8 @@ impl<'db> Deployed<'db> {
     pub fn basis(&self) -> Option<Basis> {
         let (query, _) = self.reports.first()?;
         match self.origin {
-            Origin::Model(project, of) => Some(basis_of(self.db, project, of, query.level)),
-            Origin::File { set, .. } => {
+            Analysed::Model(project, of) => Some(basis_of(self.db, project, of, query.level)),
+            Analysed::File { set, .. } => {
                 let assumed = self.assumed().collect::<BTreeSet<&str>>().len();
                 Some(Basis { times: set.task.len(), assumed, ..Basis::default() })
             }
@@ -169,8 +169,8 @@ impl<'db> Deployed<'db> {
     /// Its project and declaration; none for a task set, which does not say how often its tasks execute codels.
     pub fn model(&self) -> Option<(Project<'db>, Decl<'db>)> {
         match self.origin {
-            Origin::Model(project, deployment) => Some((project, deployment)),
-            Origin::File { .. } => None,
+            Analysed::Model(project, deployment) => Some((project, deployment)),
+            Analysed::File { .. } => None,
         }
     }
 

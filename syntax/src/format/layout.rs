@@ -5,7 +5,7 @@ mod align;
 use std::ops::Range;
 
 use super::lines::{breaks, last_line, width};
-use super::pieces::{Keep, List, Piece, read};
+use super::pieces::{Keep, Piece, PieceList, read};
 use super::replacement::{Replacement, replacement};
 use crate::SyntaxKind::{self, *};
 use crate::SyntaxNode;
@@ -45,7 +45,7 @@ pub(super) struct TextLayout<'a> {
     origin: usize,
     line_break: &'static str,
     pieces: Vec<Piece<'a>>,
-    lists: Vec<List>,
+    lists: Vec<PieceList>,
     /// The indentation of each piece if it began a line.
     indents: Vec<usize>,
     gaps: Vec<PieceGap>,

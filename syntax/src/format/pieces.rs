@@ -49,7 +49,7 @@ pub(super) enum Keep {
 }
 
 /// `{ … }`; the first list is the file.
-pub(super) struct List {
+pub(super) struct PieceList {
     pub(super) kind: SyntaxKind,
     pub(super) outer: usize,
     /// The first piece of the owner of the block, and the braces of the block.
@@ -63,11 +63,11 @@ pub(super) struct List {
     pub(super) lines: bool,
 }
 
-impl List {
+impl PieceList {
     /// Returns the list of a node whose opening brace is the piece `open`.
-    fn new(frame: &PieceFrame, outer: usize, open: usize) -> List {
+    fn new(frame: &PieceFrame, outer: usize, open: usize) -> PieceList {
         let PieceFrame { kind, first: owner, whole, .. } = *frame;
-        List { kind, outer, owner, open, close: usize::MAX, whole, last_whole: true, lines: false }
+        PieceList { kind, outer, owner, open, close: usize::MAX, whole, last_whole: true, lines: false }
     }
 }
 
@@ -76,7 +76,7 @@ pub(super) fn read<'a>(
     root: &SyntaxNode,
     text: &'a str,
     interrupt: &dyn Fn(),
-) -> (Vec<Piece<'a>>, Vec<List>) {
+) -> (Vec<Piece<'a>>, Vec<PieceList>) {
     let mut errors: Vec<TextRange> = Vec::new();
     let nodes = root.descendants().inspect(|_| interrupt());
     for node in nodes.filter(|node| node.kind() == ERROR) {
@@ -87,7 +87,7 @@ pub(super) fn read<'a>(
     }
     let pieces = Vec::with_capacity(text.len() / 6);
     let file = PieceFrame { kind: SOURCE_FILE, first: 0, whole: errors.is_empty(), list: None };
-    let file = List { lines: true, ..List::new(&file, 0, 0) };
+    let file = PieceList { lines: true, ..PieceList::new(&file, 0, 0) };
     let mut reader = PieceReader {
         text,
         errors,
@@ -107,7 +107,7 @@ struct PieceReader<'a> {
     /// The ranges of errors; they are not nested.
     errors: Vec<TextRange>,
     pieces: Vec<Piece<'a>>,
-    lists: Vec<List>,
+    lists: Vec<PieceList>,
     /// The minimal part of the next gap that is kept.
     keep: Keep,
     item: Option<(usize, bool)>,
@@ -183,7 +183,7 @@ impl<'a> PieceReader<'a> {
         let mut brace = None;
         match (kind, frame.list) {
             (L_CURLY, None) if frame.kind != ERROR => {
-                let list = List::new(frame, *self.open.last().unwrap_or(&0), index);
+                let list = PieceList::new(frame, *self.open.last().unwrap_or(&0), index);
                 brace = Some((self.lists.len(), false));
                 frame.list = Some(self.lists.len());
                 self.open.push(self.lists.len());

@@ -12,7 +12,7 @@ impl<'db> InferenceContext<'_, 'db> {
                     HookKind::Configure | HookKind::Start => Type::Bool,
                     HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
                 };
-                let (code, name) = (Code::Program(&hook.program), ProgramName::Hook(hook.kind));
+                let (code, name) = (ScopedCode::Program(&hook.program), ProgramName::Hook(hook.kind));
                 self.code(ProgramIn::Whole, code, name, result);
             }
             Body::State(state) => self.state(state),
@@ -112,7 +112,7 @@ impl<'db> InferenceContext<'_, 'db> {
             self.report(operation.name.id, kind);
         }
         let of = ProgramName::Operation(name.clone());
-        self.code(ProgramIn::Whole, Code::Program(&operation.program), of, result);
+        self.code(ProgramIn::Whole, ScopedCode::Program(&operation.program), of, result);
     }
 
     fn state(&mut self, state: &State) {
@@ -127,17 +127,17 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    fn code(&mut self, program: ProgramIn, code: Code<'_>, name: ProgramName, result: Type) {
+    fn code(&mut self, program: ProgramIn, code: ScopedCode<'_>, name: ProgramName, result: Type) {
         (self.program, self.program_name, self.result) = (program, name, result);
         match code {
-            Code::Program(code) => {
+            ScopedCode::Program(code) => {
                 self.completeness = code.completeness;
                 let variables = self.resolver.variables;
                 self.resolver.variables &= code.completeness;
                 self.block(&code.statements);
                 self.resolver.variables = variables;
             }
-            Code::Guard(guard) => {
+            ScopedCode::Guard(guard) => {
                 self.completeness = guard.completeness;
                 self.condition(&guard.condition);
             }

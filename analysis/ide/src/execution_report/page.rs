@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{capitalised, measurement_refusal, measurement_warning};
-use mauve_pwcet::{Estimate, InstanceMeasurement, Options, Warning};
+use mauve_pwcet::{Estimate, EstimateOptions, InstanceMeasurement, Warning};
 
 use super::figures::{self, TimeUnit, count, counted};
 use super::plots::{self, Plotted};
@@ -185,7 +185,7 @@ fn unit_of(measured: &ReportedCodel<'_>) -> TimeUnit {
     TimeUnit::of(measured.measurement.executions.iter().copied().max().unwrap_or_default() as f64)
 }
 
-fn section(out: &mut String, index: usize, measured: &ReportedCodel<'_>, options: &Options) {
+fn section(out: &mut String, index: usize, measured: &ReportedCodel<'_>, options: &EstimateOptions) {
     let verdict = CodelVerdict::of(measured);
     let kind = if measured.is_program() { "program" } else { "codel" };
     let of_instance = measured.instance().map_or(String::new(), |it| format!(" of instance {}", code(it)));
@@ -277,7 +277,7 @@ fn footer(out: &mut String, report: &ExecutionReport<'_>) {
             format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(name), code(digest))
         })
         .collect();
-    let Options { seed, .. } = report.options;
+    let EstimateOptions { seed, .. } = report.options;
     let _ = write!(
         out,
         "<footer>\n<h3 id=\"sources\">Sources</h3>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"sources\">\n\

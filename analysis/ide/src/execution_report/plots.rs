@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{CurvePoint, Estimate, Options};
+use mauve_pwcet::{CurvePoint, Estimate, EstimateOptions};
 
 use super::figures::{self, TimeUnit};
 use super::frame::{
@@ -312,7 +312,11 @@ pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> String {
 }
 
 /// Draws the estimates and the bounds of one or two levels as the sample grows; `None` if it has no parts that are large enough.
-pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Options) -> Option<String> {
+pub(super) fn convergence(
+    of: &Plotted<'_>,
+    estimate: &Estimate,
+    options: &EstimateOptions,
+) -> Option<String> {
     if estimate.convergence.is_empty() {
         return None;
     }

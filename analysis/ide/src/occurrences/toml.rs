@@ -12,7 +12,9 @@ use mauve_timing::TableSection;
 use mauve_wcrt::{observed_files, observed_in, table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Definition, FoundName, NameFinder, NameRole, each_once, kind_of, mention, range_of, unquoted};
+use super::{
+    Definition, FoundName, NameFinder, OccurrenceRole, each_once, kind_of, mention, range_of, unquoted,
+};
 use crate::document_symbols::SymbolKind;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -134,7 +136,7 @@ impl<'db> KeyReader<'db> {
             let mut finder = NameFinder::new(self.db, self.project, target);
             let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
             let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
-            finder.endpoint(target, &endpoint, NameRole::Mention);
+            finder.endpoint(target, &endpoint, OccurrenceRole::Mention);
             for it in finder.found {
                 let range = match it.kind {
                     SymbolKind::Instance => piece(0..instance.len()),

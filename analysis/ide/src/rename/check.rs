@@ -21,7 +21,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::{Change, FileChange};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, FoundName, NameRole, in_toml, is_of_value, names_in};
+use crate::occurrences::{Definition, FoundName, OccurrenceRole, in_toml, is_of_value, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
@@ -231,7 +231,7 @@ impl<'db> Renaming<'_, 'db> {
         shift: &Shift,
     ) -> Result<(), String> {
         let db = self.db;
-        let mut before: Vec<(SeenName<'_>, TextRange)> = Vec::new();
+        let mut before: Vec<(CheckedName<'_>, TextRange)> = Vec::new();
         let names = names_in(db, project, file);
         for name in &names {
             let mut key = DefinitionKey::of(db, &name.definition, &|file, at| shift.moved(file, at));
@@ -247,9 +247,9 @@ impl<'db> Renaming<'_, 'db> {
             let key = DefinitionKey::of(scratch, &name.definition, &|_, at| at);
             ((name.range.start(), key, name.role), name.range)
         });
-        let after: Vec<(SeenName<'_>, TextRange)> = after.collect();
-        let old: FxHashSet<&SeenName<'_>> = before.iter().map(|(seen, _)| seen).collect();
-        let new: FxHashSet<&SeenName<'_>> = after.iter().map(|(seen, _)| seen).collect();
+        let after: Vec<(CheckedName<'_>, TextRange)> = after.collect();
+        let old: FxHashSet<&CheckedName<'_>> = before.iter().map(|(seen, _)| seen).collect();
+        let new: FxHashSet<&CheckedName<'_>> = after.iter().map(|(seen, _)| seen).collect();
         if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
             let (line, word) = (self.line(file, *range), text_of(db, file, *range));
             return Err(format!("{line}: `{word}` would refer to another definition"));
@@ -305,7 +305,7 @@ fn errors<'db>(
     found.filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
-type SeenName<'a> = (TextSize, DefinitionKey<'a>, NameRole);
+type CheckedName<'a> = (TextSize, DefinitionKey<'a>, OccurrenceRole);
 
 /// The definition of a name, comparable between two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

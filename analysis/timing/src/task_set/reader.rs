@@ -10,8 +10,8 @@ use super::{
 };
 use crate::level::MOST_LEVELS;
 use crate::{
-    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Operation, Priority, Rounding, StateMachine, Task,
-    Tasks, Time, Waits,
+    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Priority, Rounding, StateMachine, Task,
+    TaskOperation, Tasks, Time, Waits,
 };
 
 type Result<T> = std::result::Result<T, TaskSetError>;
@@ -226,7 +226,7 @@ impl<'a> TaskSetReader<'a> {
         number: usize,
         entry: &OperationEntry,
         indices: &HashMap<&str, usize>,
-    ) -> Result<Operation> {
+    ) -> Result<TaskOperation> {
         let index = |name: &String| {
             indices.get(name.as_str()).copied().ok_or_else(|| TaskSetError::NoTask(name.clone()))
         };
@@ -238,7 +238,7 @@ impl<'a> TaskSetReader<'a> {
             return Err(TaskSetError::NoOperation(during));
         }
         let missing = TaskSetError::Missing { key: "time", level: self.level };
-        Ok(Operation {
+        Ok(TaskOperation {
             provider: index(&entry.provider)?,
             client: index(&entry.client)?,
             sends: entry.sends,

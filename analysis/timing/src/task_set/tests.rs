@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::level::MOST_LEVELS;
-use crate::{Bound, CpuSet, Demand, Operation, Options, Priority, StateMachine, Task, TaskKind, Time};
+use crate::{Bound, CpuSet, Demand, Options, Priority, StateMachine, Task, TaskKind, TaskOperation, Time};
 
 fn level(probability: f64) -> Level {
     Level::from_f64(probability).unwrap()
@@ -120,7 +120,7 @@ fn what_the_analysis_reads() {
     // Real-time tasks run on CPU 1 and 3.
     let throttled = (4..found.all().len()).map(|it| (found.kind(it), found.all()[it].cpus));
     assert!(throttled.eq([1, 4].map(|cpu| (TaskKind::Throttling, Some(CpuSet(cpu))))));
-    let operation = |provider, client, time, during| Operation {
+    let operation = |provider, client, time, during| TaskOperation {
         provider,
         client,
         sends: 2,

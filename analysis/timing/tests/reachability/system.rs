@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use mauve_timing::{
-    Blocking, Bound, CpuRule, CpuSet, Demand, Edge, Lock, LockUser, Method, Operation, Options, Priority,
-    Protocol, Response, SetAnalysis, StateMachine, Tasks, Time, Waits, Window,
+    Blocking, Bound, CpuRule, CpuSet, Demand, Edge, Lock, LockUser, Method, Options, Priority, Protocol,
+    Response, SetAnalysis, StateMachine, TaskOperation, Tasks, Time, Waits, Window,
 };
 
 /// The methods of the analyser, from the least to the most precise.
@@ -319,7 +319,7 @@ impl System {
 
     /// Returns its tasks as the analysis has them.
     pub(crate) fn set(&self) -> Tasks {
-        let operation = |served: &Served| Operation {
+        let operation = |served: &Served| TaskOperation {
             provider: served.provider,
             client: served.client,
             sends: served.sends,

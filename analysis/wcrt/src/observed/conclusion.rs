@@ -8,8 +8,8 @@ use mauve_timing::{CpuSet, Priority};
 
 use super::{
     Causes, ExpectedDeployment, ExpectedInstance, FindingKind, Greatest, IMPROBABLE, InstanceObserver,
-    Interferer, NameRole, ObservedDeployment, ObservedInstance, ObservedTime, Observer, Recent, SeenPeriods,
-    Tally, TraceFinding, Waited, Worst, cause_of,
+    Interferer, ObservedDeployment, ObservedInstance, ObservedTime, Observer, Recent, SeenPeriods, Tally,
+    TraceFinding, TracedName, Waited, Worst, cause_of,
 };
 
 impl Observer {
@@ -64,7 +64,7 @@ impl Observer {
                 let (count, first) = strangers.entry(&name.instance).or_default();
                 *count += series.executions;
                 *first = first.map_or(series.first, |first| Some(first.min(series.first.unwrap_or(first))));
-            } else if let NameRole::UnknownCodel { is_known } = series.role {
+            } else if let TracedName::UnknownCodel { is_known } = series.role {
                 let kind = FindingKind::UnknownCodel { key: name.key.clone(), is_known };
                 observed.findings.push(TraceFinding::of_all(kind, series.first, series.executions));
             }
@@ -236,17 +236,17 @@ impl Finish<'_> {
         let mut components: BTreeMap<&str, (Option<u64>, u64)> = BTreeMap::new();
         for (key, it) in series {
             match it.role {
-                NameRole::OtherComponent => {
+                TracedName::OtherComponent => {
                     let component = key.rsplit_once('/').map_or(*key, |(component, _)| component);
                     let (at, count) = components.entry(component).or_insert((it.first, 0));
                     *count += it.executions;
                     *at = (*at).min(it.first);
                 }
-                NameRole::UnknownProgram => {
+                TracedName::UnknownProgram => {
                     let kind = FindingKind::UnknownProgram { key: (*key).to_owned() };
                     self.add(kind, it.first, it.executions);
                 }
-                NameRole::UnknownCodel { is_known } => {
+                TracedName::UnknownCodel { is_known } => {
                     let kind = FindingKind::UnknownCodel { key: (*key).to_owned(), is_known };
                     self.add(kind, it.first, it.executions);
                 }

@@ -114,7 +114,7 @@ impl MachinePath {
         if let Some(edges) = self.edges.get(programs) {
             return edges.clone();
         }
-        let has_them = |edge: &&mauve_hir::Edge| {
+        let has_them = |edge: &&mauve_hir::PeriodEdge| {
             machine.edges.programs(edge).eq(programs.iter().map(|program| *program as usize))
         };
         let all = machine.edges.all.iter().enumerate();

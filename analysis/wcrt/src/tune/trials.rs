@@ -408,7 +408,7 @@ impl<'db> Trials<'db> {
                 continue;
             }
             kept.push(Some(operations.len()));
-            operations.push(mauve_timing::Operation { during: during.flatten(), ..operation.clone() });
+            operations.push(mauve_timing::TaskOperation { during: during.flatten(), ..operation.clone() });
         }
         left.operations = operations;
         left

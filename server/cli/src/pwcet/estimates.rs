@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use mauve_diagnostics::{measurement_refusal, measurement_warning, no_bound, refusal_kind, warning_kind};
 use mauve_pwcet::samples::is_alone;
 use mauve_pwcet::trace::{SpanKind, port_of};
-use mauve_pwcet::{LEAST_EXECUTIONS, Measurement, NoBound, Options, Refusal, Warning};
+use mauve_pwcet::{EstimateOptions, EstimateRefusal, LEAST_EXECUTIONS, Measurement, NoBound, Warning};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::PREFIX_OF_TOPICS;
 
@@ -19,7 +19,7 @@ pub(super) const OVER_BUDGET: &str = "over-budget";
 
 /// The estimates of all codels, with what they are compared with.
 pub(super) struct Estimates {
-    pub(super) options: Options,
+    pub(super) options: EstimateOptions,
     pub(super) levels: Vec<Level>,
     /// The indices of the levels that a time is needed for: those of the table that is written, otherwise those that are shown.
     pub(super) needed: Vec<usize>,
@@ -168,7 +168,7 @@ impl MeasuredEntry {
         let instance = self.measurement.withheld_by(level).or_else(most)?;
         let NoBound { refusal, needed } = instance.bound(level)?.err()?;
         let needed = match refusal {
-            Refusal::TooFew { .. } => LEAST_EXECUTIONS as u64,
+            EstimateRefusal::TooFew { .. } => LEAST_EXECUTIONS as u64,
             _ => needed,
         };
         let more = needed.saturating_sub(instance.executions.len() as u64);
