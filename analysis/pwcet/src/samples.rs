@@ -115,7 +115,7 @@ struct SamplePart {
 ///
 /// ```
 /// use mauve_pwcet::samples::{SampledExecution, Samples, SamplesWriter};
-/// use mauve_pwcet::trace::Summary;
+/// use mauve_pwcet::trace::Totals;
 ///
 /// let path = std::env::temp_dir().join(format!("mauve-doc-{}.samples", std::process::id()));
 /// let mut writer = SamplesWriter::open(&path)?;
