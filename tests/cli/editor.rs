@@ -357,3 +357,24 @@ fn vscode_installs_the_package_beside_the_program() {
     let missing = home.run(&["install", "vscode", "--program", "/no/such/code", "--vsix", MAUVE]);
     assert!(missing.code == 2 && missing.err.contains("`/no/such/code` cannot be started"), "{missing:?}");
 }
+
+#[test]
+fn emacs_without_packages_is_told_what_to_load() {
+    let early = "; (setq package-enable-at-startup nil)\n(setq package-enable-at-startup nil)\n";
+    let home = Home::new(&[(".emacs.d/early-init.el", early), (".emacs.d/package-quickstart.el", "")]);
+    let done = home.run(&["install", "emacs"]);
+    let load = format!("(load \"{}\")", home.path(".emacs.d/elpa/mauve/mauve-autoloads.el").display());
+    assert!(done.out.contains(&load) && done.out.contains("package-quickstart-refresh"), "{}", done.out);
+    assert_eq!(home.text(".emacs.d/early-init.el"), early);
+}
+
+#[test]
+fn neovim_with_a_plugin_manager_is_told_what_to_add() {
+    let home = Home::new(&[(".local/share/nvim/lazy/x", "")]);
+    let done = home.run(&["install", "nvim"]);
+    assert!(
+        done.out.contains(&format!("add {{ dir = \"{}\" }}", home.path(PLUGIN).display())),
+        "{}",
+        done.out
+    );
+}

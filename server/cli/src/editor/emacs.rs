@@ -9,7 +9,8 @@ use super::home::{EditorHome, quoted};
 use super::installation::Wanted;
 
 pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
-    let folder = behind_links(&user_directory(home).join("elpa"))?.join("mauve");
+    let emacs = user_directory(home);
+    let folder = behind_links(&emacs.join("elpa"))?.join("mauve");
     let mut wanted = Wanted::in_folder(&folder, EMACS);
     if let Some(program) = home.program_elsewhere() {
         let named = format!("(defvar mauve-program {})", quoted(program));
@@ -17,6 +18,20 @@ pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
         wanted.notes.push(format!(
             "`mauve` on PATH is another program, or missing: Emacs starts {program}, unless mauve-program is set"
         ));
+    }
+    let early = std::fs::read_to_string(emacs.join("early-init.el")).unwrap_or_default();
+    let is_off = early.lines().any(|line| {
+        line.split(';').next().is_some_and(|code| code.contains("package-enable-at-startup nil"))
+    });
+    if is_off {
+        let path = folder.join(AUTOLOADS);
+        wanted.notes.push(format!(
+            "early-init.el switches packages off: add (load {}) to init.el",
+            quoted(&path.display().to_string())
+        ));
+    }
+    if emacs.join("package-quickstart.el").exists() {
+        wanted.notes.push("run M-x package-quickstart-refresh in Emacs".to_owned());
     }
     Ok(wanted)
 }

@@ -11,8 +11,9 @@ use super::installation::Wanted;
 
 pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
     let app = env::var_os("NVIM_APPNAME").filter(|name| !name.is_empty()).unwrap_or("nvim".into());
+    let data = home.data.join(app);
     // The last folder is ours: if it is a link, as to a clone of the repository, files behind it are not changed.
-    let folder = behind_links(&home.data.join(app).join("site/pack/mauve/start"))?.join("mauve");
+    let folder = behind_links(&data.join("site/pack/mauve/start"))?.join("mauve");
     let mut wanted = Wanted::in_folder(&folder, NVIM);
     // For a parser that the user has compiled; without one, they have no effect.
     wanted.add_all(&folder.join("queries/mauve"), NVIM_QUERIES);
@@ -23,6 +24,12 @@ pub(super) fn wanted(home: &EditorHome) -> Result<Wanted, String> {
         wanted.notes.push(format!(
             "`mauve` on PATH is another program, or missing: Neovim starts {program}, unless \
              vim.g.mauve.server.path is set"
+        ));
+    }
+    if data.join("lazy").is_dir() {
+        wanted.notes.push(format!(
+            "lazy.nvim may ignore packages: if `:checkhealth mauve` is unknown, add {{ dir = {} }} to its plugins",
+            quoted(&folder.display().to_string())
         ));
     }
     Ok(wanted)
