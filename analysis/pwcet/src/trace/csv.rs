@@ -31,7 +31,6 @@
 //! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
 //! order; without it, the times of the ends say the order.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::ops::ControlFlow;
 
@@ -106,6 +105,9 @@ enum RowKind<'a> {
 impl RowKind<'_> {
     /// No codel has parentheses in its name.
     fn of(key: &str) -> RowKind<'_> {
+        if !key.starts_with('(') {
+            return RowKind::Span;
+        }
         match key.split_once(") ").unwrap_or((key, "")) {
             ("(lost)", "") => RowKind::Loss,
             ("(from tables)", "") => RowKind::FromTables,
@@ -138,7 +140,7 @@ struct Rows<R> {
     columns: Vec<Option<Column>>,
     values: CsvValues,
     /// For each name, the last end, and the last one that was before it.
-    ends: BTreeMap<NameId, (u64, u64)>,
+    ends: Vec<(u64, u64)>,
     /// What is reused for the name of each line.
     name: Vec<u8>,
 }
@@ -156,7 +158,7 @@ impl<R: Read> Rows<R> {
             Err(error) => return Err(error),
         };
         let columns = header.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
-        let (ends, name) = (BTreeMap::new(), Vec::new());
+        let (ends, name) = (Vec::new(), Vec::new());
         Ok(Rows { lines, kind, columns, values: CsvValues::default(), ends, name })
     }
 
@@ -189,7 +191,7 @@ impl<R: Read> Rows<R> {
         self.name.push(0xff);
         self.name.extend_from_slice(instance);
         span.name = names.of_text(&self.name, || name_of(file, key, instance).map_err(problem))?;
-        if span.end.is_some_and(|end| runs_back(self.ends.entry(span.name).or_default(), end)) {
+        if span.end.is_some_and(|end| runs_back(&mut self.ends, span.name, end)) {
             // The execution counts, and its place in time is unknown.
             summary.clock_errors += 1;
             span.end = None;
@@ -277,9 +279,14 @@ fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<SpanName, CsvP
     Ok(SpanName { kind, key, instance: utf8(instance)? })
 }
 
-/// Returns whether the last execution of a name ended later; `ends` are those of the name. If two in a row did, in their order, the
-/// last one was wrong.
-fn runs_back((last, back): &mut (u64, u64), time: u64) -> bool {
+/// Returns whether the last execution of a name ended later. If two in a row did, in their order, the last one was wrong.
+fn runs_back(ends: &mut Vec<(u64, u64)>, name: NameId, time: u64) -> bool {
+    // An import has millions of executions: the ends are by number, as the names are.
+    let index = name.0 as usize;
+    if ends.len() <= index {
+        ends.resize(index + 1, (0, 0));
+    }
+    let Some((last, back)) = ends.get_mut(index) else { return true };
     let follows = *last <= time || (*back > 0 && *back <= time);
     *back = if follows { 0 } else { time };
     if follows {

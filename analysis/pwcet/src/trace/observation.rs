@@ -139,10 +139,15 @@ impl Observation {
         let off_cpu = span.elapsed.map_or(0, |elapsed| elapsed.saturating_sub(span.execution));
         let Span { name: id, begin, end, blocked, waits, .. } = *span;
         let open = OpenExecution { name: id, begin, end, off_cpu, blocked, waits };
-        let all = self.open.entry(name.instance.clone()).or_default();
-        all.push(open);
-        if all.len() >= MOST_OPEN {
-            self.close(&name.instance, None);
+        // Most executions are of a known instance, and need no text of their own.
+        match self.open.get_mut(&name.instance) {
+            Some(all) => {
+                all.push(open);
+                if all.len() >= MOST_OPEN {
+                    self.close(&name.instance, None);
+                }
+            }
+            None => _ = self.open.insert(name.instance.clone(), vec![open]),
         }
     }
 
