@@ -492,6 +492,7 @@ fn times_until(end: Time, ends: (f64, f64)) -> Axis {
 
 /// Returns the marks of an axis until `end`: at most 13, with the one at 0.
 fn marks(times: &Axis, end: Time) -> Vec<Time> {
+    // With a step of a 13th of the time, there would be 14.
     let ticks = times.ticks(12.999, 1.0).0.into_iter();
     let mut marks: Vec<Time> = ticks.map(|tick| Time::from_nanos(tick as u64)).collect();
     marks.dedup();

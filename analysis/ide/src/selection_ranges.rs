@@ -173,7 +173,7 @@ fn next_node(comment: &SyntaxToken) -> Option<SyntaxNode> {
     siblings_behind(comment.clone()).find(|it| !it.kind().is_trivia())?.into_node()
 }
 
-/// Returns the nodes and tokens behind another one in its parent.
+/// Returns the nodes and tokens of the same parent that follow a node or token.
 pub(crate) fn siblings_behind(it: impl Into<SyntaxElement>) -> impl Iterator<Item = SyntaxElement> {
     std::iter::successors(it.into().next_sibling_or_token(), SyntaxElement::next_sibling_or_token)
 }

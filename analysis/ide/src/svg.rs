@@ -38,7 +38,8 @@ impl Svg {
         )
     }
 
-    fn open(&mut self, name: &str, class: &str, attributes: Attributes<'_>, title: &str) {
+    /// Begins an element: its name, its class and its attributes.
+    fn begin(&mut self, name: &str, class: &str, attributes: Attributes<'_>) {
         self.elements += &format!("<{name}");
         if !class.is_empty() {
             let _ = write!(self.elements, " class=\"{class}\"");
@@ -46,6 +47,10 @@ impl Svg {
         for (name, value) in attributes {
             let _ = write!(self.elements, " {name}=\"{}\"", escaped(&value.to_string()));
         }
+    }
+
+    /// Goes on inside of the element, with what a tooltip says, if anything.
+    fn inside(&mut self, title: &str) {
         self.elements.push('>');
         if !title.is_empty() {
             let _ = write!(self.elements, "<title>{}</title>", escaped(title));
@@ -54,18 +59,19 @@ impl Svg {
 
     /// Writes an element with what a tooltip says, if anything.
     fn shape(&mut self, name: &str, class: &str, attributes: Attributes<'_>, title: &str) {
-        self.open(name, class, attributes, title);
+        self.begin(name, class, attributes);
         if title.is_empty() {
-            self.elements.truncate(self.elements.len() - ">".len());
             self.elements += "/>\n";
         } else {
+            self.inside(title);
             let _ = writeln!(self.elements, "</{name}>");
         }
     }
 
     /// Opens a group, with what a tooltip says, if anything.
     pub(crate) fn group(&mut self, class: &str, attributes: Attributes<'_>, title: &str) {
-        self.open("g", class, attributes, title);
+        self.begin("g", class, attributes);
+        self.inside(title);
         self.elements.push('\n');
     }
 
@@ -131,7 +137,8 @@ impl Svg {
             Anchor::End => &[("text-anchor", &"end")],
         };
         let position: Attributes<'_> = &[("x", &number(x)), ("y", &number(y))];
-        self.open("text", class, &[position, further, anchor].concat(), "");
+        self.begin("text", class, &[position, further, anchor].concat());
+        self.inside("");
         let _ = writeln!(self.elements, "{}</text>", escaped(text));
     }
 

@@ -99,7 +99,7 @@ pub struct KeyTable {
     pub older: &'static [Key],
     /// The keys that it must have; a `rate` counts as a `period`.
     pub required: &'static [&'static str],
-    /// A key that cannot be beside another one, and what is wrong with it then, as its predicate.
+    /// Two keys that exclude each other, and what a message says of the first one.
     pub(super) apart: Option<[&'static str; 3]>,
     /// Whether it is a list of tables, such as `[[platform.other]]`.
     pub is_list: bool,
@@ -111,11 +111,11 @@ pub struct KeyTable {
     expected: &'static str,
 }
 
-/// A key of which nothing is said.
+/// A key without a default, examples and documentation: what the keys below have in common.
 const KEY: Key =
     Key { name: ANY_NAME, kind: KeyKind::Severity, default: None, examples: "", documentation: "" };
 
-/// A table of which nothing is said.
+/// A table without keys: what the tables below have in common.
 const TABLE: KeyTable = KeyTable {
     header: None,
     keys: &[],
@@ -347,7 +347,7 @@ const OF_DEPLOYMENT: &str = "is a section of a deployment, such as `[timing.depl
 const OF_TOPICS: &str =
     "is a table of ports, each with the name of its topic, such as { \"camera.frame\" = \"/image_raw\" }";
 
-/// Returns the last entry: the one that is read.
+/// Returns the entry that the reader is in, which is the last one.
 fn last<T: Default>(entries: &mut Vec<T>) -> &mut T {
     entries.extend(entries.is_empty().then(T::default));
     let last = entries.len() - 1;

@@ -167,7 +167,7 @@ impl<'db> Trials<'db> {
         request: &TuneRequest,
     ) -> Result<Trials<'db>, Vec<Untunable<'db>>> {
         let system = system_of(db, project, of);
-        deployment(db, of).as_ref().ok_or_else(Vec::new)?;
+        deployment(db, of).ok_or_else(Vec::new)?;
         let others = others_of(db, project.workspace(db), system.cpus);
         let gateways = || system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
         let fixed = gateways().map(|(_, it)| &it.task).chain(&others);
