@@ -353,7 +353,7 @@ fn blocks<'a>(page: &'a str, section: &str, language: &str) -> Vec<&'a str> {
 
 #[test]
 fn the_reference_has_three_forms() {
-    let page = include_str!("../spec/10-configuration-and-tables.md");
+    let page = include_str!("../spec/configuration.md");
     let folder = folder();
     for language in ["csv", "toml", "json"] {
         let found = blocks(page, "Task sets without a model", language);

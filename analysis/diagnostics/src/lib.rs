@@ -467,6 +467,13 @@ pub fn page(name: &str) -> Option<String> {
     )
 }
 
+/// Returns the first sentence of a diagnostic's page, without its full stop; empty for an unknown code.
+pub fn summary(name: &str) -> String {
+    let page = page(name).unwrap_or_default();
+    let paragraph = page.split("\n\n").nth(1).unwrap_or_default().replace('\n', " ");
+    paragraph.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+}
+
 /// Returns the diagnostics of a file: of its text, its syntax and its includes.
 #[salsa::tracked(returns(ref))]
 pub fn file_diagnostics<'db>(

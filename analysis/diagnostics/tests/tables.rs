@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use expect_test::expect_file;
+use mauve_diagnostics::{codes, summary};
 use mauve_hir::ACTIVITY_FIELDS;
 use mauve_hir::config_keys::{Key, KeyKind, SECTIONS};
 use mauve_syntax::keywords::ActivityField;
@@ -25,7 +26,7 @@ fn highlighters_list_the_fields() {
 /// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main tables::` writes the table and the rule of the grammar.
 #[test]
 fn the_reference_has_the_table_of_fields() {
-    const FILE: &str = "tests/spec/09-deployments.md";
+    const FILE: &str = "tests/spec/deployments.md";
     const HEADER: &str = "| field | meaning | default |\n|---|---|---|\n";
     let (path, text) = read(FILE);
     let (before, table) = text.split_once(HEADER).expect("the reference has the table");
@@ -39,16 +40,35 @@ fn the_reference_has_the_table_of_fields() {
     check_list(FILE, "\"", " | ");
 }
 
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main tables::` writes severities and summaries; new codes are added by hand.
+#[test]
+fn the_reference_has_each_diagnostic_once() {
+    let (path, text) = read("tests/spec/diagnostics.md");
+    let mut listed = Vec::new();
+    let line = |line: &str| {
+        let code = codes().find(|code| line.starts_with(&format!("| `{}` |", code.name)));
+        let Some(code) = code else { return format!("{line}\n") };
+        listed.push(code.name);
+        format!("| `{}` | {} | {} |\n", code.name, code.severity.name(), summary(code.name))
+    };
+    let expected: String = text.lines().map(line).collect();
+    expect_file![path].assert_eq(&expected);
+    let mut all: Vec<_> = codes().map(|code| code.name).collect();
+    all.sort_unstable();
+    listed.sort_unstable();
+    assert_eq!(listed, all);
+}
+
 #[test]
 fn the_reference_has_every_key() {
-    let (_, text) = read("tests/spec/10-configuration-and-tables.md");
-    let table = |header: &str| {
+    let table = |page: &str, header: &str| {
+        let (_, text) = read(&format!("tests/spec/{page}.md"));
         let (_, behind) = text.split_once(&format!("\n{header}\n")).expect("the reference has the table");
-        behind.split_once("\n\n").expect("a paragraph follows").0
+        behind.split_once("\n\n").expect("a paragraph follows").0.to_owned()
     };
     // A row without a section continues that of the row above.
     let mut documented: Vec<String> = Vec::new();
-    for row in table("| section | key | value | default |").lines().skip(1) {
+    for row in table("configuration", "| section | key | value | default |").lines().skip(1) {
         let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
         let above = documented.last().and_then(|line| line.split(' ').next()).unwrap_or_default().to_owned();
         let section = quoted(cells[0]).next().unwrap_or(&above).to_owned();
@@ -59,14 +79,15 @@ fn the_reference_has_every_key() {
         add_keys(section.name, section, &mut keys);
     }
     assert_eq!(documented, keys);
-    let first_of = |header: &str| -> Vec<String> {
-        table(header).lines().skip(1).filter_map(|row| quoted(row).next().map(str::to_owned)).collect()
+    let first_of = |page: &str, header: &str| -> Vec<String> {
+        let table = table(page, header);
+        table.lines().skip(1).filter_map(|row| quoted(row).next().map(str::to_owned)).collect()
     };
     let others = keys.iter().filter_map(|it| it.strip_prefix("[[platform.other]] "));
-    assert_eq!(first_of("| key | value | default |"), others.collect::<Vec<_>>());
+    assert_eq!(first_of("computer", "| key | value | default |"), others.collect::<Vec<_>>());
     let of_table =
         table_keys::KEYS.iter().map(|key| key.kind.header().map_or(key.name, |(label, _)| label).to_owned());
-    assert_eq!(first_of("| key of a table | |"), of_table.collect::<Vec<_>>());
+    assert_eq!(first_of("timing-tables", "| key of a table | |"), of_table.collect::<Vec<_>>());
 }
 
 /// Adds the keys of a table, each behind its header: of a table with any names, only those below the names.

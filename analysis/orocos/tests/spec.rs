@@ -1,4 +1,4 @@
-//! The reference of generated code (`tests/spec/12-generated-code.md`): what it shows stands in the packages of its first model.
+//! The reference of generated code (`tests/spec/generated-code.md`): what it shows stands in the packages of its first model.
 
 use mauve_hir::{Database, Workspace, projects};
 
@@ -7,7 +7,7 @@ const CHECKED: [&str; 2] = ["cpp", "json"];
 
 #[test]
 fn excerpts_are_generated() {
-    let page = mauve_tests::models().join("../spec/12-generated-code.md");
+    let page = mauve_tests::models().join("../spec/generated-code.md");
     let page = std::fs::read_to_string(page).unwrap();
     let blocks: Vec<&str> = page.split("```").skip(1).step_by(2).collect();
     let of = |language: &str| -> Vec<&str> {

@@ -1,6 +1,6 @@
 //! `mauve explain CODE`: the page of a diagnostic, or of a warning of `mauve pwcet`; `mauve explain all` lists the codes.
 
-use mauve_diagnostics::{codes, measurement_kinds, page};
+use mauve_diagnostics::{codes, measurement_kinds, page, summary};
 use mauve_hir::similar;
 use mauve_projects::output::Output;
 
@@ -37,20 +37,10 @@ fn list() -> String {
     let of_pwcet = measurement_kinds().map(|name| (name, "pwcet"));
     let line = |(name, severity): (&str, &str)| {
         let start = format!("{name:<longest$}  {severity:<7}  ");
-        let sentence = page(name).as_deref().map(first_sentence).unwrap_or_default();
         let room = WIDTH.saturating_sub(start.chars().count());
-        format!("{start}{}\n", shortened(&sentence, room))
+        format!("{start}{}\n", shortened(&summary(name), room))
     };
     codes().map(|code| (code.name, code.severity.name())).chain(of_pwcet).map(line).collect()
-}
-
-/// Returns the first sentence behind the title, without its full stop.
-fn first_sentence(page: &str) -> String {
-    let paragraph: Vec<&str> =
-        page.lines().skip(1).skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty()).collect();
-    let paragraph = paragraph.join(" ");
-    let end = paragraph.find(". ").unwrap_or(paragraph.len());
-    paragraph.get(..end).unwrap_or_default().trim_end_matches('.').to_owned()
 }
 
 /// Returns `text`, cut at a word where it has more than `most` characters.
