@@ -14,7 +14,7 @@ mod man;
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use mauve_projects::output::{Output, say};
 
 /// Response times of component-based robots, from their MAUVE models.
@@ -48,18 +48,28 @@ impl Arguments {
         match self.command {
             MainCommand::Lsp(it) => it.run(),
             MainCommand::Other(it) => it.run(),
-            MainCommand::Man(it) => it.run(Arguments::command()),
+            MainCommand::Man(it) => it.run(command()),
             MainCommand::Completions { shell } => {
                 let mut text = Vec::new();
-                clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
+                clap_complete::generate(shell, &mut command(), "mauve", &mut text);
                 Ok(Output::verbatim(String::from_utf8_lossy(&text), 0))
             }
         }
     }
 }
 
+/// Returns the command line. The help of each command names its section of the reference.
+fn command() -> clap::Command {
+    let places = "Reference: `tests/spec` in the sources, `share/doc/mauve/reference` in a package.";
+    Arguments::command().after_help(places).mut_subcommands(|it| {
+        let section = format!("Reference: commands.md#mauve-{}", it.get_name());
+        it.after_help(section)
+    })
+}
+
 fn main() -> ExitCode {
-    match Arguments::parse().run() {
+    let arguments = Arguments::from_arg_matches(&command().get_matches());
+    match arguments.unwrap_or_else(|error| error.exit()).run() {
         // A command without a result may have used standard output itself, and a thread may still hold it.
         Ok(output) if output.text.is_empty() => ExitCode::from(output.code),
         Ok(output) => {

@@ -25,6 +25,18 @@ fn commands(before: &[&str], found: &mut Vec<String>) {
 }
 
 #[test]
+fn each_command_has_a_section_of_the_reference() {
+    let page = include_str!("../spec/commands.md");
+    let mut all = Vec::new();
+    commands(&[], &mut all);
+    for name in all.iter().filter(|it| !it.contains('-') || *it == "analysis-stats") {
+        assert!(page.contains(&format!("\n## mauve {name}\n")), "{name}");
+        let help = mauve(MAUVE, root(), &["help", name]).out;
+        assert!(help.ends_with(&format!("\nReference: commands.md#mauve-{name}\n")), "{help}");
+    }
+}
+
+#[test]
 fn each_command_has_a_manual_page() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "manual-pages").join("new/man1");
     let written = mauve(MAUVE, root(), &["man", &folder.display().to_string()]);
@@ -56,10 +68,16 @@ fn each_copy_of_the_version_is_that_of_the_workspace() {
     for (file, before, after) in [
         ("editors/vscode/package.json", "\n  \"version\": \"", "\""),
         ("editors/vscode/package-lock.json", "\n  \"version\": \"", "\""),
+        ("editors/vscode/package-lock.json", "\n      \"version\": \"", "\""),
+        ("editors/vscode/CHANGELOG.md", "\n## ", "\n"),
         ("editors/emacs/mauve-pkg.el", "(define-package \"mauve\" \"", "\""),
         ("editors/zed/extension.toml", "\nversion = \"", "\""),
         ("editors/zed/Cargo.toml", "\nversion = \"", "\""),
-        ("README.md", "--vsix editors/vscode/mauve-", ".vsix"),
+        ("editors/tree-sitter/tree-sitter.json", "\"version\": \"", "\""),
+        (".github/CHANGELOG.md", "\n## ", "\n"),
+        (".github/actions/diff/README.md", "/diff@v", "\n"),
+        ("README.md", "install ./mauve-", "-py3-none-"),
+        ("README.md", "mauve-linux-x64-", ".vsix"),
         ("README.md", "install ./mauve_", "_amd64.deb"),
     ] {
         let text = fs::read_to_string(root().join(file)).unwrap();
@@ -67,6 +85,22 @@ fn each_copy_of_the_version_is_that_of_the_workspace() {
             text.split_once(before).and_then(|(_, rest)| rest.split_once(after)).map(|(found, _)| found);
         assert_eq!(found, Some(version), "{file}");
     }
+}
+
+#[test]
+fn the_wheel_has_the_program_and_what_cargo_says_of_it() {
+    let text = fs::read_to_string(root().join("server/pyproject.toml")).unwrap();
+    let file: toml::Table = text.parse().unwrap();
+    assert_eq!(file["tool"]["maturin"]["bindings"].as_str(), Some("bin"));
+    let project = &file["project"];
+    assert_eq!(project["name"].as_str(), Some(env!("CARGO_PKG_NAME")));
+    assert_eq!(project["license"].as_str(), Some(env!("CARGO_PKG_LICENSE")));
+    let dynamic: Vec<_> =
+        project["dynamic"].as_array().unwrap().iter().filter_map(|it| it.as_str()).collect();
+    assert_eq!(dynamic, ["version", "description"]);
+    // Another version of maturin makes another file.
+    let build = file["build-system"]["requires"].as_array().unwrap();
+    assert!(build.iter().all(|it| it.as_str().unwrap().contains("==")), "{build:?}");
 }
 
 #[test]
