@@ -177,7 +177,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         notes.extend(exceeded_deadline(activity));
         // The first job of the activity may be released at the critical instant.
         let is_critical = activity.jitter == Time::ZERO && start.is_none() && activity.burst() == 1;
-        let critical = activity.first_job.filter(|_| is_critical && !is_on_all_cpus(activity));
+        let critical = activity.first_job.filter(|_| is_critical);
         notes.extend(
             critical
                 .filter(|time| activity.response != Some(*time))

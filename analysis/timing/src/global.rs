@@ -152,7 +152,16 @@ impl<'a> Lanes<'a> {
         };
         let method = global.method;
         let (bound, rule) = (Bound::Response(time), CpuRule::Global(cpus));
-        Some(Response { bound, window: Some(window), method, is_exhausted: false, rule, ..known })
+        // On several CPUs, no first job is that of a critical instant.
+        Some(Response {
+            first_job: None,
+            bound,
+            window: Some(window),
+            method,
+            is_exhausted: false,
+            rule,
+            ..known
+        })
     }
 
     /// Returns a member and hp(i) on these CPUs, with the response times of tasks.

@@ -359,7 +359,7 @@ pub struct Response {
     pub own: Option<Time>,
     /// The end of the first job of a window that starts with the release of all tasks (paper, eq. 20, not stopped at
     /// the deadline). It is a response time only while it is within the period. `None` if it does not exist (exactly:
-    /// if the utilisation of hp(i) alone is at least 1), or was not found.
+    /// if the utilisation of hp(i) alone is at least 1), was not found, or the bound is one of [`CpuRule::Global`].
     pub first_job: Option<Time>,
     /// The response time.
     pub bound: Bound,

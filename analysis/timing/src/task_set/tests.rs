@@ -475,6 +475,8 @@ fn what_is_refused_of_a_text() {
         "unit,us\n\nname,period,time,priority\n,,,\n",
         "levels,1e-3\nname,period,time,priority\na,9,1,1\n",
         "levels,1e-3,1e-4\nname,period,time,priority\na,9,1,1\n",
+        "name,period,time,wait,waits,priority\na,10,2,3,1,9\n",
+        "name,period,time,wait,waits,priority\na,10,2,3,often,9\n",
         "name,period,time,priority\na,9,1,1,5\n",
         "name,period,time,time,priority\na,9,1,1,5\n",
         "name,period,time,priority\na,9,1\n",
@@ -509,6 +511,8 @@ fn what_is_refused_of_a_text() {
         "unit,us\n\nname,period,time,priority\n,,,\n": NoTasks { line: 3 }
         "levels,1e-3\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
         "levels,1e-3,1e-4\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
+        "name,period,time,wait,waits,priority\na,10,2,3,1,9\n": fine: 1 tasks
+        "name,period,time,wait,waits,priority\na,10,2,3,often,9\n": Syntax { message: "invalid type: string \"often\", expected u64", line: 2 }
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
