@@ -238,6 +238,62 @@ fn texts_for_users_are_plain() {
     assert!(found.is_empty(), "{} wordings to replace:\n{}", found.len(), found.join("\n"));
 }
 
+/// Returns the text of a page without its blocks of code.
+fn prose(page: &str) -> String {
+    let mut is_code = false;
+    let lines = page.lines().filter(|line| {
+        is_code ^= line.starts_with("```");
+        !is_code && !line.starts_with("```")
+    });
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// Returns the anchors of the headings of a page, as forges make them.
+fn anchors(page: &str) -> Vec<String> {
+    let headings = prose(page);
+    let headings = headings.lines().filter(|line| line.starts_with('#'));
+    let anchor = |heading: &str| -> String {
+        let text = heading.trim_start_matches('#').trim().to_lowercase();
+        let text = text.split("](").map(|part| part.split_once(')').map_or(part, |(_, behind)| behind));
+        let text = text.collect::<String>().replace(' ', "-");
+        text.chars().filter(|it| it.is_alphanumeric() || ['-', '_'].contains(it)).collect()
+    };
+    headings.map(anchor).collect()
+}
+
+/// Returns the targets of the links in a text that lead to files, each with its anchor.
+fn links(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let targets = text.split("](").skip(1).filter_map(|rest| Some(rest.split_once(')')?.0));
+    targets.filter(|it| !it.contains(':')).map(|it| it.split_once('#').unwrap_or((it, "")))
+}
+
+#[test]
+fn each_link_leads_to_a_file_and_a_heading() {
+    let mut broken = Vec::new();
+    // The package of the extension has its pictures beside the walkthrough.
+    let is_checked = |path: &PathBuf| !path.to_string_lossy().contains("walkthrough");
+    let pages = documents().into_iter().filter(|(path, ..)| path.extension().is_some_and(|it| it == "md"));
+    for (path, _, text) in pages.filter(|(path, ..)| is_checked(path)) {
+        let page = root().join(&path);
+        for (target, anchor) in links(&prose(&text)) {
+            let to = if target.is_empty() { page.clone() } else { page.parent().unwrap().join(target) };
+            let has_anchor = || anchors(&fs::read_to_string(&to).unwrap()).iter().any(|it| it == anchor);
+            if !to.exists() || !anchor.is_empty() && !has_anchor() {
+                broken.push(format!("{}: {target}#{anchor}", path.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn headings_have_the_anchors_of_forges() {
+    let page = "# `a.toml`: *B* & C\n```sh\n# no heading\n```\n## [D](d.md) and e\n";
+    assert_eq!(anchors(page), ["atoml-b--c", "d-and-e"]);
+    let found: Vec<_> = links("[a](b.md#c) [d](https://e) ![f](g.png), [h](#i)").collect();
+    assert_eq!(found, [("b.md", "c"), ("g.png", ""), ("", "i")]);
+}
+
 #[test]
 fn a_wording_is_found_across_lines_and_beside_signs() {
     let of = |words_: &'static str, text: &str| findings(&avoid(words_, ""), &words(text, 1));

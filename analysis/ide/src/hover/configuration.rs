@@ -19,7 +19,21 @@ pub(super) fn of_key(db: &dyn ModelDb, project: Project<'_>, file: File, offset:
     }
     let (section, key, range) = key_at(file.text(db), offset)?;
     let found = if is_config { meaning(&SECTIONS, &section, &key) } else { meaning(&KEYS, &section, &key) };
-    Some(Hover { range, markdown: found? })
+    let page = if is_config { page_of(&section, &key) } else { "timing-tables.md" };
+    Some(Hover { range, markdown: format!("{}\nReference: {page}\n", found?) })
+}
+
+/// Returns the page of the reference that explains a key of `mauve.toml`.
+fn page_of(section: &str, key: &str) -> &'static str {
+    match section.split('.').next() {
+        Some("platform" | "locks") => "computer.md",
+        Some("chains") => "chains.md",
+        Some("ros2" | "host" | "link") => "ros2.md",
+        Some("timing" | "deployment") if matches!(key, "significance" | "required" | "dependent") => {
+            "levels.md"
+        }
+        _ => "configuration.md",
+    }
 }
 
 fn meaning<K: ValueKind>(keys: &'static [TomlKey<K>], section: &str, key: &str) -> Option<String> {
@@ -50,7 +64,7 @@ deployment D { architecture A  activity left { priority = 1  period = 100 } }
         let depth = shown("[ros2]\ntopics = { \"left.state\" = { name = \"/s\", de$0pth = 2 } }");
         assert_eq!(
             depth,
-            "How many samples are kept, and moved in a period of the gateway at most.\n\nDefault: `1`\n"
+            "How many samples are kept, and moved in a period of the gateway at most.\n\nDefault: `1`\n\nReference: ros2.md\n"
         );
         assert_eq!(shown("[ros2.topics]\n\"left.state\" = { de$0pth = 2 }"), depth);
         assert!(shown("[ros2]\ntop$0ics = { }").starts_with("The topics of ports"));
@@ -70,13 +84,16 @@ deployment D { architecture A  activity left { priority = 1  period = 100 } }
             |table: &str| hover(&format!("timing.tables = [\"times.toml\"]\n//- /times.toml\n{table}"));
         assert_eq!(
             shown("un$0it = \"us\""),
-            Some("The unit of all times in this table.\n\nDefault: `\"ms\"`\n".into())
+            Some(
+                "The unit of all times in this table.\n\nDefault: `\"ms\"`\n\nReference: timing-tables.md\n"
+                    .into()
+            )
         );
-        let dispatch = Some("To dispatch a job.\n\nDefault: `0`\n".into());
+        let dispatch = Some("To dispatch a job.\n\nDefault: `0`\n\nReference: timing-tables.md\n".into());
         assert_eq!(shown("[overhead]\ndis$0patch = 1"), dispatch);
         assert_eq!(
             shown("[measured.\"a\"]\nbyt$0es = 1"),
-            Some("Their size together: it grows with each run.\n".into())
+            Some("Their size together: it grows with each run.\n\nReference: timing-tables.md\n".into())
         );
         assert_eq!([shown("[codel]\nun$0it = 1"), shown("un$0its = 1")], [None, None]);
     }
