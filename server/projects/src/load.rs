@@ -114,11 +114,12 @@ impl NamedPath {
     fn new(path: &Path, canonical: PathBuf, is_file: bool) -> Result<NamedPath, String> {
         let is_config = canonical.ends_with(CONFIG_FILE);
         if is_file && !is_config {
+            let what = format!("`{}` is not a model (*.mal), a {CONFIG_FILE} or a folder", path.display());
+            let is_set = path.extension().is_some_and(|it| it == "csv" || it == "json");
+            let hint = "; a task set has response times only: `mauve wcrt` and `mauve simulate` read it";
             return match is_model(&canonical) {
                 true => Ok(NamedPath::Model(canonical)),
-                false => {
-                    Err(format!("`{}` is not a model (*.mal), a {CONFIG_FILE} or a folder", path.display()))
-                }
+                false => Err(what + if is_set { hint } else { "" }),
             };
         }
         Ok(NamedPath::Folder(if is_config { parent(&canonical).to_owned() } else { canonical }))
