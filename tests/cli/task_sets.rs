@@ -350,6 +350,33 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
 }
 
 #[test]
+fn tasks_on_all_cpus_have_no_first_job() {
+    let folder = folder();
+    let set = "cpus,6\nname,period,time,priority,deadline\n\
+               controller,20,4,30,10\nlidar,100,3,20,50\nplanner,200,60,10,200\n";
+    write(&folder, &[("arm.csv", set)]);
+    let shown = run(&folder, &["wcrt", "arm.csv", "--format", "csv"]).out;
+    let mut lines = shown.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let of = |name: &str| header.iter().position(|it| *it == name).unwrap();
+    let (first, response) = (of("first_job_ms"), of("response_ms"));
+    let found: Vec<_> = lines.map(|line| [line[first].to_owned(), line[response].to_owned()]).collect();
+    assert_eq!(found, [["4", "4"], ["", "3"], ["", "60"]], "{shown}");
+}
+
+#[test]
+fn commands_that_need_a_model_say_which_read_task_sets() {
+    let folder = folder();
+    write(&folder, &[("robot.csv", "name,period,time,priority\na,9,1,1\n")]);
+    for command in ["check", "chains", "tune --priorities"] {
+        let arguments: Vec<&str> = command.split(' ').chain(["robot.csv"]).collect();
+        let found = run(&folder, &arguments);
+        let is_said = found.err.contains("a task set has response times only: `mauve wcrt`");
+        assert!(found.code == 2 && is_said, "{command}: {}", found.err);
+    }
+}
+
+#[test]
 fn the_reference_has_three_forms() {
     let page = include_str!("../spec/task-sets.md");
     let folder = folder();
