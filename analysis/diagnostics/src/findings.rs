@@ -230,7 +230,13 @@ fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Arc<Diag
 #[salsa::tracked(returns(ref))]
 fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File, Vec<Arc<Diagnostic<'db>>>> {
     let in_files = file_groups(db, project).flat_map(|group| gathered_in_group(db, project, group));
-    let all = in_files.chain(of_project(db, project)).cloned().collect();
+    let mut all: Vec<_> = in_files.chain(of_project(db, project)).cloned().collect();
+    // With an error nothing is proved, and its correction may give a chain its latency.
+    let is_chain = |it: &Arc<Diagnostic<'db>>| *it.code == CHAIN_BROKEN;
+    let own = || project_files(db, project).iter().flat_map(|&file| own_diagnostics(db, project, file));
+    if all.iter().any(is_chain) && own().chain(&all).any(|it| it.code.is_of_text()) {
+        all.retain(|it| !is_chain(it));
+    }
     let mut by_file: FxHashMap<File, Vec<Arc<Diagnostic<'db>>>> = FxHashMap::default();
     for diagnostic in cause::one_for_each_cause(db, all) {
         by_file.entry(diagnostic.at.file(db)).or_default().push(diagnostic);

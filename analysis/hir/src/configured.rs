@@ -221,7 +221,8 @@ impl<'db> NameChecker<'_, 'db> {
         // An unresolved shell may have the port.
         let features: Vec<_> = features.collect::<Option<_>>()?;
         let may_have = |it: &Features<'_>| {
-            it.completeness.is_incomplete() || it.cycle || it.get(port).is_some_and(|it| it.kind.is_port())
+            let is_unknown = it.completeness.is_incomplete() || it.value_completeness.is_incomplete();
+            is_unknown || it.cycle || it.get(port).is_some_and(|it| it.kind.is_port())
         };
         if features.iter().any(|(_, _, it)| may_have(it)) {
             return None;
