@@ -254,8 +254,9 @@ cpus = 1
 activities = [\"camera\"]
 [link.\"eyes-brain\"]
 latency = \"2 ms\"
-[chains]
-sight = [\"camera.frame\", \"tracker.frame\"]
+[chains.sight]
+from = \"camera.frame\"
+to = \"tracker.frame\"
 ";
 
 /// A sample is its number, and the time at which it was made: all network namespaces of a computer have one monotonic clock.

@@ -228,7 +228,7 @@ fn a_table_of_tasks_in_each_notation() {
          laser       1        20     100    43  ✓ 43 / 100 ms        ▰▰▱▱▱▱  43 %\n  \
          map         1        10     200  50.5  ✓ 93.5 / 200 ms      ▰▰▱▱▱▱  47 %\n  \
          CPU 1 utilisation: 68.2 %\n  \
-         assumption: real-time throttling is off; set `rt_throttling` in the file\n";
+         assumption: real-time throttling is off, which Linux has on by default; set `rt_throttling` in the file\n";
     assert_eq!((shown.code, shown.out.as_str(), shown.err.as_str()), (0, expected, ""));
     for other in ["robot.toml", "robot.json"] {
         for arguments in

@@ -75,10 +75,11 @@ pub fn models_of_page(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// The models of `tests/mistakes` and `tests/spec`, each with its page and number.
+/// The models of `tests/mistakes`, of `tests/spec` and of each diagnostic, each with its page and number.
 pub fn models_of_pages() -> Vec<(String, String)> {
-    let folders = ["mistakes", "spec"].map(|name| files_in(&models().join("..").join(name)));
-    let pages = folders.concat().into_iter().flat_map(|path| {
+    let mut files = ["mistakes", "spec"].map(|name| files_in(&models().join("..").join(name))).concat();
+    files.push(models().join("../../analysis/diagnostics/tests/near_misses.md"));
+    let pages = files.into_iter().flat_map(|path| {
         let of = path.components().rev().take(2).map(|part| part.as_os_str().display().to_string());
         let name = of.collect::<Vec<_>>().into_iter().rev().collect::<Vec<_>>().join("/");
         let models = models_of_page(&std::fs::read_to_string(&path).unwrap());

@@ -20,7 +20,7 @@
 //! }
 //! ```
 //!
-//! Connect the port to an output that is written, or give the activity a period.
+//! Connect the port to an output that is written, or give the activity a period. A topic of ROS 2 releases no activity.
 
 use super::*;
 
@@ -31,7 +31,7 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let why = match writer {
         Some((writer, output)) => format!("`{writer}` never writes `{output}`, which is connected to it"),
-        None => "no connection leads to it".to_owned(),
+        None => "no connection leads to it; a topic releases none: connect the port, or write a `period`".to_owned(),
     };
     let message = format!("nothing releases `{instance}`: data at `{port}` does, and {why}");
     Diagnostic::new(&NEVER_TRIGGERED, at, message)

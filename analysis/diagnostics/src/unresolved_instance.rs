@@ -28,8 +28,8 @@
 //! //- /mauve.toml
 //! [clocks]
 //! synchronised = ["front", "frnot"]   # error
-//! [chains]
-//! seeing = ["frnt.scan"]   # error
+//! [chains.seeing]
+//! from = "frnt.scan"   # error
 //! ```
 
 use super::*;

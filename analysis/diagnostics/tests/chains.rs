@@ -422,7 +422,8 @@ fn each_deployment_has_the_chains_whose_names_it_has() {
 architecture B { instance t: Sensor  instance a: Actuator  connection t.o -> a.i }
 deployment E { architecture B  activity t { priority = 1 period = 10 affinity = 1 }  activity a { priority = 1 period = 20 affinity = 2 } }
 ";
-    let chains = "[chains]\none = ['s.o', 'a.i']\nboth = ['nowhere.o', 'a.i']\ntwo = ['t.o', 'a.i']\n";
+    let chains = "[chains]\none = { from = 's.o', to = 'a.i' }\nboth = { from = 'nowhere.o', to = 'a.i' }\n\
+                  two = { from = 't.o', to = 'a.i' }\n";
     check(
         &format!("{PARTS}{LINE}{two}{TIMES}{chains}"),
         expect![[r#"

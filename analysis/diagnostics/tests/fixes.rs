@@ -132,9 +132,11 @@ assume.codel = \"1 ms\"
         let left = found(&db, &after);
         assert!(left.iter().all(|it| it.diagnostic.code.name != "chain-broken"), "{left:#?}");
     }
-    // A list of ports has no keys, and neither a name that is wrong nor a missing activity is mended by an assumption.
-    for chain in ["[chains]\na = ['camera.seen', 'base.speed']\n", "[chains.a]\nfrom = 'use'\nto = 'look'\n"]
-    {
+    // An inline table has no lines for keys, and neither a name that is wrong nor a missing activity is mended by an assumption.
+    for chain in [
+        "[chains]\na = { from = 'camera.seen', to = 'base.speed' }\n",
+        "[chains.a]\nfrom = 'use'\nto = 'look'\n",
+    ] {
         let fixes = after_fixes("chain-broken", &format!("{MODEL}{chain}"));
         assert_eq!(fixes, [], "{chain}");
     }

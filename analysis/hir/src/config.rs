@@ -379,7 +379,7 @@ pub enum MistakeKind {
     WrongValue { key: String, expected: String, error: Option<TimeError> },
 }
 
-/// `[chains.NAME]`, or the list `NAME = ["hokuyo.scan", "guidance.command"]`.
+/// `[chains.NAME]`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Chain {
     /// Its name.
@@ -404,13 +404,6 @@ impl Chain {
     /// Returns what it names on its way: `from`, `through` and `to`, each with its range.
     pub fn ends(&self) -> impl Iterator<Item = &(String, Range<usize>)> {
         self.from.iter().chain(&self.through).chain(&self.to)
-    }
-
-    /// Sets its ends, and what is between them.
-    fn set_path(&mut self, path: Vec<(String, Range<usize>)>) {
-        let mut path = path.into_iter();
-        (self.from, self.to) = (path.next(), path.next_back());
-        self.through = path.collect();
     }
 }
 
@@ -499,7 +492,7 @@ mod tests {
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n[timing.deployment.D]\ntables = \"d.toml\"\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
              maintainer = \"A B <a@b.org>\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
-             [clocks]\nsynchronised = [\"a\", \"b\"]\nbase = { instances = [\"c\"] }\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
+             [clocks]\nsynchronised = [\"a\", \"b\"]\nbase = { instances = [\"c\"] }\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = { from = \"a.x\" }\n[lints]\nlost-write = \"warn\"\n",
         );
         assert_eq!(config.errors, []);
         assert!(config.completeness.is_complete());
@@ -600,7 +593,7 @@ mod tests {
     }
 
     #[test]
-    fn chains_have_their_keys_and_the_older_ones() {
+    fn chains_have_their_keys() {
         const AVOID: &str = "[chains.avoid]\nfrom = 'l.sweep'\nto = 'base'\nthrough = ['guide', 'mux.out']\n\
                              while = ['guide.Steering']\nanswers = 'l.sweep'\nlatency = '300 ms'\n";
         let config = read(AVOID);
@@ -616,16 +609,6 @@ mod tests {
             (vec!["guide.Steering".into()], vec!["l.sweep".into()])
         );
         assert_eq!(chain.latency, Some(Time::from_nanos(300_000_000)));
-        let old = read(
-            "[chains.c]\npath = ['a.x', 'b.y', 'c.z']\nreaction = '3 ms'\nage = '2 ms'\n[chains]\nd = ['a.x', 'b.y']\n",
-        );
-        let [c, d] = old.chains.as_slice() else { panic!("two chains: {:?}", old.errors) };
-        assert_eq!((names(&c.through), names(&d.through)), (vec!["b.y".into()], vec![]));
-        assert_eq!((c.latency, d.latency), (Some(Time::from_nanos(2_000_000)), None));
-        assert_eq!(
-            c.to.as_ref().zip(d.from.as_ref()).map(|it| (it.0.0.as_str(), it.1.0.as_str())),
-            Some(("c.z", "a.x"))
-        );
         // A wrong name changes no response time; a limit without a unit may be any.
         for (key, value) in [
             ("from", "''"),
@@ -637,7 +620,6 @@ mod tests {
             ("latency", "'0 ms'"),
             ("latency", "300"),
             ("form", "'a'"),
-            ("path", "'.'"),
         ] {
             let (found, is_incomplete) = mistakes(&format!("[chains.c]\n{key} = {value}\n"));
             assert_eq!(

@@ -643,7 +643,7 @@ component Mapper(parts.Map, parts.Map)
 project.root = "robot.mal"
 timing.tables = ["t.toml"]
 clocks.synchronised = ["laser", "nobody"]
-chains.c = ["laser.scan", "map.scan"]
+chains.c = { from = "laser.scan", to = "map.scan" }
 //- /t.toml
 [codel.parts]
 shoot = 1

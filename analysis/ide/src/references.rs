@@ -218,7 +218,7 @@ architecture B { instance laser: parts.Laser property laser.rate = 5 }
 //- /mauve.toml
 project.roots = ["one.mal", "two.mal"]
 timing.tables = ["t.toml"]
-chains.c = ["laser.scan", "map.scan"]
+chains.c = { from = "laser.scan", to = "map.scan" }
 //- /t.toml
 [codel.parts]
 shoot = 1
@@ -263,7 +263,7 @@ parts.Laser = 9
         at(
             "output port $0scan",
             expect![[r#"
-            /mauve.toml Mention: chains.c = ["laser.«scan»", "map.scan"]
+            /mauve.toml Mention: chains.c = { from = "laser.«scan»", to = "map.scan" }
             /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.«scan» -> map.scan operation map.clear -> laser.wipe }
             /parts.mal Write:   shell Laser { property rate: int output port «scan»: int require wipe(): int }
             /parts.mal Write:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(«scan», n + rate); h = send(wipe); } }
@@ -343,7 +343,7 @@ parts.Laser = 9
         at(
             "activity las$0er",
             expect![[r#"
-            /mauve.toml Mention: chains.c = ["«laser».scan", "map.scan"]
+            /mauve.toml Mention: chains.c = { from = "«laser».scan", to = "map.scan" }
             /one.mal Write: architecture A { instance «laser»: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.wipe }
             /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection «laser».scan -> map.scan operation map.clear -> laser.wipe }
             /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> «laser».wipe }

@@ -328,7 +328,7 @@ architecture B { instance laser: parts.Laser
 project.roots = ["one.mal", "two.mal"]
 timing.tables = ["t.toml"]
 clocks.drive.instances = ["map"]
-chains.c = ["laser.scan", "map.scan"]
+chains.c = { from = "laser.scan", to = "map.scan" }
 //- /t.toml
 [codel.parts]
 shoot = 1
@@ -445,7 +445,7 @@ parts.Laser = 9
             "output port $0scan",
             "ranges",
             expect![[r#"
-            /mauve.toml: chains.c = ["laser.ranges", "map.scan"]
+            /mauve.toml: chains.c = { from = "laser.ranges", to = "map.scan" }
             /one.mal:   connection laser.ranges -> map.scan
             /parts.mal:   shell Laser extends Base { output port ranges: int require wipe(): int }
             /parts.mal:     update = { /* 🦀 é */ shoot(n); write(ranges, n + rate); h = send(wipe); { var m: int; shoot(n); m = n; } }
@@ -510,11 +510,11 @@ parts.Laser = 9
         "#]],
         );
         robot(
-            "chains.c = [\"laser.scan\", \"m$0ap",
+            "chains.c = { from = \"laser.scan\", to = \"m$0ap",
             "chart",
             expect![[r#"
             /mauve.toml: clocks.drive.instances = ["chart"]
-            /mauve.toml: chains.c = ["laser.scan", "chart.scan"]
+            /mauve.toml: chains.c = { from = "laser.scan", to = "chart.scan" }
             /one.mal:   instance chart: Mapper
             /one.mal:   connection laser.scan -> chart.scan
             /one.mal:   operation chart.clear -> laser.wipe
@@ -688,7 +688,7 @@ parts.Laser = 9
             "output port $0scan",
             "if",
             expect![[r#"
-            /mauve.toml: chains.c = ["laser.if", "map.scan"]
+            /mauve.toml: chains.c = { from = "laser.if", to = "map.scan" }
             /one.mal:   connection laser.if -> map.scan
             /parts.mal:   shell Laser extends Base { output port if: int require wipe(): int }
             /parts.mal:     update = { /* 🦀 é */ shoot(n); write(if, n + rate); h = send(wipe); { var m: int; shoot(n); m = n; } }

@@ -389,7 +389,10 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
             Analysed::Model(..) => "`[platform] rt_throttling` in mauve.toml",
             Analysed::File { .. } => "`rt_throttling` in the file",
         };
-        let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
+        let _ = writeln!(
+            out,
+            "  assumption: real-time throttling is off, which Linux has on by default; set {key}"
+        );
     }
     for port in basis.ports {
         let _ = writeln!(

@@ -7,7 +7,7 @@ use mauve_timing::toml_key::{ANY_NAME, TomlKey, ValueKind};
 use mauve_timing::{CpuSet, Protocol, Time};
 
 use super::cpp::is_cpp_type;
-use super::value::{SpannedValue, names};
+use super::value::SpannedValue;
 use super::{
     Acceptance, Chain, ClockConfig, Config, CpuSetConfig, DeploymentConfig, DeploymentTables, ExternalType,
     HostConfig, LinkConfig, Located, LockConfig, OtherConfig, Required, Ros2Config, TopicConfig, is_header,
@@ -47,7 +47,7 @@ pub enum KeyKind {
     Required(ConfigField<Option<Required>>),
     /// A time with its unit.
     Time(ConfigField<Option<Time>>),
-    /// A time greater than 0 with its unit, exact to the nanosecond. Of several keys with one field, the least counts.
+    /// A time greater than 0 with its unit, exact to the nanosecond.
     Period(ConfigField<Option<Time>>),
     /// A number of releases per second with its unit; stored as the time between two.
     Rate(ConfigField<Option<Time>>),
@@ -95,8 +95,6 @@ pub struct KeyTable {
     pub header: Option<(&'static str, &'static str)>,
     /// Its keys.
     pub keys: &'static [Key],
-    /// The keys that older versions documented.
-    pub older: &'static [Key],
     /// The keys that it must have; a `rate` counts as a `period`.
     pub required: &'static [&'static str],
     /// Two keys that exclude each other, and what a message says of the first one.
@@ -119,7 +117,6 @@ const KEY: Key =
 const TABLE: KeyTable = KeyTable {
     header: None,
     keys: &[],
-    older: &[],
     required: &[],
     apart: None,
     is_list: false,
@@ -286,7 +283,7 @@ pub static SECTIONS: [Key; 14] = [
     Key { name: "chains", kind: KeyKind::Table(KeyTable { header: Some(("[chains.Name]", "how long data may take")), keys: &[
         Key { kind: KeyKind::Table(KeyTable {
             open: |it, (name, span)| it.chains.push(Chain { name, span, ..Chain::default() }),
-            otherwise: list_chain, expected: "is a section: `[{}]` with `from` and `to`", keys: &CHAIN, older: &OLD_CHAIN, ..TABLE
+            expected: "is a section: `[{}]` with `from` and `to`", keys: &CHAIN, ..TABLE
         }), ..KEY },
     ], ..TABLE }), examples: r#"[{ "avoid": { "from": "hokuyo.scan", "to": "pilot", "latency": "300 ms" } }]"#,
         documentation: "How long data may take from a sensor to an actuator, by the name of the chain.", ..KEY },
@@ -375,18 +372,6 @@ fn named_topic(config: &mut Config, port: Located, value: &SpannedValue<'_>) -> 
     is_name.then_some(())
 }
 
-/// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-fn list_chain(config: &mut Config, (name, span): Located, value: &SpannedValue<'_>) -> Option<()> {
-    // `tables = ["t.toml"]` has the form of a chain.
-    let is_key = list_keys().chain(CHAIN.iter().map(|key| key.name)).any(|key| key == name);
-    let may_be_chain = value.get_ref().is_array() && !is_key;
-    let ends = names(value, (2, 2)).filter(|_| may_be_chain)?;
-    let mut chain = Chain { name, span, ..Chain::default() };
-    chain.set_path(ends);
-    config.chains.push(chain);
-    Some(())
-}
-
 /// The keys of `[ros2] gateway`.
 #[rustfmt::skip]
 static GATEWAY: [Key; 3] = [
@@ -442,18 +427,6 @@ static CHAIN: [Key; 6] = [
 ];
 
 const END: &str = "is a codel, a port or an instance, such as \"hokuyo.scan\"";
-
-/// The keys of `[chains.…]` that older versions documented.
-#[rustfmt::skip]
-pub static OLD_CHAIN: [Key; 3] = [
-    Key { name: "path", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).set_path(names), parts: (1, 2), is_list: true,
-            expected: r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#, suggestions: Suggestions::ChainWay },
-        examples: r#"[["hokuyo.scan", "guidance.command"]]"#, documentation: "Write `from`, `through` and `to` instead.", ..KEY },
-    Key { name: "reaction", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), examples: r#"["300 ms"]"#,
-        documentation: "Write `latency` instead.", ..KEY },
-    Key { name: "age", kind: KeyKind::Period(|it| &mut last(&mut it.chains).latency), examples: r#"["300 ms"]"#,
-        documentation: "Write `latency` instead.", ..KEY },
-];
 
 /// The keys of `[[platform.other]]`.
 #[rustfmt::skip]
@@ -529,8 +502,6 @@ impl KeyKind {
     fn shown(&self) -> (&'static str, Suggestions) {
         use Suggestions::{Strings, Words};
         match self {
-            // The short form of a chain is a list of ports.
-            KeyKind::Table(table) if !table.older.is_empty() => (table.expected, Suggestions::Outputs),
             KeyKind::Table(table) => (table.expected, Words(&[])),
             KeyKind::Models(_) => ("is a path, or a list of paths", Suggestions::Models),
             KeyKind::Tables(_) => ("is a list of paths, which may have `*`", Suggestions::Tables),
@@ -586,8 +557,6 @@ pub enum Suggestions {
     Instances,
     /// The codels that its cores call.
     Codels,
-    /// The output ports of its instances.
-    Outputs,
     /// The ends of chains: its codels, ports and instances.
     ChainEnds,
     /// Its instances and their ports.
@@ -604,12 +573,4 @@ pub enum Suggestions {
     Words(&'static [&'static str]),
     /// These words in quotes.
     Strings(&'static [&'static str]),
-}
-
-/// Returns the keys of sections whose values are lists of strings, like those of chains.
-pub fn list_keys() -> impl Iterator<Item = &'static str> {
-    let is_list =
-        |kind: &KeyKind| matches!(kind, KeyKind::Models(_) | KeyKind::Tables(_) | KeyKind::Instances(_));
-    let keys = SECTIONS.iter().flat_map(|section| section.kind.keys());
-    keys.filter(move |key| is_list(&key.kind)).map(|key| key.name)
 }

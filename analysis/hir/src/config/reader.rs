@@ -158,9 +158,8 @@ impl ConfigReader<'_> {
         value: &SpannedValue<'_>,
     ) {
         let name = key.get_ref();
-        let keys = if table.older.iter().any(|it| it.name == name) { table.older } else { table.keys };
-        let may_be = |it: &&Key| it.name == name || keys.len() == 1 || value.get_ref().is_table();
-        let Some(found) = key_named(keys, name).filter(may_be) else {
+        let may_be = |it: &&Key| it.name == name || table.keys.len() == 1 || value.get_ref().is_table();
+        let Some(found) = key_named(table.keys, name).filter(may_be) else {
             let known = || table.keys.iter().map(|key| key.name).filter(|it| *it != ANY_NAME);
             let (section, expected) = (section.to_owned(), known().collect());
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
@@ -315,8 +314,7 @@ impl KeyKind {
                     Some((above, below)) => quotient(above, below)?,
                     None => Time::parse_with_unit(text, Rounding::Exact)?,
                 };
-                let time = Some(time).filter(|time| *time > Time::ZERO).ok_or(None)?;
-                *field(into) = field(into).iter().copied().chain([time]).min();
+                *field(into) = Some(Some(time).filter(|time| *time > Time::ZERO).ok_or(None)?);
             }
             KeyKind::Rate(field) => {
                 let number = text.and_then(|text| text.strip_suffix("Hz")).ok_or(None)?;

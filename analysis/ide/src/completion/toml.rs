@@ -103,7 +103,6 @@ impl Toml<'_> {
             Some(Suggestions::Tables) => self.files(false),
             Some(Suggestions::Instances) => self.instances(|(_, it)| vec![it.name.clone()]),
             Some(Suggestions::Codels) => self.codels(),
-            Some(Suggestions::Outputs) => self.instances(|it| self.ports(it, FeatureKind::Output)),
             Some(Suggestions::ChainEnds) => [self.codels(), self.instances_and_ports()].concat(),
             Some(Suggestions::ChainWay) => self.instances_and_ports(),
             Some(Suggestions::ChainStates) => self.instances(|it| self.states(it)),
@@ -463,12 +462,6 @@ library nav {
                 "[clocks.camera]\ninstances = [\"$0\"]",
                 expect![[r#"
                 1 navigation ⇒ "\"navigation\""
-            "#]],
-            ),
-            (
-                "[chains]\nfront = [\"$0\"]",
-                expect![[r#"
-                1 navigation.way ⇒ "\"navigation.way\""
             "#]],
             ),
         ] {
