@@ -52,10 +52,10 @@ pub(super) fn report<'db>(
     let advice = advice.into_iter().rev().max_by_key(|(time, _)| *time).map_or("", |(_, advice)| advice);
     let sum: Vec<String> = chain.steps.iter().map(|it| format!("{} {}", it.instance, it.total())).collect();
     let message = format!(
-        "chain `{name}` is too slow: {}; largest part: `{instance}`, {} of {}: {advice}",
+        "chain `{name}` is too slow: {}; largest part: `{instance}`, {} of {latency} ({}): {advice}",
         chain_figure((Some(latency), Some(limit)), "", TIGHT_SLACK).text(),
         greatest.total(),
-        sum.join(" + ")
+        sum.join(", ")
     );
     Diagnostic::new(&CHAIN_LATE, at, message).related(declared, format!("the limit of `{name}` is {limit}"))
 }

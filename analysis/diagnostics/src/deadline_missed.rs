@@ -114,7 +114,10 @@ pub(super) fn overloaded<'db>(
     let greatest = &overload.greatest;
     let why = match &overload.alone {
         Some((own, period)) => {
-            let table = overload.table.as_ref().map(|table| format!(": is the unit of `{}` right?", file_name(db, table.file(db))));
+            // A wrong unit is wrong by a thousand.
+            let is_unit_wrong = own.as_nanos() / 10 >= period.as_nanos();
+            let table = overload.table.as_ref().filter(|_| is_unit_wrong);
+            let table = table.map(|table| format!(": is the unit of `{}` right?", file_name(db, table.file(db))));
             let table = table.unwrap_or_default();
             format!("the execution time of `{greatest}` alone, {own}, exceeds its period of {period}{table}")
         }

@@ -1611,7 +1611,7 @@ fn an_activity_on_an_overloaded_cpu_says_whether_it_misses_its_deadline_anyway()
         found.diagnostic.message.clone() + &related.collect::<String>() + "\n"
     };
     expect![[r#"
-        CPU 1 overloaded (111.1 % at priority ≥ 3); the execution time of `a` alone, 1 ms, exceeds its period of 0.9 ms: is the unit of `times.toml` right?
+        CPU 1 overloaded (111.1 % at priority ≥ 3); the execution time of `a` alone, 1 ms, exceeds its period of 0.9 ms
           `b` has no bounded response time
           `c` has no bounded response time: also, its execution time of 4 ms alone exceeds its deadline of 3 ms
     "#]].assert_eq(&error(
@@ -1661,7 +1661,7 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
         /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
     "#]].assert_eq(&overloaded("priority = 2 period = 2", ""));
     expect![[r#"
-        /model.mal "b" deadline-missed: CPU 1 overloaded (145.3 % at priority ≥ 2); the execution time of `b` alone, 2 ms, exceeds its period of 1.9 ms: is the unit of `times.toml` right?
+        /model.mal "b" deadline-missed: CPU 1 overloaded (145.3 % at priority ≥ 2); the execution time of `b` alone, 2 ms, exceeds its period of 1.9 ms
         /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (1.9 < 10 ms) but a lower priority (2 < 3)
     "#]].assert_eq(&overloaded("priority = 2 period = 1.9", ""));
     // Only what the CPU executes contributes to its overload: 66.7 % and 50 %, and 90.9 % on the other one.
