@@ -141,7 +141,7 @@ pub struct TaskEntry {
     pub wait: Option<Numbers>,
     /// How often a job waits, at most; unknown, if it is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub waits: Option<u64>,
+    pub waits: Option<Number>,
     /// The edges of a state machine, in place of `time`. Each job executes one edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<Vec<EdgeEntry>>,

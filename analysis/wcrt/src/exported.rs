@@ -255,6 +255,7 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
     // Known where it is known at all levels; it differs if a codel waits at some levels only.
     let waits = waits.map(|waits| waits.times).reduce(|one, other| Some(one?.max(other?))).flatten();
     let classic_time = times(&|psm| psm.component_time);
+    let waits = waits.map(Number::Whole);
     let entry = TaskEntry { classic_time, assumed, waits, ..TaskEntry::default() };
     match edges.pop() {
         Some(only) if edges.is_empty() && initial == "update" => {

@@ -122,7 +122,6 @@ fn fields(header: &[String], cells: &[&str]) -> Option<Map<String, Value>> {
         let value = match words.as_slice() {
             [_, _, ..] if !["name", "component", "thread"].contains(&key.as_str()) => words.into(),
             [word] if key == "sporadic" => word.parse().map_or_else(|_| (*word).into(), Value::Bool),
-            [word] if key == "waits" => word.parse::<u64>().map_or_else(|_| (*word).into(), Value::from),
             _ => (*cell).into(),
         };
         if fields.insert(key.clone(), value).is_some() {

@@ -261,7 +261,10 @@ impl<'a> TaskSetReader<'a> {
         };
         let waits: Option<Vec<Time>> = of_edges.chain(of_entry).map(wait).collect::<Result<_>>()?;
         let Some(waits) = waits else { return Ok(Default::default()) };
-        Waits::with_demand(executed, &waits, entry.waits, whole.flatten()).map_err(TaskSetError::Machine)
+        let no_count = |text: String| TaskSetError::NoCount { key: "waits", text, least: 0 };
+        let times = entry.waits.as_ref().map(|it| it.whole().ok_or_else(|| no_count(it.to_string())));
+        Waits::with_demand(executed, &waits, times.transpose()?, whole.flatten())
+            .map_err(TaskSetError::Machine)
     }
 
     fn machine(&self, entry: &TaskEntry) -> Result<Option<StateMachine>> {

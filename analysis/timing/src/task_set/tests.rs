@@ -512,7 +512,7 @@ fn what_is_refused_of_a_text() {
         "levels,1e-3\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
         "levels,1e-3,1e-4\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
         "name,period,time,wait,waits,priority\na,10,2,3,1,9\n": fine: 1 tasks
-        "name,period,time,wait,waits,priority\na,10,2,3,often,9\n": Syntax { message: "invalid type: string \"often\", expected u64", line: 2 }
+        "name,period,time,wait,waits,priority\na,10,2,3,often,9\n": Of { section: "task", name: "a", error: NoCount { key: "waits", text: "often", least: 0 } }
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
