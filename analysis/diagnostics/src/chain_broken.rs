@@ -28,7 +28,7 @@
 //! to = "camera"   # warning
 //! ```
 //!
-//! While a model has an error, whose correction may give the chain its latency, this is not reported.
+//! While a model has an error, this is not reported: the correction may give the chain its latency.
 //!
 //! A component that may do nothing for ever has no bound: `look` may return `false` in each period. If the chain is intended for the time
 //! in which it returns `true`, write `answers = ["look"]`; if it is intended for some states of a component only, write them in

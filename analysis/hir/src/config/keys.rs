@@ -415,7 +415,7 @@ static CHAIN: [Key; 6] = [
     Key { name: "while", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).states = names, parts: (2, 2), is_list: true,
             expected: "is a list of states, such as [\"guidance.Steering\"]", suggestions: Suggestions::ChainStates },
         examples: r#"[["guidance.Steering", "switch.Automatic"]]"#,
-            documentation: "The states, as `instance.State`, in which the data is meant to be passed on: the latency holds while the \
+            documentation: "The states, as `instance.State`, in which the chain is intended to work: the latency holds while the \
                         instances are in them.", ..KEY },
     Key { name: "answers", kind: KeyKind::Names { store: |it, names| last(&mut it.chains).answers = names, parts: (1, 2), is_list: true,
             expected: "is a list of codels or input ports, such as [\"drivers.hokuyo_sweep\"]",

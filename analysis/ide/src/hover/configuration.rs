@@ -26,7 +26,10 @@ pub(super) fn of_key(db: &dyn ModelDb, project: Project<'_>, file: File, offset:
 /// Returns the page of the reference that explains a key of `mauve.toml`.
 fn page_of(section: &str, key: &str) -> &'static str {
     match section.split('.').next() {
-        Some("platform" | "locks") => "computer.md",
+        Some("locks") => "computer.md",
+        Some("platform") if section == "platform.other" || matches!(key, "other" | "rt_throttling") => {
+            "computer.md"
+        }
         Some("chains") => "chains.md",
         Some("ros2" | "host" | "link") => "ros2.md",
         Some("timing" | "deployment") if matches!(key, "significance" | "required" | "dependent") => {
@@ -68,6 +71,14 @@ deployment D { architecture A  activity left { priority = 1  period = 100 } }
         );
         assert_eq!(shown("[ros2.topics]\n\"left.state\" = { de$0pth = 2 }"), depth);
         assert!(shown("[ros2]\ntop$0ics = { }").starts_with("The topics of ports"));
+        for (key, page) in [
+            ("cp$0us = 2", "configuration.md"),
+            ("rt_throt$0tling = true", "computer.md"),
+            ("[[platform.other]]\nti$0me = \"1 ms\"", "computer.md"),
+        ] {
+            let found = hover(&format!("[platform]\n{key}")).unwrap_or_default();
+            assert!(found.ends_with(&format!("Reference: {page}\n")), "{key}: {found}");
+        }
         assert!(shown("ros2.gateway = { per$0iod = \"1 ms\" }").starts_with("Its period"));
         let port = shown("[ros2]\ntopics = { \"left.st$0ate\" = { name = \"/s\" } }");
         assert!(port.contains("left.state publishes /s: std_msgs/msg/String"), "{port}");
