@@ -215,7 +215,14 @@ impl<'db> Location<'db> {
         }
     }
 
-    /// Returns the current range; empty, at the start of the file, if the declaration no longer exists.
+    /// Returns the current range if the location is in `file`.
+    ///
+    /// Places of one deployment may be in several files: that of a gateway is in `mauve.toml`.
+    pub fn range_in(&self, db: &'db dyn ModelDb, file: File) -> Option<TextRange> {
+        (self.file(db) == file).then(|| self.range(db))
+    }
+
+    /// Returns the current range in [`Self::file`]; empty, at the start of the file, if the declaration no longer exists.
     pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
         let map = |decl: Decl<'db>| declaration_map(db, decl);
         let id = |decl, id: SourceId| {

@@ -89,7 +89,7 @@ fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>,
     let system = system_of(db, project, deployment);
     // On its name, all instances that it executes; on that of an instance in its list, this one.
     let is_here = |it: &ActivityReport<'_>| {
-        let at = it.at.as_ref().map(|at| at.range(db)).filter(|at| whole.contains_range(*at));
+        let at = it.at.as_ref().and_then(|at| at.range_in(db, file)).filter(|at| whole.contains_range(*at));
         at.is_some_and(|at| is_head || at == token.text_range())
     };
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));

@@ -161,7 +161,7 @@ pub fn component_at<'db>(
     let decl = declaration_at(db, file, TextRange::empty(offset))?;
     // The last one that begins before the end of the item at `offset`.
     let offset = end_of_item(db, file, offset);
-    let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
+    let is_before = |place: &Location<'_>| place.range_in(db, file).is_some_and(|it| it.start() <= offset);
     let names = names_of(db, project);
     let component = match decl.kind(db) {
         Kind::Component => decl,

@@ -50,7 +50,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let query = Query::shown(db, project, deployment);
     let now = response_times(db, project, deployment, query);
     let activities = &system_of(db, project, deployment).activities;
-    let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
+    let index = name.and_then(|at| {
+        activities.iter().position(|it| it.at.range_in(db, actions.question.file) == Some(at))
+    });
     let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
     let subject = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text().to_string());
     let diagnostics = activity.map_or_else(Vec::new, |it| diagnostics_in(actions, it.syntax().text_range()));

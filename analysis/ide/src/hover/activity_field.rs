@@ -24,7 +24,9 @@ pub(super) fn of_field(cx: &HoverContext<'_, '_>) -> Option<Hover> {
     let whole = field.syntax().ancestors().find_map(ast::Activity::cast)?.syntax().text_range();
     let deployment = declaration_at(db, file, whole).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     let activities = &system_of(db, project, deployment).activities;
-    let activity = activities.iter().find(|it| whole.contains_range(it.at.range(db)))?;
+    let is_here =
+        |it: &&ResolvedActivity<'_>| it.at.range_in(db, file).is_some_and(|at| whole.contains_range(at));
+    let activity = activities.iter().find(is_here)?;
     let markdown = match kind {
         ActivityField::Affinity | ActivityField::Cpus => affinity(cx, deployment, activity)?,
         ActivityField::Rate => computed("A period of", activity.period?, activity.is_exact),

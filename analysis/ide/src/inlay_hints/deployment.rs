@@ -3,7 +3,8 @@
 
 use std::collections::HashMap;
 
-use mauve_hir::{Decl, Location, ModelDb, Project, node_around};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, names_of, node_around};
 use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_timing::{CpuLoad, CpuSet, Status};
@@ -12,7 +13,7 @@ use mauve_wcrt::{
 };
 
 use super::label::{Texts, most_at};
-use super::{HintFigure, HintOf, HintOptions, HintSubject, InlayHint, beside, column};
+use super::{HintFigure, HintOf, HintOptions, HintSubject, InlayHint, beside, column, end_of_line};
 use crate::cpu_budget::cpu_status;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
@@ -43,8 +44,8 @@ pub(super) fn of_deployment<'db>(
     let named = |it: ast::Activity| Some((it.name_ref()?.syntax().text_range().start(), it));
     let nodes: HashMap<TextSize, ast::Activity> = nodes.filter_map(named).collect();
     let offset_of = |resolved: &ResolvedActivity<'_>| {
-        // A duplicate, or an instance without an activity, has a diagnostic instead.
-        let at = resolved.at.range(db);
+        // A duplicate, or an instance without an activity, has a diagnostic instead; a gateway is not in this file.
+        let at = resolved.at.range_in(db, deployment.file(db))?;
         match nodes.get(&at.start()) {
             Some(activity) => beside(text, activity.syntax()),
             // An instance in a list.
@@ -85,6 +86,35 @@ pub(super) fn of_deployment<'db>(
         let subject = Some(HintSubject::Activity(resolved.instance.clone()));
         found.push(HintOf { hint, subject, figure, room });
     }
+}
+
+/// Returns the hints of the gateways that a `mauve.toml` declares: one for each activity that the model does not contain.
+pub(super) fn of_gateways(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    options: HintOptions,
+) -> Vec<HintOf> {
+    let mut found = Vec::new();
+    let has_it = |project: &&Project<'_>| config_file(db, project.workspace(db)) == Some(file);
+    for &project in projects.iter().filter(has_it).filter(|_| options.response_times) {
+        for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
+            for (activity, footing) in report.activities.iter().zip(report.footings()) {
+                let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
+                let text = file.text(db);
+                let offset = end_of_line(text, at.end());
+                let ShownHint { texts, status, figure } =
+                    ShownHint::of(db, activity, footing, options.tight_slack);
+                let room = most_at(column(text, offset));
+                let hint = InlayHint::new(offset, texts, room, status, Some(at.start()));
+                // With hosts, `D@left` and `D@right`.
+                let name = activity.instance.replacen("ros2", deployment.name(db), 1);
+                found.push(HintOf { hint, subject: Some(HintSubject::Activity(name.into())), figure, room });
+            }
+        }
+    }
+    found
 }
 
 /// The texts of a hint, and what they say.
@@ -163,4 +193,81 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
         let figure = Some(HintFigure { texts: texts.clone(), missing });
         (cpu.cpus, ShownHint { texts, status, figure }, load)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+    use mauve_syntax::TextRange;
+
+    use super::*;
+    use crate::fixture::{Fixture, project_of};
+    use crate::inlay_hints::{EarlierFigures, inlay_hints, table_hints};
+
+    /// The offset of the gateway in `mauve.toml` is within a letter of two bytes here, for one of two comments above it.
+    const ROBOT: &str = "//- /robot.mal
+use std_msgs
+/* éééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééé */ codel say(): String
+shell S { output port state: String }
+core C(S) { update = { write(state, say()); } }
+component Driver(S, C)
+architecture A { instance driver: Driver }
+deployment D {
+  architecture A
+  activity driver { priority = 1  period = 100  cpus = [1] }
+}
+//- /mauve.toml
+";
+
+    /// Returns the hints of the model and those of `mauve.toml`, each behind its line.
+    fn shown(more: &str, config: &str) -> (String, String) {
+        let fixture =
+            Fixture::new(&ROBOT.replace("//- /mauve.toml\n", &format!("{more}//- /mauve.toml\n{config}")));
+        let (db, options) = (&fixture.db, HintOptions::default());
+        let shown = |path: &str| {
+            let file = fixture.workspace.file(db, path.as_ref()).unwrap();
+            let (text, project) = (file.text(db), project_of(db, fixture.workspace, file));
+            let all = TextRange::up_to(TextSize::of(&**text));
+            let mut hints = inlay_hints(db, project, file, all, options, &EarlierFigures::default());
+            hints.extend(table_hints(db, &[project], file, all, options, None).0);
+            let shown = hints.iter().map(|hint| {
+                let line = text[..usize::from(hint.offset)].lines().last().unwrap().trim();
+                format!("{line} ⟨{}⟩\n", hint.label)
+            });
+            shown.collect()
+        };
+        (shown("/robot.mal"), shown("/mauve.toml"))
+    }
+
+    const GATEWAY: &str = "platform.rt_throttling = false\nassume.codel = \"1 ms\"\n[ros2]\n\
+                           gateway = { priority = 20, period = \"5 ms\", cpus = [2] }\n";
+
+    #[test]
+    fn the_hint_of_a_gateway_is_in_its_file() {
+        let expected = expect![[r#"
+            core C(S) { update = { write(state, say()); } } ⟨1 ms · assumed⟩
+            deployment D { ⟨2 of 2 met at 1e-4⟩
+            deployment D { ⟨CPU 1 1.0 %⟩
+            deployment D { ⟨CPU 2 20.0 %⟩
+            activity driver { priority = 1  period = 100  cpus = [1] } ⟨✓ 1 / 100 ms · assumed⟩
+        "#]];
+        for comment in ["# é\n", "# éééééééééééééééééééééééééé\n"] {
+            let (in_model, in_config) = shown("", &format!("{comment}{GATEWAY}"));
+            expected.assert_eq(&in_model);
+            assert_eq!(
+                in_config,
+                "gateway = { priority = 20, period = \"5 ms\", cpus = [2] } ⟨✓ 1 / 5 ms · assumed⟩\n"
+            );
+        }
+    }
+
+    #[test]
+    fn the_gateways_of_two_deployments_have_their_names() {
+        let sea = "deployment Sea { architecture A\n activity driver { priority = 1  period = 100  cpus = [2] }\n}\n";
+        expect![[r#"
+            gateway = { priority = 20, period = "5 ms", cpus = [2] } ⟨D: ✓ 1 / 5 ms · assumed⟩
+            gateway = { priority = 20, period = "5 ms", cpus = [2] } ⟨Sea: ✓ 1 / 5 ms · assumed⟩
+        "#]]
+        .assert_eq(&shown(sea, GATEWAY).1);
+    }
 }

@@ -58,6 +58,11 @@ pub fn inlay_hints(
     if options.response_times {
         found.extend(of_lost_activities(db, project, file, range, earlier, &found));
     }
+    on_lines(found)
+}
+
+/// Returns the hints of a file in text order, with names where several are at one position.
+pub(super) fn on_lines(mut found: Vec<HintOf>) -> Vec<InlayHint> {
     // Stable: the hints of one position stay in their order.
     found.sort_by_key(|found| found.hint.offset);
     let of_line = found.chunk_by(|one, other| one.hint.offset == other.hint.offset);
@@ -88,7 +93,7 @@ fn hints_of<'db>(
 }
 
 /// Returns the hints at one position, with the names of their subjects where there are several.
-pub(super) fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
+fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
     let shown = each_once(found);
     let mut names = shown.iter().filter_map(|found| found.subject.as_ref()?.name());
     let first = names.next();

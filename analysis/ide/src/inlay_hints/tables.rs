@@ -18,12 +18,13 @@ use mauve_wcrt::{
 };
 use rustc_hash::FxHashMap;
 
-use super::in_file::on_one_line;
+use super::deployment::of_gateways;
+use super::in_file::on_lines;
 use super::label::{Texts, most_at};
 use super::{HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of};
 
 /// Returns the hints of a timing table in `range` for the projects that share it, and whether limits are missing: those that are not
-/// found by `end`.
+/// found by `end`. Those of a `mauve.toml` are the response times of the gateways that it declares.
 pub fn table_hints<'db>(
     db: &'db dyn ModelDb,
     projects: &[Project<'db>],
@@ -32,9 +33,11 @@ pub fn table_hints<'db>(
     options: HintOptions,
     end: Option<Instant>,
 ) -> (Vec<InlayHint>, bool) {
+    let mut found = of_gateways(db, projects, file, options);
+    found.retain(|it| range.contains_inclusive(it.hint.offset));
     let has_it = |project: &Project<'db>| table_files(db, project.workspace(db)).files.contains(&file);
     if !options.program_times || !projects.iter().any(has_it) {
-        return (Vec::new(), false);
+        return (on_lines(found), false);
     }
     let (text, times) = (file.text(db), times_in(db, projects, Some(file)));
     let mut by_subject: FxHashMap<(Project<'db>, Timed<'db>), Vec<&TimeIn<'db>>> = FxHashMap::default();
@@ -42,7 +45,6 @@ pub fn table_hints<'db>(
         by_subject.entry((it.project, it.executed.of.clone())).or_default().push(it);
     }
     let mut is_incomplete = false;
-    let mut found = Vec::new();
     for (section, entry) in entries(table(db, file)) {
         let offset = end_of_line(text, TextSize::new(entry.value_span.end as u32));
         if !range.contains_inclusive(offset) || entry.value.is_none() {
@@ -66,9 +68,7 @@ pub fn table_hints<'db>(
         let subject = Some(HintSubject::Time(entry.key.as_str().into()));
         found.push(HintOf { hint, subject, figure: None, room });
     }
-    found.sort_by_key(|found| found.hint.offset);
-    let of_line = found.chunk_by(|one, other| one.hint.offset == other.hint.offset);
-    (of_line.flat_map(on_one_line).collect(), is_incomplete)
+    (on_lines(found), is_incomplete)
 }
 
 /// Returns the limit of the time of a codel as the hints show it, and its status: of several deployments, the worst one.
@@ -97,7 +97,8 @@ pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, opt
         (activities.collect::<Vec<_>>(), all.iter().map(of_time).collect::<Vec<_>>())
     };
     let of_each = times.chunk_by(|one, other| one.deployment == other.deployment).map(of_deployment);
-    hash_of((of_each.collect::<Vec<_>>(), options))
+    let gateways = of_gateways(db, projects, file, options).into_iter().map(|it| it.hint.label);
+    hash_of((of_each.collect::<Vec<_>>(), gateways.collect::<Vec<_>>(), options))
 }
 
 /// Returns the entries whose times periods consist of.

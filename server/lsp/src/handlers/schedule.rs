@@ -160,8 +160,8 @@ fn at_position(
     let offset = end_of_item(db, file, lines.offset(position));
     // Activities of other files, or without a place of their own, are not here.
     let starts = activities.iter().enumerate().filter_map(|(index, activity)| {
-        let at = activity.at.as_ref().filter(|at| at.file(db) == file)?;
-        Some((at.range(db).start(), index)).filter(|(start, _)| *start <= offset)
+        let at = activity.at.as_ref()?.range_in(db, file)?;
+        Some((at.start(), index)).filter(|(start, _)| *start <= offset)
     });
     Ok(starts.max().map(|(_, index)| index))
 }
