@@ -330,6 +330,7 @@ codes! {
     deadline_missed: DEADLINE_MISSED = Error "deadline-missed";
     chain_late: CHAIN_LATE = Error "chain-late";
     chain_broken: CHAIN_BROKEN = Warning "chain-broken";
+    starved_background: STARVED_BACKGROUND = Warning "starved-background";
     overloading_times: OVERLOADING_TIMES = Warning "overloading-times";
     missing_time: MISSING_TIME = Warning "missing-time";
     not_analysed: NOT_ANALYSED = Warning "not-analysed";

@@ -103,6 +103,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::NoTimes { tables, codels, others } => missing_time::no_table(db, at, *tables, *codels, others),
         Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),
         Fact::Overloaded(overload) => deadline_missed::overloaded(db, at, overload),
+        Fact::StarvedBackground { instance, cpus } => starved_background::report(at, instance, cpus),
         Fact::DeadlineMissed { instance, deadline, missed } => {
             deadline_missed::report(db, at, instance, *deadline, missed)
         }

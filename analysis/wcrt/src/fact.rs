@@ -136,6 +136,8 @@ pub enum TimingFactKind<'db> {
     MissingTime(MissingTime<'db>, Option<Budget<'db>>),
     /// A CPU is overloaded: the response times of some of its activities are unbounded.
     Overloaded(Overload<'db>),
+    /// Real-time work may take all time of the CPUs of a background activity.
+    StarvedBackground { instance: Name, cpus: Name },
     /// A deadline is not proved.
     DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
     /// An activity is not analysed for reasons that no other fact reports.

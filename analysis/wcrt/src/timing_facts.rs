@@ -1,6 +1,6 @@
 //! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
-use mauve_timing::{Level, Status, Task, Time, name_of_other};
+use mauve_timing::{CpuLoad, CpuSet, Level, Status, Task, Time, name_of_other};
 
 use crate::basis::unmeasured_ports;
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
@@ -21,6 +21,7 @@ pub fn timing_facts<'db>(
 ) -> Vec<TimingFact<'db>> {
     let mut found = Vec::new();
     let report = response_times(db, project, deployment, query);
+    let (full, hosts) = (full_cpus(report), &report.hosts);
     let reports = &report.activities;
     let interrupt = || db.unwind_if_revision_cancelled();
     let mut breakdown = report.breakdown(&interrupt);
@@ -47,7 +48,11 @@ pub fn timing_facts<'db>(
                 }
                 TimingFactKind::NotAnalysed { instance, reasons }
             }
-            Status::Met | Status::Background => continue,
+            Status::Background => match activity.task.cpus.filter(|cpus| cpus.0 & !full.0 == 0) {
+                Some(cpus) => TimingFactKind::StarvedBackground { instance, cpus: hosts.names(cpus).into() },
+                None => continue,
+            },
+            Status::Met => continue,
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
     }
@@ -59,6 +64,20 @@ pub fn timing_facts<'db>(
     }
     found.extend(overloads(db, system_of(db, project, deployment), report, query.level));
     found
+}
+
+/// Returns the CPUs of which real-time work may take all time, and throttling leaves none. Those that are overloaded are none of
+/// them: that is a fact of its own.
+fn full_cpus(report: &Report<'_>) -> CpuSet {
+    let is_full = |load: &&CpuLoad| match load.cpus.len() {
+        1 => load.utilisation.compare_with_one().is_eq(),
+        // Rounded: there, no overload is an exact comparison either.
+        cpus => (load.utilisation.as_f64() - f64::from(cpus)).abs() < 1e-9,
+    };
+    let throttled = report.others().iter().filter(|it| it.is_throttling);
+    let throttled: CpuSet = throttled.map(|it| it.cpus.unwrap_or(CpuSet::ALL)).collect();
+    let full: CpuSet = report.cpus.iter().filter(is_full).map(|load| load.cpus).collect();
+    CpuSet(full.0 & !throttled.0)
 }
 
 /// Returns a fact for each overloaded CPU.
