@@ -49,7 +49,7 @@
 //! A bound is safe, not exact: a job may never take so long. Raise the priority of the activity, lengthen the period of what
 //! preempts it, move one of them to another CPU, or shorten a codel. `mauve wcrt --explain INSTANCE` shows the interference.
 //! An editor offers such changes, each with the response times that it gives: first other priorities and CPUs, then longer periods
-//! and a later deadline, which relax what the model requires.
+//! and a later deadline, which relax what the model requires. `mauve tune --priorities --cpus` searches for all values together.
 
 use super::figure::{Forms, TIGHT_SLACK};
 use super::*;

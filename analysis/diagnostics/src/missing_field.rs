@@ -23,7 +23,7 @@
 //! ```
 //!
 //! Fix: write the field, with a value to be changed: the priority below those of all others on the CPU, or the lowest that none
-//! of them has; a period of 100 ms.
+//! of them has; a period of 100 ms. `mauve tune --priorities` searches for all priorities together.
 
 use super::*;
 use mauve_hir::field_entry;

@@ -19,7 +19,8 @@
 //! Only the activities that are out of order are reported: the fewest whose priorities must change.
 //!
 //! Fix: give the activity a free priority that is in order. An editor also offers to swap the two priorities, and to set all
-//! priorities by deadline, with the response times that result. This code was called `priority-inversion`.
+//! priorities by deadline, with the response times that result. `mauve tune --priorities` searches for all
+//! priorities together. This code was called `priority-inversion`.
 
 use super::*;
 use mauve_wcrt::DeadlineAndPriority;

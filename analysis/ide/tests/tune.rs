@@ -240,6 +240,7 @@ fn what_brute_force_finds_is_found() {
             periods: false,
             aim: TuneAim::Deadlines,
             pins: Vec::new(),
+            partly: false,
             most_steps: TuneRequest::STEPS_OF_COMMAND,
         };
         counted.met_before += usize::from(it.is_met(&[]));

@@ -28,7 +28,7 @@ use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::tune::{TuneRequest, tune};
 use crate::variants::Variants;
-use crate::what_if::{WhatIfField, other_period};
+use crate::what_if::{WhatIfField, least_period, other_period};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, hosts_of};
 use mauve_syntax::keywords::ActivityField;
@@ -311,7 +311,9 @@ impl<'db> TimingSearch<'db> {
             written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
         let fields = |nanos: u64| other_period(activity, has_deadline, Time::from_nanos(nanos));
         let holds = |goal: &dyn Fn(&Report<'db>) -> bool, number: Time| {
-            let Some(nanos) = number.as_nanos().checked_mul(step).filter(|it| *it <= LONGEST) else {
+            let least = least_period(activity, has_deadline).as_nanos();
+            let nanos = number.as_nanos().checked_mul(step);
+            let Some(nanos) = nanos.filter(|it| (least..=LONGEST).contains(it)) else {
                 return Some(false);
             };
             let report = self.variants.report(&fields(nanos))?;

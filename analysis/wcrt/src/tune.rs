@@ -40,6 +40,8 @@ pub struct TuneRequest {
     pub aim: TuneAim,
     /// The instances whose activities stay as they are.
     pub pins: Vec<Name>,
+    /// Whether deadlines are given up, where not all can be met: as few as the search finds, those of the greatest utilisation first.
+    pub partly: bool,
     /// So many activities are analysed at most, those of each analysis counted.
     pub most_steps: usize,
 }
@@ -75,6 +77,8 @@ pub struct Tuned {
     pub search: SearchKind,
     /// Why a deadline is not met.
     pub conflict: Option<Conflict>,
+    /// The first instance of each activity whose deadline is given up: with the values, all others are met.
+    pub given_up: Vec<Name>,
 }
 
 /// How far a search went.

@@ -30,13 +30,19 @@ impl WhatIfField {
     }
 }
 
-/// Returns another period, and the deadline with it where one is written and is the period now, or only then would be later.
+/// Returns another period, and the deadline with it where one is written and is the period now. A deadline that differs is a
+/// requirement of its own.
 pub(crate) fn other_period(of: &ResolvedActivity<'_>, has_deadline: bool, period: Time) -> Vec<WhatIfField> {
     let mut fields = vec![WhatIfField::new(of, ActivityField::Period, period.number())];
-    if has_deadline && (of.deadline == of.period || of.deadline < of.period && of.deadline > Some(period)) {
+    if has_deadline && of.deadline == of.period {
         fields.push(WhatIfField::new(of, ActivityField::Deadline, period.number()));
     }
     fields
+}
+
+/// Returns the least period to which one may be shortened: a deadline before the next release stays one.
+pub(crate) fn least_period(of: &ResolvedActivity<'_>, has_deadline: bool) -> Time {
+    of.deadline.filter(|_| has_deadline && of.deadline < of.period).unwrap_or_default()
 }
 
 /// Returns the activities of the deployment that `of` declares, with other values.

@@ -170,8 +170,14 @@ impl CheckCommand {
                     found += &format!(", {} suppressed", suppressed.len());
                 }
                 found += &lowered(db, &workspaces, &findings, &suppressed);
-                let pages =
-                    if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
+                let is_tunable = |it: &&Finding<'_>| TUNABLE.contains(&it.diagnostic.code.name);
+                let pages = match shown.iter().any(is_tunable) {
+                    true => {
+                        "`mauve explain CODE` explains a diagnostic, `mauve tune` searches for priorities, CPUs and periods.\n"
+                    }
+                    false if shown.is_empty() => "",
+                    false => "`mauve explain CODE` explains a diagnostic.\n",
+                };
                 let verdict = deadlines(&deployed, &suppressed) + &supports(&deployed) + &limits(&deployed);
                 let said = verified.as_ref().map(|(said, _)| format!("certificate: {}\n", harmless(said)));
                 let said = said.unwrap_or_default();
@@ -218,6 +224,9 @@ fn lowered(
         count => format!("{by_lints} (comments hide {})", counted(count, "error")),
     }
 }
+
+/// The codes of what `mauve tune` may help with.
+const TUNABLE: [&str; 3] = ["missing-field", "deadline-missed", "not-deadline-monotonic"];
 
 /// The number of hints that are shown without `--hints`: more would move the errors and the table out of sight.
 const MOST_HINTS: usize = 3;

@@ -55,6 +55,9 @@ pub struct Tune {
     /// Write the values into the models, if every deadline is met with them. Writes only files in PATH.
     #[arg(long, conflicts_with = "diff")]
     apply: bool,
+    /// Where not every deadline can be met, give up as few as possible, and write the values with which all others are met.
+    #[arg(long, conflicts_with = "periods")]
+    partly: bool,
     /// Print only the unified diff.
     #[arg(long, conflicts_with = "format")]
     diff: bool,
@@ -126,7 +129,7 @@ impl Tune {
         if self.apply {
             // Deployments may be in one file: it is written once.
             let mut change = Change::default();
-            for found in all.iter().filter(|it| it.is_met()) {
+            for found in all.iter().filter(|it| it.is_taken()) {
                 change.join(found.change.clone());
             }
             let (files, is_complete) = edited(db, &change, &writable)?.write(&here);
@@ -135,6 +138,9 @@ impl Tune {
             }
             if self.format == TableFormat::Table {
                 text += &match files.as_slice() {
+                    [] if all.iter().any(|it| self.may_give_up(it)) => {
+                        "\nnothing is written; `--partly` writes values with which as many deadlines as possible are met\n".to_owned()
+                    }
                     [] => "\nnothing is written\n".to_owned(),
                     files => harmless(&format!("\nwritten: {}\n", files.join(", "))),
                 };
@@ -153,9 +159,15 @@ impl Tune {
                 (_, true) => TuneAim::Latency,
                 _ => TuneAim::Deadlines,
             },
+            partly: self.partly,
             pins: self.pin.iter().map(|it| Name::from(it.as_str())).collect(),
             most_steps: TuneRequest::STEPS_OF_COMMAND,
         }
+    }
+
+    /// Whether `--partly` may find values for a deployment that gets none.
+    fn may_give_up(&self, found: &Tuning<'_>) -> bool {
+        !self.partly && !self.periods && !found.tuned.is_met && found.losses().next().is_none()
     }
 
     /// Searches for values, edits the text in memory, and analyses it.
@@ -257,7 +269,7 @@ impl Tune {
         let (what, meet) = match (self.cpus, self.periods) {
             (_, true) => ("periods up to 64 times the present ones", "meet"),
             (true, false) => ("CPUs and priorities", "meet"),
-            (false, false) => ("order of priorities", "meets"),
+            (false, false) => ("priority assignment", "meets"),
         };
         let found = format!("found no {what} that {meet} every deadline");
         let mut out = match tuned.search {
@@ -273,6 +285,13 @@ impl Tune {
         if let Some(conflict) = &tuned.conflict {
             out += &conflict_text(conflict);
         }
+        if !tuned.given_up.is_empty() {
+            let names: Vec<String> = tuned.given_up.iter().map(|it| format!("`{it}`")).collect();
+            out += &format!(
+                "\n\nWith these values, all other deadlines are met; that of {} is given up.",
+                all_of(&names)
+            );
+        }
         Some(out + "\n")
     }
 }
@@ -282,6 +301,11 @@ impl<'db> Tuning<'db> {
     fn is_met(&self) -> bool {
         let is_met = self.comparison.after.as_ref().is_some_and(Figures::schedulable);
         is_met && (self.other.is_some() || self.tuned.is_met) && self.losses().next().is_none()
+    }
+
+    /// Whether its values are written: every deadline is met with them, but for those that are given up.
+    fn is_taken(&self) -> bool {
+        self.is_met() || !self.tuned.given_up.is_empty() && self.losses().next().is_none()
     }
 
     /// Says which deadlines would be missed in other projects.
@@ -317,7 +341,7 @@ fn is_lost(row: &Compared) -> bool {
 /// Takes the same values for a deployment in all projects: the first ones that are written.
 fn share(all: &mut [Tuning<'_>]) {
     for index in 0..all.len() {
-        let is_taken = |it: &&Tuning<'_>| it.other.is_none() && !it.tuned.fields.is_empty() && it.is_met();
+        let is_taken = |it: &&Tuning<'_>| it.other.is_none() && !it.tuned.fields.is_empty() && it.is_taken();
         let Some(taken) = all.get(index).filter(is_taken) else { continue };
         let (deployment, root, effects) = (taken.deployment, taken.root.clone(), taken.elsewhere.clone());
         for Elsewhere { project, effect, .. } in effects {
@@ -366,7 +390,7 @@ fn conflict_text(conflict: &Conflict) -> String {
     let Conflict { activities, kind, remedies } = conflict;
     let mut out = match activities.as_slice() {
         [] => "".to_owned(),
-        [one] => format!(": `{one}` does not meet its deadline even alone"),
+        [one] => format!(": `{one}` misses its deadline even without interference"),
         all => {
             let smallest = match kind {
                 ConflictKind::Smallest => "no fewer activities are such a set",
@@ -428,6 +452,8 @@ fn document(found: &Tuning<'_>, here: &Path) -> impl Serialize + use<> {
         values: values.collect::<Vec<_>>(),
         diff: found.edited.diff(here),
         [conflict]: conflict,
+        // The instances whose deadlines are given up, with `--partly`.
+        [given_up]: non_empty(tuned.given_up.iter().map(Name::to_string)),
         comparison: comparison_document(comparison),
         // Why the values are not written: what would not be met any more in other projects.
         [refused]: non_empty(found.losses()),

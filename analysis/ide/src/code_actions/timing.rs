@@ -684,7 +684,7 @@ mod tests {
             &at("c"),
             expect![[r#"
                 Order priorities by deadline: c ✓ 35 → 30 / 40 ms, 3 of 3 met
-                Shorten the period and deadline of c to 36 ms: 3 of 3 met
+                Shorten the period of c to 40 ms: 3 of 3 met
             "#]],
         );
         check(
@@ -699,7 +699,7 @@ mod tests {
             &at("a"),
             expect![[r#"
                 Order priorities by deadline: a ✓ 5 → 35 / 50 ms, 3 of 3 met (fix)
-                Shorten the period and deadline of a to 35 ms: 3 of 3 met, 1 warning
+                Shorten the period of a to 50 ms: 3 of 3 met
             "#]],
         );
     }
@@ -830,7 +830,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Shorten the period and deadline of pilot to 61 ms: 2 of 2 met, 1 warning
+                Shorten the period of pilot to 150 ms: 2 of 2 met
             "#]],
         );
     }

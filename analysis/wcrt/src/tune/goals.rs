@@ -42,6 +42,7 @@ use crate::response::response_times_if;
 ///     periods: false,
 ///     aim: TuneAim::Deadlines,
 ///     pins: Vec::new(),
+///     partly: false,
 ///     most_steps: TuneRequest::STEPS_OF_COMMAND,
 /// };
 /// let found = tune(&db, project, deployment, Query::shown(&db, project, deployment), &request).unwrap();
@@ -62,14 +63,38 @@ pub fn tune<'db>(
     let found = values(&mut trials, &start);
     let fields = trials.fields(&found.plan);
     let is_met = response_times_if(db, project, of, query, &fields).schedulable();
-    let mut tuned = Tuned { fields, is_met, search: found.search, conflict: None };
+    let mut tuned = Tuned { fields, is_met, search: found.search, conflict: None, given_up: Vec::new() };
     let is_proof = found.search == SearchKind::Exact && !request.periods;
     if !is_met && is_proof && (trials.request.priorities || trials.request.cpus) {
         trials.refill();
         trials.request.aim = TuneAim::Deadlines;
         tuned.conflict = Some(conflict_of(&trials, &start, &found.suspects));
     }
+    if !is_met && request.partly {
+        trials.refill();
+        trials.request.aim = request.aim;
+        if let Some(plan) = given_up(&mut trials, &start, found.plan) {
+            tuned.fields = trials.fields(&plan);
+            let name = |unit: &usize| trials.units[*unit].of.instance.clone();
+            tuned.given_up = trials.given_up.iter().map(name).collect();
+        }
+    }
     Ok(tuned)
+}
+
+/// Gives up one deadline after another, of those that `plan` does not meet, until all others are met. None if the budget is exhausted.
+fn given_up(trials: &mut Trials<'_>, start: &TunePlan, mut plan: TunePlan) -> Option<TunePlan> {
+    loop {
+        let trial = trials.analyse(&plan)?;
+        if trial.is_met(&plan) {
+            return Some(plan);
+        }
+        let late = (0..trials.units.len()).filter(|unit| trial.slack[*unit] < 0);
+        let utilisation = |unit: &usize| trials.units[*unit].utilisation;
+        let greatest = late.max_by(|a, b| utilisation(a).total_cmp(&utilisation(b)))?;
+        trials.given_up.push(greatest);
+        plan = values(trials, start).plan;
+    }
 }
 
 /// What is found.

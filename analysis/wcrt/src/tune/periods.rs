@@ -2,7 +2,7 @@
 //!
 //! First, all periods shrink by one factor, as far as the deadlines allow; then each alone, in the order of the deployment. Where a
 //! deadline is missed now, all grow by the least factor that is enough, and each then shrinks towards its present value. A deadline that
-//! equals its period follows it. A period that data gives stays.
+//! equals its period follows it, and one within the period stays within it. A period that data gives stays.
 
 use mauve_timing::Time;
 
@@ -53,7 +53,8 @@ pub(super) fn with_shortest_periods(trials: &Trials<'_>, start: &TunePlan) -> Op
             plan = restored;
             continue;
         }
-        let least = if is_met { 0 } else { now / step };
+        let least =
+            if is_met { trials.units[unit].least_period().saturating_sub(1) / step } else { now / step };
         let found =
             ProofBoundary::between(present.div_ceil(step), least, |number| holds(&with(number.as_nanos())));
         if !found.is_complete() {
@@ -78,5 +79,6 @@ fn scaled_period(trials: &Trials<'_>, unit: usize, parts: u64) -> Option<Time> {
     let step = step_of(period);
     let nanos = u128::from(period.as_nanos()) * u128::from(parts);
     let number = nanos.div_ceil(u128::from(PARTS) * u128::from(step)).max(1);
-    u64::try_from(number).ok()?.checked_mul(step).map(Time::from_nanos)
+    let nanos = u64::try_from(number).ok()?.checked_mul(step)?;
+    Some(Time::from_nanos(nanos.max(trials.units[unit].least_period())))
 }

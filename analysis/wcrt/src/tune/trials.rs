@@ -16,7 +16,7 @@ use crate::report::Query;
 use crate::system::{ResolvedActivity, System, activities_of, others_of, system_of};
 use crate::task_set::DeployedTasks;
 use crate::variants::Variants;
-use crate::what_if::{WhatIfField, other_period};
+use crate::what_if::{WhatIfField, least_period, other_period};
 
 /// What changes together: an activity, with all instances of its thread.
 #[derive(Debug, Clone)]
@@ -39,6 +39,13 @@ pub(super) struct TuneUnit<'db> {
     pub(super) is_periodic: bool,
     /// U, without the calls of operations.
     pub(super) utilisation: f64,
+}
+
+impl TuneUnit<'_> {
+    /// The least period to which it may be shortened, in nanoseconds.
+    pub(super) fn least_period(&self) -> u64 {
+        least_period(self.of, self.has_deadline).as_nanos()
+    }
 }
 
 /// Values for the units, by their index.
@@ -152,6 +159,8 @@ pub(super) struct Trials<'db> {
     pub(super) fixed: Vec<(u32, CpuSet)>,
     /// The gateways.
     fixed_activities: Vec<usize>,
+    /// The units whose deadlines count as met.
+    pub(super) given_up: Vec<usize>,
     /// The tasks with the present values, and priorities where they are missing.
     pub(super) tasks: Tasks,
     /// Whether the budget of an analysis was exhausted, so that its bound may depend on the order of priorities.
@@ -178,6 +187,7 @@ impl<'db> Trials<'db> {
             units: units(db, of, system, request),
             fixed: fixed.collect(),
             fixed_activities: gateways().map(|(index, _)| index).collect(),
+            given_up: Vec::new(),
             tasks: Tasks::default(),
             is_exhausted: Cell::new(false),
         };
@@ -289,12 +299,14 @@ impl<'db> Trials<'db> {
                 _ => NOT_ANALYSED,
             }
         };
-        let of_unit =
-            |unit: &TuneUnit<'_>| unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default();
+        let of_unit = |(index, unit): (usize, &TuneUnit<'_>)| match self.given_up.contains(&index) {
+            true => i64::MAX,
+            false => unit.members.iter().map(|it| slack(*it)).min().unwrap_or_default(),
+        };
         let is_exhausted = responses.iter().any(|it| it.is_exhausted);
         self.is_exhausted.set(self.is_exhausted.get() | is_exhausted);
         Some(Trial {
-            slack: self.units.iter().map(of_unit).collect(),
+            slack: self.units.iter().enumerate().map(of_unit).collect(),
             fixed: self.fixed_activities.iter().map(|it| slack(*it)).min().unwrap_or(i64::MAX),
         })
     }
