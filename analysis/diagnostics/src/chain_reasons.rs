@@ -146,6 +146,9 @@ fn chain_problem(problem: &ChainProblem) -> String {
         ChainProblem::SeveralWays { through } => {
             format!("several ways lead there, such as through {}: write one in `through`", list(through))
         }
+        ChainProblem::TooManyWays => {
+            "the ways from one end to the other are too many to follow: write instances on the way in `through`".to_owned()
+        }
         ChainProblem::Twice(instance) => format!("it goes twice through `{instance}`"),
         ChainProblem::NoWay => "it ends where it begins".to_owned(),
         ChainProblem::NoState { instance, state } => {

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `chains/network.rs` | passages and connections of an architecture, and the ways through them |
 //! | `chains/declared.rs` | the chains of `mauve.toml`: what their names mean, and the way that they take |
+//! | `chains/ways.rs` | the ways between the names of a declared chain |
 //! | `chains/latency.rs` | the latency of each way and of each connection, or why there is none |
 //!
 //! Only the last depends on a deployment: an edit of a period computes the sums again, and no way.
@@ -18,6 +19,7 @@
 mod declared;
 mod latency;
 mod network;
+mod ways;
 
 pub(crate) use latency::latencies_of;
 pub use latency::{chains_of, connections_of};
@@ -194,6 +196,8 @@ pub enum ChainProblem {
     NotPassed { instance: Name },
     /// Several ways lead from one end to the other: `through` has to say which.
     SeveralWays { through: Vec<Name> },
+    /// The ways from one end to the other are too many to follow.
+    TooManyWays,
     /// It goes twice through an instance.
     Twice(Name),
     /// It begins where it ends.
@@ -224,7 +228,7 @@ struct ChainWay<'db> {
 }
 
 /// An instance on the way of data.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 struct WayStep<'db> {
     /// Its index in [`mauve_hir::Flat::instances`].
     instance: usize,

@@ -1,5 +1,6 @@
 //! The chains of `mauve.toml`: what their names mean in an architecture, and the way that they take.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use mauve_hir::item_tree::{Kind, Name};
@@ -9,7 +10,8 @@ use mauve_hir::{
 };
 use rustc_hash::FxHashSet;
 
-use super::network::{DataPlace, MOST_WAYS, Network};
+use super::network::{DataPlace, Network};
+use super::ways::{FoundWays, MOST_TRIES, NamedInChain, is_other_way, ways};
 use super::{ChainProblem, ChainWay, DeclaredChain, WayStep};
 
 /// A name with its range in `mauve.toml`.
@@ -17,38 +19,6 @@ type LocatedName = (String, Range<usize>);
 
 /// What is wrong, and the name.
 type ChainFault<'a> = (Option<&'a Range<usize>>, ChainProblem);
-
-/// What a name in a chain means.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum NamedInChain<'db> {
-    Instance(usize),
-    /// A port or an operation.
-    Feature(DataPlace<'db>),
-    /// A codel, in the instances that call it.
-    Codel(Decl<'db>, Vec<usize>),
-}
-
-impl<'db> NamedInChain<'db> {
-    /// Returns the instances that it can mean.
-    fn instances(&self) -> &[usize] {
-        match self {
-            NamedInChain::Instance(instance) | NamedInChain::Feature((instance, _)) => {
-                std::slice::from_ref(instance)
-            }
-            NamedInChain::Codel(_, instances) => instances,
-        }
-    }
-
-    /// Returns whether a way that has this step goes through it; whether one that ends with it leads to it if `is_end`.
-    fn has(&self, step: &WayStep<'db>, is_end: bool) -> bool {
-        let is_there = match self {
-            NamedInChain::Feature((_, end)) => step.ends.contains(end),
-            NamedInChain::Codel(codel, _) if is_end => step.ends[1] == PassageEnd::Codel(*codel),
-            NamedInChain::Instance(_) | NamedInChain::Codel(..) => true,
-        };
-        is_there && self.instances().contains(&step.instance)
-    }
-}
 
 /// Returns the declared chains that concern an architecture, in the order of `mauve.toml`: all but those with names that only
 /// another deployment has.
@@ -61,11 +31,12 @@ pub(super) fn declared_chains<'db>(
     let workspace = project.workspace(db);
     let file = config_file(db, workspace);
     let mut found = Vec::new();
+    let budget = Cell::new(MOST_TRIES);
     for (index, chain) in config_of(db, workspace).chains.iter().enumerate() {
         // Data may be in a device, or a library, on its way.
         let way = [false, true].into_iter().try_fold(None, |_, through_handles| {
             let resolver = ChainResolver::new(db, project, architecture, chain, through_handles);
-            match resolver.way() {
+            match resolver.way(&budget) {
                 Err(found @ (_, ChainProblem::NotConnected { .. } | ChainProblem::NotPassed { .. })) => {
                     Ok(Some(found))
                 }
@@ -134,7 +105,7 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         ChainResolver { db, project, chain, network }
     }
 
-    fn way(&self) -> Result<ChainWay<'db>, ChainFault<'a>> {
+    fn way(&self, budget: &Cell<usize>) -> Result<ChainWay<'db>, ChainFault<'a>> {
         let chain = self.chain;
         let mut points: Vec<(NamedInChain<'db>, &LocatedName)> = Vec::new();
         let from = chain.from.as_ref().ok_or((None, ChainProblem::Missing("from")))?;
@@ -161,8 +132,13 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         if first == last {
             return Err((Some(&to.1), ChainProblem::NoWay));
         }
-        let (ways, _) = self.ways(first, through, last);
-        let steps = if ways.is_empty() { Err(self.not_connected(&points)) } else { self.only(ways, from) }?;
+        let through: Vec<&NamedInChain<'db>> = through.iter().map(|(it, _)| it).collect();
+        let too_many = (Some(&from.1), ChainProblem::TooManyWays);
+        let ways = self.ways(first, &through, last, budget).ok_or_else(|| too_many.clone())?.all;
+        let steps = match ways.is_empty() {
+            true => Err(self.not_connected(&points, budget).ok_or(too_many)?),
+            false => self.only(ways, [from, to]),
+        }?;
         self.check_assumptions(&steps)?;
         let ends = self.network.ends(&steps).ok_or((None, ChainProblem::NoWay))?;
         Ok(ChainWay { name: chain.name.as_str().into(), ends, steps })
@@ -227,13 +203,14 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         Ok(())
     }
 
-    /// Returns the ways from one end to the other through these, and the last instance that data comes to.
+    /// Returns the ways from one end to the other through these. None where the budget is exhausted.
     fn ways(
         &self,
         from: &NamedInChain<'db>,
-        through: &[(NamedInChain<'db>, &LocatedName)],
+        through: &[&NamedInChain<'db>],
         to: &NamedInChain<'db>,
-    ) -> (Vec<Vec<WayStep<'db>>>, Option<usize>) {
+        budget: &Cell<usize>,
+    ) -> Option<FoundWays<'db>> {
         let network = &self.network;
         let entering = |place: &DataPlace<'db>| {
             let steps = network.entering(None, place, true).into_iter();
@@ -251,30 +228,14 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
             NamedInChain::Feature(place) => network.leaving(place, true).into_iter().collect(),
             NamedInChain::Instance(instance) => network.leaving_instance(*instance),
         };
-        let leading = network.leading(to.instances());
-        let is_end = |step: &WayStep<'db>| to.has(step, true);
-        let (mut found, mut budget, mut last) = (Vec::new(), 10 * MOST_WAYS, None);
-        for first in first {
-            network.walk(first, Some((&is_end, &leading)), &mut |way, is_end| {
-                budget = budget.saturating_sub(1);
-                last = way.last().map(|it| it.instance);
-                let mut rest = through.iter().peekable();
-                if is_end {
-                    way.iter()
-                        .for_each(|step| while rest.next_if(|(it, _)| it.has(step, false)).is_some() {});
-                    found.extend(rest.peek().is_none().then(|| way.to_vec()));
-                }
-                budget > 0
-            });
-        }
-        (found, last)
+        ways(network, first, through, to, budget)
     }
 
     /// Returns the only way; of several that differ only in their ends, all as one.
     fn only(
         &self,
         ways: Vec<Vec<WayStep<'db>>>,
-        from: &'a LocatedName,
+        [from, to]: [&'a LocatedName; 2],
     ) -> Result<Vec<WayStep<'db>>, ChainFault<'a>> {
         let mut found: Vec<WayStep<'db>> = Vec::new();
         for way in ways {
@@ -296,6 +257,12 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
                     let through = ends.into_iter().flatten().map(|[entry, _]| entry.shown(self.db).into());
                     return Err((Some(&from.1), ChainProblem::SeveralWays { through: through.collect() }));
                 }
+                None if is_other_way(&found, &way) => {
+                    let lasts = [found.last(), way.last()].into_iter().flatten();
+                    let instances = lasts.map(|it| self.name(Some(it.instance))).collect();
+                    let codel = to.0.as_str().into();
+                    return Err((Some(&to.1), ChainProblem::Ambiguous { codel, instances }));
+                }
                 None => {}
             }
             for (step, other) in found.iter_mut().zip(way) {
@@ -307,12 +274,16 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         Ok(found)
     }
 
-    /// Returns why there is no way.
-    fn not_connected(&self, points: &[(NamedInChain<'db>, &'a LocatedName)]) -> ChainFault<'a> {
+    /// Returns why there is no way. None where the budget is exhausted.
+    fn not_connected(
+        &self,
+        points: &[(NamedInChain<'db>, &'a LocatedName)],
+        budget: &Cell<usize>,
+    ) -> Option<ChainFault<'a>> {
         for pair in points.windows(2) {
             let [(from, (from_name, _)), (to, (to_name, span))] = pair else { continue };
-            let (ways, last) = self.ways(from, &[], to);
-            if !ways.is_empty() {
+            let FoundWays { all, last } = self.ways(from, &[], to, budget)?;
+            if !all.is_empty() {
                 continue;
             }
             let leading = self.network.leading(to.instances());
@@ -326,11 +297,11 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
                     to: to_name.as_str().into(),
                 },
             };
-            return (Some(span), problem);
+            return Some((Some(span), problem));
         }
         // Each part has a way, and all together have none.
         let last = points.iter().rev().nth(1);
         let name = self.name(last.and_then(|(it, _)| it.instances().first().copied()));
-        (last.map(|(_, (_, span))| span), ChainProblem::Twice(name))
+        Some((last.map(|(_, (_, span))| span), ChainProblem::Twice(name)))
     }
 }

@@ -51,11 +51,8 @@ struct Through<'db> {
     fed: FxHashSet<&'db PassageEnd<'db>>,
 }
 
-/// Whether a step is an end, and the instances that lead to one.
-type IsEnd<'a, 'db> = (&'a dyn Fn(&WayStep<'db>) -> bool, &'a FxHashSet<usize>);
-
 /// How many ways are found, and how many steps they have together.
-pub(super) const MOST_WAYS: usize = 10_000;
+const MOST_WAYS: usize = 10_000;
 const MOST_STEPS: usize = 400_000;
 
 fn port<'db>((_, name): &(Name, Name)) -> PassageEnd<'db> {
@@ -266,7 +263,7 @@ impl<'db> Network<'db> {
     }
 
     /// Returns the steps that may follow a way, to instances that are not closed.
-    fn following(
+    pub(super) fn following(
         &self,
         last: &WayStep<'db>,
         is_closed: &dyn Fn(usize) -> bool,
@@ -277,14 +274,9 @@ impl<'db> Network<'db> {
         on.flat_map(|(connection, place)| self.entering(Some(*connection), place, all)).collect()
     }
 
-    /// Gives each way from a first step to `found`, until that returns `false`, depth first, with whether it ends: with a step that
-    /// is an `end`, which lies in one of the instances that lead to it; without, with one that nothing follows.
-    pub(super) fn walk(
-        &self,
-        first: WayStep<'db>,
-        end: Option<IsEnd<'_, 'db>>,
-        found: &mut dyn FnMut(&[WayStep<'db>], bool) -> bool,
-    ) {
+    /// Gives each way from a first step to `found`, until that returns `false`, depth first: those that end with a step that nothing
+    /// follows.
+    fn walk(&self, first: WayStep<'db>, found: &mut dyn FnMut(&[WayStep<'db>]) -> bool) {
         let mut on_way = FxHashSet::default();
         let mut way = Vec::new();
         let mut open = vec![vec![first].into_iter()];
@@ -295,12 +287,10 @@ impl<'db> Network<'db> {
                 continue;
             };
             on_way.insert(step.instance);
-            let is_closed =
-                |it: usize| on_way.contains(&it) || end.is_some_and(|(_, leading)| !leading.contains(&it));
-            let next = self.following(&step, &is_closed, end.is_some());
-            let is_end = end.map_or(next.is_empty() && !way.is_empty(), |(is_end, _)| is_end(&step));
+            let next = self.following(&step, &|it| on_way.contains(&it), false);
+            let is_end = next.is_empty() && !way.is_empty();
             way.push(step);
-            if !found(&way, is_end) {
+            if is_end && !found(&way) {
                 return;
             }
             open.push(next.into_iter());
@@ -340,10 +330,7 @@ impl<'db> Network<'db> {
     pub(super) fn ways(&self) -> (Vec<ChainWay<'db>>, usize) {
         let (mut all, mut steps, mut left_out) = (Vec::new(), 0, 0);
         for first in self.sources() {
-            self.walk(first, None, &mut |way, is_end| {
-                if !is_end {
-                    return true;
-                }
+            self.walk(first, &mut |way| {
                 steps += way.len();
                 let fits = all.len() < MOST_WAYS && steps <= MOST_STEPS;
                 if fits {
