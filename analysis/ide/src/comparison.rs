@@ -14,10 +14,14 @@ use std::path::PathBuf;
 use mauve_diagnostics::{
     errors_of, first_error, known_utilisation, reasons_of, reasons_of_chain, timing_reason,
 };
-use mauve_hir::{Decl, ModelDb, Project, file_and_line};
-use mauve_timing::{CpuLoad, Priority, Status, Time};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Chain, Decl, Hosts, Located, ModelDb, Project, accepted, config_of, file_and_line};
+use mauve_timing::{CpuLoad, LockUser, Priority, Status, Time};
 use mauve_wcrt::chains::{ChainEnd, ChainReport, chains_of};
-use mauve_wcrt::{ActivityReport, Footing, Query, executed_times, response_times};
+use mauve_wcrt::{
+    ActivityReport, Footing, Origin, PREFIX_OF_TOPICS, Query, executed_times, execution_times, origin_of,
+    response_times,
+};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +51,8 @@ pub struct Figures {
     pub cpus: Vec<(String, String)>,
     /// The execution time of each codel and program, by its key in timing tables.
     pub times: Vec<(String, Option<Time>)>,
+    /// What the figures assume besides these times and the fields of activities, by name, with its value.
+    pub assumptions: Vec<(String, String)>,
 }
 
 /// The figure of an activity or a chain.
@@ -66,17 +72,19 @@ pub struct Figure {
     pub hint: HintStatus,
     /// Why there is no time.
     pub reasons: Vec<String>,
-    /// What an activity keeps when it is renamed: the values of [`FIELDS`], or the component alone where it is not declared.
-    fields: Vec<String>,
+    /// The fields that are compared, each with its value: of an activity, the component alone where it is not declared; of a declared
+    /// chain, what it names.
+    fields: Vec<(String, String)>,
     /// What a chain without a declaration keeps, where its instances are not renamed: its ends, then the instances on its way.
     way: Vec<[String; 2]>,
 }
 
 /// Instead of a value of a field.
 const UNKNOWN: &str = "unknown";
+const NONE: &str = "none";
 
-/// The fields of an activity that are compared.
-const FIELDS: [&str; 5] = ["component", "priority", "CPU", "period", "deadline"];
+/// The fields of which a renamed activity keeps all, or all but one. The component is always kept.
+const KEPT: [&str; 3] = ["period", "priority", "CPU"];
 
 /// Two states of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -184,20 +192,18 @@ impl Figures {
         query: Query,
     ) -> Figures {
         let report = response_times(db, project, deployment, query);
+        let config = config_of(db, project.workspace(db));
         let footings = report.footings();
         let activity = |(it, footing): (&ActivityReport<'db>, Footing)| {
             let forms = figure(db, it, footing, TIGHT_SLACK);
-            let mut fields = vec![it.component_name.to_string()];
+            let mut fields = vec![("component", it.component_name.to_string())];
             if (it.priority, it.period, it.deadline) != (Priority::Unknown, None, None) {
-                let priority = match it.priority {
-                    Priority::RealTime(priority) => priority.to_string(),
-                    Priority::Background => "background".to_owned(),
-                    Priority::Unknown => UNKNOWN.to_owned(),
-                };
-                let cpus = it.cpus.map_or_else(String::new, |cpus| report.hosts.names(cpus));
-                fields.extend([priority, cpus.trim_start_matches("CPU ").to_owned()]);
-                let time = |time: Option<Time>| time.map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string());
-                fields.extend([it.period, it.deadline].map(time));
+                fields.extend(fields_of(it, &report.hosts));
+                let accepted = accepted(db, project, deployment, &it.instance).map(|it| {
+                    let until = it.until.map_or_else(String::new, |until| format!(" until {until}"));
+                    format!("\"{}\"{until}", it.reason)
+                });
+                fields.push(("accepted", accepted.unwrap_or_else(|| NONE.to_owned())));
             }
             Figure {
                 name: it.instance.to_string(),
@@ -207,7 +213,7 @@ impl Figures {
                 shown: forms.text().to_owned(),
                 hint: forms.status,
                 reasons: if it.response.is_some() { Vec::new() } else { reasons_of(db, it) },
-                fields,
+                fields: in_lines(fields),
                 way: Vec::new(),
             }
         };
@@ -236,7 +242,9 @@ impl Figures {
                 shown: forms.text().to_owned(),
                 hint: forms.status,
                 reasons,
-                fields: Vec::new(),
+                fields: in_lines(
+                    it.declared.and_then(|it| config.chains.get(it)).map_or_else(Vec::new, fields_of_chain),
+                ),
                 way,
             }
         };
@@ -254,6 +262,7 @@ impl Figures {
             chains: chains_of(db, project, deployment, query).all.iter().map(chain).collect(),
             cpus: report.cpus.iter().map(of_cpu).collect(),
             times: times.map(|it| (it.of.key(db), it.time(db, query.level))).collect(),
+            assumptions: assumptions_of(db, project, deployment, query),
         }
     }
 
@@ -299,9 +308,24 @@ impl Comparison {
         };
         let row = |(before, after)| Compared { before, after, is_tolerated: false };
         let name = |it: &Figure| Some(vec![it.name.clone()]);
-        let component = |it: &Figure| it.fields.first().map(|it| vec![it.clone()]);
-        let by_fields: [PairingPass<'_, Figure>; 3] =
-            [(false, &name), (true, &|it| Some(it.fields.clone())), (true, &component)];
+        let values = |it: &Figure, is_kept: &dyn Fn(&str) -> bool| {
+            let kept = it.fields.iter().filter(|(field, _)| is_kept(field));
+            Some(kept.map(|(_, value)| value.clone()).collect::<Vec<_>>())
+        };
+        // One more field than the component may be different, not two: another activity could have come in its place.
+        let but = |left_out: &'static str| {
+            let is_kept =
+                move |field: &str| field == "component" || KEPT.contains(&field) && field != left_out;
+            move |it: &Figure| values(it, &is_kept)
+        };
+        let [any_period, any_priority, any_cpu] = KEPT.map(but);
+        let by_fields: [PairingPass<'_, Figure>; 5] = [
+            (false, &name),
+            (true, &|it| values(it, &|_| true)),
+            (true, &any_period),
+            (true, &any_priority),
+            (true, &any_cpu),
+        ];
         let activities: Vec<Compared> =
             paired(figures(|it| &it.activities), &by_fields).into_iter().map(row).collect();
         // A chain has the names of its instances: the new ones count.
@@ -395,6 +419,8 @@ impl Comparison {
     pub fn is_same(&self) -> bool {
         !self.is_unread()
             && self.rows().all(|it| it.change() == FigureChange::Same && it.was().is_none())
+            && self.assumptions().is_empty()
+            && self.before.as_ref().map(|it| &it.level) == self.after.as_ref().map(|it| &it.level)
             && self.before.as_ref().map(|it| it.errors) == self.after.as_ref().map(|it| it.errors)
     }
 
@@ -447,6 +473,19 @@ impl Comparison {
             Reverse(both.map_or(u64::MAX, |(before, after)| before.as_nanos().abs_diff(after.as_nanos())))
         });
         different
+    }
+
+    /// Returns the assumptions that are different, by name, before and after; none on a side that does not make it.
+    pub fn assumptions(&self) -> Vec<(&str, [Option<&str>; 2])> {
+        let (Some(before), Some(after)) = (&self.before, &self.after) else { return Vec::new() };
+        type Assumption<'a> = &'a (String, String);
+        let all = [before, after].map(|it| it.assumptions.iter().collect::<Vec<Assumption<'_>>>());
+        let pairs = paired(all, &[(false, &|it| Some(vec![it.0.clone()]))]).into_iter();
+        let different = pairs.filter(|(before, after)| before != after);
+        let named = different.filter_map(|(before, after)| {
+            Some((after.or(before)?.0.as_str(), [before, after].map(|it| it.map(|it| it.1.as_str()))))
+        });
+        named.collect()
     }
 
     /// Returns `8 → 9 of 9 deadlines met`.
@@ -529,20 +568,21 @@ impl Compared {
         }
     }
 
-    /// Returns the fields of an activity that are different: `period 100 → 50 ms`, `priority 3 → 5`.
+    /// Returns the fields that are different: `period 100 → 50 ms`, `priority 3 → 5`.
     pub fn fields(&self) -> Vec<String> {
         let [before, after] =
             [&self.before, &self.after].map(|it| it.as_ref().map_or(&[][..], |it| &it.fields));
         // An activity that is not declared has no fields.
-        if before.len() != after.len() || before.len() != FIELDS.len() {
+        if before.len() != after.len() || before.len() < 2 {
             return Vec::new();
         }
-        let both: Vec<_> = before.iter().zip(after).collect();
+        let both: Vec<_> =
+            before.iter().zip(after).map(|((field, old), (_, new))| (field, [old, new])).collect();
         // The deadline is the period, unless both are given.
-        let is_said = |field: &str| field != "deadline" || both.get(3) != both.get(4);
-        let changed =
-            FIELDS.iter().zip(&both).filter(|(field, (before, after))| before != after && is_said(field));
-        changed.map(|(field, (before, after))| format!("{field} {before} → {after}")).collect()
+        let period = both.iter().find(|(field, _)| *field == "period").map(|it| it.1);
+        let is_said = |field: &str, values| field != "deadline" || period != Some(values);
+        let changed = both.iter().filter(|(field, values)| values[0] != values[1] && is_said(field, *values));
+        changed.map(|(field, [before, after])| format!("{field} {before} → {after}")).collect()
     }
 
     /// Returns the figure, as it was and is: `✓ 53 → 47 / 100 ms`, or `✗ 53 / 50 → ✓ 47 / 100 ms` where the deadlines are different.
@@ -575,6 +615,113 @@ impl Compared {
         [&self.before, &self.after]
             .map(|it| it.as_ref().map_or_else(|| "–".to_owned(), |figure| figure.shown.clone()))
     }
+}
+
+/// Returns the fields of a declared activity, besides its component.
+fn fields_of(it: &ActivityReport<'_>, hosts: &Hosts) -> Vec<(&'static str, String)> {
+    let priority = match it.priority {
+        Priority::RealTime(priority) => priority.to_string(),
+        Priority::Background => "background".to_owned(),
+        Priority::Unknown => UNKNOWN.to_owned(),
+    };
+    let cpus = it.cpus.map_or_else(String::new, |cpus| hosts.names(cpus));
+    let time = |time: Option<Time>| time.map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string());
+    let clock = if it.clock > 0 { format!(" on clock {}", it.clock) } else { String::new() };
+    let wait = it.waits.as_ref().zip(it.demand.machine()).map(|(waits, machine)| {
+        let times = waits.times.map_or_else(String::new, |it| format!(" in {it}"));
+        format!("{}{times}", waits.greatest(machine))
+    });
+    let or_none = |it: Option<String>| it.unwrap_or_else(|| NONE.to_owned());
+    vec![
+        ("priority", priority),
+        ("CPU", cpus.trim_start_matches("CPU ").to_owned()),
+        ("period", time(it.period)),
+        ("deadline", time(it.deadline)),
+        ("releases", if it.is_sporadic { "sporadic" } else { "periodic" }.to_owned()),
+        ("burst", it.burst().to_string()),
+        ("jitter", it.jitter.to_string()),
+        ("offset", time(it.offset) + &clock),
+        ("thread", it.thread.as_ref().map_or_else(|| "its own".to_owned(), Name::to_string)),
+        ("wait", or_none(wait)),
+    ]
+}
+
+/// Returns what a declared chain names.
+fn fields_of_chain(of: &Chain) -> Vec<(&'static str, String)> {
+    let names = |all: &[Located]| match all {
+        [] => NONE.to_owned(),
+        all => all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", "),
+    };
+    let [from, to] = [&of.from, &of.to].map(|it| names(it.as_slice()));
+    let (through, states, answers) = (names(&of.through), names(&of.states), names(&of.answers));
+    vec![("from", from), ("to", to), ("through", through), ("while", states), ("answers", answers)]
+}
+
+/// Returns names and values for a line each: strings of mauve.toml may have line breaks.
+fn in_lines(all: Vec<(impl Into<String>, String)>) -> Vec<(String, String)> {
+    let line = |text: String| text.replace(char::is_control, "\u{fffd}");
+    all.into_iter().map(|(name, value)| (line(name.into()), line(value))).collect()
+}
+
+/// Returns what the figures of a deployment assume besides the fields of its activities and the times that these execute: of the
+/// platform, of times that are not measured, of waits, accesses and locks.
+fn assumptions_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<(String, String)> {
+    let report = response_times(db, project, deployment, query);
+    let config = config_of(db, project.workspace(db));
+    let throttling = match config.rt_throttling {
+        Some(true) => "on",
+        Some(false) => "off",
+        None => "assumed to be off",
+    };
+    let mut all = vec![("real-time throttling".to_owned(), throttling.to_owned())];
+    all.extend(report.others().iter().map(|it| {
+        let (period, cost) = (it.period.unwrap_or_default(), it.greatest_cost().unwrap_or_default());
+        let priority = it.priority.real_time().map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string());
+        let cpus = report.hosts.names(it.cpus.unwrap_or_default());
+        let burst = if it.burst() > 1 { format!("{} × ", it.burst()) } else { String::new() };
+        let jitter = if it.jitter > Time::ZERO { format!(", jitter {}", it.jitter) } else { String::new() };
+        let value = format!("{burst}{cost} every {period}{jitter}, priority {priority}, {cpus}");
+        (format!("[[platform.other]] {}", it.name), value)
+    }));
+    all.extend(report.locks().iter().map(|lock| {
+        let user = |it: &LockUser| {
+            let name = report.activities.get(it.task).map_or("", |it| it.instance.as_str());
+            format!("{name} {}", it.held.map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string()))
+        };
+        let users: Vec<String> = lock.users.iter().map(user).collect();
+        (format!("[locks.{}]", lock.name), format!("{}, held by {}", lock.protocol.name(), users.join(", ")))
+    }));
+    let hosts = (0..config.hosts.len()).map(Some);
+    for host in hosts.chain(config.hosts.is_empty().then_some(None)) {
+        let times = execution_times(db, project, deployment, host, query.level);
+        let place = host
+            .and_then(|it| config.hosts.get(it))
+            .map_or_else(String::new, |it| format!(" on {}", it.name));
+        let mut add = |name: String, time: Time| all.push((name + &place, time.to_string()));
+        add("[overhead] per job".to_owned(), times.overhead);
+        times.waits.iter().for_each(|(codel, time)| add(format!("[wait] {}", codel.qualified(db)), *time));
+        for (component, port, time) in &times.accesses {
+            add(format!("[access] {}.{port}", component.qualified(db)), *time);
+        }
+        times
+            .topics
+            .iter()
+            .for_each(|(topic, time)| add(format!("[access] {PREFIX_OF_TOPICS}{topic}"), *time));
+    }
+    for it in executed_times(db, project, deployment, query.level) {
+        let is_assumed =
+            it.tables.iter().any(|of| origin_of(db, *of, &it.of, query.level) == Origin::Assumed);
+        all.extend(is_assumed.then(|| (format!("time of {}", it.of.key(db)), "assumed".to_owned())));
+    }
+    let links = config.links.iter().map(|it| (format!("[link.\"{}\"] latency", it.name), it.latency));
+    let of_hosts = links.chain([("[clocks] ptp".to_owned(), config.ptp)]);
+    all.extend(of_hosts.filter_map(|(name, time)| Some((name, time?.to_string()))));
+    in_lines(all)
 }
 
 /// Before and after.
@@ -626,8 +773,12 @@ mod tests {
           activity pilot { priority = 1 period = 50 deadline = 40 } }";
 
     fn figures(model: &str, table: &str) -> Figures {
+        figures_with(model, table, "platform.rt_throttling = false\n")
+    }
+
+    fn figures_with(model: &str, table: &str, config: &str) -> Figures {
         let db = Database::default();
-        let config = "platform.rt_throttling = false\ntiming.tables = [\"t.toml\"]";
+        let config = &*format!("{config}[timing]\ntables = [\"t.toml\"]");
         let files = [("/m.mal", model), ("/mauve.toml", config), ("/t.toml", table)];
         let files = files.map(|(path, text)| (path.into(), text.to_owned()));
         let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
@@ -732,6 +883,129 @@ mod tests {
                 worse: false
             "#]],
         );
+    }
+
+    /// A renamed instance keeps its component and two of priority, CPU and period; with less, another activity has come in its place.
+    #[test]
+    fn a_component_alone_is_not_a_renamed_instance() {
+        let model = |name: &str, fields: &str| {
+            let model = MODEL.replace("laser", name).replace("priority = 2 period = 20", fields);
+            Some(figures(&model, TABLE))
+        };
+        let fields = |priority: u32, cpu: u32, period: u32| {
+            format!("priority = {priority} cpus = [{cpu}] period = {period}")
+        };
+        for (other, is_renamed) in [
+            (fields(2, 1, 20), true),
+            (fields(3, 1, 20), true),
+            (fields(2, 2, 20), true),
+            (fields(2, 1, 25), true),
+            (fields(3, 2, 20), false),
+            (fields(3, 1, 25), false),
+            (fields(2, 2, 25), false),
+            (fields(3, 2, 25), false),
+        ] {
+            let found = Comparison::of(model("laser", &fields(2, 1, 20)), model("lidar", &other));
+            let was = found.activities[0].was();
+            assert_eq!(
+                (was, found.activities.len()),
+                (is_renamed.then_some("laser"), if is_renamed { 2 } else { 3 }),
+                "{other}"
+            );
+            // The bound of `laser` is gone.
+            let gone = found.activities.iter().any(|it| it.change() == FigureChange::Gone && it.is_worse());
+            assert_eq!(gone, !is_renamed, "{other}");
+        }
+    }
+
+    /// Whatever a bound depends on is named where it changes.
+    #[test]
+    fn each_changed_assumption_is_named() {
+        let base = "platform.rt_throttling = false\n";
+        let figures = |config: &str, table: &str, model: &str| {
+            Some(figures_with(model, table, &format!("{config}{base}")))
+        };
+        let with = |config: &str| figures(config, TABLE, MODEL);
+        let table = |more: &str| figures("", &format!("{TABLE}{more}"), MODEL);
+        let activity = |fields: &str| figures("", TABLE, &MODEL.replace("period = 50", fields));
+        let chain = "chains.c = { from = \"laser\", to = \"drive\", through = [\"laser.scan\"] }\n";
+        let other = "platform.other = [{ name = \"net\", priority = 90, cpus = [1], period = \"10 ms\", time = \"1 ms\" }]\n";
+        let lock = |protocol: &str| {
+            with(&format!(
+                "locks.bus = {{ codels = [\"look\", \"drive\"], protocol = \"{protocol}\", held = \"1 ms\" }}\n"
+            ))
+        };
+        for (before, after, expected) in [
+            (with(""), with(other), "[[platform.other]] net: none → 1 ms every 10 ms, priority 90, CPU 1"),
+            (
+                with(other),
+                with(&other.replace("1 ms\" }", "1.5 ms\" }")),
+                "[[platform.other]] net: 1 ms every 10 ms, priority 90, CPU 1 → 1.5 ms every 10 ms, priority 90, CPU 1",
+            ),
+            (
+                with(""),
+                Some(figures_with(MODEL, TABLE, "platform.rt_throttling = true\n")),
+                "real-time throttling: off → on",
+            ),
+            (with(""), Some(figures_with(MODEL, TABLE, "")), "real-time throttling: off → assumed to be off"),
+            (
+                with(""),
+                lock("inheritance"),
+                "[locks.bus]: none → inheritance, held by laser 1 ms, pilot 1 ms",
+            ),
+            (
+                lock("inheritance"),
+                lock("ceiling"),
+                "[locks.bus]: inheritance, held by laser 1 ms, pilot 1 ms → ceiling, held by laser 1 ms, pilot 1 ms",
+            ),
+            (table(""), table("[wait]\nplan = 2\n"), "[wait] plan: none → 2 ms; pilot: wait none → 2 ms"),
+            (table(""), table("[access]\n\"Pilot.scan\" = 1\n"), "[access] Pilot.scan: none → 1 ms"),
+            (table(""), table("[overhead]\ndispatch = 1\n"), "[overhead] per job: 0 ms → 1 ms"),
+            (
+                figures("", "[codel]\nlook = 5\nplan = 12\n", MODEL),
+                figures("assume.codel = \"1 ms\"\n", "[codel]\nlook = 5\nplan = 12\n", MODEL),
+                "time of drive: none → assumed",
+            ),
+            (
+                table(""),
+                figures("", &TABLE.replace("drive = 1", "drive = 1 # assumed"), MODEL),
+                "time of drive: none → assumed",
+            ),
+            (
+                with(""),
+                with("deployment.D.accept = { pilot = \"known\" }\n"),
+                "pilot: accepted none → \"known\"",
+            ),
+            (
+                with("deployment.D.accept = { pilot = \"known\" }\n"),
+                with("deployment.D.accept = { pilot = { until = \"30 ms\", reason = \"known\" } }\n"),
+                "pilot: accepted \"known\" → \"known\" until 30 ms",
+            ),
+            (
+                with(""),
+                with("clocks.synchronised = [\"laser\", \"pilot\"]\n"),
+                "laser: offset unknown → 0 ms; pilot: offset unknown → 0 ms",
+            ),
+            (activity("period = 50"), activity("period = 50 jitter = 3"), "pilot: jitter 0 ms → 3 ms"),
+            (activity("period = 50"), activity("period = 50 burst = 2"), "pilot: burst 1 → 2"),
+            (
+                with(chain),
+                with(&chain.replace("through = [\"laser.scan\"]", "answers = [\"pilot.scan\"]")),
+                "c: through laser.scan → none; c: answers none → pilot.scan",
+            ),
+        ] {
+            let found = Comparison::of(before, after);
+            let assumptions = found.assumptions().into_iter().map(|(name, values)| {
+                let [before, after] = values.map(|it| it.unwrap_or("none"));
+                format!("{name}: {before} → {after}")
+            });
+            let fields = found
+                .rows()
+                .flat_map(|row| row.fields().into_iter().map(|it| format!("{}: {it}", row.name())));
+            let said = assumptions.chain(fields).collect::<Vec<_>>().join("; ");
+            assert_eq!(said, expected);
+            assert!(!found.is_same(), "{expected}");
+        }
     }
 
     #[test]

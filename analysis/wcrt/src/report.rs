@@ -5,7 +5,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use mauve_timing::{
-    Breakdown, CpuLoad, CpuRule, CpuSet, Level, Method, Options, Status, Task, Tasks, Time, Window,
+    Breakdown, CpuLoad, CpuRule, CpuSet, Level, Lock, Method, Options, Status, Task, Tasks, Time, Window,
 };
 
 use crate::executions::chosen_level;
@@ -233,6 +233,11 @@ impl<'db> Report<'db> {
     /// Returns the real-time work that is not in the model, and interferes too.
     pub fn others(&self) -> &[Task] {
         self.tasks.others()
+    }
+
+    /// Returns the locks that the activities take.
+    pub fn locks(&self) -> &[Lock] {
+        &self.tasks.locks
     }
 
     /// Returns the utilisation of each CPU by what executes there, in the order of [`Report::cpus`].

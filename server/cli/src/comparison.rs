@@ -114,6 +114,9 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
     let times = it.times().into_iter().map(|(key, [before, after])| {
         object! { key: key.to_owned(), before: before.map(milliseconds), after: after.map(milliseconds) }
     });
+    let assumptions = it.assumptions().into_iter().map(|(name, [before, after])| {
+        object! { name: name.to_owned(), before: before.map(str::to_owned), after: after.map(str::to_owned) }
+    });
     object! {
         deployment: name(it).to_owned(),
         [was]: it.was().map(str::to_owned),
@@ -128,6 +131,8 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
         [utilisation]: non_empty(cpus),
         // The execution times that are different, the greatest difference first.
         [times]: non_empty(times),
+        // The assumptions that are different: of the platform, locks, waits, accesses, and times that are not measured.
+        [assumptions]: non_empty(assumptions),
     }
 }
 
@@ -190,6 +195,11 @@ pub(super) fn lines(it: &Comparison) -> Vec<String> {
     let mut lines = Vec::from_iter(unchanged(it));
     lines.extend(utilisations(it).map(|(cpu, [old, new])| format!("{cpu} utilisation: {old} → {new}")));
     lines.extend(times(it));
+    let assumptions = it.assumptions();
+    lines.extend(assumptions.iter().take(MOST_ROWS).map(|(name, [before, after])| {
+        let [before, after] = [before, after].map(|it| it.unwrap_or("none"));
+        format!("changed assumption: {name}: {before} → {after}")
+    }));
     lines.extend(it.unproved());
     lines
 }

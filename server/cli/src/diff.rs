@@ -222,6 +222,7 @@ fn summary(all: &[Comparison]) -> String {
         (figures(&Compared::is_relaxed), "deadline", "relaxed"),
         (is(FigureChange::Tightened), "deadline", "tightened"),
         (is(FigureChange::OtherFields), "figure", "with other fields"),
+        (all.iter().map(|it| it.assumptions().len()).sum(), "assumption", "changed"),
         (deployments(&|it| it.after.is_none()), "deployment", "gone"),
         (deployments(&Comparison::is_unread), "deployment", "not compared, since files cannot be read"),
         (deployments(&is_unproved), "deployment", "not proved, since there are errors"),
