@@ -858,6 +858,141 @@ fn names_of_a_stranger_are_shown_harmlessly() {
     assert!(text.code == 0 && !text.out.contains('\u{1b}'), "{text:?}");
 }
 
+/// A hidden folder that the user names is read from a commit as from the disk; one that is not named is not.
+#[test]
+fn a_hidden_folder_that_is_named() {
+    let top = repository("hidden");
+    let mut it = Robot { folder: ".robot", ..robot() };
+    it.write(&top);
+    std::fs::create_dir(top.join(".robot/deep")).unwrap();
+    std::fs::rename(top.join(".robot/times.toml"), top.join(".robot/deep/times.toml")).unwrap();
+    std::os::unix::fs::symlink("deep/times.toml", top.join(".robot/times.toml")).unwrap();
+    write(&top, &[(".robot/.env/more.mal", "codel more(: int\n")]);
+    commit(&top, "before");
+    let table = std::fs::read_to_string(top.join(".robot/deep/times.toml")).unwrap();
+    change(&mut it, "nav", |nav| nav.time = Some(30));
+    write(
+        &top,
+        &[(".robot/deep/times.toml", table.replace("planner = 21", "planner = 30"))]
+            .map(|(path, text)| (path.to_owned(), text)),
+    );
+    let expected = "nav       ✓ 39 / 100 ms  ✓ 57 / 100 ms  later";
+    let on_disk = |arguments: &[&str]| {
+        let run = diff(&top, arguments);
+        assert!(run.code == 1 && run.out.contains(expected), "{arguments:?}: {run:?}");
+    };
+    on_disk(&["HEAD", ".robot"]);
+    on_disk(&["HEAD", ".robot/robot.mal"]);
+    on_disk(&["HEAD", ".robot/deep/.."]);
+    commit(&top, "after");
+    on_disk(&["HEAD~1..HEAD", ".robot"]);
+    on_disk(&["HEAD~1:.robot", "HEAD:.robot"]);
+    let below = diff(&top.join(".robot"), &["HEAD~1..HEAD"]);
+    assert!(below.code == 1 && below.out.contains(expected), "{below:?}");
+    let top_only = diff(&top, &["HEAD~1..HEAD"]);
+    assert!(top_only.code == 2 && top_only.err.contains("neither state has a deployment"), "{top_only:?}");
+}
+
+/// What only the configuration accepts or assumes is a change, with its cause.
+#[test]
+fn a_changed_assumption_is_a_change() {
+    let top = repository("assumption");
+    let mut it = robot();
+    change(&mut it, "map", |map| map.time = Some(300));
+    it.write(&top);
+    commit(&top, "before");
+    let config = std::fs::read_to_string(top.join("robot/mauve.toml")).unwrap();
+    for (more, shown, summary) in [
+        (
+            "deployment.D.accept = { map = \"known\" }",
+            "accepted none → \"known\"",
+            "1 figure with other fields",
+        ),
+        (
+            "clocks.ptp = \"1 us\"",
+            "changed assumption: [clocks] ptp: none → 0.001 ms",
+            "1 assumption changed",
+        ),
+    ] {
+        write(&top, &[("robot/mauve.toml", &format!("{more}\n{config}"))]);
+        let run = diff(&top, &[]);
+        assert!(run.code == 0 && run.out.contains(shown) && run.out.contains(summary), "{run:?}");
+        assert!(!run.out.contains("nothing changes"), "{run:?}");
+    }
+}
+
+/// Whenever a signal comes, the private folder is removed, and what a killed process has left is swept by the next one.
+#[test]
+fn a_private_folder_never_stays() {
+    use std::os::unix::fs::{chown, symlink};
+    let top = repository("private");
+    robot().write(&top);
+    let models: Vec<(String, String)> = (0..4000)
+        .map(|it| (format!("robot/d{}/m{it}.mal", it % 100), format!("codel c{it}(): int\n")))
+        .collect();
+    write(&top, &models);
+    commit(&top, "many");
+    let temporary = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-tmp", test_name()));
+    let start = || {
+        Command::new(MAUVE)
+            .args(["diff", "HEAD..HEAD"])
+            .current_dir(&top)
+            .env("TMPDIR", &temporary)
+            .spawn()
+            .unwrap()
+    };
+    let left = || {
+        let entries =
+            std::fs::read_dir(&temporary).unwrap().map(|it| it.unwrap().file_name().into_string().unwrap());
+        let mut all: Vec<String> = entries.collect();
+        all.sort();
+        all
+    };
+    let of = |it: &str| temporary.join(it).join("robot").read_dir().map_or(0, Iterator::count);
+    let in_the_midst = |least: usize| {
+        while !left().iter().any(|it| of(it) >= least) {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    };
+    for (signal, least) in [("-TERM", 1), ("-INT", 20), ("-HUP", 40), ("-TERM", 60), ("-TERM", 90)] {
+        let mut child = start();
+        in_the_midst(least);
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
+        assert_eq!(left(), Vec::<String>::new(), "{signal} {least}");
+    }
+    let mut child = start();
+    in_the_midst(10);
+    child.kill().unwrap();
+    let ended = child.wait().map(|_| child.id()).unwrap();
+    assert_eq!(left().len(), 1);
+    // Those of a living process and of another user, links, and other folders stay.
+    let own = std::process::id();
+    let names = ["living", "linked", "foreign", "x"]
+        .map(|it| format!("mauve-revision-{}-{it}", if it == "living" { own } else { ended }));
+    let [living, linked, foreign, _] = &names;
+    let elsewhere = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-elsewhere", test_name()));
+    write(&elsewhere, &[("kept", "")]);
+    symlink(&elsewhere, temporary.join(linked)).unwrap();
+    write(
+        &temporary,
+        &[
+            (format!("{living}/kept"), ""),
+            (format!("{foreign}/kept"), ""),
+            (format!("mauve-other-{ended}-1/kept"), ""),
+        ]
+        .map(|(path, text)| (path, text.to_owned())),
+    );
+    let is_foreign = chown(temporary.join(foreign), Some(65534), None).is_ok();
+    let mut kept: Vec<String> =
+        [living, linked].map(String::clone).into_iter().chain(is_foreign.then(|| foreign.clone())).collect();
+    kept.push(format!("mauve-other-{ended}-1"));
+    kept.sort();
+    assert!(start().wait().unwrap().success());
+    assert_eq!(left(), kept);
+    assert!(elsewhere.join("kept").exists());
+}
+
 /// Returns a file of YAML as JSON, where there is a parser for it.
 fn yaml(path: &Path) -> Option<Value> {
     let parse = "import json, sys, yaml\nprint(json.dumps(yaml.safe_load(open(sys.argv[1]))))";

@@ -12,6 +12,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 
 use mauve_pwcet::program::{command, program};
 
+use crate::disk::is_hidden;
+
 /// Variables of git that only say where configuration of the user is, and how far the search for a repository goes. All others are
 /// removed: within a hook of git, they name a repository and an index.
 const KEPT: [&str; 5] = [
@@ -127,7 +129,7 @@ impl Repository {
     }
 
     /// Returns the entries of a commit that are `wanted`. Paths that lead out of a folder or to hidden files are left out, unless they
-    /// are rules of what to ignore.
+    /// are rules of what to ignore, or the user has `named` the hidden folder.
     ///
     /// # Errors
     ///
@@ -135,6 +137,7 @@ impl Repository {
     pub fn entries(
         &self,
         commit: &str,
+        named: &Path,
         wanted: &dyn Fn(&CommitEntry) -> bool,
     ) -> Result<Vec<CommitEntry>, String> {
         let failed = |why: String| format!("cannot read the files of commit {commit}: {why}");
@@ -146,7 +149,7 @@ impl Repository {
                 return Err(failed(format!("it has more than {MOST_ENTRIES} files")));
             }
             let line = line.map_err(|error| failed(error.to_string()))?;
-            found.extend(entry(&line).filter(wanted));
+            found.extend(entry(&line, named).filter(wanted));
         }
         // It ends at the first tree that it cannot read: what it says has room in the pipe until here.
         succeeded(child.wait_with_output()).map_err(failed)?;
@@ -265,7 +268,7 @@ fn is_object(text: &str) -> bool {
 }
 
 /// Reads `100644 blob OBJECT<TAB>PATH`.
-fn entry(line: &[u8]) -> Option<CommitEntry> {
+fn entry(line: &[u8], named: &Path) -> Option<CommitEntry> {
     let tab = line.iter().position(|byte| *byte == b'\t')?;
     let (head, path) = line.split_at(tab);
     let path = Path::new(std::ffi::OsStr::from_bytes(path.get(1..)?));
@@ -276,7 +279,7 @@ fn entry(line: &[u8]) -> Option<CommitEntry> {
         "160000" => CommitEntryKind::Submodule,
         _ => CommitEntryKind::File,
     };
-    (is_object(object) && is_within(path)).then(|| CommitEntry {
+    (is_object(object) && is_within(path, named)).then(|| CommitEntry {
         path: path.to_owned(),
         kind,
         object: object.to_owned(),
@@ -284,11 +287,17 @@ fn entry(line: &[u8]) -> Option<CommitEntry> {
 }
 
 /// Returns whether each part of a path is a visible name: git itself writes no `..` and no `.git`, but an object can have it.
-fn is_within(path: &Path) -> bool {
+fn is_within(path: &Path, named: &Path) -> bool {
     let is_rule = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
     let visible = if is_rule { path.parent().unwrap_or(path) } else { path };
     let is_plain = path.components().all(|part| matches!(part, std::path::Component::Normal(_)));
-    is_plain && !path.as_os_str().is_empty() && !crate::disk::is_hidden(visible)
+    is_plain && !path.as_os_str().is_empty() && is_visible(visible, named)
+}
+
+/// Returns whether a path is visible from the top of a repository, or from a hidden folder that the user has named.
+pub fn is_visible(path: &Path, named: &Path) -> bool {
+    let is_git = path.iter().any(|part| part == ".git");
+    !is_git && (!is_hidden(path) || path.strip_prefix(named).is_ok_and(|below| !is_hidden(below)))
 }
 
 #[cfg(test)]
@@ -310,8 +319,16 @@ mod tests {
             ("", false),
         ] {
             let line = format!("100644 blob {object}\t{path}");
-            assert_eq!(entry(line.as_bytes()).is_some(), is_taken, "{path:?}");
+            assert_eq!(entry(line.as_bytes(), Path::new("")).is_some(), is_taken, "{path:?}");
         }
+        for (path, is_taken) in
+            [(".robot/a.mal", true), (".robot/.env/a.mal", false), (".git/a.mal", false), (".x/a.mal", false)]
+        {
+            let line = format!("100644 blob {object}\t{path}");
+            let found = [".robot", ".git"].map(|named| entry(line.as_bytes(), Path::new(named)).is_some());
+            assert_eq!(found, [is_taken, false], "{path:?}");
+        }
+        let entry = |line: &[u8]| entry(line, Path::new(""));
         assert_eq!(entry(b"100644 blob -option\ta.mal"), None);
         let link = format!("120000 blob {object}\ta.mal");
         assert_eq!(entry(link.as_bytes()).map(|it| it.kind), Some(CommitEntryKind::Link));

@@ -6,15 +6,17 @@ use std::ffi::OsString;
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::Write as _;
 use std::os::unix::ffi::OsStringExt as _;
-use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use mauve_hir::{CONFIG_FILE, Database, Workspace, config_of, is_model, normalised};
 use mauve_wcrt::table_pattern;
+use rustix::io::Errno;
+use rustix::process::{Pid, geteuid, test_kill_process};
 
 use crate::disk::{LONGEST, is_hidden};
-use crate::git::{CommitEntry, CommitEntryKind, Contents, Repository};
+use crate::git::{CommitEntry, CommitEntryKind, Contents, Repository, is_visible};
 use crate::load::{LONGEST_TOGETHER, load};
 use crate::signals::on_signal;
 
@@ -41,7 +43,9 @@ pub fn load_commit(
     (name, commit): (&str, &str),
     path: &Path,
 ) -> Result<LoadedCommit, String> {
-    let mut copy = Copy::new()
+    // The innermost hidden folder that the user has named, as for a path on the disk.
+    let named = path.ancestors().find(|it| it.file_name().is_some_and(|name| is_hidden(Path::new(name))));
+    let mut copy = Copy::new(named.unwrap_or(Path::new("")))
         .map_err(|error| format!("cannot make a folder in `{}`: {error}", std::env::temp_dir().display()))?;
     let is_project = |path: &Path| is_model(path) || path.ends_with(CONFIG_FILE);
     let is_wanted = |path: &Path| {
@@ -97,17 +101,42 @@ pub fn copy_of(folder: &Path) -> Option<String> {
 /// The maximum number of bytes of the target of a link.
 const LONGEST_LINK: u64 = 4096;
 
-/// The private folder that is not removed yet: there is one at a time. A signal removes it too.
+/// The private folder that is not removed yet: there is one at a time. A signal removes it too. Who writes in it holds the lock:
+/// nothing is written any more while the folder is removed, nor afterwards.
 static COPY: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-fn remove_copy() {
-    let copy = COPY.lock().ok().and_then(|mut it| it.take());
-    copy.iter().for_each(|it| _ = std::fs::remove_dir_all(it));
+fn copy_to_write() -> MutexGuard<'static, Option<PathBuf>> {
+    COPY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the private folder. Nobody writes until the lock is dropped.
+fn remove_copy() -> MutexGuard<'static, Option<PathBuf>> {
+    let mut copy = copy_to_write();
+    copy.take().iter().for_each(|it| _ = std::fs::remove_dir_all(it));
+    copy
+}
+
+/// Removes the private folders of this user's processes that have ended without removing them, such as by `kill -9`.
+fn sweep(parent: &Path) {
+    let is_left = |path: &Path| {
+        let process = path.file_name()?.to_str()?.strip_prefix(PREFIX)?.split_once('-')?.0.parse().ok()?;
+        let has_ended = test_kill_process(Pid::from_raw(process)?) == Err(Errno::SRCH);
+        let data = path.symlink_metadata().ok()?;
+        let is_own = data.is_dir() && data.uid() == geteuid().as_raw();
+        // The processes of another container have other numbers, and hold the lock.
+        (has_ended && is_own && File::open(path).ok()?.try_lock().is_ok()).then_some(())
+    };
+    let folders = std::fs::read_dir(parent).into_iter().flatten().filter_map(|it| Some(it.ok()?.path()));
+    folders.filter(|it| is_left(it).is_some()).for_each(|it| _ = std::fs::remove_dir_all(it));
 }
 
 /// A private folder with files of a commit, which is removed when it is dropped.
 struct Copy {
     top: PathBuf,
+    /// It is locked while the process lives.
+    _folder: File,
+    /// The hidden folder that the user has named; empty without one.
+    named: PathBuf,
     left: u64,
     left_out: BTreeMap<PathBuf, String>,
     /// The links, with their targets.
@@ -115,23 +144,26 @@ struct Copy {
 }
 
 impl Copy {
-    fn new() -> std::io::Result<Copy> {
+    fn new(named: &Path) -> std::io::Result<Copy> {
         let parent = std::env::temp_dir().canonicalize()?;
+        sweep(&parent);
         let time = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
         let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
         // Without signals, a folder may stay: it is private.
         _ = on_signal(|| {
-            remove_copy();
+            let _nobody_writes = remove_copy();
             std::process::exit(130);
         });
-        COPY.lock().iter_mut().for_each(|it| **it = Some(top.clone()));
+        let mut copy = copy_to_write();
         // It must be new: another user could have made one.
         DirBuilder::new().mode(0o700).create(&top)?;
-        let left = LONGEST_TOGETHER;
-        let copy = Copy { top, left, left_out: BTreeMap::new(), links: BTreeMap::new() };
+        *copy = Some(top.clone());
+        let folder = File::open(&top)?;
+        _ = folder.try_lock();
         // So that it is a repository: its projects may read all of it, and nothing around it.
-        std::fs::create_dir(copy.top.join(".git"))?;
-        Ok(copy)
+        std::fs::create_dir(top.join(".git"))?;
+        let (named, left_out, links) = (named.to_owned(), BTreeMap::new(), BTreeMap::new());
+        Ok(Copy { top, _folder: folder, named, left: LONGEST_TOGETHER, left_out, links })
     }
 
     /// Writes the files of a commit that are `wanted`, and all links, into the folder `below` the top. Returns the paths of the files.
@@ -147,7 +179,9 @@ impl Copy {
             (CommitEntryKind::File, path) => wanted(&path),
             (_, path) => !self.links.contains_key(&path),
         };
-        let (entries, mut contents) = (repository.entries(commit, &is_wanted)?, repository.contents()?);
+        let named = self.named.strip_prefix(below).unwrap_or(Path::new(""));
+        let (entries, mut contents) =
+            (repository.entries(commit, named, &is_wanted)?, repository.contents()?);
         let mut all = Vec::new();
         for mut entry in entries {
             let inner =
@@ -187,11 +221,14 @@ impl Copy {
         let Ok(target) = contents.read(entry, LONGEST_LINK)? else { return out() };
         let (path, target) = (self.path_of(entry)?, PathBuf::from(OsString::from_vec(target)));
         let end = normalised(&path.parent().unwrap_or(&self.top).join(&target));
-        let Some(end) = end.strip_prefix(&self.top).ok().filter(|it| !is_hidden(it)) else { return out() };
+        let Some(end) = end.strip_prefix(&self.top).ok().filter(|it| is_visible(it, &self.named)) else {
+            return out();
+        };
         if target.is_absolute() {
             return out();
         }
         self.links.insert(entry.path.clone(), end.to_owned());
+        let _writing = copy_to_write();
         let made = std::fs::create_dir_all(path.parent().unwrap_or(&self.top))
             .and_then(|()| std::os::unix::fs::symlink(&target, &path));
         made.map(|()| None).map_err(|error| error.to_string())
@@ -210,6 +247,7 @@ impl Copy {
 
     fn write_file(&mut self, contents: &mut Contents<'_>, entry: &CommitEntry) -> Result<(), String> {
         let bytes = contents.read(entry, LONGEST)?;
+        let _writing = copy_to_write();
         let path = self.path_of(entry)?;
         let make = || -> std::io::Result<File> {
             std::fs::create_dir_all(path.parent().unwrap_or(&self.top))?;
@@ -233,6 +271,6 @@ impl Copy {
 
 impl Drop for Copy {
     fn drop(&mut self) {
-        remove_copy();
+        drop(remove_copy());
     }
 }
