@@ -33,9 +33,12 @@ fn all_mechanical_fixes_are_applied_and_the_rest_is_reported() {
     let folder = folder("mistakes", &[("robot.mal", MISTAKES)]);
     let shown = check(&folder, &["--diff"]);
     assert_eq!((shown.code, shown.err.as_str()), (1, ""), "{}", shown.out);
-    for line in
-        ["--- robot.mal\n+++ robot.mal\n@@ ", "\n-core K(S): {\n", "\n+core K(S) {\n", "n = measure();"]
-    {
+    for line in [
+        "--- a/robot.mal\n+++ b/robot.mal\n@@ ",
+        "\n-core K(S): {\r\n",
+        "\n+core K(S) {\r\n",
+        "n = measure();",
+    ] {
         assert!(shown.out.contains(line), "{line} in {}", shown.out);
     }
     assert_eq!(text(&folder, "robot.mal"), MISTAKES, "--diff writes nothing");
@@ -47,6 +50,71 @@ fn all_mechanical_fixes_are_applied_and_the_rest_is_reported() {
     assert!(again.code == 0 && again.out.starts_with("nothing to fix\n"), "{}", again.out);
     let shown = check(&folder, &["--diff"]);
     assert_eq!((shown.code, shown.out.as_str()), (0, ""));
+}
+
+/// What `git apply` makes of a patch is what the command itself writes, to the byte.
+#[test]
+fn git_applies_each_patch() {
+    let mistakes = MISTAKES.replace('\r', "");
+    let models = [
+        ("plain", mistakes.clone()),
+        ("crlf", MISTAKES.to_owned()),
+        ("mixed", mistakes.replace("int\n", "int\r\n")),
+        ("lone-cr", mistakes.replace("0;\n  ", "0;\r\n\r  \r").replace("core", "\r\rcore")),
+        ("cr-at-the-end", format!("{mistakes}\r")),
+        ("no-line-break", mistakes.trim_end().to_owned()),
+        ("no-line-break-crlf", MISTAKES.trim_end().to_owned()),
+        ("one-line", mistakes.replace('\n', " ").trim_end().to_owned()),
+        ("byte-order-mark", format!("\u{feff}{mistakes}")),
+        // A terminal and a job would obey these, were they not in a file or a pipe.
+        (
+            "obeyed",
+            mistakes
+                .replace("int\n", "int // \u{1b}[31m \u{202e} ##vso[x\n::error::y\n")
+                .replace("::error", "// ::error"),
+        ),
+    ];
+    let names = ["robot.mal", "a/b/robot.mal", "a b.mal", "\u{e9}\u{202e}.mal", "q\"\\.mal"];
+    let all = models.iter().map(|it| ("robot.mal", it)).chain(names.map(|name| (name, &models[0])));
+    for (name, (kind, model)) in all {
+        let files = [(name, model.as_str())];
+        check_patch(&format!("{name}-{kind}"), &files, name, &["check"], "--fix");
+    }
+    for (kind, line) in [("lf", "\n"), ("crlf", "\r\n"), ("cr", "\n\r \r")] {
+        let library = "codel f(): void\ncodel g(): void\nshell S { }\ncore K(S) { update = { f(); } }\ncore L(S) { update = { g(); } }\n\
+                       component X(S, K)\ncomponent Y(S, L)\narchitecture A { instance x: X instance y: Y }\n";
+        let model = format!(
+            "include \"lib.mal\"{line}deployment D {{ architecture A{line}  activity x {{ affinity = 1 priority = 5{line} \
+             period = 50 deadline = 10 }}{line}  activity y {{ affinity = 1 priority = 9 period = 20 }}{line}}}"
+        );
+        let config = "project.root = \"main.mal\"\ntiming.tables = [\"t.toml\"]\nplatform.cpus = 1\nplatform.rt_throttling = false\n";
+        let files = [
+            ("main.mal", &*model),
+            ("lib.mal", library),
+            ("t.toml", "codel.f = 5\ncodel.g = 8\n"),
+            ("mauve.toml", config),
+        ];
+        check_patch(&format!("tune-{kind}"), &files, "main.mal", &["tune", "--priorities"], "--apply");
+    }
+}
+
+fn check_patch(place: &str, files: &[(&str, &str)], changed: &str, command: &[&str], apply: &str) {
+    let place = place.replace(|it: char| !it.is_ascii_alphanumeric(), "-");
+    let [patched, written] = ["patched", "written"].map(|it| folder(&format!("{place}-{it}"), files));
+    let ran = |folder: &Path, option: &str| {
+        std::process::Command::new(MAUVE).args(command).arg(option).current_dir(folder).output().unwrap()
+    };
+    let patch = ran(&patched, "--diff").stdout;
+    assert!(!patch.is_empty(), "{place}");
+    fs::write(patched.join("patch"), &patch).unwrap();
+    mauve_tests::git(&patched, &["init", "--quiet"]);
+    let applied = mauve_tests::git(&patched, &["apply", "patch"]);
+    let patch = String::from_utf8_lossy(&patch);
+    assert!(applied.status.success(), "{place}: {}\n{patch}", String::from_utf8_lossy(&applied.stderr));
+    ran(&written, apply);
+    let [found, expected] = [&patched, &written].map(|it| fs::read(it.join(changed)).unwrap());
+    assert!(found == expected, "{place}: {found:?} {expected:?}\n{patch}");
+    assert_ne!(String::from_utf8_lossy(&found), files[0].1, "{place}");
 }
 
 #[test]

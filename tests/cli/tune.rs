@@ -52,8 +52,8 @@ fn a_drone_without_priorities_and_cpus_meets_all_deadlines_after_one_command() {
     assert!(found.out.starts_with("uav.Flight at 1e-4: 0 → 13 of 13 deadlines met\n"), "{}", found.out);
     let found = run(&folder, &["--priorities", "--cpus", "--diff"]);
     expect![[r#"
-        --- uav.mal
-        +++ uav.mal
+        --- a/uav.mal
+        +++ b/uav.mal
         @@ -109,24 +109,26 @@
              architecture Drone
          
@@ -124,8 +124,8 @@ fn an_activity_of_the_sample_robot_moves_to_the_other_cpu() {
     let found = run(&folder, &["--priorities", "--cpus", "--significance", "1e-5", "--diff"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"
-        --- deployment.mal
-        +++ deployment.mal
+        --- a/deployment.mal
+        +++ b/deployment.mal
         @@ -5,7 +5,7 @@
              architecture ExplorationP3dxArchitecture
          
@@ -254,8 +254,8 @@ fn values_that_another_project_cannot_have_are_not_written() {
           CPU 1 utilisation: 117.8 % → 55.2 %
           CPU 2 utilisation: – → 62.5 %
 
-        --- activities.mal
-        +++ activities.mal
+        --- a/activities.mal
+        +++ b/activities.mal
         @@ -1,6 +1,6 @@
          include "parts.mal"
          deployment Workshop { architecture Arm

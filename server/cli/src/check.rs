@@ -21,7 +21,7 @@ use mauve_projects::harmless::{harmless, harmless_but_for_styles};
 use mauve_projects::json::{self, non_empty, object};
 use mauve_projects::load::Outside;
 use mauve_projects::load::load;
-use mauve_projects::output::Output;
+use mauve_projects::output::{Output, print_patch};
 use serde::Serialize;
 
 use self::fix::Fixed;
@@ -112,7 +112,8 @@ impl CheckCommand {
         };
         if let Some(fixed) = fixed.as_ref().filter(|_| self.diff) {
             let diff = fixed.files.diff(&here);
-            return Ok(Output::escaped(&diff, u8::from(!diff.is_empty())));
+            print_patch(&diff)?;
+            return Ok(Output::verbatim("", u8::from(!diff.is_empty())));
         }
         let written = fixed.as_ref().map(|fixed| fixed.files.write(&here));
         // The process ends after the command, and freeing the database would be a tenth of its time.

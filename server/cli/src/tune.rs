@@ -13,7 +13,7 @@ use mauve_projects::analysis_document::milliseconds;
 use mauve_projects::harmless::harmless;
 use mauve_projects::json::{self, non_empty, object};
 use mauve_projects::load::models_in;
-use mauve_projects::output::{Output, say};
+use mauve_projects::output::{Output, print_patch, say};
 use mauve_timing::Level;
 use mauve_wcrt::tune::{
     Conflict, ConflictKind, Remedy, SearchKind, TuneAim, TuneRequest, Tuned, Untunable, tune,
@@ -114,10 +114,18 @@ impl Tune {
         if self.diff {
             all.iter().flat_map(Tuning::losses).for_each(|it| say(&it));
         }
+        // Deployments may be in one file: it is changed once.
+        let joined = |is_taken: &dyn Fn(&Tuning) -> bool| {
+            let mut change = Change::default();
+            for found in all.iter().filter(|it| is_taken(it)) {
+                change.join(found.change.clone());
+            }
+            edited(db, &change, &writable)
+        };
         let mut text = match (self.diff, self.format) {
             (true, _) => {
-                let shown = all.iter().filter(|it| it.losses().next().is_none());
-                shown.map(|it| harmless(&it.edited.diff(&here))).collect()
+                print_patch(&joined(&|it| it.losses().next().is_none())?.diff(&here))?;
+                String::new()
             }
             (false, TableFormat::Json) => json::one_or_all(all.iter().map(|it| document(it, &here)))?,
             (false, TableFormat::Table) => {
@@ -127,12 +135,7 @@ impl Tune {
         };
         let mut code = u8::from(!is_met);
         if self.apply {
-            // Deployments may be in one file: it is written once.
-            let mut change = Change::default();
-            for found in all.iter().filter(|it| it.is_taken()) {
-                change.join(found.change.clone());
-            }
-            let (files, is_complete) = edited(db, &change, &writable)?.write(&here);
+            let (files, is_complete) = joined(&|it| it.is_taken())?.write(&here);
             if !is_complete {
                 code = 2;
             }

@@ -135,6 +135,12 @@ pub fn at_most(longest: u64, input: impl io::Read) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Returns whether a file begins with a byte order mark.
+pub fn has_mark(path: &Path) -> bool {
+    let mut start = [0; MARK.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok() && start == *MARK.as_bytes()
+}
+
 /// Returns the text of a file without its byte order mark, as an editor shows it, up to the first byte that is not UTF-8,
 /// and the reason if the text is incomplete. The path must have its links resolved.
 ///

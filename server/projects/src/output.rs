@@ -1,6 +1,6 @@
 //! What a command prints: its result, and messages to standard error.
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 
 use crate::harmless::harmless;
 
@@ -22,6 +22,23 @@ impl Output {
     pub fn verbatim(text: impl Into<String>, code: u8) -> Output {
         Output { text: text.into(), code }
     }
+}
+
+/// Prints bytes as they are: other outputs lose escape sequences where they are not for a terminal.
+pub fn print(bytes: &[u8]) -> Result<(), String> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(format!("cannot write the result: {error}"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a patch: as it is for programs, which apply it, and with visible control characters on a terminal.
+pub fn print_patch(patch: &str) -> Result<(), String> {
+    let is_terminal = std::io::stdout().is_terminal();
+    print(if is_terminal { harmless(patch) } else { patch.to_owned() }.as_bytes())
 }
 
 /// Returns the columns of the terminal that standard output goes to; none if it goes elsewhere. The variable `COLUMNS` overrides them.
