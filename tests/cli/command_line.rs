@@ -713,7 +713,10 @@ fn fmt_leaves_alone_what_it_cannot_read_or_write() {
     std::fs::write(folder.join("binary.mal"), binary).unwrap();
     let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
     let found = run(&["fmt"]);
-    assert_eq!((found.code, found.out.as_str()), (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged\n"));
+    assert_eq!(
+        (found.code, found.out.as_str()),
+        (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged, 1 with syntax errors\n")
+    );
     assert!(found.err.contains("`binary.mal`: this file is not UTF-8 text from byte 7 on"), "{}", found.err);
     assert!(found.err.contains("`broken.mal` has 1 syntax error: the text around"), "{}", found.err);
     assert_eq!(std::fs::read(folder.join("binary.mal")).unwrap(), binary);
@@ -727,6 +730,21 @@ fn fmt_leaves_alone_what_it_cannot_read_or_write() {
         assert_eq!((found.code, found.out.as_str()), (2, ""));
         assert!(found.err.contains(message), "{}", found.err);
     }
+}
+
+#[test]
+fn fmt_says_what_it_cannot_format() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-errors");
+    let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
+    write(&folder, &[("a b.mal", "codel f(: int\n"), ("good.mal", "codel f(): int\n")]);
+    let said = "`a b.mal` has 1 syntax error: the text around them cannot be formatted\nhelp: `mauve check 'a b.mal'` shows them";
+    let found = run(&["fmt", "--check"]);
+    assert!(found.code == 1 && found.err.contains(said), "{found:?}");
+    assert_eq!(found.out, "no files to be formatted, 1 unchanged, 1 with syntax errors\n");
+    // Without `--check`, the rest is formatted.
+    let found = run(&["fmt"]);
+    assert!(found.code == 0 && found.err.contains("the text around them is not changed"), "{found:?}");
+    assert_eq!(run(&["fmt", "--check", "good.mal"]).code, 0);
 }
 
 #[test]

@@ -2,24 +2,24 @@
 //!
 //! Writes only files in the named paths, not those that they include, and only files that change (`replace.rs`).
 
-use std::io::{Read as _, Write as _};
-use std::path::PathBuf;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 use mauve_projects::disk::text_of;
 use mauve_projects::load::{is_of_another_language, models_in};
-use mauve_projects::output::{Output, say};
+use mauve_projects::output::{Output, print, say};
 use mauve_projects::replace::replace;
 use mauve_syntax::format::{applied, format};
 
 use crate::options::Paths;
-use crate::text::{counted, shown};
+use crate::text::{argument, counted, shown};
 
 #[derive(Debug, clap::Args)]
 pub struct Fmt {
     #[command(flatten)]
     paths: Paths,
-    /// Write nothing: list the files that would change, and exit with 1 if there are any. (`-` as PATH formats
-    /// standard input.)
+    /// Write nothing: list the files that would change, and exit with 1 if there are any, or files with syntax errors, which
+    /// cannot be formatted. (`-` as PATH formats standard input.)
     #[arg(long)]
     check: bool,
 }
@@ -39,25 +39,19 @@ impl Fmt {
         let mut text = String::new();
         let read = std::io::stdin().lock().read_to_string(&mut text);
         read.map_err(|error| format!("cannot read standard input: {error}"))?;
-        let tidy = tidy(&text, "standard input");
+        let (tidy, has_errors) = self.tidy(&text, ("standard input", "- --stdin-path FILE"));
         if self.check {
             let text =
                 difference(&text, &tidy).map(|lines| format!("standard input{lines}")).unwrap_or_default();
-            return Ok(Output::escaped(&text, u8::from(!text.is_empty())));
+            return Ok(Output::escaped(&text, u8::from(has_errors || !text.is_empty())));
         }
-        // As it is: what other commands print loses escape sequences where it is not for a terminal.
-        let mut out = std::io::stdout().lock();
-        match out.write_all(tidy.as_bytes()).and_then(|()| out.flush()) {
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(format!("cannot write the result: {error}"))
-            }
-            _ => Ok(Output::verbatim("", 0)),
-        }
+        print(tidy.as_bytes())?;
+        Ok(Output::verbatim("", 0))
     }
 
     fn files(&self, paths: &[PathBuf]) -> Result<Output, String> {
         let here = std::env::current_dir().unwrap_or_default();
-        let (mut changed, mut unchanged, mut problems) = (0, 0, 0);
+        let (mut changed, mut unchanged, mut broken, mut problems) = (0, 0, 0, 0);
         let mut text = String::new();
         let (models, unread) = models_in(paths)?;
         for problem in unread {
@@ -76,9 +70,10 @@ impl Fmt {
                 // A file of another language with the same extension is not an error.
                 continue;
             }
-            let new = tidy(&old, &format!("`{name}`"));
+            let (new, has_errors) = self.tidy(&old, (&format!("`{name}`"), &argument(Path::new(&name))));
+            broken += usize::from(has_errors);
             let Some(lines) = difference(&old, &new) else {
-                unchanged += 1;
+                unchanged += usize::from(!has_errors);
                 continue;
             };
             if self.check {
@@ -93,19 +88,27 @@ impl Fmt {
             changed += 1;
         }
         let done = if self.check { "to be formatted" } else { "formatted" };
-        text += &format!("{} {done}, {unchanged} unchanged\n", counted(changed, "file"));
-        let code = if problems > 0 { 2 } else { u8::from(self.check && changed > 0) };
+        let cannot = if broken > 0 { format!(", {broken} with syntax errors") } else { String::new() };
+        text += &format!("{} {done}, {unchanged} unchanged{cannot}\n", counted(changed, "file"));
+        let code = if problems > 0 { 2 } else { u8::from(self.check && changed + broken > 0) };
         Ok(Output::escaped(text, code))
     }
-}
 
-fn tidy(text: &str, name: &str) -> String {
-    let parse = mauve_syntax::parse(text);
-    if !parse.errors().is_empty() {
-        let errors = counted(parse.errors().len(), "syntax error");
-        say(&format!("{name} has {errors}: the text around them is not changed"));
+    /// Returns the text with its new white space, and whether a part of it cannot be formatted; says so of the file, with its name in a
+    /// command.
+    fn tidy(&self, text: &str, (name, argument): (&str, &str)) -> (String, bool) {
+        let parse = mauve_syntax::parse(text);
+        let has_errors = !parse.errors().is_empty();
+        if has_errors {
+            let errors = counted(parse.errors().len(), "syntax error");
+            let what = match self.check {
+                true => "the text around them cannot be formatted",
+                false => "the text around them is not changed",
+            };
+            say(&format!("{name} has {errors}: {what}\nhelp: `mauve check {argument}` shows them"));
+        }
+        (applied(text, &format(&parse, &|| ())), has_errors)
     }
-    applied(text, &format(&parse, &|| ()))
 }
 
 /// Returns where two texts begin to differ: `:LINE`, and that line of both; `None` if they are equal.
