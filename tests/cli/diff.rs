@@ -927,7 +927,7 @@ fn a_private_folder_never_stays() {
     use std::os::unix::fs::{chown, symlink};
     let top = repository("private");
     robot().write(&top);
-    let models: Vec<(String, String)> = (0..4000)
+    let models: Vec<(String, String)> = (0..1000)
         .map(|it| (format!("robot/d{}/m{it}.mal", it % 100), format!("codel c{it}(): int\n")))
         .collect();
     write(&top, &models);
@@ -1041,6 +1041,7 @@ fn the_action_reports_and_fails() {
             .current_dir(&top)
             .env("PATH", &path)
             .env("MAUVE", MAUVE)
+            .env("RUNNER_TEMP", &out)
             .env("MAUVE_OUT", out.join("diff.md"))
             .env("GITHUB_STEP_SUMMARY", out.join("summary"))
             .env("GITHUB_OUTPUT", out.join("output"))
@@ -1115,6 +1116,188 @@ fn the_action_reports_and_fails() {
     assert!(parsed["runs"]["steps"][1]["run"].as_str().unwrap().ends_with("/diff\""));
 }
 
+/// A folder of stand-ins for cargo and gh. As the real ones do, cargo starts the toolchain and the wrapper that files in and above the
+/// current folder name; it installs this `mauve`. Each writes down where it runs.
+fn stand_ins(out: &Path) -> PathBuf {
+    let cargo = format!(
+        "#!/bin/bash\necho \"cargo in $PWD: $* ($CARGO_HOME, $RUSTUP_TOOLCHAIN)\" >>{0}/calls\nat=$PWD\nwhile :; do\n\
+         [ -n \"$RUSTUP_TOOLCHAIN\" ] || [ ! -f $at/rust-toolchain.toml ] || $at/$(sed -n 's/^path = \"\\(.*\\)\"/\\1/p' $at/rust-toolchain.toml)/bin/cargo\n\
+         [ ! -f $at/.cargo/config.toml ] || $at/$(sed -n 's/^rustc-wrapper = \"\\(.*\\)\"/\\1/p' $at/.cargo/config.toml) rustc\n\
+         [ -n \"$at\" ] || break; at=${{at%/*}}\ndone\n\
+         while [ $# -gt 0 ]; do [ \"$1\" != --root ] || {{ mkdir -p \"$2/bin\"; ln -sf {MAUVE} \"$2/bin/mauve\"; }}; shift; done\n",
+        out.display()
+    );
+    let gh = format!("#!/bin/bash\necho \"gh in $PWD: $*\" >>{}/calls\n", out.display());
+    let bin = out.join("bin");
+    programs(&bin, &[("cargo", &cargo), ("gh", &gh)]);
+    bin
+}
+
+fn programs(folder: &Path, all: &[(&str, &str)]) {
+    use std::os::unix::fs::PermissionsExt as _;
+    write(folder, all);
+    for (name, _) in all {
+        std::fs::set_permissions(folder.join(name), std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// A branch that has a program for whatever a job may look up in its checkout; each leaves a mark.
+fn hostile_branch(name: &str, mark: &Path) -> PathBuf {
+    let top = branches(name);
+    let trap = format!("#!/bin/sh\necho \"$0 $*\" >>'{}'\nexit 0\n", mark.display());
+    let names = [
+        "cargo",
+        "rustc",
+        "rustup",
+        "git",
+        "gh",
+        "mauve",
+        "bash",
+        "sh",
+        "env",
+        "cat",
+        "head",
+        "mktemp",
+        "mkdir",
+        "rm",
+        "cp",
+        "ln",
+        "wrapper",
+        "start",
+        "tool/bin/cargo",
+        "tool/bin/rustc",
+    ];
+    programs(&top, &names.map(|it| (it, trap.as_str())));
+    let files = [
+        ("rust-toolchain.toml", "[toolchain]\npath = \"tool\"\n"),
+        (".cargo/config.toml", "[build]\nrustc-wrapper = \"wrapper\"\n"),
+    ];
+    write(&top, &files);
+    let elsewhere = mark.with_extension("victim");
+    std::fs::write(&elsewhere, "kept").unwrap();
+    std::os::unix::fs::symlink(&elsewhere, top.join("mauve-diff.md")).unwrap();
+    commit(&top, "hostile");
+    with_traps(&top, mark);
+    git(&top, &["config", "--unset", "extensions.partialClone"]);
+    top
+}
+
+/// What the steps of the action and the lines of the template execute, as they are shipped, in the checkout of a hostile branch.
+#[test]
+fn a_hostile_branch_executes_nothing_in_a_job() {
+    let (Some(parsed), Some(template)) = (yaml(&action("action.yml")), yaml(&action("gitlab.yml"))) else {
+        return;
+    };
+    let out = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-out", test_name()));
+    let (mark, temp) = (out.join("mark"), out.join("temp"));
+    std::fs::create_dir(&temp).unwrap();
+    let (bin, actions) = (stand_ins(&out), action("diff").parent().unwrap().to_owned());
+    let top = hostile_branch("action", &mark);
+    let path = format!(".:tool/bin::{}:{}", bin.display(), std::env::var("PATH").unwrap());
+    let is_marked = || std::fs::remove_file(&mark).is_ok();
+    let job = |folder: &Path, top: &Path, script: &str| {
+        let mut bash = Command::new("/bin/bash");
+        bash.args(["--noprofile", "--norc", "-eo", "pipefail", "-c", script]).current_dir(folder);
+        bash.env("PATH", &path).env("BASH_ENV", top.join("start")).env_remove("RUSTUP_TOOLCHAIN");
+        bash
+    };
+    // The traps are set.
+    for script in ["cargo install", "PATH=${PATH#.:tool/bin::}; cargo install", "true"] {
+        assert!(job(&top, &top, script).status().is_ok() && is_marked(), "{script}");
+    }
+    let calls = || std::fs::read_to_string(out.join("calls")).unwrap();
+    std::fs::write(out.join("calls"), "").unwrap();
+    let values = |it: &Value| {
+        let all = it.as_object().cloned().unwrap_or_default().into_iter();
+        all.map(|(name, it)| (name, it.as_str().unwrap().to_owned()))
+    };
+    for step in parsed["runs"]["steps"].as_array().unwrap() {
+        // A step begins in the checkout, unless it says otherwise.
+        let folder = if step["working-directory"] == "${{ runner.temp }}" { &temp } else { &top };
+        let plain = values(&step["env"]).filter(|(_, it)| !it.contains("${{"));
+        let ran = job(folder, &top, step["run"].as_str().unwrap())
+            .envs(plain)
+            .env("GITHUB_ACTION_PATH", &actions)
+            .env("GITHUB_WORKSPACE", &top)
+            .env("GITHUB_REPOSITORY", "robots/robot")
+            .env("RUNNER_TEMP", &temp)
+            .env("MAUVE", temp.join("mauve/bin/mauve"))
+            .env("MAUVE_OUT", temp.join("diff.md"))
+            .env("MAUVE_BASE", "main")
+            .env("MAUVE_COMMENT", "7")
+            .output()
+            .unwrap();
+        let is_last = step["id"] == "diff";
+        assert_eq!(ran.status.code(), Some(i32::from(is_last)), "{step}: {ran:?}");
+        assert!(!is_marked(), "{step}");
+    }
+    let text = std::fs::read_to_string(temp.join("diff.md")).unwrap();
+    assert!(text.starts_with("❌ **Response times:** 1 figure worse"), "{text}");
+    let (here, source) = (temp.join("mauve"), actions.join("../../../server"));
+    let built = format!(
+        "cargo in {0}: install --locked --path {1} --root {0} ({0}/cargo, stable)\n",
+        here.display(),
+        source.display()
+    );
+    let said = calls();
+    assert!(said.starts_with(&built), "{said}");
+    assert!(
+        said.contains(&format!("gh in {}: api", temp.display()))
+            && !said.contains(&format!("in {}", top.display())),
+        "{said}"
+    );
+    // A program of the checkout is not the one of the user.
+    for named in ["./mauve", "nothing", "tool/bin/cargo"] {
+        let ran = job(&temp, &top, &format!("source '{}'", action("diff").display()))
+            .env("BASH_ENV", "")
+            .env("GITHUB_WORKSPACE", &top)
+            .env("RUNNER_TEMP", &temp)
+            .env("MAUVE", named)
+            .output()
+            .unwrap();
+        let err = String::from_utf8_lossy(&ran.stderr);
+        assert!(
+            ran.status.code() == Some(2) && err.contains(&format!("there is no program `{named}`")),
+            "{ran:?}"
+        );
+    }
+    // GitLab: a runner begins in the checkout.
+    let job_of_template = &template["mauve-diff"];
+    let lines = ["before_script", "script"].map(|key| {
+        job_of_template[key]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|it| it.as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    });
+    std::fs::write(out.join("calls"), "").unwrap();
+    let ran = job(&top, &top, &lines.concat().join("\n"))
+        .envs(values(&job_of_template["variables"]))
+        .env("MAUVE_REPOSITORY", "https://example.org/mauve.git")
+        .env("CI_PROJECT_DIR", &top)
+        .env("CI_MERGE_REQUEST_DIFF_BASE_SHA", "main")
+        .env("TMPDIR", &temp)
+        .output()
+        .unwrap();
+    assert_eq!(ran.status.code(), Some(1), "{ran:?}");
+    assert!(!is_marked());
+    let result = top.join("mauve-diff.md");
+    assert!(std::fs::read_to_string(&result).unwrap().starts_with("❌") && !result.is_symlink());
+    assert_eq!(std::fs::read_to_string(mark.with_extension("victim")).unwrap(), "kept");
+    let said = calls();
+    let version = concat!("v", env!("CARGO_PKG_VERSION"));
+    let built = format!(
+        "install --locked --git https://example.org/mauve.git --tag {version} --root {}/tmp.",
+        temp.display()
+    );
+    assert!(
+        said.starts_with(&format!("cargo in {}/tmp.", temp.display())) && said.contains(&built),
+        "{said}"
+    );
+    assert!(said.ends_with("/cargo, 1.90.0)\n"), "{said}");
+}
+
 #[test]
 fn the_template_of_gitlab_reports_and_fails() {
     let Some(parsed) = yaml(&action("gitlab.yml")) else { return };
@@ -1140,6 +1323,7 @@ fn the_template_of_gitlab_reports_and_fails() {
             .env("PATH", &path)
             .envs(job["variables"].as_object().unwrap().iter().map(|(name, it)| (name, it.as_str().unwrap())))
             .env("CI_MERGE_REQUEST_DIFF_BASE_SHA", base)
+            .env("CI_PROJECT_DIR", &top)
             .env("MAUVE_TOLERANCE", tolerance)
             .output()
             .unwrap();

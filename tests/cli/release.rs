@@ -76,6 +76,7 @@ fn each_copy_of_the_version_is_that_of_the_workspace() {
         ("editors/tree-sitter/tree-sitter.json", "\"version\": \"", "\""),
         (".github/CHANGELOG.md", "\n## ", "\n"),
         (".github/actions/diff/README.md", "/diff@v", "\n"),
+        (".github/actions/diff/gitlab.yml", "MAUVE_VERSION: v", "\n"),
         ("README.md", "install ./mauve-", "-py3-none-"),
         ("README.md", "mauve-linux-x64-", ".vsix"),
         ("README.md", "install ./mauve_", "_amd64.deb"),
