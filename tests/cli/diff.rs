@@ -927,7 +927,7 @@ fn a_private_folder_never_stays() {
     use std::os::unix::fs::{chown, symlink};
     let top = repository("private");
     robot().write(&top);
-    let models: Vec<(String, String)> = (0..1000)
+    let models: Vec<(String, String)> = (0..400)
         .map(|it| (format!("robot/d{}/m{it}.mal", it % 100), format!("codel c{it}(): int\n")))
         .collect();
     write(&top, &models);
@@ -991,6 +991,234 @@ fn a_private_folder_never_stays() {
     assert!(start().wait().unwrap().success());
     assert_eq!(left(), kept);
     assert!(elsewhere.join("kept").exists());
+}
+
+/// An unpacked archive may have any `.git`: none shows commits of another repository, unless the user has made it himself.
+#[test]
+fn a_folder_of_a_stranger_shows_no_other_repository() {
+    use std::os::unix::fs::symlink;
+    let secret = branches("secret");
+    let hash = git(&secret, &["rev-parse", "HEAD"]);
+    let inner = secret.join(".git");
+    let shown = inner.display().to_string();
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-stranger", test_name()));
+    let stranger = top.join("robot");
+    let empty = || git(&stranger, &["init", "--quiet"]);
+    let link = |to: &Path, at: &str| {
+        let at = stranger.join(at);
+        let _ = std::fs::remove_dir_all(&at);
+        symlink(to, at).unwrap();
+    };
+    type Case<'a> = (&'a str, Box<dyn Fn() + 'a>);
+    let cases: Vec<Case<'_>> = vec![
+        (
+            "which does not lead back",
+            Box::new(|| write(&stranger, &[(".git", &*format!("gitdir: {shown}\n"))])),
+        ),
+        ("which does not lead back", Box::new(|| link(&inner, ".git"))),
+        (
+            "commondir` names another repository",
+            Box::new(|| {
+                empty();
+                write(&stranger, &[(".git/commondir", &*shown)])
+            }),
+        ),
+        (
+            "`git repack -a -d` copies them",
+            Box::new(|| {
+                empty();
+                write(&stranger, &[(".git/objects/info/alternates", &*format!("{shown}/objects\n"))])
+            }),
+        ),
+        (
+            "objects` is a link out of its folder",
+            Box::new(|| {
+                empty();
+                link(&inner.join("objects"), ".git/objects")
+            }),
+        ),
+        (
+            "is a link out of its folder",
+            Box::new(|| {
+                empty();
+                link(&inner.join(format!("objects/{}", &hash[..2])), &format!(".git/objects/{}", &hash[..2]))
+            }),
+        ),
+        (
+            "refs` is a link out of its folder",
+            Box::new(|| {
+                empty();
+                link(&inner.join("refs"), ".git/refs")
+            }),
+        ),
+        (
+            "config` is a link out of its folder",
+            Box::new(|| {
+                empty();
+                std::fs::remove_file(stranger.join(".git/config")).unwrap();
+                symlink(inner.join("config"), stranger.join(".git/config")).unwrap()
+            }),
+        ),
+        // A worktree that says of itself that it belongs there.
+        (
+            "commondir` names another repository",
+            Box::new(|| {
+                let own = stranger.join(".git").display().to_string();
+                let files = [
+                    (".git", "gitdir: worktrees/x\n"),
+                    ("worktrees/x/gitdir", &own),
+                    ("worktrees/x/commondir", &shown),
+                    ("worktrees/x/HEAD", &hash),
+                ];
+                write(&stranger, &files);
+            }),
+        ),
+        // Git goes on above a folder that is no repository.
+        (
+            "which does not lead back",
+            Box::new(|| {
+                write(&stranger, &[(".git/config", "")]);
+                write(&top, &[(".git", &*format!("gitdir: {shown}\n"))])
+            }),
+        ),
+    ];
+    for (number, (why, make)) in cases.iter().enumerate() {
+        let _ = std::fs::remove_dir_all(&top);
+        std::fs::create_dir_all(&stranger).unwrap();
+        make();
+        let run = diff(&stranger, &[&format!("{hash}~1..{hash}")]);
+        let is_refused = run.code == 2
+            && run.err.contains(why)
+            && run.err.contains("use `--allow-outside` if you have made");
+        assert!(is_refused && !run.out.contains("nav"), "{number} {why}: {run:?}");
+        if [0, 1, 3, 4].contains(&number) {
+            let run = diff(&stranger, &["--allow-outside", &format!("{hash}~1..{hash}")]);
+            assert!(run.code == 1 && run.out.contains("nav"), "{number} {why}: {run:?}");
+        }
+    }
+    // Runners of CI systems include files, which git may quote.
+    let path = |name: &str| top.join(name).display().to_string();
+    let _ = std::fs::remove_dir_all(&top);
+    std::fs::create_dir_all(&stranger).unwrap();
+    robot().write(&stranger);
+    empty();
+    commit(&stranger, "first");
+    write(&top, &[("good", "[core]\n\tautocrlf = false\n"), ("bad", "[core]\n\tcompression = SECRET\n")]);
+    for (name, is_good) in [("good", true), ("bad", false)] {
+        git(&stranger, &["config", "--file", ".git/config", "include.path", &path(name)]);
+        let run = diff(&stranger, &["HEAD"]);
+        assert!((run.code == 0) == is_good && !run.err.contains("SECRET"), "{run:?}");
+        assert!(
+            is_good
+                || run.err.contains("its `.git/config` includes other files: `git status` in it says why"),
+            "{run:?}"
+        );
+    }
+    // What git itself makes.
+    let _ = std::fs::remove_dir_all(&top);
+    std::fs::create_dir(&top).unwrap();
+    git(&secret, &["worktree", "prune"]);
+    git(&secret, &["worktree", "add", "--quiet", "--detach", &path("worktree")]);
+    git(&top, &["clone", "--quiet", &shown, "clone"]);
+    git(&top, &["clone", "--quiet", "--shared", &shown, "shared"]);
+    git(&top, &["clone", "--quiet", "--depth", "2", &format!("file://{shown}"), "shallow"]);
+    git(&top.join("clone"), &["pack-refs", "--all"]);
+    symlink("refs/heads/topic", top.join("clone/.git/link")).unwrap();
+    std::fs::rename(top.join("clone/.git/link"), top.join("clone/.git/HEAD")).unwrap();
+    let below = top.join("worktree/robot");
+    for folder in ["worktree", "clone", "shallow"].map(|it| top.join(it)).iter().chain([&below]) {
+        let run = diff(folder, &["HEAD~1..HEAD"]);
+        assert!(run.code == 1 && run.out.contains("nav"), "{}: {run:?}", folder.display());
+    }
+    let run = diff(&top.join("shared"), &["HEAD~1..HEAD"]);
+    assert!(run.code == 2 && run.err.contains("as `git clone --shared` and `--reference` do"), "{run:?}");
+    let parts = with_submodule("own").join("parts");
+    let run = diff(&parts, &["HEAD~1..HEAD"]);
+    assert!(run.err.contains("neither state has a deployment"), "{run:?}");
+}
+
+/// The hooks of a bare repository see what is pushed, before and after it is accepted.
+#[test]
+fn the_hooks_of_a_bare_repository() {
+    let top = branches("pushing");
+    let bare = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-bare", test_name()));
+    git(&bare, &["init", "--quiet", "--bare"]);
+    let address = bare.display().to_string();
+    git(&top, &["push", "--quiet", &address, "main"]);
+    let run = diff(&bare, &["main..main"]);
+    assert!(
+        run.code == 2 && run.err.contains("help: for a bare repository, name it by the variable GIT_DIR"),
+        "{run:?}"
+    );
+    let hook = |name: &str, end: &str| {
+        let script = format!(
+            "#!/bin/sh\nread old new name\n{MAUVE} diff $old..$new robot >$GIT_DIR/{name}.out\n{end}\n"
+        );
+        programs(&bare.join("hooks"), &[(name, &script)]);
+    };
+    let shown = |name: &str| std::fs::read_to_string(bare.join(format!("{name}.out"))).unwrap();
+    let expected = "nav       ✓ 39 / 100 ms  ✓ 57 / 100 ms  later";
+    hook("pre-receive", "exit $?");
+    let refused = mauve_tests::git(&top, &["push", &address, "topic:main"]);
+    assert!(!refused.status.success() && shown("pre-receive").contains(expected), "{refused:?}");
+    hook("pre-receive", "exit 0");
+    hook("post-receive", "exit 0");
+    git(&top, &["push", "--quiet", &address, "topic:main"]);
+    assert!(shown("post-receive").contains(expected), "{}", shown("post-receive"));
+    // A variable that names another repository is not that of a hook, nor is another folder of objects.
+    let other = branches("other");
+    let run = |git_dir: &Path, objects: &Path| {
+        let mut run = Command::new(MAUVE);
+        run.args(["diff", "topic~1..topic"])
+            .current_dir(&bare)
+            .env("GIT_DIR", git_dir)
+            .env("GIT_QUARANTINE_PATH", objects);
+        run.output().unwrap().status.code()
+    };
+    assert_eq!(run(&other.join(".git"), &other), Some(2));
+    assert_eq!(run(&bare, &other.join(".git/objects")), Some(2));
+}
+
+#[test]
+fn a_foreign_owner_and_names_that_are_not_utf_8() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let top = repository("owner");
+    let folder = top.join(std::ffi::OsStr::from_bytes(b"r\xff\xfe"));
+    let mut it = robot();
+    it.write(&top);
+    std::fs::rename(top.join("robot"), &folder).unwrap();
+    commit(&top, "before");
+    change(&mut it, "nav", |nav| nav.time = Some(30));
+    let table = std::fs::read_to_string(folder.join("times.toml")).unwrap();
+    std::fs::write(folder.join("times.toml"), table.replace("planner = 21", "planner = 30")).unwrap();
+    for format in ["text", "json", "markdown"] {
+        let run = diff(&folder, &["--format", format]);
+        assert!(run.code == 1 && run.out.contains("nav"), "{run:?}");
+        let run = diff(&top, &["--format", format]);
+        assert!(run.code == 1 && run.out.contains("nav"), "{run:?}");
+    }
+    for command in ["check", "wcrt", "chains"] {
+        let run = mauve(MAUVE, &folder, &[command, "--format", "json"]);
+        assert!(run.code == 0 && document(&run).is_object(), "{command}: {run:?}");
+    }
+    if std::os::unix::fs::chown(&top, Some(65534), None).is_ok() {
+        let run = Command::new(MAUVE)
+            .arg("diff")
+            .current_dir(&top)
+            .env("GIT_CONFIG_GLOBAL", "/dev/null")
+            .env("GIT_CONFIG_NOSYSTEM", "1")
+            .output()
+            .unwrap();
+        let err = String::from_utf8_lossy(&run.stderr);
+        let said = format!(
+            "help: if you trust its owner, run `git config --global --add safe.directory {}`",
+            top.display()
+        );
+        assert!(
+            run.status.code() == Some(2) && err.contains("dubious ownership") && err.contains(&said),
+            "{run:?}"
+        );
+    }
 }
 
 /// Returns a file of YAML as JSON, where there is a parser for it.

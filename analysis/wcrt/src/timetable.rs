@@ -165,7 +165,12 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, Patter
         return Err(PatternError::TooLong);
     }
     // The folder is a path, not a pattern: its special characters are escaped.
-    let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
+    let mut escaped = globset::escape(&folder.to_string_lossy());
+    // Bytes that are no letters match any.
+    while escaped.contains("\u{fffd}\u{fffd}") {
+        escaped = escaped.replace("\u{fffd}\u{fffd}", "\u{fffd}");
+    }
+    let escaped = PathBuf::from(escaped.replace('\u{fffd}', "*"));
     let absolute = normalised(&escaped.join(pattern));
     let absolute = absolute.to_string_lossy();
     // A backslash is a letter of a folder's name; `[*]` is a star.

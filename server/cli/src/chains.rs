@@ -277,7 +277,7 @@ impl<'db> ChainList<'db> {
         });
         object! {
             deployment: self.deployment.name(self.db).to_string(),
-            root: self.project.root(self.db).path(self.db).clone(),
+            root: self.project.root(self.db).path(self.db).display().to_string(),
             unit: "ms",
             significance: self.query.level.as_f64(),
             chains: chains.collect::<Vec<_>>(),

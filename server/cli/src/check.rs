@@ -330,7 +330,7 @@ fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> impl Seriali
         code: diagnostic.code.name,
         severity: finding.severity.name(),
         message: diagnostic.message.clone(),
-        file: diagnostic.at.file(db).path(db).clone(),
+        file: diagnostic.at.file(db).path(db).display().to_string(),
         range: lines.range(db, &diagnostic.at),
         related: related.collect::<Vec<_>>(),
         fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect::<Vec<_>>(),
@@ -355,7 +355,7 @@ fn suppressed_document(
 /// Returns the changes of a fix.
 fn edits(db: &Database, lines: &Lines, fix: &Fix<'_>) -> impl Serialize + use<> {
     let change = |(at, text): &(Location<'_>, String)| {
-        object! { file: at.file(db).path(db).clone(), range: lines.range(db, at), text: text.clone() }
+        object! { file: at.file(db).path(db).display().to_string(), range: lines.range(db, at), text: text.clone() }
     };
     object! { title: fix.title.clone(), changes: fix.edits.iter().map(change).collect::<Vec<_>>() }
 }
@@ -367,6 +367,6 @@ pub(super) fn located(
     at: &Location<'_>,
     message: &str,
 ) -> impl Serialize + use<> {
-    let (message, file) = (message.to_owned(), at.file(db).path(db).clone());
+    let (message, file) = (message.to_owned(), at.file(db).path(db).display().to_string());
     object! { message: message, file: file, range: lines.range(db, at) }
 }

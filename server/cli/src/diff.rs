@@ -72,7 +72,7 @@ impl Diff {
             DiffFormat::Json => {
                 let document = |it: &Comparison| {
                     json::object! {
-                        root: it.state().map(|it| it.root.clone()),
+                        root: it.state().map(|it| it.root.display().to_string()),
                         worse: it.is_worse(),
                         figures: comparison_document(it),
                     }
@@ -118,7 +118,7 @@ impl Diff {
 
     /// Compares the deployments of both states, and returns how the user calls these.
     pub(super) fn compared(&self) -> Result<(Vec<Comparison>, [String; 2]), String> {
-        let states = states(self.first.as_deref(), self.second.as_deref())?;
+        let states = states(self.first.as_deref(), self.second.as_deref(), self.outside.allow_outside)?;
         let [(before, errors_before, unread), (after, errors_after, unread_after)] = {
             let [before, after] = &states;
             [self.figures(before)?, self.figures(after)?]

@@ -235,7 +235,7 @@ pub fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     object! {
         deployment: it.name.to_owned(),
         // The root of its project, or the file that it comes from.
-        root: it.root().to_owned(),
+        root: it.root().display().to_string(),
         // The section with its own timing tables, where it has one.
         [times]: it.times().map(str::to_owned),
         unit: "ms",

@@ -1,6 +1,7 @@
 //! Reads commits of a git repository, which may be a stranger's, and executes nothing that it names.
 //!
-//! `git` finds the objects, and its own checks of who owns the repository hold (`safe.directory`). Only commands that read objects are
+//! `git` finds the objects, if they are the repository's own (`git_folder.rs`), and its own checks of who owns the repository hold
+//! (`safe.directory`). Only commands that read objects are
 //! started: none of them has hooks, filters or a text conversion. What the repository's configuration could start all the same is
 //! disabled: the file system monitor, hooks, replaced objects, and the programs and remotes that would fetch the missing objects of a
 //! partial clone. The configuration of the user and of the system is the user's own, and is read.
@@ -13,9 +14,10 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use mauve_pwcet::program::{command, program};
 
 use crate::disk::is_hidden;
+use crate::git_folder::has_includes;
 
 /// Variables of git that only say where configuration of the user is, and how far the search for a repository goes. All others are
-/// removed: within a hook of git, they name a repository and an index.
+/// removed: within a hook of git, they name a repository and an index. [`hook`] says which of these count nevertheless.
 const KEPT: [&str; 5] = [
     "GIT_CONFIG_GLOBAL",
     "GIT_CONFIG_SYSTEM",
@@ -35,6 +37,11 @@ const MOST_ENTRIES: usize = 1 << 20;
 pub struct Repository {
     git: PathBuf,
     folder: PathBuf,
+    allows_outside: bool,
+    /// Whether errors of git may quote other files.
+    is_quiet: bool,
+    /// Variables for a hook: of the repository, and of the folder with the objects that a push has brought.
+    hook: Vec<(&'static str, PathBuf)>,
     /// The folder's path below the top of the repository; empty at the top.
     pub prefix: PathBuf,
 }
@@ -62,18 +69,26 @@ pub enum CommitEntryKind {
 }
 
 impl Repository {
-    /// Returns the repository around a folder.
+    /// Returns the repository around a folder. Where it `allows_outside`, it may have objects of others.
     ///
     /// # Errors
     ///
     /// There is none, git refuses it, or there is no git, in words for the user.
-    pub fn around(folder: &Path) -> Result<Repository, String> {
+    pub fn around(folder: &Path, allows_outside: bool) -> Result<Repository, String> {
         let git = program("git").ok_or("git is not installed: mauve needs it to read a revision")?;
-        let mut found = Repository { git, folder: folder.to_owned(), prefix: PathBuf::new() };
+        let (folder, prefix) = (folder.canonicalize().unwrap_or_else(|_| folder.to_owned()), PathBuf::new());
+        let hook = hook(&folder);
+        let is_checked = hook.is_empty() && !allows_outside;
+        let is_quiet =
+            is_checked && has_includes(&folder).map_err(|why| format!("cannot read a revision: {why}"))?;
+        let mut found = Repository { git, folder, allows_outside, is_quiet, hook, prefix };
         let prefix = found.ask(&["rev-parse", "--show-prefix"]).map_err(|why| {
+            let is_bare = ["HEAD", "objects", "refs"].iter().all(|it| found.folder.join(it).exists());
+            let hint = "\nhelp: for a bare repository, name it by the variable GIT_DIR, as git does for hooks: `GIT_DIR=. mauve diff …`";
             format!(
-                "cannot read a revision: `{}` is in no repository that git reads: {why}",
-                folder.display()
+                "cannot read a revision: `{}` is in no repository that git reads: {why}{}",
+                found.folder.display(),
+                if is_bare { hint } else { "" }
             )
         })?;
         found.prefix = PathBuf::from(std::ffi::OsStr::from_bytes(&prefix)).components().collect();
@@ -110,7 +125,9 @@ impl Repository {
         let top = own.ancestors().nth(self.prefix.components().count())?;
         // It is nowhere behind a link.
         let folder = top.join(&entry.path).canonicalize().ok().filter(|it| *it == top.join(&entry.path))?;
-        let found = Repository::around(&folder).ok().filter(|it| it.prefix.as_os_str().is_empty())?;
+        let found = Repository::around(&folder, self.allows_outside)
+            .ok()
+            .filter(|it| it.prefix.as_os_str().is_empty())?;
         let within = |repository: &Repository, argument: &str| {
             let said = repository.ask(&["rev-parse", argument]).ok()?;
             repository.folder.join(std::ffi::OsStr::from_bytes(&said)).canonicalize().ok()
@@ -152,7 +169,7 @@ impl Repository {
             found.extend(entry(&line, named).filter(wanted));
         }
         // It ends at the first tree that it cannot read: what it says has room in the pipe until here.
-        succeeded(child.wait_with_output()).map_err(failed)?;
+        self.succeeded(child.wait_with_output()).map_err(failed)?;
         Ok(found)
     }
 
@@ -165,7 +182,7 @@ impl Repository {
 
     /// Returns a short answer of git without its last line break.
     fn ask(&self, arguments: &[&str]) -> Result<Vec<u8>, String> {
-        let mut answer = succeeded(self.command().args(arguments).stdin(Stdio::null()).output())?;
+        let mut answer = self.succeeded(self.command().args(arguments).stdin(Stdio::null()).output())?;
         if answer.last() == Some(&b'\n') {
             answer.pop();
         }
@@ -185,6 +202,26 @@ impl Repository {
         Ok((child, BufReader::new(output)))
     }
 
+    /// Returns what git answers, or the first line of its errors, with what git says to do about a foreign owner.
+    fn succeeded(&self, output: std::io::Result<Output>) -> Result<Vec<u8>, String> {
+        let output = output.map_err(|error| format!("cannot run git: {error}"))?;
+        if output.status.success() {
+            return Ok(output.stdout);
+        }
+        if self.is_quiet {
+            return Err(
+                "git refuses it, and its `.git/config` includes other files: `git status` in it says why"
+                    .to_owned(),
+            );
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        let line = said.lines().find(|line| !line.is_empty()).unwrap_or("git failed");
+        let remedy = said.lines().map(str::trim).find(|line| line.contains("--add safe.directory"));
+        let help =
+            remedy.map_or_else(String::new, |it| format!("\nhelp: if you trust its owner, run `{it}`"));
+        Err(line.trim_start_matches("fatal: ").to_owned() + &help)
+    }
+
     fn command(&self) -> Command {
         let mut git = command(&self.git);
         let own = std::env::vars_os().map(|(name, _)| name);
@@ -199,6 +236,7 @@ impl Repository {
             ("GIT_OPTIONAL_LOCKS", "0"),
             ("LC_ALL", "C"),
         ]);
+        git.envs(self.hook.iter().map(|(name, path)| (name, path)));
         git.arg("-C").arg(&self.folder).args(["--no-pager", "--no-replace-objects"]);
         for option in [
             "core.fsmonitor=false",
@@ -212,15 +250,20 @@ impl Repository {
     }
 }
 
-/// Returns what git answers, or the first line of its errors.
-fn succeeded(output: std::io::Result<Output>) -> Result<Vec<u8>, String> {
-    let output = output.map_err(|error| format!("cannot run git: {error}"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
+/// Returns the variables with which git starts a hook in the folder of its repository, such as `pre-receive`: `GIT_DIR` is this
+/// folder, which is no work tree. Until a push is accepted, its objects are in a folder in `objects`. No project can set variables.
+fn hook(folder: &Path) -> Vec<(&'static str, PathBuf)> {
+    let real = |name: &str| std::path::absolute(std::env::var_os(name)?).ok()?.canonicalize().ok();
+    if real("GIT_DIR").as_deref() != Some(folder) || !folder.join("objects").is_dir() {
+        return Vec::new();
     }
-    let said = String::from_utf8_lossy(&output.stderr);
-    let line = said.lines().find(|line| !line.is_empty()).unwrap_or("git failed");
-    Err(line.trim_start_matches("fatal: ").to_owned())
+    let (repository, objects) = (("GIT_DIR", folder.to_owned()), folder.join("objects"));
+    match real("GIT_QUARANTINE_PATH").filter(|it| it.parent() == Some(&objects)) {
+        Some(new) => {
+            vec![repository, ("GIT_OBJECT_DIRECTORY", new), ("GIT_ALTERNATE_OBJECT_DIRECTORIES", objects)]
+        }
+        None => vec![repository],
+    }
 }
 
 /// The contents of files. Git is asked for one object after another; it answers with a line about the object, its bytes and a line break.

@@ -15,6 +15,7 @@ pub mod disk;
 pub mod folder;
 pub mod generate;
 pub mod git;
+mod git_folder;
 pub mod graph_document;
 pub mod harmless;
 pub mod holder;

@@ -49,19 +49,19 @@ const GIT: &str = "git:";
 const RANGE: &str = "a range such as `main..HEAD` names both states: only a PATH may follow";
 
 /// Returns whether the repository of the current folder has this revision.
-fn is_revision(text: &str) -> bool {
-    Repository::around(Path::new(".")).is_ok_and(|it| it.commit(text).is_some())
+fn is_revision(text: &str, allows_outside: bool) -> bool {
+    Repository::around(Path::new("."), allows_outside).is_ok_and(|it| it.commit(text).is_some())
 }
 
 impl Argument {
-    fn new(text: &str) -> Result<Argument, String> {
+    fn new(text: &str, allows_outside: bool) -> Result<Argument, String> {
         let (revision, is_path) = match text.strip_prefix(GIT) {
             Some(revision) => (revision, false),
             None => (text, Path::new(text).symlink_metadata().is_ok()),
         };
         if is_path {
             // As git does, since either may be meant.
-            if !text.starts_with(['.', '/']) && is_revision(text) {
+            if !text.starts_with(['.', '/']) && is_revision(text, allows_outside) {
                 return Err(format!(
                     "`{text}` is a path and a revision: write `./{text}` for the path, `{GIT}{text}` for the revision"
                 ));
@@ -90,8 +90,13 @@ impl Argument {
 /// # Errors
 ///
 /// An argument is neither a path nor a revision, or is both, in words for the user.
-pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[ModelState; 2], String> {
-    let [first, second] = [first, second].map(|it| it.map(Argument::new).transpose());
+pub(super) fn states(
+    first: Option<&str>,
+    second: Option<&str>,
+    allows_outside: bool,
+) -> Result<[ModelState; 2], String> {
+    let argument = |text: &str| Argument::new(text, allows_outside);
+    let [first, second] = [first, second].map(|it| it.map(argument).transpose());
     let (first, second) = (first?, second?);
     let here = || PathBuf::from(".");
     if let Some(Argument::Range { from, to, is_from_merge_base }) = first {
@@ -99,10 +104,11 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[Model
             None => here(),
             Some(Argument::Path(path)) => path,
             // Both commits may have a path that the disk does not have.
-            Some(Argument::Revision(path)) if !is_revision(&path) => PathBuf::from(path),
+            Some(Argument::Revision(path)) if !is_revision(&path, allows_outside) => PathBuf::from(path),
             Some(_) => return Err(RANGE.to_owned()),
         };
-        let (mut old, new) = (Commit::new(&from, &path)?, Commit::new(&to, &path)?);
+        let (mut old, new) =
+            (Commit::new(&from, &path, allows_outside)?, Commit::new(&to, &path, allows_outside)?);
         if is_from_merge_base {
             old.commit = old.repository.merge_base([&old.commit, &new.commit])?;
             old.name = format!("the common ancestor of {} and {}", old.name, new.name);
@@ -122,7 +128,7 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[Model
     let path = path.unwrap_or_else(here);
     let [old, new] = both.map(|it| match it {
         Argument::Path(path) => Ok(ModelState::Disk(path)),
-        Argument::Revision(name) => Commit::new(&name, &path).map(ModelState::Commit),
+        Argument::Revision(name) => Commit::new(&name, &path, allows_outside).map(ModelState::Commit),
         Argument::Range { .. } => Err(RANGE.to_owned()),
     });
     Ok([old?, new?])
@@ -130,12 +136,12 @@ pub(super) fn states(first: Option<&str>, second: Option<&str>) -> Result<[Model
 
 impl Commit {
     /// The state of a path in a revision, which may name another path after a colon.
-    fn new(name: &str, path: &Path) -> Result<Commit, String> {
+    fn new(name: &str, path: &Path, allows_outside: bool) -> Result<Commit, String> {
         // The disk may not have it any more.
         let absolute = std::path::absolute(path).map_err(|error| error.to_string())?;
         let above = absolute.ancestors().find(|it| it.is_dir()).unwrap_or(Path::new("/"));
         let below = absolute.strip_prefix(above).unwrap_or(Path::new(""));
-        let repository = Repository::around(&canonical_path(above))?;
+        let repository = Repository::around(&canonical_path(above), allows_outside)?;
         let own: PathBuf = repository.prefix.join(below).components().collect();
         let whole = repository.commit(name).map(|commit| (commit, own, false));
         // From the top, or from here if it begins with a dot, as for git.
