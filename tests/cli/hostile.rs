@@ -272,6 +272,90 @@ fn unescaped(text: &str) -> String {
     out
 }
 
+/// Names of files, of keys in quotes, and in task sets are shown harmlessly in every drawing, page and table.
+#[test]
+fn no_drawing_or_table_obeys_a_name() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &mauve_tests::test_name());
+    let bad = "n\u{202e}\r\u{1b}[2J\u{200b}";
+    let key = "n\\u202e\\r\\u001b[2J\\u200b";
+    let model = "codel f(): int\ncodel g(in n: int): void\nshell S { output port p: int }\nshell R { input port q: int }\n\
+        core K(S) { update = { write(p, f()); } }\ncore L(R) { var n: int; update = { read(q, n); g(n); } }\n\
+        component C(S, K)\ncomponent D(R, L)\narchitecture A { instance a: C instance b: D connection a.p -> b.q }\n\
+        deployment D { architecture A activity a { priority = 2 period = 20 cpus = [1] }\n\
+        activity b { priority = 1 period = 50 deadline = 30 cpus = [1] } }\n";
+    let config = format!(
+        "project.root = \"{key}.mal\"\ntiming.tables = [\"t.toml\"]\nplatform.rt_throttling = false\n\
+         platform.other = [{{ name = \"n\\u202e\", priority = 9, period = \"10 ms\", time = \"1 ms\", cpus = [1] }}]\n\
+         [chains.\"{key}\"]\nfrom = \"a.p\"\nto = \"g\"\nlatency = \"500 ms\"\n[locks.\"{key}\"]\ncodels = [\"f\", \"g\"]\nprotocol = \"inheritance\"\n\
+         [deployment.D]\naccept = {{ b = \"{key}\" }}\n[platform.cpu_sets]\n\"{key}\" = [1]\n"
+    );
+    // A task set has no control characters.
+    let (task, of_set) = ("n\\u202e\\u200b", "n\u{202e}\u{200b}");
+    let set = format!(
+        "{{\"name\": \"{task}\", \"task\": [{{\"name\": \"{task}\", \"component\": \"{task}\", \"period\": 20, \"time\": 5, \"priority\": 3, \"cpus\": [1]}}, \
+         {{\"name\": \"b\", \"period\": 50, \"time\": 9, \"priority\": 2, \"cpus\": [1]}}]}}"
+    );
+    for (place, table) in [("", "codel.f = 5\ncodel.g = 8\n"), ("old", "codel.f = 4\ncodel.g = 8\n")] {
+        let place = if place.is_empty() { folder.clone() } else { folder.join(format!("{place}{bad}")) };
+        let model = (format!("{bad}.mal"), model.to_owned());
+        let others = [("mauve.toml", &*config), ("t.toml", table), ("set.json", &*set)];
+        write(&place, &[model]);
+        write(&place, &others);
+    }
+    let (page, model) = (format!("{bad}.html"), format!("{bad}.mal"));
+    let old = format!("old{bad}");
+    let commands: Vec<Vec<&str>> = vec![
+        vec!["check", &model],
+        vec!["wcrt", &model],
+        vec!["wcrt", &model, "--explain", "b"],
+        vec!["wcrt", &model, "--sensitivity"],
+        vec!["wcrt", &model, "--probability"],
+        vec!["wcrt", &model, "--set", "f=7ms"],
+        vec!["chains", &model],
+        vec!["chains", &model, "--format", "svg"],
+        vec!["chains", &model, "--format", "text"],
+        vec!["graph", &model, "--deployment", "D"],
+        vec!["graph", &model, "--deployment", "D", "--format", "svg"],
+        vec!["graph", &model, "--format", "dot"],
+        vec!["graph", &model, "--format", "text"],
+        vec!["psm", &model, "C", "--format", "svg"],
+        vec!["psm", &model, "C", "--format", "dot"],
+        vec!["psm", &model, "C"],
+        vec!["simulate", &model],
+        vec!["simulate", &model, "--format", "svg"],
+        vec!["simulate", &model, "--format", "text"],
+        vec!["simulate", &model, "--worst", "b", "--format", "svg"],
+        vec!["tune", &model, "--priorities"],
+        vec!["diff", &old, "."],
+        vec!["diff", &old, ".", "--format", "markdown"],
+        vec!["report", &model, "-o", &page],
+        vec!["wcrt", "set.json"],
+        vec!["wcrt", "set.json", "--explain", of_set],
+        vec!["simulate", "set.json"],
+        vec!["simulate", "set.json", "--format", "svg"],
+        vec!["simulate", "set.json", "--format", "text"],
+        vec!["simulate", "set.json", "--worst", of_set, "--format", "svg"],
+        vec!["fmt", "--check"],
+        vec!["analysis-stats"],
+        vec!["check", "--format", "human", bad],
+    ];
+    let is_obeyed = |letter: char| {
+        (letter.is_control() && letter != '\n' && letter != '\t') || "\u{202e}\u{200b}".contains(letter)
+    };
+    let mut seen = 0;
+    for command in &commands {
+        let run = mauve(MAUVE, &folder, command);
+        assert!(run.code < 2 || command.ends_with(&[bad]), "{command:?}: {run:?}");
+        for text in [&run.out, &run.err] {
+            assert!(!text.contains(is_obeyed), "{command:?}: {text:?}");
+            seen += usize::from(text.contains("\\u{202e}") || text.contains('\u{fffd}'));
+        }
+    }
+    assert!(seen > 10, "{seen}");
+    let text = fs::read_to_string(folder.join(&page)).unwrap();
+    assert!(!text.contains(is_obeyed) && text.contains('\u{fffd}'));
+}
+
 #[test]
 fn strangers_projects_are_harmless() {
     all_are_harmless(|name| !name.starts_with("run-"));

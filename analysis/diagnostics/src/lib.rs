@@ -118,6 +118,15 @@ pub fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Returns whether a character is a control character, changes the text direction, or is invisible: a terminal obeys it, and a reader
+/// is deceived by it.
+pub fn is_obeyed(letter: char) -> bool {
+    let is_hidden = matches!(letter,
+        '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
+        | '\u{fff9}'..='\u{fffb}' | '\u{fffe}' | '\u{ffff}' | '\u{e0000}'..='\u{e007f}');
+    (letter.is_control() && letter != '\t') || is_hidden
+}
+
 /// Returns a text of at most `most` characters, without its middle where it is longer.
 pub fn shortened(text: &str, most: usize) -> String {
     let length = text.chars().count();

@@ -3,7 +3,7 @@
 use mauve_diagnostics::shortened;
 use serde::Deserialize;
 
-use crate::svg::{Anchor, Svg, text_width};
+use crate::svg::{Anchor, Svg, text_width, visible};
 
 /// The format of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -53,7 +53,7 @@ pub(crate) fn too_large(drawing: Drawing, title: &str, content: &str, command: &
 
 /// Returns `text` as a quoted identifier of DOT.
 pub(crate) fn dot_text(text: &str) -> String {
-    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+    format!("\"{}\"", visible(text).replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 /// Returns the head of a graph in DOT: its name and its title, and the style of its boxes.

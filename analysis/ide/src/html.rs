@@ -16,11 +16,7 @@ pub fn page(title: &str, style: &str, body: &str) -> String {
 
 /// Returns a text from outside, escaped. Characters that no reader sees, or that reorder a line, are replaced.
 pub fn text(outside: &str) -> String {
-    let is_hidden = |letter: char| {
-        letter.is_control()
-            || matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
-    };
-    escaped(&outside.replace(is_hidden, "\u{fffd}")).replace('\'', "&#39;")
+    escaped(&outside.replace(char::is_control, "\u{fffd}")).replace('\'', "&#39;")
 }
 
 /// Returns a text whose names, in backquotes, are code.

@@ -6,6 +6,8 @@
 use std::fmt::{Display, Write as _};
 use std::sync::LazyLock;
 
+use mauve_diagnostics::is_obeyed;
+
 /// Elements in the order in which they are painted.
 #[derive(Debug, Default)]
 pub(crate) struct Svg {
@@ -247,9 +249,14 @@ pub(crate) fn fitted(text: &str, width: f64, size: f64, is_bold: bool) -> String
     fitting + "…"
 }
 
+/// Returns a text in which each character that a terminal or a browser would obey is replaced. Line breaks are kept.
+pub(crate) fn visible(text: &str) -> String {
+    text.replace(|letter| letter != '\n' && is_obeyed(letter), "\u{fffd}")
+}
+
 /// Returns `text` escaped for SVG, including attributes.
 pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 
 use std::fmt::Write as _;
 
+use mauve_diagnostics::is_obeyed;
+
 /// Escapes the commands in a text: terminal control characters become `\u{1b}` and the like; workflow commands of
 /// Azure and GitHub are broken up, as `## [` and `: :`. Line breaks and tabs are kept.
 ///
@@ -83,14 +85,6 @@ fn command(text: &str) -> Option<usize> {
     let name = text.strip_prefix("##")?;
     let end = name.find(|c: char| !c.is_ascii_alphanumeric())?;
     name.get(end..)?.starts_with('[').then_some(end + 2)
-}
-
-/// Returns whether a character is a control character, changes the text direction, or is invisible.
-fn is_obeyed(c: char) -> bool {
-    let is_hidden = matches!(c,
-        '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
-        | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
-    (c.is_control() && c != '\t') || is_hidden
 }
 
 #[cfg(test)]
