@@ -20,6 +20,7 @@ use serde_json::{Value, json};
 
 use crate::common::deployments;
 use crate::damaged::{Project as DamagedProject, any, cases};
+use crate::schemas::assert_is_task_set;
 
 /// What was compared.
 #[derive(Default, Debug)]
@@ -112,6 +113,7 @@ fn check_sums<'db>(
 
 fn written(set: &TaskSet) -> TaskSet {
     let text = set.to_json();
+    assert_is_task_set(&text);
     TaskSet::parse(&text, Notation::Json).unwrap_or_else(|why| panic!("{why:?}\n{text}"))
 }
 

@@ -1,6 +1,8 @@
 //! The schemas that editors check `mauve.toml`, timing tables and task sets with say what the readers say.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::config_keys::{Key, KeyKind, KeyTable, SECTIONS, SEVERITIES};
@@ -272,11 +274,24 @@ fn is_valid(schema: &str, text: &str) -> bool {
 }
 
 fn is_valid_json(schema: &str, document: &Value) -> bool {
+    let (schemas, schema) = compiled(schema);
+    schemas.validate(document, schema).is_ok()
+}
+
+fn compiled(schema: &str) -> (boon::Schemas, boon::SchemaIndex) {
     let mut compiler = boon::Compiler::new();
     compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
     let mut schemas = boon::Schemas::new();
     let schema = compiler.compile("schema.json", &mut schemas).unwrap();
-    schemas.validate(document, schema).is_ok()
+    (schemas, schema)
+}
+
+/// Panics unless the schema accepts a task set, in JSON.
+pub(crate) fn assert_is_task_set(text: &str) {
+    static SCHEMA: LazyLock<(boon::Schemas, boon::SchemaIndex)> = LazyLock::new(|| compiled(TASK_SET));
+    let (schemas, schema) = &*SCHEMA;
+    let document = serde_json::from_str(text).unwrap();
+    schemas.validate(&document, *schema).unwrap_or_else(|why| panic!("{why}\n{text}"));
 }
 
 /// As editors show TOML to a schema: what JSON does not have is null, and a date is a text.
@@ -468,6 +483,7 @@ fn schema_and_reader_agree_on_tables() {
         "levels = [1e-3]\n[program]\n\"Hokuyo/update\" = [40]\n[component]\nNavigation = 2.5e2\n",
         "levels = [1e-3, 1e-4]\n[overhead]\ndispatch = 0.01\ncontext_switch = [0.005, 0.006]\n",
         "levels = [1e-3]\n[codel]\nunit = 1\nlevels = [1]\n",
+        "[wait]\na = { time = 1, waits = 2 }\nb = { time = 1, times = 2 }\n",
         "[codel]\na = -0.0\n",
     ] {
         assert_eq!(table(good), (true, true), "{good}");
@@ -532,15 +548,17 @@ fn example() -> Value {
             {
                 "name": "a", "component": "C", "cpus": [1, 2], "priority": 99, "period": 100, "deadline": 50, "jitter": 5.5,
                 "offset": 99, "machine": [
-                    { "from": "Idle", "to": "Idle", "time": [8, 10], "name": "stay" },
+                    { "from": "Idle", "to": "Idle", "time": [8, 10], "wait": [1, 2], "name": "stay" },
                 ],
+                "waits": 2,
                 "initial": "Idle", "classic_time": 99, "assumed": { "a.b": 5 }, "not_analysed": [],
             },
             { "name": "b", "not_analysed": [{ "reason": "no time", "levels": [1e-3, 1e-6], "classic_only": false }] },
-            { "name": "c", "priority": "background" },
+            { "name": "c", "priority": "background", "time": 5, "wait": 3, "waits": 1 },
         ],
         "other": [{ "name": "lan", "cpus": 2, "priority": 50, "period": 100, "jitter": 0, "time": 5 }],
-        "operation": [{ "name": "plan", "provider": "a", "client": "b", "sends": 2, "time": [3, 4] }],
+        "operation": [{ "name": "plan", "provider": "a", "client": "b", "sends": 2, "time": [3, 4], "waits": false }],
+        "lock": [{ "name": "bus", "protocol": "ceiling", "user": [{ "task": "a", "held": [1, 2] }, { "task": "c" }] }],
     })
 }
 
@@ -622,6 +640,14 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/clock", json!(-1)),
         ("front/period", json!("long")),
         ("front/time", json!(5)),
+        ("front/wait", json!(5)),
+        ("front/waits", json!(-1)),
+        ("front/machine/0/wait", json!(-1)),
+        ("/operation/0/waits", json!(1)),
+        ("/lock/0/protocol", json!("mutex")),
+        ("/lock/0/user", json!("a")),
+        ("/lock/0/user/0/held", json!(-1)),
+        ("/lock/0/user/1/task", json!("a\u{1b}b")),
         ("front/machine", json!([])),
         ("front/machine/0/from", json!(5)),
         ("front/machine/0/time/0", json!(-8)),
@@ -650,6 +676,11 @@ fn schema_and_reader_agree_on_task_sets() {
         let mut document = whole.clone();
         document.pointer_mut(&path).unwrap()["more"] = json!(null);
         assert_eq!(agree(&document), (false, false), "more in {path}");
+        // The reader says which keys it knows: "unknown field `more`, expected one of `name`, `component`, …".
+        let refusal = TaskSet::parse(&document.to_string(), Notation::Json).unwrap_err();
+        let refusal = format!("{refusal:?}");
+        let known: BTreeSet<&str> = refusal.split('`').skip(3).step_by(2).collect();
+        assert_eq!(properties_at(&path), known, "{path}: {refusal}");
     }
     // A schema does not follow names, compare times, or count one array by another.
     for (path, value) in [
@@ -666,6 +697,21 @@ fn schema_and_reader_agree_on_task_sets() {
     ] {
         assert_eq!(agree(&with(&format!("front{path}"), value)), (true, false), "{path}");
     }
+}
+
+/// The keys that the schema of task sets has for the object at this path.
+fn properties_at(path: &str) -> BTreeSet<&'static str> {
+    static SCHEMA: LazyLock<Value> = LazyLock::new(|| serde_json::from_str(TASK_SET).unwrap());
+    let resolve = |at: &'static Value| match at["$ref"].as_str() {
+        Some(place) => SCHEMA.pointer(place.trim_start_matches('#')).unwrap(),
+        None => at.pointer("/allOf/0/$ref").map_or(at, |_| SCHEMA.pointer("/definitions/task").unwrap()),
+    };
+    let step = |at: &'static Value, part: &str| match part.parse::<usize>() {
+        Ok(_) => resolve(&at["items"]),
+        Err(_) => resolve(&at["properties"][part]),
+    };
+    let found = path.split('/').skip(1).fold(&*SCHEMA, step);
+    found["properties"].as_object().unwrap().keys().map(String::as_str).collect()
 }
 
 /// Where the objects of a document stand, and their keys.
