@@ -442,8 +442,8 @@ fn orocos_the_printed_lines_mend_what_a_recording_refutes() {
     );
 
     // To wait more often than written is an error, too.
-    let once = "[wait]\n\"guide.grab\" = { time = 60, times = 1 }\n";
-    assert!(waits.contains(", times = 2 }"), "{waits}");
+    let once = "[wait]\n\"guide.grab\" = { time = 60, waits = 1 }\n";
+    assert!(waits.contains(", waits = 2 }"), "{waits}");
     write_all(&written(once), &configuration);
     let (code, said, _) = mauve(&folder, &["check"]);
     assert!(
@@ -452,7 +452,7 @@ fn orocos_the_printed_lines_mend_what_a_recording_refutes() {
     );
 
     // The robot keeps these bounds. They have a reserve, as a virtual machine may pause.
-    write_all(&written(&once.replace("times = 1", "times = 2")), &configuration);
+    write_all(&written(&once.replace("waits = 1", "waits = 2")), &configuration);
     let (code, out, err) = run_for("again");
     assert!(!has_real_time() || code == Some(0) && !out.contains("above its bound"), "{out}{err}");
 }

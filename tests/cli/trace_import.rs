@@ -105,7 +105,7 @@ fn waits_are_told_and_remembered() {
         "{}",
         run.out
     );
-    assert!(run.out.contains("\n[wait]\n\"arm.read\" = { time = 0.81, times = 1 }\n"), "{}", run.out);
+    assert!(run.out.contains("\n[wait]\n\"arm.read\" = { time = 0.81, waits = 1 }\n"), "{}", run.out);
 }
 
 /// With other flags, times are others: one file for both programs would promise the times of one to the other.

@@ -149,7 +149,7 @@ deployment Robot { architecture A  activity nap { affinity = 1 priority = 30 per
 ";
     for (name, wait, expected, row) in [
         // 1 to execute, 2 × 0.5 in each job, and 2 × 0.5 for each wait.
-        ("once", "{ time = 8, times = 1 }", 11.0, "- context switches of its waits 1 ms\n"),
+        ("once", "{ time = 8, waits = 1 }", 11.0, "- context switches of its waits 1 ms\n"),
         ("thrice", "{ time = 8, times = 3 }", 13.0, "- context switches of its waits 3 ms\n"),
         // How often is not known: they are in the time.
         ("unknown", "8", 10.0, ""),

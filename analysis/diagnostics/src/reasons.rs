@@ -349,7 +349,7 @@ fn lock(why: &LockReason) -> ReasonWords {
         LockReason::UnknownWaits { lock, waiting } => (
             format!(
                 "while `{waiting}` waits, a lower priority may take the lock `{lock}` again, and how often it waits is unknown: \
-                 write that in `[wait]`, as in `{{ time = 0.8, times = 1 }}`; of operations for others, it is never known"
+                 write that in `[wait]`, as in `{{ time = 0.8, waits = 1 }}`; of operations for others, it is never known"
             ),
             "waits unknown",
         ),

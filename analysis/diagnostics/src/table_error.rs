@@ -6,7 +6,7 @@ use mauve_timing::{MOST_LEVELS, TableErrorKind, TimeError, TomlKind, table_keys}
 use crate::configuration::time_error;
 use crate::lists::alternatives;
 
-const NO_NUMBER_OF_WAITS: &str = "`times` is how often a call waits at most: a whole number greater than 0";
+const NO_NUMBER_OF_WAITS: &str = "`waits` is how often a call waits at most: a whole number greater than 0";
 
 /// Returns the message of an error in a timing table.
 ///

@@ -33,7 +33,7 @@ pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) ->
         }
         UnusableTime::Refuted(of @ Timed::Wait(_), observed) => {
             format!(
-                "a recording showed {observed} for {}: its `[wait]` is missing, too short or of too few `times`",
+                "a recording showed {observed} for {}: its `[wait]` is missing, too short or of too few `waits`",
                 timed(db, of)
             )
         }

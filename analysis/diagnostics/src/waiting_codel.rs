@@ -25,7 +25,7 @@
 //! ```
 //!
 //! With `[wait]` and `grab = 8.1` in the table, the response time of `camera` counts the wait. With
-//! `grab = { time = 8.1, times = 2 }`, one execution waits twice at most: to wait more often is this error, too. A recording of an earlier version, or
+//! `grab = { time = 8.1, waits = 2 }`, one execution waits twice at most: to wait more often is this error, too. A recording of an earlier version, or
 //! of another tool, does not tell a wait from preemption by something that it does not have: record again, with `mauve run --trace`
 //! or with packages of this version.
 
@@ -62,7 +62,7 @@ pub(super) fn more_often<'db>(
 ) -> Diagnostic<'db> {
     let file = file_name(db, file);
     let message = format!(
-        "codel `{codel}` waited {times} times in one execution, {written} written ({file}): write `times = {times}`, or more, under \
+        "codel `{codel}` waited {times} times in one execution, {written} written ({file}): write `waits = {times}`, or more, under \
          `[wait]`"
     );
     Diagnostic::new(&WAITING_CODEL, at, message)

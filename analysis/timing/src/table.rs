@@ -28,7 +28,7 @@ use crate::{Level, Time};
 ///     [component]
 ///     "Navigation" = 299
 ///     [wait]                               # in addition: time off the CPU, by the codel's own will
-///     "drivers.imu_read" = { time = [0.8, 0.8, 0.9], times = 1 }
+///     "drivers.imu_read" = { time = [0.8, 0.8, 0.9], waits = 1 }
 ///     [access]                             # reads and writes of ports
 ///     "Camera.frame" = 0.9
 ///     [overhead]

@@ -31,7 +31,7 @@ pub(super) fn wait_entry(codel: &str, wait: u64, times: u64) -> String {
     let time = two_digits(wait);
     match times {
         0 => format!("\"{codel}\" = {time}"),
-        _ => format!("\"{codel}\" = {{ time = {time}, times = {times} }}"),
+        _ => format!("\"{codel}\" = {{ time = {time}, waits = {times} }}"),
     }
 }
 

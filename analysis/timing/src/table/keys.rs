@@ -56,10 +56,10 @@ pub static KEYS: [TableKey; 9] = [
         default: None, examples: r#"[{ "Navigation": 299 }]"#,
         documentation: "Whole components, for the classic method, if they take longer than their programs." },
     TableKey { name: "wait", kind: TableKeyKind::Entries(TableSection::Wait, "times that codels wait, each with its wake-up latency", |it| &mut it.waits),
-        default: None, examples: r#"[{ "drivers.imu_read": 0.8, "camera.grab": { "time": 8.1, "times": 2 } }]"#,
+        default: None, examples: r#"[{ "drivers.imu_read": 0.8, "camera.grab": { "time": 8.1, "waits": 2 } }]"#,
         documentation: "The greatest time that a call of a codel spends off the CPU by its own will, in addition to its execution \
                         time: for a device, another thread, or asleep. It lasts until the thread runs again on an idle CPU: its \
-                        wake-up latency is part of it. With `times`, how often a call waits at most, which locks need: each wait \
+                        wake-up latency is part of it. With `waits`, how often a call waits at most, which locks need: each wait \
                         adds two context switches." },
     TableKey { name: "access", kind: TableKeyKind::Entries(TableSection::Access, "times of reads and writes of ports", |it| &mut it.accesses),
         default: None, examples: r#"[{ "Camera.frame": 0.9 }]"#,

@@ -282,9 +282,10 @@ impl TableReader {
         }
     }
 
-    /// Whether a value of `[wait]` is `{ time = 0.8, times = 3 }`, and not a part of a dotted key.
+    /// Whether a value of `[wait]` is `{ time = 0.8, waits = 3 }`, and not a part of a dotted key. Earlier versions wrote `times`.
     fn has_wait_keys(&self, section: &DeTable) -> bool {
-        self.is_wait && section.len() == 2 && ["time", "times"].iter().all(|key| section.contains_key(*key))
+        let has = |key| section.contains_key(key);
+        self.is_wait && section.len() == 2 && has("time") && (has("waits") || has("times"))
     }
 
     /// Reads the time and the number of waits.
