@@ -16,10 +16,10 @@ pub enum PlatformCommand {
     ///
     /// Exit codes: 0 nothing is bad; 1 a property is bad.
     Check(check::PlatformCheck),
-    /// Read what `rtla osnoise`, `rtla timerlat` or `cyclictest` measured, and print the entries for mauve.toml and a timing table.
+    /// Read what `rtla` or `cyclictest` measured, and print the entries for mauve.toml and a timing table.
     ///
-    /// A FILE is the output of `rtla osnoise top -q`, `rtla timerlat top -q`, `rtla timerlat hist` or `cyclictest -q`, also with its
-    /// histogram. Noise becomes `[[platform.other]]`, the latency of wake-ups `[overhead]`. The last lines say what was not measured.
+    /// A FILE is the output of `rtla osnoise top -q`, `rtla hwnoise -q`, `rtla timerlat top -q`, `rtla timerlat hist` or `cyclictest -q`,
+    /// also with its histogram, or the file of `cyclictest --json`. Noise becomes `[[platform.other]]`, the latency of wake-ups `[overhead]`. The last lines say what was not measured.
     ///
     /// Exit codes: 0 each FILE was read; 2 a FILE that cannot be read.
     Import(import::PlatformImport),

@@ -33,11 +33,15 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
+use serde_json::Value;
+
 /// What a file has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum PlatformRecording {
     /// `rtla osnoise top`: for each CPU, what interrupted a thread.
     Noise(Vec<Noise>),
+    /// `rtla hwnoise`: the same with interrupts off, so that only the hardware did.
+    HardwareNoise(Vec<Noise>),
     /// `rtla osnoise hist`: single interruptions, without the time between them.
     SingleNoise,
     /// The greatest latency of a wake-up in nanoseconds, and the number of wake-ups.
@@ -53,6 +57,8 @@ pub(super) struct Noise {
     pub(super) sample: u64,
     /// The greatest noise in a sample, in nanoseconds.
     pub(super) greatest: u64,
+    /// The longest noise without a break, in nanoseconds.
+    pub(super) single: u64,
     /// How many samples there were.
     pub(super) count: u64,
 }
@@ -64,13 +70,15 @@ const MOST: u64 = 1 << 50;
 pub(super) fn read(text: &str) -> Result<PlatformRecording, &'static str> {
     let has = |words: &str| text.contains(words);
     match () {
-        () if has("Operating System Noise") => noise(text),
+        () if has("Operating System Noise") => noise(text).map(PlatformRecording::Noise),
+        () if has("Hardware-related Noise") => noise(text).map(PlatformRecording::HardwareNoise),
         () if has("RTLA osnoise histogram") => Ok(PlatformRecording::SingleNoise),
         () if has("RTLA timerlat histogram") => timerlat_histogram(text),
         () if has("Timer Latency") => timerlat_top(text),
+        () if has("\"resolution_in_ns\"") => cyclictest_json(text),
         () if has("# Max Latencies:") || has(" Max:") => cyclictest(text),
         () => Err(
-            "it is none of the outputs of `rtla osnoise top`, `rtla timerlat top` or `hist`, and `cyclictest`",
+            "it is none of the outputs of `rtla osnoise top`, `rtla hwnoise`, `rtla timerlat top` or `hist`, and `cyclictest`",
         ),
     }
 }
@@ -91,7 +99,7 @@ fn time(word: &str, unit: u64) -> Option<u64> {
     number::<u64>(word).filter(|time| *time < MOST)?.checked_mul(unit)
 }
 
-fn noise(text: &str) -> Result<PlatformRecording, &'static str> {
+fn noise(text: &str) -> Result<Vec<Noise>, &'static str> {
     let unit = unit(text);
     let row = |line: &str| {
         let mut words = line.split_whitespace();
@@ -100,14 +108,15 @@ fn noise(text: &str) -> Result<PlatformRecording, &'static str> {
         let runtime = time(words.next()?, unit)?;
         // Noise, and the share of the CPU.
         let greatest = time(words.nth(2)?, unit)?;
-        Some((cpu, Noise { cpu, sample: runtime / count, greatest, count }))
+        let single = time(words.next()?, unit)?;
+        Some((cpu, Noise { cpu, sample: runtime / count, greatest, single, count }))
     };
     // Without -q, the table is printed again and again, and its values grow.
     let found: BTreeMap<u32, Noise> = text.lines().filter_map(row).collect();
     match found.values().all(|it| it.sample > 0) {
         _ if found.is_empty() => Err("it has no line of a CPU: let `rtla osnoise top` end, with -q and -d"),
         false => Err("a sample has no length: it is not an output of `rtla osnoise top`"),
-        true => Ok(PlatformRecording::Noise(found.into_values().collect())),
+        true => Ok(found.into_values().collect()),
     }
 }
 
@@ -169,11 +178,29 @@ fn cyclictest(text: &str) -> Result<PlatformRecording, &'static str> {
     }
     // T: 0 ( 1234) P:99 I:1000 C: 100000 Min:      3 Act:    5 Avg:    4 Max:      27
     let row = |line: &str| {
-        let line = line.trim_start().strip_prefix("T:")?;
+        let (thread, line) = line.split_once("T:")?.1.split_once('(')?;
         let after = |name: &str| line.split_once(name)?.1.split_whitespace().next();
-        Some((number(after(" C:")?)?, time(after(" Max:")?, 1000)?))
+        Some((number::<u32>(thread.trim())?, (number(after(" C:")?)?, time(after(" Max:")?, 1000)?)))
     };
-    latency(text.lines().filter_map(row), MISSING)
+    // Without -q, the line of a thread is printed again and again, and its values grow.
+    let mut threads: BTreeMap<u32, (u64, u64)> = BTreeMap::new();
+    for (thread, (count, greatest)) in text.lines().filter_map(row) {
+        let known = threads.entry(thread).or_default();
+        *known = (known.0.max(count), known.1.max(greatest));
+    }
+    latency(threads.into_values(), MISSING)
+}
+
+/// Reads the file of `cyclictest --json`, which says its unit.
+fn cyclictest_json(text: &str) -> Result<PlatformRecording, &'static str> {
+    const MISSING: &str = "it has no latency: let `cyclictest --json` end";
+    let document: Value = serde_json::from_str(text).map_err(|_| MISSING)?;
+    let unit = if document["resolution_in_ns"] == 0 { 1000 } else { 1 };
+    let row = |thread: &Value| Some((thread["cycles"].as_u64()?, time(&thread["max"].to_string(), unit)?));
+    let threads = document["thread"].as_object().ok_or(MISSING)?;
+    // A thread that cannot be read may be the one with the greatest latency.
+    let rows: Option<Vec<(u64, u64)>> = threads.values().map(row).collect();
+    latency(rows.ok_or(MISSING)?.into_iter(), MISSING)
 }
 
 #[cfg(test)]
@@ -190,8 +217,11 @@ mod tests {
             \x20 0 #1          1000000           20    99.99802           9            6           0            0         1000            0            3\n\
             \x20 0 #3          2700000         1031    99.99802          91           60           0            0        52285            0          101\n\
             \x20 2 #3          2700000            5    99.99999           5            5           0            9        53122            0           18\n";
-        let of = |cpu, greatest| Noise { cpu, sample: 900_000_000, greatest, count: 3 };
-        assert_eq!(read(text), Ok(PlatformRecording::Noise(vec![of(0, 91_000), of(2, 5000)])));
+        let of = |cpu, greatest, single| Noise { cpu, sample: 900_000_000, greatest, single, count: 3 };
+        let found = vec![of(0, 91_000, 60_000), of(2, 5000, 5000)];
+        assert_eq!(read(text), Ok(PlatformRecording::Noise(found.clone())));
+        let hardware = text.replace("Operating System Noise", "Hardware-related Noise");
+        assert_eq!(read(&hardware), Ok(PlatformRecording::HardwareNoise(found)));
         let nanoseconds = text.replace("time is in us", "time is in ns");
         let Ok(PlatformRecording::Noise(found)) = read(&nanoseconds) else { panic!() };
         assert_eq!((found[0].sample, found[0].greatest), (900_000, 91));
@@ -236,9 +266,32 @@ mod tests {
             T: 0 ( 3431) P:99 I:1000 C: 100000 Min:      5 Act:   10 Avg:   14 Max:      39242\n\
             T: 1 ( 3432) P:99 I:1500 C:  66934 Min:      4 Act:   10 Avg:   17 Max:         57\n";
         assert_eq!(read(quiet), Ok(PlatformRecording::Latency { greatest: 39_242_000, count: 166_934 }));
+        // On a terminal, each line is printed again: the counts are those since the begin.
+        let header = "policy: fifo: loadavg: 0.10 0.10 0.10 1/220 4242          \n\n";
+        let threads = |count, most| {
+            format!(
+                "{header}T: 0 ( 4242) P:90 I:1000 C:{count:7} Min:      3 Act:    4 Avg:    4 Max:{most:8}\n\
+                 T: 1 ( 4243) P:90 I:1500 C:{:7} Min:      3 Act:    4 Avg:    4 Max:      12\n",
+                count / 2
+            )
+        };
+        let live = format!("{}\u{1b}[4A{}\u{1b}[4A{}", threads(20, 41), threads(40, 41), threads(60, 55));
+        assert_eq!(read(&live), Ok(PlatformRecording::Latency { greatest: 55_000, count: 90 }));
         // A cut line is no figure.
         assert!(read("# Max Latencies: 00008 00x").is_err());
         assert!(read("some text").is_err());
+    }
+
+    #[test]
+    fn latencies_of_cyclictest_in_json() {
+        let text = r#"{ "file_version": 1, "num_threads": 2, "resolution_in_ns": 0, "thread": {
+            "0": { "histogram": {"3": 99, "41": 1}, "cycles": 100, "min": 3, "max": 41, "avg": 4.00, "cpu": 0 },
+            "1": { "histogram": {}, "cycles": 66, "min": 3, "max": 57, "avg": 4.00, "cpu": 1 } } }"#;
+        let latency = |greatest| Ok(PlatformRecording::Latency { greatest, count: 166 });
+        assert_eq!(read(text), latency(57_000));
+        assert_eq!(read(&text.replace("ns\": 0", "ns\": 1")), latency(57));
+        assert!(read(&text.replace("\"max\": 57", "\"max\": \"x\"")).is_err());
+        assert!(read(&text[..150]).is_err());
     }
 
     proptest! {
