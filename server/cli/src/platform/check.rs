@@ -14,6 +14,8 @@ use std::path::PathBuf;
 use mauve_projects::json::{self, object};
 use mauve_projects::output::Output;
 
+use mauve_timing::Time;
+
 use crate::options::TableFormat;
 
 #[derive(Debug, clap::Args)]
@@ -145,7 +147,7 @@ fn kernel(of: &Kernel) -> Property {
     }
     bad(
         format!("no PREEMPT_RT ({release}): its latency has no bound"),
-        "install a kernel with PREEMPT_RT, or measure the latency under load, and read it with `mauve platform import`",
+        "install a kernel with PREEMPT_RT (Debian: linux-image-rt-amd64; Ubuntu: `pro enable realtime-kernel`), or measure the latency under load, and read it with `mauve platform import`",
     )
 }
 
@@ -166,6 +168,16 @@ fn throttling(of: &Kernel) -> Property {
     let release = of.text("proc/sys/kernel/osrelease").unwrap_or_default();
     let mut numbers = release.split(|it: char| !it.is_ascii_digit()).map_while(|it| it.parse::<u32>().ok());
     if servers.is_empty() && (numbers.next(), numbers.next()) >= (Some(6), Some(12)) {
+        let status = of.text("proc/self/status").unwrap_or_default();
+        let users = status.lines().find_map(|line| line.strip_prefix("Uid:"));
+        if users.and_then(|users| users.split_whitespace().nth(1)) == Some("0") {
+            return unknown(
+                "the kernel does not show its deadline server of ordinary threads",
+                Some(
+                    "run `mount -t debugfs none /sys/kernel/debug`, on the computer and not in a container, or write `rt_throttling = true` in [platform]",
+                ),
+            );
+        }
         return unknown(
             "the deadline server of ordinary threads is visible to root only",
             Some("run this check with sudo, or write `rt_throttling = true` in [platform]"),
@@ -178,12 +190,16 @@ fn throttling(of: &Kernel) -> Property {
             good("real-time threads get all of the time".to_owned())
         }
         (Some(runtime), Some(period)) => bad(
-            format!("real-time threads get {} ms of each {} ms", runtime / 1000, period / 1000),
+            format!("real-time threads get {} of each {}", microseconds(runtime), microseconds(period)),
             "run `sysctl -w kernel.sched_rt_runtime_us=-1`, or write `rt_throttling = true` in [platform]",
         ),
         _ if !servers.is_empty() => good("off: no deadline server takes time".to_owned()),
         _ => unknown("the kernel does not show it", None),
     }
+}
+
+fn microseconds(time: i64) -> Time {
+    Time::from_nanos(time.unsigned_abs().saturating_mul(1000))
 }
 
 fn frequency(of: &Kernel) -> Property {
@@ -195,7 +211,7 @@ fn frequency(of: &Kernel) -> Property {
     match governors.iter().find(|(_, governor)| governor != "performance") {
         Some((cpu, governor)) => bad(
             format!("CPU {} has the governor `{governor}`", cpu + 1),
-            "run `cpupower frequency-set -g performance`: execution times are those of one frequency",
+            "run `cpupower frequency-set -g performance` (Debian: linux-cpupower; Ubuntu: linux-tools-common; Fedora: kernel-tools): execution times are those of one frequency",
         ),
         None if governors.is_empty() => unknown(
             "the kernel shows no governor",
@@ -253,9 +269,8 @@ fn siblings(of: &Kernel) -> Property {
 const CAP_SYS_NICE: u32 = 23;
 const CAP_IPC_LOCK: u32 = 14;
 
-const RTPRIO: &str = "add `@realtime - rtprio 99` to /etc/security/limits.conf, and yourself to the group";
-const MEMLOCK: &str =
-    "add `@realtime - memlock unlimited` to /etc/security/limits.conf, and yourself to the group";
+const RTPRIO: &str = "add `@realtime - rtprio 99` to /etc/security/limits.conf, and yourself to the group: `groupadd -f realtime; usermod -aG realtime $USER`";
+const MEMLOCK: &str = "add `@realtime - memlock unlimited` to /etc/security/limits.conf, and yourself to the group: `groupadd -f realtime; usermod -aG realtime $USER`";
 
 /// Reads a limit of this process: its line in `/proc/self/limits` has the name, the limit, and the greatest one.
 fn right(of: &Kernel, limit: &str, capability: u32, mend: &'static str) -> Property {
@@ -424,6 +439,15 @@ mod tests {
         // The server of a newer kernel is not visible.
         let found = changed("newer", &[("proc/sys/kernel/osrelease", "6.12.3")]);
         assert_eq!(states(&found)[1], ("throttling", PropertyState::Unknown));
+        assert!(found[1].1.found.contains("root only"));
+        let root = ("proc/self/status", "Uid:\t0\t0\t0\t0\nCapEff:\t0000000000804000\n");
+        let found = changed("root", &[("proc/sys/kernel/osrelease", "6.12.3"), root]);
+        assert_eq!(states(&found)[1], ("throttling", PropertyState::Unknown));
+        assert!(!found[1].1.found.contains("root") && found[1].1.mend.is_some_and(|it| it.contains("mount")));
+        for (runtime, said) in [("0", "get 0 ms of each 1000 ms"), ("500", "get 0.5 ms of each 1000 ms")] {
+            let found = changed("short", &[("proc/sys/kernel/sched_rt_runtime_us", runtime)]);
+            assert!(found[1].1.found.contains(said), "{}", found[1].1.found);
+        }
         let server = ("sys/kernel/debug/sched/fair_server/cpu0/runtime", "0");
         let found = changed("newest", &[("proc/sys/kernel/osrelease", "7.0"), server]);
         assert_eq!(states(&found)[1], ("throttling", PropertyState::Good));
