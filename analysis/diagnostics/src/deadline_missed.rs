@@ -53,7 +53,7 @@
 
 use super::figure::{Forms, TIGHT_SLACK};
 use super::*;
-use mauve_timing::THROTTLING;
+use mauve_timing::{THROTTLING, Times};
 use mauve_wcrt::{Missed, Overload, Unbounded, file_name};
 
 pub(super) fn report<'db>(
@@ -105,6 +105,20 @@ pub(super) fn report<'db>(
     Diagnostic::new(&DEADLINE_MISSED, at, message)
 }
 
+/// Returns the key of a measured entry, and how many times its longest execution its time is, where MAUVE's estimate is that far away:
+/// then no unit is wrong.
+fn far_estimate(db: &dyn ModelDb, at: &Location<'_>) -> Option<(String, u64)> {
+    let (found, start) = (mauve_wcrt::table(db, at.file(db)), usize::from(at.range(db).start()));
+    let entry = found.entries().find(|it| it.key_span.contains(&start) || it.value_span.contains(&start))?;
+    let record = found.measured.iter().find(|it| it.key == entry.key && Some(&it.times) == entry.value.as_ref())?;
+    let longest = match &record.times {
+        Times::Always(time) => *time,
+        Times::PerLevel(times) => times.iter().copied().max()?,
+    };
+    let times = longest.as_nanos().checked_div(record.greatest.as_nanos())?;
+    (times >= 10).then(|| (entry.key.clone(), times))
+}
+
 /// One diagnostic for an overloaded CPU. The other activities without a bound are related locations.
 pub(super) fn overloaded<'db>(
     db: &'db dyn ModelDb,
@@ -117,7 +131,10 @@ pub(super) fn overloaded<'db>(
             // A wrong unit is wrong by a thousand.
             let is_unit_wrong = own.as_nanos() / 10 >= period.as_nanos();
             let table = overload.table.as_ref().filter(|_| is_unit_wrong);
-            let table = table.map(|table| format!(": is the unit of `{}` right?", file_name(db, table.file(db))));
+            let table = table.map(|table| match far_estimate(db, table) {
+                Some((key, times)) => format!(": the estimate of `{key}` is {times} times its longest execution: record more of it"),
+                None => format!(": is the unit of `{}` right?", file_name(db, table.file(db))),
+            });
             let table = table.unwrap_or_default();
             format!("the execution time of `{greatest}` alone, {own}, exceeds its period of {period}{table}")
         }

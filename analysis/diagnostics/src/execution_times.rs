@@ -197,7 +197,7 @@ pub fn measurement_refusal(refusal: &EstimateRefusal) -> String {
             "the {slow} longest executions are a mode of their own, too rare for a fit: find what they have in common, and measure until there are 50 of them"
         ),
         EstimateRefusal::Absurd { ratio } => format!(
-            "the bound is {} times the longest execution: leave the level out, or measure more",
+            "the estimate is {} times the longest execution, so that it is not written: measure more, with varied inputs, or leave the level out",
             rounded_up(*ratio)
         ),
         EstimateRefusal::InfiniteMean { shape } => format!(
@@ -211,7 +211,8 @@ pub fn measurement_refusal(refusal: &EstimateRefusal) -> String {
 /// ```
 /// use mauve_pwcet::{EstimateRefusal, NoBound};
 /// let text = mauve_diagnostics::no_bound(&NoBound { refusal: EstimateRefusal::Absurd { ratio: 1500.0 }, needed: 29_956 });
-/// assert_eq!(text, "the bound is 1500 times the longest execution: leave the level out, or measure more; 29956 executions need no tail");
+/// assert_eq!(text, "the estimate is 1500 times the longest execution, so that it is not written: measure more, with varied inputs, or leave the level \
+///     out; 29956 executions need no tail");
 /// ```
 pub fn no_bound(of: &NoBound) -> String {
     format!("{}; {} executions need no tail", measurement_refusal(&of.refusal), of.needed)

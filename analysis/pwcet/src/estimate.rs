@@ -7,7 +7,7 @@ use crate::distributions::chi_square;
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{SortedTimes, resolution};
-use crate::refusal::{ABSURD, EstimateRefusal, NoBound, NoEstimate};
+use crate::refusal::{EstimateRefusal, NoBound, NoEstimate, greatest_ratio};
 use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, excesses};
 
 /// What an estimate is asked for.
@@ -261,7 +261,7 @@ fn level_estimates(
     SeenExecutions { count, greatest, resolution }: SeenExecutions,
 ) -> Vec<LevelEstimate> {
     let greatest = greatest as f64;
-    let mut greatest_bound = 0.0_f64;
+    let (mut greatest_bound, mut is_absurd) = (0.0_f64, false);
     let mut levels = vec![None; all.len()];
     // At a stricter level, a time is never shorter.
     let mut order: Vec<usize> = (0..levels.len()).collect();
@@ -276,14 +276,14 @@ fn level_estimates(
             counted.unwrap_or_else(|| tail.upper_bound(times, level).max(greatest)) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
         let ratio = greatest_bound / greatest;
+        is_absurd |= ratio > greatest_ratio(depth);
         let refusal = EstimateRefusal::Absurd { ratio };
         levels[index] = Some(LevelEstimate {
             level,
             point: tail.exceeded_with(times, level),
-            bound: if ratio <= ABSURD {
-                Ok(greatest_bound)
-            } else {
-                Err(NoBound { refusal, needed: counted_from(level) })
+            bound: match is_absurd {
+                false => Ok(greatest_bound),
+                true => Err(NoBound { refusal, needed: counted_from(level) }),
             },
             is_extrapolated: counted.is_none(),
             depth,
@@ -424,6 +424,28 @@ mod tests {
             "{refused:?}"
         );
         assert!(refused.bounds[0].is_ok() && refused.bounds[1].is_err(), "{refused:?}");
+    }
+
+    /// The quantiles of a generalised Pareto tail, in an order that looks random: with ξ = 0.95, the bound of 3000 executions at 1e-6
+    /// is hundreds of times the greatest; with ξ = 0.3, it is a few times.
+    #[test]
+    fn a_bound_far_beyond_few_executions_is_none() {
+        let of = |shape: f64, count: u64| {
+            let time = |it: u64| {
+                let share = ((it * 1213 % count) as f64 + 0.5) / count as f64;
+                1e5 + 2e3 * (share.powf(-shape) - 1.0) / shape
+            };
+            let executions: Vec<u64> = (0..count).map(|it| time(it) as u64).collect();
+            estimate(&executions, &options(&[1e-3, 1e-4, 1e-6])).map(|it| it.levels)
+        };
+        let light = of(0.3, 3001).unwrap();
+        assert!(light.iter().all(|it| it.bound.is_ok()), "{light:?}");
+        let heavy = of(0.9, 3001).unwrap();
+        assert!(heavy[0].bound.is_ok(), "{heavy:?}");
+        let Err(NoBound { refusal: EstimateRefusal::Absurd { ratio }, needed }) = heavy[2].bound else {
+            panic!("{heavy:?}")
+        };
+        assert!((180.0..1000.0).contains(&ratio) && needed == 2_995_731, "{heavy:?}");
     }
 
     /// 3 of 300 executions are a hundred times as long: the deepest levels have no bound, the others keep theirs.

@@ -95,5 +95,5 @@ pub use exceedances::exceedance_probability;
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
 pub use measurement::{InstanceMeasurement, Measurement, measure};
-pub use refusal::{ABSURD, EstimateRefusal, NoBound, NoEstimate};
+pub use refusal::{EstimateRefusal, NoBound, NoEstimate, greatest_ratio};
 pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail};

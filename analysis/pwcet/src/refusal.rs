@@ -32,15 +32,21 @@ pub enum EstimateRefusal {
         /// ξ.
         shape: f64,
     },
-    /// The bound of this level is more than [`ABSURD`] times the greatest execution.
+    /// The bound of this level is more than [`greatest_ratio`] times the greatest execution.
     Absurd {
         /// The bound divided by the greatest execution.
         ratio: f64,
     },
 }
 
-/// No bound that is so many times the greatest execution is a time of a codel.
-pub const ABSURD: f64 = 1000.0;
+/// Returns by which factor the bound of a level may exceed the greatest execution, where `depth` executions should exceed it.
+///
+/// The greatest of n executions is exceeded with a probability of about 1/n, p · n = `depth` times as often as the time of the level p. A tail
+/// with the shape ξ grows by (1/depth)^ξ in between; from ξ = 1/2 on, it has no variance. So a bound of 10 times that growth, for what the
+/// greatest execution may be too short, is not a time of a codel: the executions say too little. No bound of 1000 times is one.
+pub fn greatest_ratio(depth: f64) -> f64 {
+    (10.0 * depth.recip().sqrt()).clamp(10.0, 1000.0)
+}
 
 /// Why a level has no bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
