@@ -141,8 +141,8 @@ pub(crate) fn script_name(name: &str) -> String {
     with_prefix(name, |bare| bare.starts_with('_')) + with_suffix(name)
 }
 
-/// Returns the run-time name of a task, with which statements of scripts may begin.
-pub(crate) fn task_name(name: &str) -> String {
+/// Returns the name that an instance has in Orocos and in recordings of it: that of a task, with which statements of scripts may begin.
+pub fn task_name(name: &str) -> String {
     let is_taken = |bare: &str| {
         let begins_as_a_word = STATEMENT_PREFIXES.iter().any(|word| bare.starts_with(word));
         bare.starts_with('_') || begins_as_a_word || GLOBAL_SERVICES.contains(bare)

@@ -128,11 +128,12 @@ impl TopicStreams {
 }
 
 /// Resolves a deployment of a library, or what one of its hosts has of it: its instances, and the connections between them.
-/// `None` if its architecture is incomplete.
+/// `task_name` returns the name that an instance has at run time. `None` if its architecture is incomplete.
 pub(crate) fn deployed<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
     host: Option<usize>,
+    task_name: fn(&str) -> String,
 ) -> Option<RunnableDeployment> {
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
@@ -140,7 +141,11 @@ pub(crate) fn deployed<'db>(
     let hosts = hosts_of(db, project.workspace(db));
     let is_here = |instance: &Name| host.is_none() || hosts.of(instance) == host;
     let instances = flat.instances.iter().filter(|it| is_here(&it.name));
-    let tasks: Vec<DeployedTask> = instances.filter_map(|it| task(model, of, &activities, it)).collect();
+    let tasks: Vec<DeployedTask> = instances
+        .filter_map(|it| {
+            Some(DeployedTask { name: task_name(&it.name), ..task(model, of, &activities, it)? })
+        })
+        .collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
     let links = flat.links.iter().filter(|it| is_here(&it.source.0) && is_here(&it.target.0));
@@ -254,7 +259,7 @@ fn task<'db>(
     };
     let &(place, resolved) = activities.resolved.get(&instance.name)?;
     Some(DeployedTask {
-        name: task_name(&instance.name),
+        name: instance.name.to_string(),
         class,
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),

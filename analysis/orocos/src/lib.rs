@@ -60,6 +60,7 @@ mod trace;
 mod type_hash;
 
 pub use codels::is_empty_stub;
+pub use cpp_name::task_name;
 pub use generated_file::{FileOwner, GeneratedFile, GeneratedPackage, STANDALONE};
 pub use library::{Artifact, GenerationProblem, ProblemKind, configuration_problems, problems};
 pub use manifest::{MANIFEST, ManifestError};

@@ -5,6 +5,7 @@ use mauve_hir::{Decl, ModelDb, Project};
 use crate::build::build_files;
 use crate::codels::codel_files;
 use crate::component::component_files;
+use crate::cpp_name::task_name;
 use crate::deployment::deployed;
 use crate::export::export_files;
 use crate::generated_file::{GeneratedFile, GeneratedPackage, MARK, STANDALONE, ends, is_name};
@@ -111,7 +112,7 @@ pub(crate) fn package(model: Model<'_, '_>) -> GeneratedPackage {
 fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let mut files = Vec::new();
     for &decl in &model.library.deployments {
-        let Some(deployed) = deployed(model, decl, None) else { continue };
+        let Some(deployed) = deployed(model, decl, None, task_name) else { continue };
         let name = &deployed.name;
         let texts = [
             (format!("scripts/{name}.lua"), script::script(&deployed)),

@@ -15,7 +15,6 @@ use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
 use super::topics;
-use crate::cpp_name::task_name;
 use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment};
 use crate::escape::cpp_string;
 use crate::generated_file::generated_from;
@@ -37,7 +36,7 @@ pub(super) fn main_file<'db>(
     let Model { db, project, .. } = model;
     let report = response_times(db, project, of, Query::shown(db, project, of));
     let bounds: FxHashMap<String, Option<Time>> =
-        report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
+        report.activities.iter().rev().map(|it| (it.instance.to_string(), it.response)).collect();
     let level = Query::shown(db, project, of).level;
     let hosts = hosts_of(db, project.workspace(db));
     let host = hosts.all.iter().position(|it| Some(&it.name) == deployed.host.as_ref());
@@ -83,7 +82,7 @@ pub(super) fn main_file<'db>(
     let ros2 = topics_of.map(|host| topics::calls(model, of, deployed, host, &bounds)).unwrap_or_default();
     let mut chains = expected_chains(db, project, of, Query::shown(db, project, of), MOST_CHAINS);
     // Another host's recording has the rest of a chain.
-    let is_here = |instance: &str| deployed.tasks.iter().any(|it| it.name == task_name(instance));
+    let is_here = |instance: &str| deployed.tasks.iter().any(|it| it.name == instance);
     chains.retain(|chain| chain.steps.iter().all(|step| is_here(&step.instance)));
     let about_times = format!(
         "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
@@ -163,7 +162,7 @@ fn chain(chain: &ExpectedChain) -> Vec<String> {
     let limit = chain.limit.unwrap_or_default().to_string();
     let mut all = vec![call("chain", &[cpp_string(&chain.name), bound, limit])];
     for step in &chain.steps {
-        let instance = || cpp_string(&task_name(&step.instance));
+        let instance = || cpp_string(&step.instance);
         all.push(call("step", &[instance(), end(&step.from), end(&step.to)]));
         all.extend(step.states.iter().map(|it| call("assume_state", &[instance(), cpp_string(it)])));
         all.extend(step.answers.iter().map(|it| call("assume_answer", &[instance(), end(it)])));

@@ -14,7 +14,7 @@ use mauve_wcrt::system_of;
 use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
-use crate::cpp_name::{host_name, script_name, task_name};
+use crate::cpp_name::{host_name, script_name};
 use crate::cpp_type::cpp_type;
 use crate::deployment::RunnableDeployment;
 use crate::escape::cpp_string;
@@ -54,7 +54,7 @@ pub(super) fn calls<'db>(
     let cpus = system_of(db, project, of).activities.iter().find(|it| it.instance == name);
     let cpus = cpus.and_then(|it| it.cpus).map(|it| hosts_of(db, project.workspace(db)).local(it).1);
     let cpus = cpus.filter(|it| !it.is_empty()).map_or("0".to_owned(), cpu_set);
-    let response = bounds.get(&task_name(&name)).copied().flatten();
+    let response = bounds.get(name.as_str()).copied().flatten();
     let response = response.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
     let gateway = [
         format!(
@@ -98,7 +98,7 @@ fn call<'db>(model: Model<'_, 'db>, of: Decl<'db>, topic: &Topic) -> Option<Stri
     let hash = type_hash(db, project.workspace(db), &ty.package, &ty.message)?;
     let texts = [
         format!("{instance}.{port}"),
-        task_name(instance),
+        instance.to_string(),
         script_name(port),
         topic.name.to_string(),
         hash,

@@ -86,9 +86,16 @@ pub struct SpanNames {
     ids: HashMap<SpanName, NameId>,
     /// The same names as the trace writes them. Several texts can be one name.
     texts: HashMap<Box<[u8]>, NameId>,
+    /// The names of instances whose recorded name is another one.
+    instances: HashMap<String, String>,
 }
 
 impl SpanNames {
+    /// Returns no names yet; the instances with these recorded names have other ones.
+    pub(super) fn renaming(instances: HashMap<String, String>) -> SpanNames {
+        SpanNames { instances, ..SpanNames::default() }
+    }
+
     /// Returns a name.
     pub fn get(&self, id: NameId) -> &SpanName {
         const UNKNOWN: &SpanName =
@@ -114,7 +121,10 @@ impl SpanNames {
     }
 
     /// Returns the id of a name.
-    pub(super) fn of(&mut self, name: SpanName) -> Result<NameId, TraceError> {
+    pub(super) fn of(&mut self, mut name: SpanName) -> Result<NameId, TraceError> {
+        if let Some(instance) = self.instances.get(&name.instance) {
+            name.instance.clone_from(instance);
+        }
         if let Some(id) = self.ids.get(&name) {
             return Ok(*id);
         }

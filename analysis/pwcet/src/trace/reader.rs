@@ -52,6 +52,11 @@ pub struct TraceReader {
 }
 
 impl TraceReader {
+    /// Returns a reader for which the instances with these recorded names have other names.
+    pub fn renaming(instances: HashMap<String, String>) -> TraceReader {
+        TraceReader { names: SpanNames::renaming(instances), ..TraceReader::default() }
+    }
+
     /// Reads a complete source.
     ///
     /// # Errors

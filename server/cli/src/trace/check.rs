@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::errors_of;
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
+use mauve_orocos::task_name;
 use mauve_projects::json;
 use mauve_projects::load::Outside;
 use mauve_projects::load::load;
@@ -71,7 +72,7 @@ impl TraceCheck {
         let (query, report, expected) =
             model_of(&db, project, deployment, self.recorded.host.as_deref(), self.recorded.significance)?;
         let mut observer = Observer::new(expected.clone());
-        let mut reader = TraceReader::default();
+        let mut reader = reader_of(&expected);
         let mut summary = Totals::default();
         for trace in &traces {
             read(trace, &mut reader, &mut observer)?;
@@ -140,6 +141,14 @@ pub(super) fn model_of<'db>(
     let report = response_times(db, project, deployment, query).clone();
     let expected = expected(db, project, deployment, host, query, &report);
     Ok((query, report, expected))
+}
+
+/// Returns a reader of recordings of a deployment. Orocos and earlier versions of `mauve run` record the names that instances have in
+/// scripts.
+pub(super) fn reader_of(expected: &ExpectedDeployment) -> TraceReader {
+    let names: BTreeSet<&str> = expected.instances.iter().map(|it| it.instance.as_str()).collect();
+    let recorded = names.iter().map(|it| (task_name(it), (*it).to_owned()));
+    TraceReader::renaming(recorded.filter(|(recorded, _)| !names.contains(recorded.as_str())).collect())
 }
 
 /// Reads a recording.

@@ -11,12 +11,12 @@ use mauve_projects::analysis_document::deployments;
 use mauve_projects::load::load;
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put_with;
-use mauve_pwcet::trace::{Outcome, Span, SpanKind, SpanName, SpanNames, TraceReader, Visitor, port_of};
+use mauve_pwcet::trace::{Outcome, Span, SpanKind, SpanName, SpanNames, Visitor, port_of};
 use mauve_timing::{CpuSet, Time};
 use mauve_wcrt::observed::{ExpectedDeployment, LatestReleases};
 use serde_json::{Value, json};
 
-use super::check::{RecordingArguments, model_of, read};
+use super::check::{RecordingArguments, model_of, read, reader_of};
 use crate::errors::several_of;
 use crate::options::time;
 use crate::own_output::check_own;
@@ -145,6 +145,7 @@ fn write_events(
     window: [i64; 2],
     to: impl Write,
 ) -> Result<io::Result<()>, String> {
+    let mut reader = reader_of(&expected);
     let mut writer = TraceWriter {
         to: BufWriter::new(to),
         releases: LatestReleases::new(&expected),
@@ -163,7 +164,7 @@ fn write_events(
     if let Err(error) = writer.to.write_all(BEGIN.as_bytes()) {
         return Ok(Err(error));
     }
-    let read = read(trace, &mut TraceReader::default(), &mut writer);
+    let read = read(trace, &mut reader, &mut writer);
     if let Some(error) = writer.failure {
         return Ok(Err(error));
     }
