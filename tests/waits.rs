@@ -8,7 +8,7 @@ use std::process::Command;
 
 use mauve_tests::orocos::run;
 use mauve_tests::write;
-use mauve_timing::Observed;
+use mauve_timing::{Observed, Table};
 
 use crate::MAUVE;
 use crate::standalone::{folder, has_real_time, mauve_run, run_program, text};
@@ -455,4 +455,88 @@ fn orocos_the_printed_lines_mend_what_a_recording_refutes() {
     write_all(&written(&once.replace("waits = 1", "waits = 2")), &configuration);
     let (code, out, err) = run_for("again");
     assert!(!has_real_time() || code == Some(0) && !out.contains("above its bound"), "{out}{err}");
+}
+
+/// Two instances of one component, whose names scripts reserve, wait longer than their bound.
+const TWINS: &str = "library twins {
+  codel nap(): int
+  shell S { }
+  core C(S) { update = { nap(); } }
+  component Twin(S, C)
+  architecture A { instance local: Twin  instance global: Twin }
+  deployment D {
+    architecture A
+    activity local { affinity = 1  priority = 20  period = 50 }
+    activity global { affinity = 1  priority = 10  period = 50 }
+  }
+}
+";
+
+const NAP: &str = "#include <twins/twins-codels.hpp>
+
+#include <unistd.h>
+
+namespace twins {
+
+int nap() {
+  usleep(30000);
+  return 0;
+}
+
+}  // namespace twins
+";
+
+/// `mauve run` and `mauve trace check` name one cause, by the names of the model; what is printed can be pasted.
+#[test]
+fn orocos_a_run_and_its_recording_say_the_same() {
+    let folder = folder("twins");
+    let configuration = "timing.tables = [\"times.toml\"]\n[platform]\ncpus = 1\nrt_throttling = false\n";
+    write(
+        &folder,
+        &[("twins.mal", TWINS), ("mauve.toml", configuration), ("times.toml", "[codel]\nnap = 1\n")],
+    );
+    let codels = folder.join("src");
+    run(Command::new(MAUVE).arg("generate").arg(&folder).arg("--out").arg(&codels));
+    write(&codels, &[("twins/src/codels/nap.cpp", NAP)]);
+    let built =
+        mauve_run(&folder, &folder.join("cache"), &["--build-only", "--codels", codels.to_str().unwrap()]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    let program = text(&built.stdout);
+    let recording = folder.join("rec");
+    let real_time: &[&str] = if has_real_time() { &[] } else { &["--allow-non-realtime"] };
+    let run_with = |arguments: &[&str]| {
+        let all = [&["--for", "1s"], arguments, real_time].concat();
+        run_program(Path::new(program.trim()), "", &all).1
+    };
+    let cause = "codel `twins.nap` waited for up to 3";
+    let alone = run_with(&[]);
+    for name in ["local", "global"] {
+        let line = alone.lines().find(|line| line.contains(&format!("  {name} responded after "))).unwrap();
+        assert!(line.contains(cause), "{alone}");
+    }
+    let recorded = run_with(&["--trace", recording.to_str().unwrap()]);
+    let hint = format!("`mauve trace check {}` says why", recording.display());
+    assert_eq!(recorded.matches(&hint).count(), 2, "{recorded}");
+
+    // One line for the codel of both, as a table reads it.
+    let printed: String = recorded
+        .lines()
+        .filter_map(|line| line.strip_prefix("    "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let table = Table::parse(&printed);
+    assert!(table.errors.is_empty() && table.waits.len() == 1, "{printed}: {:?}", table.errors);
+    assert_eq!((table.waits[0].key.as_str(), table.waits[0].waits), ("twins.nap", Some(1)), "{printed}");
+
+    let (code, checked, err) = mauve(&folder, &["trace", "check", "rec"]);
+    assert_eq!((code, err.as_str()), (1, ""), "{checked}");
+    assert!(checked.contains(cause) && !checked.contains("is not in the recording"), "{checked}");
+    // Orocos and earlier versions record the names of scripts.
+    for file in ["executions.csv", "periods.csv"] {
+        let path = recording.join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains("local") && !text.contains("local_"), "{text}");
+        std::fs::write(path, text.replace("local", "local_").replace("global", "global_")).unwrap();
+    }
+    assert_eq!(mauve(&folder, &["trace", "check", "rec"]), (1, checked, String::new()));
 }

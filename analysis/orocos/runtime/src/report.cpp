@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
+#include <utility>
 
 #include "mauve/robot.hpp"
 
@@ -69,32 +71,15 @@ std::string two_digits(Nanoseconds time) {
   return milliseconds((time + unit - 1) / unit * unit);
 }
 
-// Why an instance responded later than its bound: what it or what may preempt it did.
-std::string reason(const Row& late, const std::vector<Row>& rows, const Causes& causes) {
-  const auto may_delay = [&](std::size_t instance) {
-    const Row& row = rows[instance];
-    return row.priority >= late.priority && (row.cpus.none() || late.cpus.none() || (row.cpus & late.cpus).any());
-  };
-  std::string waiting, locked, longer, port;
+// Why the instance of this row responded later than its bound. Without a recording, only a wait of its own that is as long as it is late
+// is known to have delayed it: `mauve trace check` looks at that period, and knows what else was executed in it.
+std::string reason(std::size_t row, const Row& late, const Causes& causes) {
+  if (!causes.trace_folder.empty()) return "`mauve trace check " + causes.trace_folder + "` says why";
   for (const CodelRow& it : causes.codels) {
-    if (!may_delay(it.instance)) continue;
-    const std::string codel = std::string("codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
-    if (it.statistics.wait > 0 && waiting.empty()) waiting = codel + " waited, see below";
-    if (it.statistics.blocked > 0 && locked.empty()) locked = codel + " waited for a lock, see below";
-    if (it.time >= 0 && it.statistics.execution > it.time && longer.empty()) longer = codel + " took longer than its time, see below";
+    if (it.instance != row || it.statistics.wait < late.response - late.bound) continue;
+    return std::string("codel `") + it.statistics.codel + "` waited for up to " + milliseconds(it.statistics.wait) + " ms";
   }
-  for (const PortRow& it : causes.ports) {
-    if (may_delay(it.instance) && it.statistics.greatest >= least_access && port.empty()) {
-      port = std::string("port ") + it.statistics.port + " of " + rows[it.instance].instance + " takes long, see below";
-    }
-  }
-  for (const std::string& it : {waiting, locked, longer, port}) {
-    if (!it.empty()) return it;
-  }
-  for (const Work& it : causes.work) {
-    if (work_per_second(it, causes.length) >= least_work) return "threads that are not instances may have preempted it, see below";
-  }
-  return "no codel waited or took longer than its time: something that the model does not have preempted it";
+  return "record it with `--trace DIR`, and `mauve trace check DIR` says why";
 }
 
 // The number of characters of a text in UTF-8.
@@ -139,20 +124,23 @@ std::string milliseconds(Nanoseconds time) {
 }
 
 std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
-  std::string out, waits, accesses;
-  for (const Row& row : rows) {
+  std::string out;
+  // Instances of one component have the same keys: a table has each once, with the greatest.
+  std::map<std::string, std::pair<Nanoseconds, std::int64_t>> waits;
+  std::map<std::string, Nanoseconds> accesses;
+  for (std::size_t index = 0; index < rows.size(); ++index) {
+    const Row& row = rows[index];
     if (row.bound == no_bound || row.response <= row.bound || row.priority == 0) continue;
     out += "  " + row.instance + " responded after " + milliseconds(row.response) + " ms, later than its bound of " +
-           milliseconds(row.bound) + " ms: " + reason(row, rows, causes) + "\n";
+           milliseconds(row.bound) + " ms: " + reason(index, row, causes) + "\n";
   }
-  const auto line = [](const char* key, Nanoseconds time) { return std::string("    \"") + key + "\" = " + two_digits(time) + "\n"; };
   for (const CodelRow& it : causes.codels) {
     const std::string of = std::string("  codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
     if (it.statistics.wait > 0) {
       out += of + " waited for something in " + std::to_string(it.statistics.waits) + " executions, and was off the CPU for up to " +
              milliseconds(it.statistics.wait) + " ms\n";
-      waits += std::string("    \"") + it.statistics.codel + "\" = { time = " + two_digits(it.statistics.wait) +
-               ", times = " + std::to_string(it.statistics.times) + " }\n";
+      auto& wait = waits[it.statistics.codel];
+      wait = {std::max(wait.first, it.statistics.wait), std::max(wait.second, it.statistics.times)};
     }
     if (it.statistics.blocked > 0) {
       out += of + " waited for locks for up to " + milliseconds(it.statistics.blocked) + " ms\n";
@@ -166,14 +154,19 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
     if (it.statistics.greatest < least_access) continue;
     out += std::string("  port ") + it.statistics.port + " of " + rows[it.instance].instance + " took up to " +
            milliseconds(it.statistics.greatest) + " ms\n";
-    accesses += line(it.statistics.port, it.statistics.greatest);
+    Nanoseconds& access = accesses[it.statistics.port];
+    access = std::max(access, it.statistics.greatest);
   }
   if (!waits.empty() || !accesses.empty()) {
     out += "  a bound counts no wait and no port that is not in a timing table; for a table in ms, with what preemption adds to waits\n"
            "  (`mauve trace import` of a recording leaves it out):\n";
   }
-  if (!waits.empty()) out += "    [wait]\n" + waits;
-  if (!accesses.empty()) out += "    [access]\n" + accesses;
+  if (!waits.empty()) out += "    [wait]\n";
+  for (const auto& it : waits) {
+    out += "    \"" + it.first + "\" = { time = " + two_digits(it.second.first) + ", waits = " + std::to_string(it.second.second) + " }\n";
+  }
+  if (!accesses.empty()) out += "    [access]\n";
+  for (const auto& it : accesses) out += "    \"" + it.first + "\" = " + two_digits(it.second) + "\n";
   for (const Work& it : causes.work) {
     const Nanoseconds per_second = work_per_second(it, causes.length);
     if (per_second < least_work) continue;

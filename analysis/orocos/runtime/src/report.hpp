@@ -54,6 +54,8 @@ struct Causes {
   std::vector<PortRow> ports;
   std::vector<Work> work;
   Nanoseconds length;
+  // Where executions are recorded; empty where they are not.
+  std::string trace_folder;
 };
 
 // The greatest latencies of chains, in lines that end with a newline; an empty text without any. `begin` is that of the run.

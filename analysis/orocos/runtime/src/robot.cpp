@@ -597,7 +597,7 @@ std::vector<Row> Robot::State::rows() const {
 }
 
 Causes Robot::State::causes() const {
-  Causes causes = {{}, {}, {}, ended - began};
+  Causes causes = {{}, {}, {}, ended - began, options.trace_folder};
   for (const Work& it : work) {
     const auto has_it = [&](const ActivityData& activity) { return activity.gateway != nullptr && activity.gateway->has_thread(it.name); };
     // The model has them.

@@ -309,7 +309,13 @@ fn response_message(instance: &str, finding: &TraceFinding, at: &str) -> String 
                 "no codel waited longer than the tables say, so that an interrupt or a program that is not in the model preempted it"
                     .to_owned()
             }
-            Waited::Codel(codel, time) => format!("codel `{codel}` waited for up to {}", duration(*time)),
+            Waited::Codel(codel, time) if *time >= rest - response / 10 => {
+                format!("codel `{codel}` waited for up to {}", duration(*time))
+            }
+            Waited::Codel(codel, time) => format!(
+                "codel `{codel}` waited for up to {}, and an interrupt or a program that is not in the model preempted it for the rest",
+                duration(*time)
+            ),
         };
         reasons.push(format!("no activity of the recording explains {} of it: {why}", duration(rest)));
     } else if reasons.is_empty() {
