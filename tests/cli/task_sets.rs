@@ -256,6 +256,30 @@ fn a_table_of_tasks_in_each_notation() {
     );
 }
 
+/// Many kernels call their highest priority 1.
+#[test]
+fn priorities_that_are_upside_down_have_a_hint() {
+    let folder = folder();
+    let set = |priorities: [u32; 3]| {
+        let [a, b, c] = priorities;
+        format!("name,period,time,priority\na,10,2,{a}\nb,20,4,{b}\nc,50,9,{c}\n")
+    };
+    write(
+        &folder,
+        &[
+            ("down.csv", &set([1, 2, 3])),
+            ("up.csv", &set([3, 2, 1])),
+            ("mixed.csv", &set([1, 3, 2])),
+            ("two.csv", "name,period,time,priority\na,10,2,1\nb,20,4,2\n"),
+        ],
+    );
+    for (file, is_hinted) in [("down.csv", true), ("up.csv", false), ("mixed.csv", false), ("two.csv", false)]
+    {
+        let run = run(&folder, &["wcrt", file]);
+        assert_eq!(run.out.contains("Here greater numbers are higher"), is_hinted, "{file}: {}", run.out);
+    }
+}
+
 #[test]
 fn nothing_in_them_tells_where_they_were_made() {
     let robot = models().join("p3dx");

@@ -462,7 +462,24 @@ fn notes_of<'db>(it: &Deployed<'db>, report: &Report<'db>) -> Vec<String> {
     }
     let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
     found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
+    if matches!(it.origin, Analysed::File { .. }) && has_inverted_priorities(report) {
+        found.push(
+            "all priorities rise with the deadlines: is 1 the highest priority in your source? Here greater numbers are higher, as of \
+             SCHED_FIFO; write 100 minus its number"
+                .to_owned(),
+        );
+    }
     found
+}
+
+/// Whether the priorities would be deadline-monotonic if lower numbers were higher: few tasks may have such priorities by intention.
+fn has_inverted_priorities(report: &Report<'_>) -> bool {
+    let of = |it: &ActivityReport<'_>| Some((it.deadline?, it.priority.real_time()?));
+    let mut all: Vec<(Time, u32)> = report.activities.iter().filter_map(of).collect();
+    all.sort_unstable();
+    let rises = |pair: &[(Time, u32)]| pair[0].0 == pair[1].0 || pair[0].1 < pair[1].1;
+    let deadlines: BTreeSet<Time> = all.iter().map(|(deadline, _)| *deadline).collect();
+    deadlines.len() >= 3 && all.windows(2).all(rises)
 }
 
 /// `assumes 5 ms for robot.plan`.
