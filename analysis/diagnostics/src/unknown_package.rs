@@ -25,6 +25,9 @@ pub(super) fn report<'db>(
     if let Some(near) = misspelt_name::similar_package(db, project, name) {
         return misspelt_name::of_package(db, project, at, name, near);
     }
-    let message = format!("no library or message package `{name}`: its types are not checked");
+    let message = format!(
+        "no library or message package `{name}`: its types are not checked; packages are searched along `ROS_PACKAGE_PATH`, \
+         `AMENT_PREFIX_PATH` and `CMAKE_PREFIX_PATH`, which the setup file of a workspace of ROS sets"
+    );
     Diagnostic::new(&UNKNOWN_PACKAGE, at, message)
 }
