@@ -263,3 +263,44 @@ fn an_interrupted_watch_keeps_the_complete_lines() {
     assert_eq!(output.status.code(), Some(0), "{out} {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(lines(&out)[1], "f a 1 1.000 µs 1.000 µs 1.000 µs");
 }
+
+/// A limit of the size of files, in blocks of 512 bytes, is as a disk that is full.
+#[test]
+fn a_full_disk_leaves_the_sample_file_as_it_was() {
+    let executions = |seed: u32| {
+        let line = |it: u32| format!("nav.plan,{},pilot,,\n", (it.wrapping_mul(seed) >> 8) + 1000);
+        format!("{HEADER}{}", (0..4000).map(line).collect::<String>())
+    };
+    let folder = folder(&[
+        ("one.csv", executions(2_654_435_761).as_str()),
+        ("two.csv", executions(2_246_822_519).as_str()),
+        ("empty.samples", ""),
+    ]);
+    let import_within = |blocks: u32, trace: &str| {
+        let script =
+            format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" trace import {trace} -o robot.samples");
+        Command::new("sh").args(["-c", &script, MAUVE]).current_dir(&folder).output().unwrap()
+    };
+    let samples = folder.join("robot.samples");
+    for blocks in [0, 1] {
+        let refused = import_within(blocks, "one.csv");
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(
+            refused.status.code() == Some(2) && said.contains("cannot write `robot.samples`: "),
+            "{blocks}: {said}"
+        );
+        assert!(!samples.exists(), "{blocks}");
+    }
+    assert_eq!(import(&folder, &["one.csv"]).code, 0);
+    let before = std::fs::read(&samples).unwrap();
+    let refused = import_within(before.len() as u32 / 512 + 2, "two.csv");
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert_eq!(std::fs::read(&samples).unwrap(), before);
+
+    let run = mauve(MAUVE, &folder, &["pwcet", "empty.samples"]);
+    assert!(
+        run.code == 2 && run.err.contains("`empty.samples` is empty: an import did not end"),
+        "{}",
+        run.err
+    );
+}

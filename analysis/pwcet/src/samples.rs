@@ -166,8 +166,12 @@ impl Samples {
         let mut file = File::open(path)?;
         let index = Index::read(&mut file)?;
         if index.end == 0 {
-            // A file that is empty, or has a part of the first line.
-            return Err(SamplesError::NotSamples);
+            // It may also have a part of the first line.
+            return Err(if file.metadata()?.len() == 0 {
+                SamplesError::Empty
+            } else {
+                SamplesError::NotSamples
+            });
         }
         Ok(Samples { file, index })
     }
@@ -611,6 +615,7 @@ mod tests {
                     let counts: Vec<usize> = all(&mut samples).iter().map(Vec::len).collect();
                     assert_eq!(counts, [[0, 0, 0], [2, 1, 0], [3, 1, 1]][runs], "{length}");
                 }
+                Err(SamplesError::Empty) => assert_eq!(length, 0),
                 Err(SamplesError::NotSamples) => assert!(length < MAGIC.len(), "{length}"),
                 Err(error) => panic!("{length}: {error:?}"),
             }

@@ -12,6 +12,11 @@ pub(super) fn unreadable_samples(samples: &Path, error: &SamplesError) -> String
         SamplesError::NotSamples => {
             format!("`{shown}` is not a sample file: `mauve trace import` makes one from a trace")
         }
+        SamplesError::Empty => {
+            format!(
+                "`{shown}` is empty: an import did not end, or the disk was full; remove it, and run `mauve trace import` again"
+            )
+        }
         SamplesError::LaterVersion => {
             format!("`{shown}` was written by a later version of mauve: update mauve")
         }
@@ -24,7 +29,7 @@ pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
     let shown = samples.display();
     match error {
         SamplesError::Io(error) => format!("cannot write `{shown}`: {error}"),
-        SamplesError::NotSamples => {
+        SamplesError::NotSamples | SamplesError::Empty => {
             format!(
                 "`{shown}` is not a sample file, and is not overwritten: choose another path for --output"
             )

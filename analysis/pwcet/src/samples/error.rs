@@ -9,6 +9,8 @@ pub enum SamplesError {
     Io(io::Error),
     /// The file is not a sample file.
     NotSamples,
+    /// The file has no byte.
+    Empty,
     /// The file has a later version of the format.
     LaterVersion,
     /// The file is damaged at this offset.

@@ -96,13 +96,7 @@ impl SamplesWriter {
             Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(SamplesError::Io(error)),
         }
-        let mut index = Index::read(&mut file)?;
-        if index.end == 0 {
-            index.end = MAGIC.len() as u64;
-            file.set_len(0)?;
-            file.seek(SeekFrom::Start(0))?;
-            file.write_all(MAGIC)?;
-        }
+        let index = Index::read(&mut file)?;
         let names: Vec<(String, String)> =
             index.series.iter().map(|it| (it.key.clone(), it.instance.clone())).collect();
         let ids = names.iter().cloned().zip(index.series.iter().map(|it| it.id)).collect();
@@ -119,6 +113,11 @@ impl SamplesWriter {
             run: None,
         };
         writer.abort()?;
+        // If the disk is full, a new file goes again.
+        if writer.index.end == 0 {
+            writer.file.write_all(MAGIC)?;
+            writer.index.end = MAGIC.len() as u64;
+        }
         Ok(writer)
     }
 
