@@ -25,6 +25,7 @@ mod release;
 mod report;
 mod robot;
 mod samples;
+mod schemas;
 mod sensitivity;
 mod simulate;
 mod standard_input;
