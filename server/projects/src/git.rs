@@ -10,11 +10,12 @@ use std::io::{BufRead as _, BufReader, Read, Write as _};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use mauve_pwcet::program::{command, program};
 
 use crate::disk::is_hidden;
-use crate::git_folder::has_includes;
+use crate::git_folder::folders_of_git;
 
 /// Variables of git that only say where configuration of the user is, and how far the search for a repository goes. All others are
 /// removed: within a hook of git, they name a repository and an index. [`hook`] says which of these count nevertheless.
@@ -29,6 +30,12 @@ const KEPT: [&str; 5] = [
 /// The maximum length of the line about an object.
 const LONGEST_LINE: u64 = 1 << 10;
 
+/// The longest time that git may take to find the repository of a stranger: a moment, unless it waits for a pipe.
+const LONGEST_ANSWER: Duration = Duration::from_secs(10);
+
+/// How errors of git begin that quote no file.
+const SHOWN: [&str; 2] = ["fatal: not a git repository", "fatal: detected dubious ownership"];
+
 /// The maximum number of entries of a commit: a few trees that name each other may have any number.
 const MOST_ENTRIES: usize = 1 << 20;
 
@@ -38,8 +45,8 @@ pub struct Repository {
     git: PathBuf,
     folder: PathBuf,
     allows_outside: bool,
-    /// Whether errors of git may quote other files.
-    is_quiet: bool,
+    /// Whether its folder may be a stranger's: errors of git may quote other files.
+    is_checked: bool,
     /// Variables for a hook: of the repository, and of the folder with the objects that a push has brought.
     hook: Vec<(&'static str, PathBuf)>,
     /// The folder's path below the top of the repository; empty at the top.
@@ -79,9 +86,12 @@ impl Repository {
         let (folder, prefix) = (folder.canonicalize().unwrap_or_else(|_| folder.to_owned()), PathBuf::new());
         let hook = hook(&folder);
         let is_checked = hook.is_empty() && !allows_outside;
-        let is_quiet =
-            is_checked && has_includes(&folder).map_err(|why| format!("cannot read a revision: {why}"))?;
-        let mut found = Repository { git, folder, allows_outside, is_quiet, hook, prefix };
+        let mut found = Repository { git, folder, allows_outside, is_checked, hook, prefix };
+        if is_checked {
+            found.check().map_err(|why| {
+                format!("cannot read a revision: {why}: use `--allow-outside` if you have made this repository yourself")
+            })?;
+        }
         let prefix = found.ask(&["rev-parse", "--show-prefix"]).map_err(|why| {
             let is_bare = ["HEAD", "objects", "refs"].iter().all(|it| found.folder.join(it).exists());
             let hint = "\nhelp: for a bare repository, name it by the variable GIT_DIR, as git does for hooks: `GIT_DIR=. mauve diff …`";
@@ -93,6 +103,33 @@ impl Repository {
         })?;
         found.prefix = PathBuf::from(std::ffi::OsStr::from_bytes(&prefix)).components().collect();
         Ok(found)
+    }
+
+    /// Checks that the folder of git leads nowhere else, and that git reads this one.
+    fn check(&self) -> Result<(), String> {
+        let folders = folders_of_git(&self.folder)?;
+        let (mut child, _output) = self.start(&["rev-parse", "--git-dir"], Stdio::null())?;
+        let begin = Instant::now();
+        while child.try_wait().is_ok_and(|it| it.is_none()) {
+            if begin.elapsed() > LONGEST_ANSWER {
+                _ = child.kill().and_then(|()| child.wait());
+                return Err("git gives no answer: its configuration may include a pipe".to_owned());
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // Otherwise, the next question says why.
+        let is_read = child.wait().is_ok_and(|it| it.success());
+        let read = ["--absolute-git-dir", "--git-common-dir"].map(|it| self.path(it));
+        match is_read && folders.map(|it| it.map(Some)).as_ref() != Some(&read) {
+            true => Err(format!("the `.git` around `{}` leads git elsewhere", self.folder.display())),
+            false => Ok(()),
+        }
+    }
+
+    /// Returns a path that git names, behind all links.
+    fn path(&self, argument: &str) -> Option<PathBuf> {
+        let said = self.ask(&["rev-parse", argument]).ok()?;
+        self.folder.join(std::ffi::OsStr::from_bytes(&said)).canonicalize().ok()
     }
 
     /// Returns the commit of a revision, as git understands its name; `None` if there is none.
@@ -123,16 +160,14 @@ impl Repository {
     pub fn submodule(&self, entry: &CommitEntry) -> Option<Repository> {
         let own = self.folder.canonicalize().ok()?;
         let top = own.ancestors().nth(self.prefix.components().count())?;
+        // Elsewhere, `core.worktree` has placed the repository of a stranger.
+        top.join(".git").symlink_metadata().ok()?;
         // It is nowhere behind a link.
         let folder = top.join(&entry.path).canonicalize().ok().filter(|it| *it == top.join(&entry.path))?;
         let found = Repository::around(&folder, self.allows_outside)
             .ok()
             .filter(|it| it.prefix.as_os_str().is_empty())?;
-        let within = |repository: &Repository, argument: &str| {
-            let said = repository.ask(&["rev-parse", argument]).ok()?;
-            repository.folder.join(std::ffi::OsStr::from_bytes(&said)).canonicalize().ok()
-        };
-        let (inner, outer) = (within(&found, "--absolute-git-dir")?, within(self, "--git-common-dir")?);
+        let (inner, outer) = (found.path("--absolute-git-dir")?, self.path("--git-common-dir")?);
         let is_own = inner != outer && (inner.starts_with(outer) || inner.starts_with(&folder));
         (is_own && found.commit(&entry.object).as_ref() == Some(&entry.object)).then_some(found)
     }
@@ -208,14 +243,11 @@ impl Repository {
         if output.status.success() {
             return Ok(output.stdout);
         }
-        if self.is_quiet {
-            return Err(
-                "git refuses it, and its `.git/config` includes other files: `git status` in it says why"
-                    .to_owned(),
-            );
-        }
         let said = String::from_utf8_lossy(&output.stderr);
         let line = said.lines().find(|line| !line.is_empty()).unwrap_or("git failed");
+        if self.is_checked && !SHOWN.iter().any(|it| line.starts_with(it)) {
+            return Err("git cannot read it: `git fsck` there says why".to_owned());
+        }
         let remedy = said.lines().map(str::trim).find(|line| line.contains("--add safe.directory"));
         let help =
             remedy.map_or_else(String::new, |it| format!("\nhelp: if you trust its owner, run `{it}`"));

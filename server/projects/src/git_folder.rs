@@ -6,13 +6,16 @@
 //! | a file `.git` that leads out of its folder | it names any repository | what it names leads back: `gitdir` of a worktree, which is in `worktrees` of the repository; `core.worktree` of a submodule |
 //! | `commondir` in any other folder | it names any repository | |
 //! | links in `.git` that lead out of it | to objects, refs or texts | |
+//! | pipes and folders that cannot be listed | git waits for one, and finds files in the other | |
 //! | `objects/info/alternates` | also of `git clone --shared` and `--reference`: nothing leads back | |
 //!
-//! Runners of CI systems let `.git/config` include other files. These are not refused, but errors of git are not shown: they quote values.
+//! Runners of CI systems let `.git/config` include other files. These are not refused, but errors of git are not shown, since they
+//! quote values, and git gets a limit of time, since it waits for a pipe that is included.
 //!
 //! A user who has made such a repository says so with `--allow-outside`. What is refused is found without git, which reads the
-//! configuration before anything else.
+//! configuration before anything else. Then git has to name the same folders: a byte may mean more to it than to this module.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::disk::{LONGEST, read};
@@ -31,34 +34,36 @@ const READ: [&str; 10] = [
     "info",
 ];
 
-/// Returns whether the configuration of the repository around a folder includes other files, which errors of git would quote.
+/// Returns the folder of git for the repository around a folder, and the one that it has in common with other worktrees. None without a
+/// repository.
 ///
 /// # Errors
 ///
 /// Git may not read it, with the reason for the user.
-pub(crate) fn has_includes(folder: &Path) -> Result<bool, String> {
-    let own = "use `--allow-outside` if you have made this repository yourself";
+pub(crate) fn folders_of_git(folder: &Path) -> Result<Option<[PathBuf; 2]>, String> {
     for top in folder.ancestors() {
         let inner = top.join(".git");
         let Ok(data) = inner.symlink_metadata() else { continue };
-        let found = if data.is_dir() { in_folder(&inner, false) } else { in_file(top) };
-        let has_includes = found.map_err(|why| format!("{why}: {own}"))?;
+        if !data.is_dir() {
+            return in_file(top);
+        }
+        check(&inner, false)?;
         // Git goes on above a folder that is no repository.
-        if !data.is_dir() || ["HEAD", "objects", "refs"].iter().all(|it| inner.join(it).exists()) {
-            return Ok(has_includes);
+        if ["HEAD", "objects", "refs"].iter().all(|it| inner.join(it).symlink_metadata().is_ok()) {
+            return Ok(Some([inner.clone(), inner]));
         }
     }
-    Ok(false)
+    Ok(None)
 }
 
 /// The same of a file `.git`, or a link, at the top of a repository. Git itself refuses one that leads to nothing.
-fn in_file(top: &Path) -> Result<bool, String> {
+fn in_file(top: &Path) -> Result<Option<[PathBuf; 2]>, String> {
     let file = top.join(".git");
     let named = match text(&file).as_deref().and_then(|it| it.strip_prefix("gitdir:")) {
         Some(named) => top.join(named.trim()).canonicalize(),
         None => file.canonicalize(),
     };
-    let Ok(named) = named else { return Ok(false) };
+    let Ok(named) = named else { return Ok(None) };
     let leads_to = |from: &Path, to: &str, end: &Path| from.join(to).canonicalize().is_ok_and(|it| it == end);
     let common = text(&named.join("commondir")).and_then(|it| named.join(it.trim()).canonicalize().ok());
     let is_worktree = text(&named.join("gitdir")).is_some_and(|it| leads_to(&named, it.trim(), &file));
@@ -70,12 +75,13 @@ fn in_file(top: &Path) -> Result<bool, String> {
     if common.is_none() && !is_submodule && !named.starts_with(top) {
         return Err(format!("`{}` leads to `{}`, which does not lead back", file.display(), named.display()));
     }
-    let has_includes = in_folder(&named, common.is_some())?;
-    Ok(common.map_or(Ok(false), |it| in_folder(&it, false))? || has_includes)
+    check(&named, common.is_some())?;
+    common.iter().try_for_each(|it| check(it, false))?;
+    Ok(Some([named.clone(), common.unwrap_or(named)]))
 }
 
-/// The same of a folder of git.
-fn in_folder(folder: &Path, is_worktree: bool) -> Result<bool, String> {
+/// Checks that a folder of git leads nowhere else.
+fn check(folder: &Path, is_worktree: bool) -> Result<(), String> {
     let own = |name: &str| Some(folder.join(name)).filter(|it| it.symlink_metadata().is_ok());
     if let Some(path) = own("commondir").filter(|_| !is_worktree) {
         return Err(format!("`{}` names another repository", path.display()));
@@ -87,21 +93,28 @@ fn in_folder(folder: &Path, is_worktree: bool) -> Result<bool, String> {
             path.display()
         ));
     }
-    let real = folder.canonicalize().map_err(|error| format!("`{}`: {error}", folder.display()))?;
+    let cannot = |path: &Path, error: std::io::Error| format!("`{}`: {error}", path.display());
+    let real = folder.canonicalize().map_err(|error| cannot(folder, error))?;
     let mut open: Vec<PathBuf> = READ.iter().filter_map(|it| own(it)).collect();
+    let mut followed = BTreeSet::new();
     while let Some(path) = open.pop() {
-        // What is not there, such as the target of a first `HEAD`, shows nothing.
-        if path.is_symlink() && path.canonicalize().is_ok_and(|it| !it.starts_with(&real)) {
-            return Err(format!("`{}` is a link out of its folder", path.display()));
-        }
-        if path.is_dir() && !path.is_symlink() {
-            open.extend(
-                std::fs::read_dir(&path).into_iter().flatten().filter_map(|it| Some(it.ok()?.path())),
-            );
+        let data = path.symlink_metadata().map_err(|error| cannot(&path, error))?;
+        if data.is_symlink() {
+            // What is not there, such as the target of a first `HEAD`, shows nothing.
+            let Ok(end) = path.canonicalize() else { continue };
+            if !end.starts_with(&real) {
+                return Err(format!("`{}` is a link out of its folder", path.display()));
+            }
+            open.extend(followed.insert(end.clone()).then_some(end));
+        } else if data.is_dir() {
+            // Git opens files by their names where they cannot be listed.
+            let entries = std::fs::read_dir(&path).map_err(|error| cannot(&path, error))?;
+            open.extend(entries.filter_map(|it| Some(it.ok()?.path())));
+        } else if !data.is_file() {
+            return Err(format!("`{}` is a pipe or a device", path.display()));
         }
     }
-    let configs = ["config", "config.worktree"].map(|it| text(&folder.join(it)).unwrap_or_default());
-    Ok(configs.iter().any(|it| it.to_ascii_lowercase().contains("[include")))
+    Ok(())
 }
 
 /// The text of a file of git; none if there is none.
