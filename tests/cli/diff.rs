@@ -594,6 +594,14 @@ fn a_submodule_elsewhere_is_not_read_and_executes_nothing() {
     std::fs::remove_dir_all(&parts).unwrap();
     std::os::unix::fs::symlink(&elsewhere, &parts).unwrap();
     check_unread(&top, &["HEAD~1..HEAD"], why);
+    // In its place, for a repository that says of itself that it is around it.
+    std::fs::remove_file(&parts).unwrap();
+    std::fs::rename(&elsewhere, &parts).unwrap();
+    let inner = top.join("inner");
+    std::fs::create_dir(&inner).unwrap();
+    std::fs::rename(top.join(".git"), inner.join(".git")).unwrap();
+    git(&inner, &["config", "core.worktree", &top.display().to_string()]);
+    check_unread(&inner, &["HEAD~1:", "HEAD:"], why);
 }
 
 #[test]
@@ -968,9 +976,9 @@ fn a_private_folder_never_stays() {
     assert_eq!(left().len(), 1);
     // Those of a living process and of another user, links, and other folders stay.
     let own = std::process::id();
-    let names = ["living", "linked", "foreign", "x"]
-        .map(|it| format!("mauve-revision-{}-{it}", if it == "living" { own } else { ended }));
-    let [living, linked, foreign, _] = &names;
+    let names = [(own, "1"), (ended, "2"), (ended, "3"), (ended, "notes")]
+        .map(|(process, it)| format!("mauve-revision-{process}-{it}"));
+    let [living, linked, foreign, others] = &names;
     let elsewhere = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-elsewhere", test_name()));
     write(&elsewhere, &[("kept", "")]);
     symlink(&elsewhere, temporary.join(linked)).unwrap();
@@ -979,13 +987,17 @@ fn a_private_folder_never_stays() {
         &[
             (format!("{living}/kept"), ""),
             (format!("{foreign}/kept"), ""),
+            (format!("{others}/kept"), ""),
             (format!("mauve-other-{ended}-1/kept"), ""),
         ]
         .map(|(path, text)| (path, text.to_owned())),
     );
     let is_foreign = chown(temporary.join(foreign), Some(65534), None).is_ok();
-    let mut kept: Vec<String> =
-        [living, linked].map(String::clone).into_iter().chain(is_foreign.then(|| foreign.clone())).collect();
+    let mut kept: Vec<String> = [living, linked, others]
+        .map(String::clone)
+        .into_iter()
+        .chain(is_foreign.then(|| foreign.clone()))
+        .collect();
     kept.push(format!("mauve-other-{ended}-1"));
     kept.sort();
     assert!(start().wait().unwrap().success());

@@ -119,8 +119,9 @@ fn remove_copy() -> MutexGuard<'static, Option<PathBuf>> {
 /// Removes the private folders of this user's processes that have ended without removing them, such as by `kill -9`.
 fn sweep(parent: &Path) {
     let is_left = |path: &Path| {
-        let process = path.file_name()?.to_str()?.strip_prefix(PREFIX)?.split_once('-')?.0.parse().ok()?;
-        let has_ended = test_kill_process(Pid::from_raw(process)?) == Err(Errno::SRCH);
+        let (process, time) = path.file_name()?.to_str()?.strip_prefix(PREFIX)?.split_once('-')?;
+        time.parse::<u128>().ok()?;
+        let has_ended = test_kill_process(Pid::from_raw(process.parse().ok()?)?) == Err(Errno::SRCH);
         let data = path.symlink_metadata().ok()?;
         let is_own = data.is_dir() && data.uid() == geteuid().as_raw();
         // The processes of another container have other numbers, and hold the lock.
