@@ -1368,6 +1368,7 @@ fn the_action_reports_and_fails() {
         (&[("MAUVE_BASE", "--help")], 2, "", ""),
         (&[("MAUVE_BASE", "main"), ("MAUVE_PATH", "--help")], 2, "", ""),
         (&[("MAUVE_BASE", "main"), ("MAUVE_TOLERANCE", "--help")], 2, "", ""),
+        (&[("GITHUB_WORKSPACE", "/nowhere"), ("MAUVE_FAIL", "false")], 2, "", ""),
     ] {
         let found = run(variables);
         let is_empty = begins.is_empty() == found.1.is_empty();
