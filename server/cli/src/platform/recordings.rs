@@ -195,7 +195,7 @@ fn cyclictest(text: &str) -> Result<PlatformRecording, &'static str> {
 fn cyclictest_json(text: &str) -> Result<PlatformRecording, &'static str> {
     const MISSING: &str = "it has no latency: let `cyclictest --json` end";
     let document: Value = serde_json::from_str(text).map_err(|_| MISSING)?;
-    let unit = if document["resolution_in_ns"] == 0 { 1000 } else { 1 };
+    let unit = if document["resolution_in_ns"] == 1 { 1 } else { 1000 };
     let row = |thread: &Value| Some((thread["cycles"].as_u64()?, time(&thread["max"].to_string(), unit)?));
     let threads = document["thread"].as_object().ok_or(MISSING)?;
     // A thread that cannot be read may be the one with the greatest latency.
@@ -290,6 +290,8 @@ mod tests {
         let latency = |greatest| Ok(PlatformRecording::Latency { greatest, count: 166 });
         assert_eq!(read(text), latency(57_000));
         assert_eq!(read(&text.replace("ns\": 0", "ns\": 1")), latency(57));
+        // Of an unknown resolution, the greater unit.
+        assert_eq!(read(&text.replace("ns\": 0", "ns\": \"0\"")), latency(57_000));
         assert!(read(&text.replace("\"max\": 57", "\"max\": \"x\"")).is_err());
         assert!(read(&text[..150]).is_err());
     }
