@@ -53,7 +53,7 @@
 
 use super::figure::{Forms, TIGHT_SLACK};
 use super::*;
-use mauve_timing::{THROTTLING, Times};
+use mauve_timing::THROTTLING;
 use mauve_wcrt::{Missed, Overload, Unbounded, file_name};
 
 pub(super) fn report<'db>(
@@ -111,11 +111,7 @@ fn far_estimate(db: &dyn ModelDb, at: &Location<'_>) -> Option<(String, u64)> {
     let (found, start) = (mauve_wcrt::table(db, at.file(db)), usize::from(at.range(db).start()));
     let entry = found.entries().find(|it| it.key_span.contains(&start) || it.value_span.contains(&start))?;
     let record = found.measured.iter().find(|it| it.key == entry.key && Some(&it.times) == entry.value.as_ref())?;
-    let longest = match &record.times {
-        Times::Always(time) => *time,
-        Times::PerLevel(times) => times.iter().copied().max()?,
-    };
-    let times = longest.as_nanos().checked_div(record.greatest.as_nanos())?;
+    let times = record.times.greatest().as_nanos().checked_div(record.greatest.as_nanos())?;
     (times >= 10).then(|| (entry.key.clone(), times))
 }
 

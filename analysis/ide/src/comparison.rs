@@ -308,20 +308,19 @@ impl Comparison {
         };
         let row = |(before, after)| Compared { before, after, is_tolerated: false };
         let name = |it: &Figure| Some(vec![it.name.clone()]);
-        let values = |it: &Figure, is_kept: &dyn Fn(&str) -> bool| {
-            let kept = it.fields.iter().filter(|(field, _)| is_kept(field));
-            Some(kept.map(|(_, value)| value.clone()).collect::<Vec<_>>())
-        };
         // One more field than the component may be different, not two: another activity could have come in its place.
         let but = |left_out: &'static str| {
-            let is_kept =
-                move |field: &str| field == "component" || KEPT.contains(&field) && field != left_out;
-            move |it: &Figure| values(it, &is_kept)
+            move |it: &Figure| {
+                let is_kept = |(field, _): &&(String, String)| {
+                    field == "component" || KEPT.contains(&&**field) && field != left_out
+                };
+                Some(it.fields.iter().filter(is_kept).map(|(_, value)| value.clone()).collect())
+            }
         };
         let [any_period, any_priority, any_cpu] = KEPT.map(but);
         let by_fields: [PairingPass<'_, Figure>; 5] = [
             (false, &name),
-            (true, &|it| values(it, &|_| true)),
+            (true, &|it| Some(it.fields.iter().map(|(_, value)| value.clone()).collect())),
             (true, &any_period),
             (true, &any_priority),
             (true, &any_cpu),
@@ -460,13 +459,8 @@ impl Comparison {
 
     /// Returns the execution times that are different, by their keys, before and after: the greatest differences first.
     pub fn times(&self) -> Vec<(&str, [Option<Time>; 2])> {
-        let (Some(before), Some(after)) = (&self.before, &self.after) else { return Vec::new() };
-        let old: FxHashMap<&str, Option<Time>> =
-            before.times.iter().map(|(key, time)| (key.as_str(), *time)).collect();
-        let both = after
-            .times
-            .iter()
-            .filter_map(|(key, time)| Some((key.as_str(), [*old.get(key.as_str())?, *time])));
+        let both = self.beside(|it| &it.times);
+        let both = both.into_iter().filter_map(|(key, [before, after])| Some((key, [*before?, *after?])));
         let mut different: Vec<_> = both.filter(|(_, [before, after])| before != after).collect();
         different.sort_by_key(|(_, [before, after])| {
             let both = before.zip(*after);
@@ -477,15 +471,21 @@ impl Comparison {
 
     /// Returns the assumptions that are different, by name, before and after; none on a side that does not make it.
     pub fn assumptions(&self) -> Vec<(&str, [Option<&str>; 2])> {
-        let (Some(before), Some(after)) = (&self.before, &self.after) else { return Vec::new() };
-        type Assumption<'a> = &'a (String, String);
-        let all = [before, after].map(|it| it.assumptions.iter().collect::<Vec<Assumption<'_>>>());
-        let pairs = paired(all, &[(false, &|it| Some(vec![it.0.clone()]))]).into_iter();
-        let different = pairs.filter(|(before, after)| before != after);
-        let named = different.filter_map(|(before, after)| {
-            Some((after.or(before)?.0.as_str(), [before, after].map(|it| it.map(|it| it.1.as_str()))))
-        });
-        named.collect()
+        if self.before.is_none() || self.after.is_none() {
+            return Vec::new();
+        }
+        let both = self.beside(|it| &it.assumptions).into_iter();
+        let different = both.filter(|(_, [before, after])| before != after);
+        different.map(|(name, values)| (name, values.map(|it| it.map(String::as_str)))).collect()
+    }
+
+    /// Returns named values of both states beside each other: those after in their order, then those that are gone.
+    pub(crate) fn beside<T>(&self, of: fn(&Figures) -> &[(String, T)]) -> Vec<(&str, [Option<&T>; 2])> {
+        let states = [&self.before, &self.after].map(|it| it.iter().flat_map(of).collect());
+        let name: PairingPass<'_, &(String, T)> = (false, &|it| Some(vec![it.0.clone()]));
+        let pairs = paired(states, &[name]).into_iter().map(|(before, after)| [before, after]);
+        let named = pairs.filter_map(|pair| Some((pair.iter().flatten().next()?.0.as_str(), pair)));
+        named.map(|(name, pair)| (name, pair.map(|it| it.map(|it| &it.1)))).collect()
     }
 
     /// Returns `8 → 9 of 9 deadlines met`.
@@ -696,22 +696,17 @@ fn assumptions_of<'db>(
         let users: Vec<String> = lock.users.iter().map(user).collect();
         (format!("[locks.{}]", lock.name), format!("{}, held by {}", lock.protocol.name(), users.join(", ")))
     }));
-    let hosts = (0..config.hosts.len()).map(Some);
-    for host in hosts.chain(config.hosts.is_empty().then_some(None)) {
+    let hosts = config.hosts.iter().enumerate().map(|(host, it)| (Some(host), format!(" on {}", it.name)));
+    for (host, place) in hosts.chain(config.hosts.is_empty().then(|| (None, String::new()))) {
         let times = execution_times(db, project, deployment, host, query.level);
-        let place = host
-            .and_then(|it| config.hosts.get(it))
-            .map_or_else(String::new, |it| format!(" on {}", it.name));
-        let mut add = |name: String, time: Time| all.push((name + &place, time.to_string()));
-        add("[overhead] per job".to_owned(), times.overhead);
-        times.waits.iter().for_each(|(codel, time)| add(format!("[wait] {}", codel.qualified(db)), *time));
-        for (component, port, time) in &times.accesses {
-            add(format!("[access] {}.{port}", component.qualified(db)), *time);
-        }
-        times
-            .topics
-            .iter()
-            .for_each(|(topic, time)| add(format!("[access] {PREFIX_OF_TOPICS}{topic}"), *time));
+        let waits = times.waits.iter().map(|(codel, time)| (format!("[wait] {}", codel.qualified(db)), time));
+        let ports = times.accesses.iter();
+        let ports = ports.map(|(of, port, time)| (format!("[access] {}.{port}", of.qualified(db)), time));
+        let topics = times.topics.iter();
+        let topics = topics.map(|(topic, time)| (format!("[access] {PREFIX_OF_TOPICS}{topic}"), time));
+        let here = std::iter::once(("[overhead] per job".to_owned(), &times.overhead));
+        let here = here.chain(waits).chain(ports).chain(topics);
+        all.extend(here.map(|(name, time)| (name + &place, time.to_string())));
     }
     for it in executed_times(db, project, deployment, query.level) {
         let is_assumed =

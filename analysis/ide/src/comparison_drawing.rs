@@ -33,17 +33,11 @@ impl Comparison {
 
     /// Returns the utilisation of each CPU before and after.
     pub fn utilisations(&self) -> Vec<(String, [String; 2])> {
-        let states = [&self.before, &self.after].map(|it| it.as_ref().map_or(&[][..], |it| &*it.cpus));
-        let mut names: Vec<&String> = states.iter().flat_map(|it| it.iter().map(|(cpu, _)| cpu)).collect();
-        names.sort();
-        names.dedup();
-        let of = |cpu: &str| {
-            states.map(|state| {
-                let found = state.iter().find(|(name, _)| name == cpu);
-                found.map_or_else(|| "–".to_owned(), |(_, share)| share.clone())
-            })
-        };
-        names.into_iter().map(|cpu| (cpu.clone(), of(cpu))).collect()
+        let share = |it: Option<&String>| it.map_or_else(|| "–".to_owned(), String::clone);
+        let both = self.beside(|it| &it.cpus).into_iter();
+        let mut all: Vec<_> = both.map(|(cpu, shares)| (cpu.to_owned(), shares.map(share))).collect();
+        all.sort();
+        all
     }
 
     /// Returns `Pioneer at 1e-4: 8 → 9 of 9 deadlines met`.

@@ -426,7 +426,7 @@ mod tests {
         assert!(refused.bounds[0].is_ok() && refused.bounds[1].is_err(), "{refused:?}");
     }
 
-    /// The quantiles of a generalised Pareto tail, in an order that looks random: with ξ = 0.95, the bound of 3000 executions at 1e-6
+    /// The quantiles of a generalised Pareto tail, in an order that looks random: with ξ = 0.9, the bound of 3000 executions at 1e-6
     /// is hundreds of times the greatest; with ξ = 0.3, it is a few times.
     #[test]
     fn a_bound_far_beyond_few_executions_is_none() {

@@ -158,6 +158,24 @@ pub enum Times {
     PerLevel(Vec<Time>),
 }
 
+impl Times {
+    /// Returns the time at `level`; `None` where the times are of other `levels`.
+    pub fn at(&self, levels: &[Level], level: Level) -> Option<Time> {
+        match self {
+            Times::Always(time) => Some(*time),
+            Times::PerLevel(times) => times.get(levels.iter().position(|&column| column == level)?).copied(),
+        }
+    }
+
+    /// Returns the greatest time of all levels.
+    pub fn greatest(&self) -> Time {
+        match self {
+            Times::Always(time) => *time,
+            Times::PerLevel(times) => times.iter().copied().max().unwrap_or_default(),
+        }
+    }
+}
+
 impl Default for Times {
     fn default() -> Times {
         Times::Always(Time::ZERO)
@@ -240,13 +258,7 @@ fn is_assumption(after: &str) -> bool {
 impl Table {
     /// The time at `level`; `None` where `times` are of other levels.
     pub fn time(&self, times: &Times, level: Level) -> Option<Time> {
-        match times {
-            Times::Always(time) => Some(*time),
-            Times::PerLevel(times) => {
-                let column = self.levels.iter().position(|&column| column == level)?;
-                times.get(column).copied()
-            }
-        }
+        times.at(&self.levels, level)
     }
 
     /// Whether every time of the table holds at `level`: it is one of `levels`, or no time depends on the level.

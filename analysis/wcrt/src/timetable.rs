@@ -804,15 +804,15 @@ impl<'db> Timetable<'db> {
     /// Returns the time of dispatch and two context switches, for each job; none where they have no time at this level.
     pub fn overhead(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
-        let dispatch = at_level(&overhead.dispatch, levels, level)?;
-        let switch = at_level(&overhead.context_switch, levels, level)?;
+        let dispatch = overhead.dispatch.at(levels, level)?;
+        let switch = overhead.context_switch.at(levels, level)?;
         switch.checked_mul(2)?.checked_add(dispatch)
     }
 
     /// Returns the time of two context switches, for a wait or a blocking; none where it has no time at this level.
     pub(crate) fn switches(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
-        at_level(&overhead.context_switch, levels, level)?.checked_mul(2)
+        overhead.context_switch.at(levels, level)?.checked_mul(2)
     }
 
     /// Returns how often a call of a codel waits, at most, if a table has that.
@@ -879,11 +879,11 @@ impl<'db> Timetable<'db> {
     /// at the level.
     pub(crate) fn excess(&self, of: &Timed<'db>, level: Level) -> Option<Excess> {
         let [slot] = self.slots.get(of)?.as_slice() else { return None };
-        let base = at_level(slot.times.as_ref()?, &slot.levels, level)?;
+        let base = slot.times.as_ref()?.at(&slot.levels, level)?;
         let mut rarer: Vec<Level> = slot.levels.iter().copied().filter(|it| *it <= level).collect();
         rarer.sort_by(|a, b| b.cmp(a));
         let step = |level: Level| {
-            let time = at_level(slot.times.as_ref()?, &slot.levels, level)?;
+            let time = slot.times.as_ref()?.at(&slot.levels, level)?;
             Some((time.checked_sub(base).unwrap_or_default(), level.as_f64()))
         };
         Some(Excess { steps: rarer.into_iter().map(step).collect::<Option<_>>()? })
@@ -917,7 +917,7 @@ impl<'db> Timetable<'db> {
             let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
             Lookup::Unusable(UnusableTime::OtherLevels(of.clone(), level, table))
         };
-        at_level(times, &slot.levels, level).map_or_else(other_levels, Lookup::Known)
+        times.at(&slot.levels, level).map_or_else(other_levels, Lookup::Known)
     }
 }
 
@@ -944,13 +944,6 @@ pub fn timed_by<'db>(
             of(Kind::Component, component, &|of| Timed::Access(of, port.into()))
         }),
         TableSection::Overhead => Vec::new(),
-    }
-}
-
-fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
-    match times {
-        Times::Always(time) => Some(*time),
-        Times::PerLevel(times) => times.get(levels.iter().position(|&column| column == level)?).copied(),
     }
 }
 

@@ -60,11 +60,10 @@ struct MeasuredPlatform {
 
 impl MeasuredPlatform {
     fn add(&mut self, recording: PlatformRecording) {
+        self.has_software_noise |= matches!(&recording, PlatformRecording::Noise(all) if !all.is_empty());
         match recording {
-            PlatformRecording::HardwareNoise(all) => all.into_iter().for_each(|it| self.add_noise(it)),
-            PlatformRecording::Noise(all) => {
-                self.has_software_noise |= !all.is_empty();
-                all.into_iter().for_each(|it| self.add_noise(it));
+            PlatformRecording::HardwareNoise(all) | PlatformRecording::Noise(all) => {
+                all.into_iter().for_each(|it| self.noise.entry(it.cpu).or_default().push(it));
             }
             PlatformRecording::SingleNoise => self.has_single_noise = true,
             PlatformRecording::Latency { greatest, count } => {
@@ -72,10 +71,6 @@ impl MeasuredPlatform {
                 self.latency = Some((longest.max(greatest), all.saturating_add(count)));
             }
         }
-    }
-
-    fn add_noise(&mut self, it: Noise) {
-        self.noise.entry(it.cpu).or_default().push(it);
     }
 
     fn text(&self) -> String {

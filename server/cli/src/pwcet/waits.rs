@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use mauve_projects::disk;
-use mauve_timing::{Observed, ObservedTimes, Table, Times};
+use mauve_timing::{Observed, ObservedTimes, Table};
 
 use crate::text::{duration, wait_entry};
 
@@ -38,9 +38,5 @@ pub(super) fn messages(samples: &[PathBuf], table: &Table) -> Vec<String> {
 fn known_wait(table: &Table, codel: &str) -> u64 {
     let name = codel.rsplit('.').next().unwrap_or(codel);
     let entry = table.waits.iter().find(|entry| entry.key == codel || entry.key == name);
-    match entry.and_then(|entry| entry.value.as_ref()) {
-        None => 0,
-        Some(Times::Always(time)) => time.as_nanos(),
-        Some(Times::PerLevel(times)) => times.iter().map(|time| time.as_nanos()).max().unwrap_or(0),
-    }
+    entry.and_then(|entry| entry.value.as_ref()).map_or(0, |it| it.greatest().as_nanos())
 }

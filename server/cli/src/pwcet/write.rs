@@ -166,11 +166,7 @@ fn exceeded(table: &Table, estimates: &Estimates, kept: &[KeptEntry]) -> Vec<(St
             }
         };
         let Some((entry, times)) = entry else { continue };
-        let longest = match times {
-            Times::Always(time) => Some(*time),
-            Times::PerLevel(times) => times.iter().max().copied(),
-        };
-        if longest.is_some_and(|longest| longest.as_nanos() < greatest) {
+        if times.greatest().as_nanos() < greatest {
             found.push((key.to_owned(), entry.to_owned(), greatest));
         }
     }
