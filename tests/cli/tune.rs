@@ -423,8 +423,8 @@ fn other_periods_leave_comments_and_deadlines_that_differ() {
     let found = run(&folder, &["--periods", "--pin", "a5", "--diff"]);
     assert_eq!(found.code, 0);
     expect![[r#"
-        --- m.mal
-        +++ m.mal
+        --- a/m.mal
+        +++ b/m.mal
         @@ -38,18 +38,18 @@
          architecture A { instance a0: K0 instance a1: K1 instance a2: K2 instance a3: K3 instance a4: K4 instance a5: K5 instance a6: K6 instance a7: K7 instance a8: K8 instance a9: K9 instance a10: K10 instance a11: K11  }
          deployment D {
