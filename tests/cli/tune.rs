@@ -152,7 +152,7 @@ fn an_activity_of_the_sample_robot_moves_to_the_other_cpu() {
           `teleop` takes at most 5.3 ms instead of 7 ms, or has a period of at least 143 ms instead of 100 ms
           `navigation` takes at most 280 ms instead of 297 ms, or has a period of at least 1089 ms instead of 1000 ms
 
-        nothing is written; `--partly` writes values with which as many deadlines as possible are met
+        nothing is written; `--partly` gives up deadlines, and writes values with which all others are met
     "#]].assert_eq(&found.out);
 }
 
@@ -392,7 +392,7 @@ fn where_one_of_twelve_cannot_be_met_the_others_are_with_partly() {
         no priority assignment meets every deadline: `a5` misses its deadline even without interference. Each of these alone would be enough:
           `a5` takes at most 54 ms instead of 70 ms, or has a period of at least 77.8 ms instead of 60 ms
 
-        nothing is written; `--partly` writes values with which as many deadlines as possible are met
+        nothing is written; `--partly` gives up deadlines, and writes values with which all others are met
     "#]].assert_eq(&refused.out);
     assert_eq!(fs::read_to_string(folder.join("m.mal")).unwrap(), before);
     let partly = document(&run(&folder, &["--priorities", "--partly", "--format", "json"]));

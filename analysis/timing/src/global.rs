@@ -65,6 +65,7 @@ pub(crate) struct Global<'m, 'a> {
     cpus: CpuSet,
     method: Method,
     others: Vec<Other>,
+    interrupt: &'m dyn Fn(),
 }
 
 impl<'a> Lanes<'a> {
@@ -193,7 +194,8 @@ impl<'a> Lanes<'a> {
         };
         let others = (0..self.members.len()).filter(is_other).map(other).collect();
         let method = self.options.method.min(Method::Ibf);
-        let mut found = Global { members: &mut self.members, own, cpus, method, others };
+        let mut found =
+            Global { members: &mut self.members, own, cpus, method, others, interrupt: self.interrupt };
         found.limit_jobs();
         found
     }
@@ -278,6 +280,8 @@ impl Global<'_, '_> {
         let mut iterations = Vec::new();
         let mut length = own;
         while length <= longest {
+            // What each other task executes takes as long to compute as a pass of a lane.
+            self.others.iter().for_each(|_| (self.interrupt)());
             budget = budget.checked_sub(self.others.len() as u64)?;
             iterations.push(Time::from_nanos(length));
             let work = self.work(length).ok()?;

@@ -15,6 +15,10 @@ const BUDGET_OF_ALL: u64 = 1 << 28;
 
 const BRIEF_BUDGET_OF_ALL: u64 = 1 << 17;
 
+/// A response after so many deadlines is hopeless: what is left of the budget is little then.
+const HOPELESS: u64 = 256;
+const BUDGET_IF_HOPELESS: u64 = 1 << 15;
+
 /// The budget of all tasks for [`Method::Exact`], shared equally, in visited members and values of request functions:
 /// about 0.5 s.
 const BUDGET_OF_PATHS: u64 = 1 << 28;
@@ -384,8 +388,12 @@ impl<'a> Lane<'_, 'a> {
             u64::try_from(demand).map_err(|_| NoBoundReason::Overflow)
         };
         let mut window = demand(self, counts, 1)?;
+        let hopeless = self.hopeless(place, jobs);
         loop {
             (self.interrupt)();
+            if window > hopeless {
+                *budget = (*budget).min(BUDGET_IF_HOPELESS);
+            }
             *budget = budget.checked_sub(counts.present() + 1).ok_or(NoBoundReason::Budget)?;
             let rises_until = counts.raise(window, &mut self.members, method)?;
             let next = demand(self, counts, window)?;
@@ -394,6 +402,14 @@ impl<'a> Lane<'_, 'a> {
             }
             window = next.max(rises_until);
         }
+    }
+
+    /// Returns the length of the window at whose end the response of this job is after [`HOPELESS`] deadlines.
+    fn hopeless(&self, place: usize, job: u64) -> u64 {
+        let member = self.members.get(place);
+        let deadline = member.task.deadline.map_or(u64::MAX, Time::as_nanos);
+        let release = member.release(job).unwrap_or(u64::MAX).saturating_sub(member.jitter);
+        release.saturating_add(deadline.max(member.period).saturating_mul(HOPELESS))
     }
 
     /// At a utilisation of 1 for hp(i) and i: returns the job up to which an unfinished window contains all response

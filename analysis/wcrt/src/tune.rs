@@ -40,7 +40,7 @@ pub struct TuneRequest {
     pub aim: TuneAim,
     /// The instances whose activities stay as they are.
     pub pins: Vec<Name>,
-    /// Whether deadlines are given up, where not all can be met: as few as the search finds, those of the greatest utilisation first.
+    /// Whether deadlines are given up, where not all can be met: those of the greatest utilisation first.
     pub partly: bool,
     /// So many activities are analysed at most, those of each analysis counted.
     pub most_steps: usize,
@@ -48,7 +48,7 @@ pub struct TuneRequest {
 
 impl TuneRequest {
     /// The budget of a command. Ten activities are analysed a hundred thousand times, in some seconds.
-    pub const STEPS_OF_COMMAND: usize = 2_000_000;
+    pub const STEPS_OF_COMMAND: usize = 1_000_000;
 
     /// The budget of an editor: some tens of milliseconds.
     pub const STEPS_OF_EDITOR: usize = 8192;

@@ -15,6 +15,9 @@ use crate::task_set::{DeployedTasks, Executables, psms_of};
 use crate::what_if::{WhatIfField, system_if};
 use mauve_hir::{Decl, ModelDb, Project};
 
+/// The analysis of an activity has so many passes over those of higher priority, or fewer, unless its busy window is long.
+const PASSES_OF_ACTIVITY: usize = 16;
+
 /// The variants of a deployment, whose analyses share a budget.
 pub(crate) struct Variants<'db> {
     pub(crate) db: &'db dyn ModelDb,
@@ -83,9 +86,18 @@ impl<'db> Variants<'db> {
     }
 
     /// Analyses a variant, with the smaller budget of [`mauve_timing::Options::is_brief`] or with that of the report.
+    /// Takes the passes over the tasks from the budget: a long busy window has thousands.
     pub(crate) fn responses(&self, set: &Tasks, is_brief: bool) -> Vec<Response> {
-        let interrupt = || self.db.unwind_if_revision_cancelled();
-        set.response_times(&self.query.options(is_brief), &interrupt).responses
+        let passes = Cell::new(0_usize);
+        let interrupt = || {
+            passes.set(passes.get() + 1);
+            self.db.unwind_if_revision_cancelled();
+        };
+        let responses = set.response_times(&self.query.options(is_brief), &interrupt).responses;
+        let usual = PASSES_OF_ACTIVITY * set.activities().len();
+        let further = passes.get().saturating_sub(usual) / PASSES_OF_ACTIVITY;
+        self.left.set(self.left.get().saturating_sub(further));
+        responses
     }
 
     /// Returns one [response](Self::responses) for each activity; nothing where the budget is exhausted.

@@ -55,7 +55,7 @@ pub struct Tune {
     /// Write the values into the models, if every deadline is met with them. Writes only files in PATH.
     #[arg(long, conflicts_with = "diff")]
     apply: bool,
-    /// Where not every deadline can be met, give up as few as possible, and write the values with which all others are met.
+    /// Where not every deadline can be met, give up some, and write the values with which all others are met.
     #[arg(long, conflicts_with = "periods")]
     partly: bool,
     /// Print only the unified diff.
@@ -142,7 +142,7 @@ impl Tune {
             if self.format == TableFormat::Table {
                 text += &match files.as_slice() {
                     [] if all.iter().any(|it| self.may_give_up(it)) => {
-                        "\nnothing is written; `--partly` writes values with which as many deadlines as possible are met\n".to_owned()
+                        "\nnothing is written; `--partly` gives up deadlines, and writes values with which all others are met\n".to_owned()
                     }
                     [] => "\nnothing is written\n".to_owned(),
                     files => harmless(&format!("\nwritten: {}\n", files.join(", "))),

@@ -348,9 +348,9 @@ impl<'db> Trials<'db> {
         found
     }
 
-    /// Gives the search its budget again.
+    /// Gives another search a quarter of the budget at least.
     pub(super) fn refill(&self) {
-        self.variants.left.set(self.request.most_steps);
+        self.variants.left.set(self.variants.left.get().max(self.request.most_steps / 4));
     }
 
     /// Returns whether the budget is exhausted.
