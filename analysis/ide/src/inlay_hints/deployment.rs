@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, names_of, node_around};
 use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -76,15 +76,10 @@ pub(super) fn of_deployment<'db>(
     if !options.response_times {
         return;
     }
-    for ((resolved, ShownHint { texts, status, figure }), offset) in activities.iter().zip(shown).zip(offsets)
-    {
+    for ((resolved, shown), offset) in activities.iter().zip(shown).zip(offsets) {
         let Some(offset) = offset else { continue };
-        let room = most_at(column(text, offset));
-        // A reason is shown in full: without it, the hint says little.
-        let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
-        let hint = InlayHint::new(offset, texts, most, status, Some(resolved.at.range(db).start()));
-        let subject = Some(HintSubject::Activity(resolved.instance.clone()));
-        found.push(HintOf { hint, subject, figure, room });
+        let explained_at = resolved.at.range(db).start();
+        found.push(shown.of_activity(resolved.instance.clone(), text, offset, explained_at));
     }
 }
 
@@ -103,14 +98,10 @@ pub(super) fn of_gateways(
             for (activity, footing) in report.activities.iter().zip(report.footings()) {
                 let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
                 let text = file.text(db);
-                let offset = end_of_line(text, at.end());
-                let ShownHint { texts, status, figure } =
-                    ShownHint::of(db, activity, footing, options.tight_slack);
-                let room = most_at(column(text, offset));
-                let hint = InlayHint::new(offset, texts, room, status, Some(at.start()));
+                let shown = ShownHint::of(db, activity, footing, options.tight_slack);
                 // With hosts, `D@left` and `D@right`.
                 let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                found.push(HintOf { hint, subject: Some(HintSubject::Activity(name.into())), figure, room });
+                found.push(shown.of_activity(name.into(), text, end_of_line(text, at.end()), at.start()));
             }
         }
     }
@@ -137,6 +128,16 @@ impl ShownHint {
         let is_known = activity.verdict != Status::NotAnalysed;
         let figure = is_known.then(|| HintFigure::complete(texts.clone()));
         ShownHint { texts, status, figure }
+    }
+
+    /// Returns the hint of the activity of this name at an offset of the text.
+    fn of_activity(self, name: Name, text: &str, offset: TextSize, explained_at: TextSize) -> HintOf {
+        let ShownHint { texts, status, figure } = self;
+        let room = most_at(column(text, offset));
+        // A reason is shown in full: without it, the hint says little.
+        let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
+        let hint = InlayHint::new(offset, texts, most, status, Some(explained_at));
+        HintOf { hint, subject: Some(HintSubject::Activity(name)), figure, room }
     }
 }
 
