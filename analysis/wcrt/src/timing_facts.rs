@@ -1,5 +1,7 @@
 //! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
+use std::cell::LazyCell;
+
 use mauve_timing::{CpuLoad, CpuSet, Level, Status, Task, Time, name_of_other};
 
 use crate::basis::unmeasured_ports;
@@ -21,7 +23,8 @@ pub fn timing_facts<'db>(
 ) -> Vec<TimingFact<'db>> {
     let mut found = Vec::new();
     let report = response_times(db, project, deployment, query);
-    let (full, hosts) = (full_cpus(report), &report.hosts);
+    // Only background activities ask for it.
+    let (full, hosts) = (LazyCell::new(|| full_cpus(report)), &report.hosts);
     let reports = &report.activities;
     let interrupt = || db.unwind_if_revision_cancelled();
     let mut breakdown = report.breakdown(&interrupt);
@@ -48,7 +51,7 @@ pub fn timing_facts<'db>(
                 }
                 TimingFactKind::NotAnalysed { instance, reasons }
             }
-            Status::Background => match activity.task.cpus.filter(|cpus| cpus.0 & !full.0 == 0) {
+            Status::Background => match activity.task.cpus.filter(|cpus| (*cpus - *full).is_empty()) {
                 Some(cpus) => TimingFactKind::StarvedBackground { instance, cpus: hosts.names(cpus).into() },
                 None => continue,
             },
@@ -66,8 +69,8 @@ pub fn timing_facts<'db>(
     found
 }
 
-/// Returns the CPUs of which real-time work may take all time, and throttling leaves none. Those that are overloaded are none of
-/// them: that is a fact of its own.
+/// Returns the CPUs that real-time work may use fully, without throttling, which would leave time for others. An overloaded CPU has
+/// another fact, and is not returned.
 fn full_cpus(report: &Report<'_>) -> CpuSet {
     let is_full = |load: &&CpuLoad| match load.cpus.len() {
         1 => load.utilisation.compare_with_one().is_eq(),
@@ -77,7 +80,7 @@ fn full_cpus(report: &Report<'_>) -> CpuSet {
     let throttled = report.others().iter().filter(|it| it.is_throttling);
     let throttled: CpuSet = throttled.map(|it| it.cpus.unwrap_or(CpuSet::ALL)).collect();
     let full: CpuSet = report.cpus.iter().filter(is_full).map(|load| load.cpus).collect();
-    CpuSet(full.0 & !throttled.0)
+    full - throttled
 }
 
 /// Returns a fact for each overloaded CPU.
