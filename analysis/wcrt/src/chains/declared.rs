@@ -11,7 +11,7 @@ use mauve_hir::{
 use rustc_hash::FxHashSet;
 
 use super::network::{DataPlace, Network};
-use super::ways::{FoundWays, MOST_TRIES, NamedInChain, is_other_way, ways};
+use super::ways::{FoundWays, MOST_TRIES, NamedInChain, ways};
 use super::{ChainProblem, ChainWay, DeclaredChain, WayStep};
 
 /// A name with its range in `mauve.toml`.
@@ -257,7 +257,8 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
                     let through = ends.into_iter().flatten().map(|[entry, _]| entry.shown(self.db).into());
                     return Err((Some(&from.1), ChainProblem::SeveralWays { through: through.collect() }));
                 }
-                None if is_other_way(&found, &way) => {
+                // One ends where the other goes on.
+                None if found.len() != way.len() => {
                     let lasts = [found.last(), way.last()].into_iter().flatten();
                     let instances = lasts.map(|it| self.name(Some(it.instance))).collect();
                     let codel = to.0.as_str().into();

@@ -50,14 +50,14 @@ impl<'db> NamedInChain<'db> {
 /// The ways of a declared chain.
 #[derive(Debug, Default)]
 pub(super) struct FoundWays<'db> {
-    /// All of them, if they differ only in their ends; otherwise up to the first that [differs](is_other_way).
+    /// All of them, if they differ only in their ends; otherwise up to the first that goes through other instances or connections.
     pub(super) all: Vec<Vec<WayStep<'db>>>,
     /// The last instance that data comes to.
     pub(super) last: Option<usize>,
 }
 
 /// Returns whether two ways differ in more than the ends of their steps.
-pub(super) fn is_other_way(one: &[WayStep<'_>], two: &[WayStep<'_>]) -> bool {
+fn is_other_way(one: &[WayStep<'_>], two: &[WayStep<'_>]) -> bool {
     let taken = |way: &[WayStep<'_>]| way.iter().map(|it| (it.instance, it.connection)).collect::<Vec<_>>();
     taken(one) != taken(two)
 }
@@ -140,7 +140,8 @@ mod tests {
 
     use crate::chains::{ChainProblem, declared::declared_chains};
 
-    /// Ten layers of four instances, each of which reads all of the layer before it; with these sections of `mauve.toml`.
+    /// The result of each declared chain of `config` in ten layers of four instances. An instance reads all instances of the layer
+    /// before it.
     fn problems(config: &str) -> Vec<Result<usize, ChainProblem>> {
         let four = |of: &dyn Fn(usize) -> String| (0..4).map(of).collect::<Vec<_>>().join(" ");
         let ports = four(&|it| format!("input port i{it}: Float64"));
