@@ -391,6 +391,19 @@ mod tests {
         assert_eq!([Method::Psm, Method::Ibf].map(found), [48, 16]);
     }
 
+    /// A jitter of eleven days brings millions of jobs into a window, each of which is analysed. After 256 deadlines, few more are.
+    #[test]
+    fn a_hopeless_response_takes_few_passes() {
+        let late = |it: u64| {
+            let jitter = Time::from_nanos(1_000_000_000_000_000);
+            Task { jitter, ..single("late", it as u32, 10_000_000 * it, 100_000) }
+        };
+        let tasks: Vec<Task> = (1..=20).map(late).collect();
+        let passes = std::cell::Cell::new(0);
+        response_times(&tasks, &PSM, &|| passes.set(passes.get() + 1));
+        assert!(passes.get() < 1_000_000, "{}", passes.get());
+    }
+
     /// The examples that separate the methods: the request bound combines paths that no run combines.
     #[test]
     fn methods_that_differ() {
