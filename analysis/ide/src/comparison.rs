@@ -83,7 +83,7 @@ pub struct Figure {
 const UNKNOWN: &str = "unknown";
 const NONE: &str = "none";
 
-/// The fields of which a renamed activity keeps all, or all but one. The component is always kept.
+/// A renamed activity keeps its component, and at least two of these fields.
 const KEPT: [&str; 3] = ["period", "priority", "CPU"];
 
 /// Two states of a deployment.

@@ -40,7 +40,8 @@ pub(crate) fn other_period(of: &ResolvedActivity<'_>, has_deadline: bool, period
     fields
 }
 
-/// Returns the least period to which one may be shortened: a deadline before the next release stays one.
+/// Returns the least period to which the period of an activity may be shortened: the written deadline, if the period is longer. A job
+/// still has to end before the next release.
 pub(crate) fn least_period(of: &ResolvedActivity<'_>, has_deadline: bool) -> Time {
     of.deadline.filter(|_| has_deadline && of.deadline < of.period).unwrap_or_default()
 }

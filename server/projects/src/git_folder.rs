@@ -34,8 +34,8 @@ const READ: [&str; 10] = [
     "info",
 ];
 
-/// Returns the folder of git for the repository around a folder, and the one that it has in common with other worktrees. None without a
-/// repository.
+/// Returns the folder in which git keeps the repository around `folder`, and the folder that all its worktrees share. Returns none if
+/// `folder` is in no repository.
 ///
 /// # Errors
 ///

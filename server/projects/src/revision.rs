@@ -152,7 +152,7 @@ impl Copy {
         let top = parent.join(format!("{PREFIX}{}-{time}", std::process::id()));
         // Without signals, a folder may stay: it is private.
         _ = on_signal(|| {
-            let _nobody_writes = remove_copy();
+            let _lock = remove_copy();
             std::process::exit(130);
         });
         let mut copy = copy_to_write();

@@ -86,7 +86,7 @@ pub struct SpanNames {
     ids: HashMap<SpanName, NameId>,
     /// The same names as the trace writes them. Several texts can be one name.
     texts: HashMap<Box<[u8]>, NameId>,
-    /// The names of instances whose recorded name is another one.
+    /// For each recorded name that differs from the name of its instance: the name of the instance.
     instances: HashMap<String, String>,
 }
 
