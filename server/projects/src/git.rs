@@ -6,6 +6,7 @@
 //! disabled: the file system monitor, hooks, replaced objects, and the programs and remotes that would fetch the missing objects of a
 //! partial clone. The configuration of the user and of the system is the user's own, and is read.
 
+use std::ffi::OsStr;
 use std::io::{BufRead as _, BufReader, Read, Write as _};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
@@ -49,6 +50,8 @@ pub struct Repository {
     is_checked: bool,
     /// Variables for a hook: of the repository, and of the folder with the objects that a push has brought.
     hook: Vec<(&'static str, PathBuf)>,
+    /// The folder of git, and that with the objects.
+    folders: [Option<PathBuf>; 2],
     /// The folder's path below the top of the repository; empty at the top.
     pub prefix: PathBuf,
 }
@@ -86,13 +89,13 @@ impl Repository {
         let (folder, prefix) = (folder.canonicalize().unwrap_or_else(|_| folder.to_owned()), PathBuf::new());
         let hook = hook(&folder);
         let is_checked = hook.is_empty() && !allows_outside;
-        let mut found = Repository { git, folder, allows_outside, is_checked, hook, prefix };
-        if is_checked {
-            found.check().map_err(|why| {
-                format!("cannot read a revision: {why}: use `--allow-outside` if you have made this repository yourself")
-            })?;
-        }
-        let prefix = found.ask(&["rev-parse", "--show-prefix"]).map_err(|why| {
+        let folders = [None, None];
+        let mut found = Repository { git, folder, allows_outside, is_checked, hook, folders, prefix };
+        let refused = |why: String| {
+            format!("cannot read a revision: {why}: use `--allow-outside` if you have made this repository yourself")
+        };
+        let checked = if is_checked { folders_of_git(&found.folder).map_err(refused)? } else { None };
+        (found.folders, found.prefix) = found.place().map_err(|why| {
             let is_bare = ["HEAD", "objects", "refs"].iter().all(|it| found.folder.join(it).exists());
             let hint = "\nhelp: for a bare repository, name it by the variable GIT_DIR, as git does for hooks: `GIT_DIR=. mauve diff …`";
             format!(
@@ -101,14 +104,17 @@ impl Repository {
                 if is_bare { hint } else { "" }
             )
         })?;
-        found.prefix = PathBuf::from(std::ffi::OsStr::from_bytes(&prefix)).components().collect();
+        if is_checked && checked.map(|it| it.map(Some)).as_ref() != Some(&found.folders) {
+            let folder = found.folder.display();
+            return Err(refused(format!("the `.git` around `{folder}` leads git elsewhere")));
+        }
         Ok(found)
     }
 
-    /// Checks that the folder of git leads nowhere else, and that git reads this one.
-    fn check(&self) -> Result<(), String> {
-        let folders = folders_of_git(&self.folder)?;
-        let (mut child, _output) = self.start(&["rev-parse", "--git-dir"], Stdio::null())?;
+    /// Returns the folder of git and that with the objects, and the folder's path below the top. Waits a moment only.
+    fn place(&self) -> Result<([Option<PathBuf>; 2], PathBuf), String> {
+        let questions = ["rev-parse", "--absolute-git-dir", "--git-common-dir", "--show-prefix"];
+        let (mut child, mut output) = self.start(&questions, Stdio::piped())?;
         let begin = Instant::now();
         while child.try_wait().is_ok_and(|it| it.is_none()) {
             if begin.elapsed() > LONGEST_ANSWER {
@@ -117,19 +123,14 @@ impl Repository {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        // Otherwise, the next question says why.
-        let is_read = child.wait().is_ok_and(|it| it.success());
-        let read = ["--absolute-git-dir", "--git-common-dir"].map(|it| self.path(it));
-        match is_read && folders.map(|it| it.map(Some)).as_ref() != Some(&read) {
-            true => Err(format!("the `.git` around `{}` leads git elsewhere", self.folder.display())),
-            false => Ok(()),
-        }
-    }
-
-    /// Returns a path that git names, behind all links.
-    fn path(&self, argument: &str) -> Option<PathBuf> {
-        let said = self.ask(&["rev-parse", argument]).ok()?;
-        self.folder.join(std::ffi::OsStr::from_bytes(&said)).canonicalize().ok()
+        self.succeeded(child.wait_with_output())?;
+        let mut answer = Vec::new();
+        output.read_to_end(&mut answer).map_err(|error| format!("cannot run git: {error}"))?;
+        let answer = answer.strip_suffix(b"\n").unwrap_or(&answer);
+        let mut lines = answer.splitn(3, |it| *it == b'\n').map(|it| Path::new(OsStr::from_bytes(it)));
+        let mut folder = || self.folder.join(lines.next()?).canonicalize().ok();
+        let folders = [folder(), folder()];
+        Ok((folders, lines.next().unwrap_or(Path::new("")).components().collect()))
     }
 
     /// Returns the commit of a revision, as git understands its name; `None` if there is none.
@@ -167,7 +168,7 @@ impl Repository {
         let found = Repository::around(&folder, self.allows_outside)
             .ok()
             .filter(|it| it.prefix.as_os_str().is_empty())?;
-        let (inner, outer) = (found.path("--absolute-git-dir")?, self.path("--git-common-dir")?);
+        let (inner, outer) = (found.folders[0].as_ref()?, self.folders[1].as_ref()?);
         let is_own = inner != outer && (inner.starts_with(outer) || inner.starts_with(&folder));
         (is_own && found.commit(&entry.object).as_ref() == Some(&entry.object)).then_some(found)
     }
