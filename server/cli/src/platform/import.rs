@@ -133,6 +133,17 @@ impl MeasuredPlatform {
             lines.push("interruptions of less than 5 µs, if `rtla` ran without `-T 1`".to_owned());
             lines.push("noise between the samples, if the runtime of `rtla osnoise` (-r) was shorter than its period (-p)".to_owned());
         }
+        // Of a longer sample, only the average counts.
+        let is_longer = |all: &Vec<Noise>| {
+            let shortest = all.iter().map(|it| it.sample).min();
+            all.iter().any(|it| Some(it.sample) > shortest && it.greatest > it.single)
+        };
+        if self.noise.values().any(is_longer) {
+            lines.push(
+                "noise that is closer together in long samples than in the short ones: record the short ones as long"
+                    .to_owned(),
+            );
+        }
         if self.noise.keys().any(|cpu| *cpu >= CpuSet::MOST) {
             lines.push(format!("CPUs beyond the {} that an activity may use", CpuSet::MOST));
         }
@@ -237,6 +248,7 @@ mod tests {
                 assert!(it.greatest >= single && releases * it.greatest >= greatest);
             }
             assert!(!found.text().contains("at once"), "{}", found.text());
+            assert!(found.text().contains("# - noise that is closer together in long samples"));
         }
         let mut long = MeasuredPlatform::default();
         let noise = Noise { cpu: 0, sample: 900_000_000, greatest: 6_978_000, single: 56_000, count: 59 };
@@ -244,5 +256,6 @@ mod tests {
         let text = long.text();
         assert!(text.contains("time = \"6978 us\"") && text.contains("-p 1000 -r 900"), "{text}");
         assert!(text.contains("# - interrupts and threads that are not in the model"), "{text}");
+        assert!(!text.contains("closer together"), "{text}");
     }
 }
