@@ -48,22 +48,25 @@ pub fn chains_of<'db>(
 }
 
 /// Returns the limit and the latency of each declared chain of a deployment with other values, as [`chains_of`] would compute them
-/// after that edit; without declared chains, of all.
+/// after that edit; without declared chains, of all. The second result is the number of activities that it analysed, and of steps.
 pub(crate) fn latencies_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     query: Query,
     what_if: &[WhatIfField],
-) -> Vec<(Option<Time>, Option<Time>)> {
-    let Some((flat, target)) = deployed(db, project, deployment) else { return Vec::new() };
+) -> (Vec<(Option<Time>, Option<Time>)>, usize) {
+    let Some((flat, target)) = deployed(db, project, deployment) else { return (Vec::new(), 0) };
     let system = system_if(db, project, deployment, what_if);
     let report = response_times_if(db, project, deployment, query, what_if);
     let declared = declared_chains(db, project, target);
     let (ways, _) = ways_of(db, project, target);
     let ways = if declared.is_empty() { ways.as_slice() } else { &[] };
     let mut sums = Sums::new(db, project, deployment, query, flat, &report, &system);
-    sums.all(declared, ways).into_iter().map(|chain| (chain.limit, chain.latency)).collect()
+    let all = sums.all(declared, ways);
+    let steps = all.iter().map(|chain| chain.steps.len()).sum::<usize>();
+    let analysed = report.activities.len() + sums.writes.len();
+    (all.into_iter().map(|chain| (chain.limit, chain.latency)).collect(), analysed + steps)
 }
 
 fn without_architecture<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Chains<'db> {

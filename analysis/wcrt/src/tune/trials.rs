@@ -327,7 +327,9 @@ impl<'db> Trials<'db> {
             TuneAim::Slack => score.value = i128::from(slacks().min().unwrap_or_default()),
             TuneAim::Latency => {
                 let Variants { db, project, deployment, query, .. } = self.variants;
-                let (worst, sum) = latency(&latencies_of(db, project, deployment, query, &self.fields(plan)));
+                let (found, steps) = latencies_of(db, project, deployment, query, &self.fields(plan));
+                self.variants.left.set(self.variants.left.get().saturating_sub(steps));
+                let (worst, sum) = latency(&found);
                 (score.value, score.second) = (-worst, -sum);
             }
         }
