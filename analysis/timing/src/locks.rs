@@ -54,6 +54,15 @@ impl HeldTimes {
     }
 }
 
+/// A lock, and what all of its users have in common.
+struct SharedLock<'a> {
+    lock: &'a Lock,
+    /// The CPU that all users run on; none if they are several, or unknown.
+    cpus: Option<CpuSet>,
+    /// The highest priority of a user.
+    highest: Option<Priority>,
+}
+
 impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
     /// has unknown demand.
@@ -64,8 +73,9 @@ impl Tasks {
         let raised = self.raised();
         let linked = linked_cpus(&raised);
         let unknown = self.unknown_holders();
+        let locks: Vec<SharedLock<'_>> = self.locks.iter().map(|it| self.shared(it)).collect();
         let found: Vec<Blocking> =
-            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised, &unknown)).collect();
+            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised, &unknown, &locks)).collect();
         let mut tasks = raised;
         for (task, blocking) in tasks.iter_mut().zip(&found) {
             match blocking {
@@ -130,13 +140,14 @@ impl Tasks {
         linked: Option<CpuSet>,
         raised: &[Task],
         unknown: &BTreeMap<usize, usize>,
+        locks: &[SharedLock<'_>],
     ) -> Blocking {
         let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO, Time::ZERO) };
-        for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
+        for (lock, SharedLock { lock: Lock { protocol, users, .. }, cpus, .. }) in locks.iter().enumerate() {
             if users.len() < 2 || !users.iter().any(|user| user.task == of) {
                 continue;
             }
-            if self.cpus_of(users).is_none() {
+            if cpus.is_none() {
                 return Blocking::SeveralCpus { lock };
             }
             let held_below = users.iter().filter(|user| self.is_below(user.task, task));
@@ -150,7 +161,7 @@ impl Tasks {
         if task.priority == Priority::Background {
             return Blocking::Time(Time::ZERO, Time::ZERO);
         }
-        self.time_of(of, task, linked, unknown)
+        self.time_of(of, task, linked, unknown, locks)
     }
 
     /// B of the task `of`.
@@ -160,19 +171,21 @@ impl Tasks {
         task: &Task,
         linked: Option<CpuSet>,
         unknown: &BTreeMap<usize, usize>,
+        locks: &[SharedLock<'_>],
     ) -> Blocking {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
         let sums = || HeldTimes { of_locks: 0, of_lock: 0, of_tasks: vec![0; self.all.len()] };
         let (mut of_ceilings, mut others, mut in_background) = (0, sums(), sums());
         let mut first_lock = None;
-        let unraised = self.least_unraised(task);
-        for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
+        let unraised = self.least_unraised(task, locks);
+        for (lock, shared) in locks.iter().enumerate() {
+            let Lock { protocol, users, .. } = shared.lock;
             // Locks that are used on other CPUs, or on several, where nothing is analysed.
-            let Some(cpus) = self.cpus_of(users).filter(|cpus| cpus.meets(task.cpus())) else { continue };
-            let below = match self.has_user_above(users, task) {
+            let Some(cpus) = shared.cpus.filter(|cpus| cpus.meets(task.cpus())) else { continue };
+            let below = match shared.highest >= Some(task.priority) {
                 true => task,
                 // A ceiling may be that of a lower priority that holds a lock without a protocol.
-                false => match unraised.filter(|it| self.has_user_above(users, it)) {
+                false => match unraised.filter(|it| shared.highest >= Some(it.priority)) {
                     Some(holder) if *protocol == Protocol::Ceiling => holder,
                     _ => continue,
                 },
@@ -217,22 +230,21 @@ impl Tasks {
         self.all.get(task).is_some_and(|it| it.priority == Priority::Background)
     }
 
-    /// Whether one of the users of a lock has at least the priority of a task.
-    fn has_user_above(&self, users: &[LockUser], task: &Task) -> bool {
-        users.iter().any(|user| self.all.get(user.task).is_some_and(|user| user.priority >= task.priority))
-    }
-
     /// Returns the task of least priority that may delay `task` while it holds a lock without a protocol.
-    fn least_unraised(&self, task: &Task) -> Option<&Task> {
-        let is_without = |lock: &&Lock| {
-            let cpus = self.cpus_of(&lock.users).unwrap_or_default();
-            lock.protocol == Protocol::None
-                && cpus.meets(task.cpus())
-                && self.has_user_above(&lock.users, task)
+    fn least_unraised(&self, task: &Task, locks: &[SharedLock<'_>]) -> Option<&Task> {
+        let is_without = |it: &&SharedLock<'_>| {
+            it.lock.protocol == Protocol::None
+                && it.cpus.is_some_and(|cpus| cpus.meets(task.cpus()))
+                && it.highest >= Some(task.priority)
         };
-        let users = self.locks.iter().filter(is_without).flat_map(|lock| &lock.users);
+        let users = locks.iter().filter(is_without).flat_map(|it| &it.lock.users);
         let below = users.filter(|user| self.is_below(user.task, task));
         below.filter_map(|user| self.all.get(user.task)).min_by_key(|holder| holder.priority)
+    }
+
+    fn shared<'a>(&self, lock: &'a Lock) -> SharedLock<'a> {
+        let priorities = lock.users.iter().filter_map(|user| Some(self.all.get(user.task)?.priority));
+        SharedLock { lock, cpus: self.cpus_of(&lock.users), highest: priorities.max() }
     }
 
     /// Returns the CPU that all users of a lock run on; `None` if they are several, or unknown.

@@ -41,12 +41,15 @@ pub struct DeclaredLocks<'db> {
     pub undeclared: Vec<(Decl<'db>, Name)>,
     /// The errors.
     pub facts: Vec<TimingFact<'db>>,
+    /// The indices of the locks that a codel takes.
+    of_codels: FxHashMap<Decl<'db>, Vec<usize>>,
 }
 
 impl<'db> DeclaredLocks<'db> {
-    /// Returns the locks that a codel takes.
-    fn of_codel(&self, codel: Decl<'db>) -> impl Iterator<Item = &DeclaredLock<'db>> {
-        self.all.iter().filter(move |lock| lock.codels.contains(&codel))
+    /// Returns the locks that a codel takes, each with its index.
+    fn of_codel(&self, codel: Decl<'db>) -> impl Iterator<Item = (usize, &DeclaredLock<'db>)> {
+        let indices = self.of_codels.get(&codel).into_iter().flatten();
+        indices.filter_map(|index| Some((*index, self.all.get(*index)?)))
     }
 }
 
@@ -69,6 +72,9 @@ pub fn declared_locks<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Decla
         }
         codels.sort_by_cached_key(|codel| codel.qualified(db));
         codels.dedup();
+        for codel in &codels {
+            found.of_codels.entry(*codel).or_default().push(found.all.len());
+        }
         let (name, held) = (lock.name.as_str().into(), lock.held);
         found.all.push(DeclaredLock { name, protocol, held, codels });
     }
@@ -150,6 +156,29 @@ pub(crate) struct LocksOfDeployment<'db> {
     pub(crate) refusals: FxHashMap<usize, Vec<Refusal<'db>>>,
 }
 
+/// The activities of a host that take a lock.
+#[derive(Default)]
+struct LockTakers {
+    /// Their indices.
+    activities: Vec<usize>,
+    cpus: CpuSet,
+    /// The highest priority of one.
+    ceiling: Option<Priority>,
+    /// The first one in the background.
+    in_background: Option<usize>,
+}
+
+impl LockTakers {
+    fn add(&mut self, index: usize, activity: &ResolvedActivity<'_>) {
+        self.activities.push(index);
+        self.cpus = [self.cpus, activity.task.cpus.unwrap_or(CpuSet::ALL)].into_iter().collect();
+        self.ceiling = self.ceiling.max(Some(activity.priority));
+        if activity.priority == Priority::Background {
+            self.in_background.get_or_insert(index);
+        }
+    }
+}
+
 /// Returns the locks that the activities of a deployment take. `what_if` replaces times of the tables.
 pub(crate) fn locks_of<'db>(
     db: &'db dyn ModelDb,
@@ -166,12 +195,16 @@ pub(crate) fn locks_of<'db>(
     let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
     let known_codels = |it: &ResolvedActivity<'db>| codels_of(db, project, it.component?).as_ref();
     // Each host has locks of its own. An activity whose codels are unknown may take any.
-    let users = |lock: &DeclaredLock<'db>, host: Option<usize>| {
-        let takes = |codels: &Vec<Decl<'db>>| codels.iter().any(|codel| lock.codels.contains(codel));
-        let of_host = system.activities.iter().enumerate();
-        let of_host = of_host.filter(move |(_, it)| it.host == host && it.gateway.is_none());
-        of_host.filter(|(_, it)| known_codels(it).is_none_or(takes)).collect::<Vec<_>>()
-    };
+    let mut takers: FxHashMap<(usize, Option<usize>), LockTakers> = FxHashMap::default();
+    for (index, activity) in system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_none()) {
+        let locks: BTreeSet<usize> = match known_codels(activity) {
+            Some(all) => all.iter().flat_map(|codel| declared.of_codel(*codel)).map(|(lock, _)| lock).collect(),
+            None => (0..declared.all.len()).collect(),
+        };
+        for lock in locks {
+            takers.entry((lock, activity.host)).or_default().add(index, activity);
+        }
+    }
     for (index, activity) in system.activities.iter().enumerate() {
         let mut refuse = |why: LockReason| {
             let refusal = Refusal::new(Reason::Lock(why), activity.at.clone());
@@ -186,45 +219,48 @@ pub(crate) fn locks_of<'db>(
             for (_, lock) in declared.undeclared.iter().filter(|(it, _)| it == codel) {
                 refuse(LockReason::Undeclared { codel: name(), lock: lock.clone() });
             }
-            if let [first, second, ..] = its().collect::<Vec<_>>().as_slice() {
-                let mut users = its().flat_map(|lock| users(lock, activity.host));
-                let woken = users.find(|(_, it)| is_throttled && it.priority == Priority::Background);
+            if let [(_, first), (_, second), ..] = its().collect::<Vec<_>>().as_slice() {
+                let mut takers = its().filter_map(|(lock, _)| takers.get(&(lock, activity.host)));
+                let woken = takers.find_map(|it| it.in_background.filter(|_| is_throttled));
                 let (codel, locks) = (name(), [first.name.clone(), second.name.clone()]);
-                if its().any(|lock| lock.protocol != Protocol::Ceiling) {
+                if its().any(|(_, lock)| lock.protocol != Protocol::Ceiling) {
                     refuse(LockReason::TwoLocks { codel, locks });
-                } else if let Some((_, woken)) = woken {
+                } else if let Some(woken) = woken.and_then(|it| system.activities.get(it)) {
                     refuse(LockReason::TakenWhileThrottled { codel, locks, by: woken.instance.clone() });
                 }
             }
             let times = timetable_of(db, activity.tables);
             let wait = times.time(&Timed::Wait(*codel), level);
             let waits = !matches!(wait, Lookup::Absent | Lookup::Known(Time::ZERO));
-            if let Some(lock) = its().find(|lock| waits && lock.held.is_none()) {
+            if let Some((_, lock)) = its().find(|(_, lock)| waits && lock.held.is_none()) {
                 refuse(LockReason::WaitsWithLock { codel: name(), lock: lock.name.clone() });
             }
         }
     }
     let hosts: BTreeSet<Option<usize>> = system.activities.iter().map(|it| it.host).collect();
-    for (lock, host) in declared.all.iter().flat_map(|lock| hosts.iter().map(move |host| (lock, *host))) {
-        let ceiling = |lock: &DeclaredLock<'db>| users(lock, host).iter().map(|(_, it)| it.priority).max();
+    let all = declared.all.iter().enumerate();
+    for ((index, lock), host) in all.flat_map(|lock| hosts.iter().map(move |host| (lock, *host))) {
+        let of_lock = |lock: usize| takers.get(&(lock, host));
+        let ceiling = |lock: usize| of_lock(lock).and_then(|it| it.ceiling);
         let held = |activity: &ResolvedActivity<'db>, codel: Decl<'db>| {
             let its = || declared.of_codel(codel);
-            let users = its().flat_map(|lock| users(lock, host));
-            let cpus: CpuSet = users.map(|(_, it)| it.task.cpus.unwrap_or(CpuSet::ALL)).collect();
+            let cpus: CpuSet = its().filter_map(|(it, _)| of_lock(it)).map(|it| it.cpus).collect();
             // A job on another CPU may have the next lock.
             let is_free = its().count() < 2 || cpus.is_one();
-            let above = its().filter(|it| std::ptr::eq(*it, lock) || ceiling(it) >= ceiling(lock));
+            let above = its().filter(|(it, _)| *it == index || ceiling(*it) >= ceiling(index));
+            let above = above.map(|(_, lock)| lock);
             let held = held_by(db, above, codel, timetable_of(db, activity.tables), level, what_if);
             held.filter(|_| is_free)
         };
-        let user = |(task, activity): (usize, &ResolvedActivity<'db>)| {
+        let user = |&task: &usize| {
+            let activity = system.activities.get(task)?;
             let its = known_codels(activity).map(|all| all.iter().filter(|it| lock.codels.contains(it)));
             let held = its.and_then(|its| {
                 its.map(|codel| held(activity, *codel)).reduce(|one, other| Some(one?.max(other?)))
             });
-            LockUser { task, held: held.flatten() }
+            Some(LockUser { task, held: held.flatten() })
         };
-        let users = users(lock, host).into_iter().map(user).collect();
+        let users = of_lock(index).into_iter().flat_map(|it| &it.activities).filter_map(user).collect();
         found.all.push(Lock { name: lock.name.as_str().into(), protocol: lock.protocol, users });
     }
     found
