@@ -713,6 +713,50 @@ fn a_file_that_cannot_be_written_in_full_leaves_everything_as_it_was() {
     assert!(it.0.join(STUB).exists());
 }
 
+/// Runs a script, whose `$0` is the binary, where it may mount file systems, and returns what it prints.
+fn with_mounts(folder: &Path, script: &str) -> String {
+    let ways = ["unshare --mount", "unshare --user --map-root-user --mount", "sudo -n unshare --mount"];
+    let run = |way: &str, command: &[&str]| {
+        let words: Vec<&str> = way.split(' ').chain(command.iter().copied()).collect();
+        Command::new(words[0]).args(&words[1..]).current_dir(folder).stdin(Stdio::null()).output()
+    };
+    let works = |way: &&str| run(way, &["true"]).is_ok_and(|output| output.status.success());
+    let way = ways.into_iter().find(works);
+    let way = way.unwrap_or_else(|| panic!("nothing can be mounted here: none of {ways:?} works"));
+    let output = run(way, &["sh", "-c", script, MAUVE]).unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    said
+}
+
+/// The formatted text is longer: there is room for it beside the file, or not even that, before there is room for both.
+#[test]
+fn a_full_disk_leaves_a_file_with_hard_links_as_it_was() {
+    let it = Project::generated("disk-links");
+    let instances: String = (1000..4000).map(|at| format!("instance a{at}:C\n")).collect();
+    it.put("long.mal", &format!("architecture A {{\n{instances}}}\n"));
+    let script = r#"
+set -e
+only=--options-mode=ignore
+mkdir -p disk
+mount -t tmpfs -o "size=16m" none disk
+cp long.mal disk/a.mal
+ln disk/a.mal disk/b.mal
+for more in $(seq 0 40); do
+  used=$(df --output=used -k disk | tail -1)
+  mount $only -o "remount,size=$((used + 4 * more))k" disk
+  code=0; "$0" fmt disk/a.mal >/dev/null 2>said || code=$?
+  if cmp -s long.mal disk/b.mal; then same=same; else same=changed; fi
+  echo "$code $same $(stat -c %h disk/a.mal) $(ls -A disk | tr '\n' ' ')"
+  [ $code != 0 ] || break
+done
+"#;
+    let said = with_mounts(&it.0, script);
+    let mut results: Vec<&str> = said.lines().collect();
+    assert_eq!(results.pop(), Some("0 changed 2 a.mal b.mal "), "{said}");
+    assert!(results.len() > 10 && results.iter().all(|it| *it == "2 same 2 a.mal b.mal "), "{said}");
+}
+
 /// On a file system of its own, with little room.
 #[test]
 fn a_full_disk_leaves_everything_as_it_was() {
@@ -755,17 +799,7 @@ for more in 0 1 2 3 4 5 6 8 10 12 14 16 18 20 30 1000; do
   done
 done
 "#;
-    let ways = ["unshare --mount", "unshare --user --map-root-user --mount", "sudo -n unshare --mount"];
-    let run = |way: &str, command: &[&str]| {
-        let words: Vec<&str> = way.split(' ').chain(command.iter().copied()).collect();
-        Command::new(words[0]).args(&words[1..]).current_dir(&it.0).stdin(Stdio::null()).output()
-    };
-    let works = |way: &&str| run(way, &["true"]).is_ok_and(|output| output.status.success());
-    let way = ways.into_iter().find(works);
-    let way = way.unwrap_or_else(|| panic!("nothing can be mounted here: none of {ways:?} works"));
-    let output = run(way, &["sh", "-c", script, MAUVE]).unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let said = with_mounts(&it.0, script);
     let results: Vec<Vec<&str>> = said.lines().map(|line| line.splitn(5, ' ').collect()).collect();
     for result in &results {
         match result[..4] {

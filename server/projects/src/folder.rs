@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 use std::ffi::{OsStr, OsString};
-use std::fs::{File, Permissions};
+use std::fs::{File, Metadata, Permissions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use {
     rustix::io::Errno,
     std::os::fd::OwnedFd,
     std::os::unix::ffi::OsStrExt as _,
-    std::os::unix::fs::PermissionsExt as _,
+    std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, fchown},
     std::sync::Arc,
 };
 
@@ -231,14 +231,19 @@ impl Folder {
         }
     }
 
-    /// Creates a file in this folder with its final permissions, so that no other user can read it in the meantime.
-    pub fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
-        let mode = like.map_or(0o666, |like| like.mode() & 0o7777);
+    /// Creates a file in this folder with its final permissions, so that no other user can read it in the meantime; `like` another
+    /// file also with the owner and the group of that one, as far as this process may give it away.
+    pub fn create_new(&self, name: &OsStr, like: Option<&Metadata>) -> io::Result<File> {
+        let mode = like.map_or(0o666, |like| like.mode() & 0o700);
         let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
         let file = File::from(openat(&self.handle, name, flags, Mode::from_raw_mode(mode as RawMode))?);
-        if like.is_some() {
+        if let Some(like) = like {
+            let own = file.metadata()?;
+            if (own.uid(), own.gid()) != (like.uid(), like.gid()) {
+                let _ = fchown(&file, Some(like.uid()), Some(like.gid()));
+            }
             // Adds the permissions that the umask has removed.
-            file.set_permissions(Permissions::from_mode(mode))?;
+            file.set_permissions(Permissions::from_mode(like.mode() & 0o7777))?;
         }
         Ok(file)
     }
@@ -259,13 +264,18 @@ impl Folder {
         self.file(name, OFlags::RDONLY)
     }
 
-    /// Returns the permissions of a writable file in this folder.
+    /// Opens a regular file in this folder for writing.
+    pub fn open_write(&self, name: &OsStr) -> io::Result<File> {
+        self.file(name, OFlags::WRONLY)
+    }
+
+    /// Returns the owner, the permissions and more of a writable file in this folder.
     ///
     /// # Errors
     ///
     /// Fails if the file is read-only.
-    pub fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
-        Ok(self.file(name, OFlags::WRONLY)?.metadata()?.permissions())
+    pub fn writable(&self, name: &OsStr) -> io::Result<Metadata> {
+        self.open_write(name)?.metadata()
     }
 
     fn file(&self, name: &OsStr, access: OFlags) -> io::Result<File> {

@@ -1,10 +1,11 @@
-//! Writes the files that the user names: as a whole, so that a reader gets the old text or the new one, and never a part. All outputs
-//! go through this file or, below a folder of packages, through `generate/write.rs`; `destination.rs` says through which links.
+//! Writes the files that the user names: as a whole, so that a reader gets the old text or the new one, and never a part. Only a file
+//! with hard links, or of an owner to whom no new file can be given, is written in place. All outputs go through this file or, below a
+//! folder of packages, through `generate/write.rs`; `destination.rs` says through which links.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::{File, OpenOptions, Permissions};
+use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Read as _, Write as _};
-use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::{FileExt as _, FileTypeExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::Path;
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -13,7 +14,7 @@ use crate::destination::{destination, is_device};
 use crate::disk::MARK;
 use crate::folder::{Folder, Folders, above};
 
-/// Replaces a file by a new one with this text, and with the permissions and the byte order mark of the old one. `path` has no
+/// Replaces the text of a file, which keeps its owner, its permissions, its hard links and its byte order mark. `path` has no
 /// links.
 ///
 /// # Errors
@@ -23,13 +24,13 @@ pub fn replace(path: &Path, text: &str) -> io::Result<()> {
     // The folder stays open: the path may lead to another one before the text is written.
     let (folder, name) = above(path)?;
     // Write permission for the folder does not permit to replace a read-only file.
-    let permissions = folder.writable(name)?;
+    let old = folder.writable(name)?;
     let mut start = [0; MARK.len()];
     let is_marked = folder.open_read(name).and_then(|mut old| old.read_exact(&mut start)).is_ok()
         && start == *MARK.as_bytes()
         && !text.starts_with(MARK);
     let text = if is_marked { &format!("{MARK}{text}") } else { text };
-    write_beside(&folder, name, Some(&permissions), |mut file| file.write_all(text.as_bytes()))
+    write_beside(&folder, name, Some(&old), |mut file| file.write_all(text.as_bytes()))
 }
 
 /// Creates a file, and the missing folders above it. `path` has no links.
@@ -42,11 +43,11 @@ pub fn create(path: &Path, text: &str) -> io::Result<()> {
     write_beside(&folder, name, None, |mut file| file.write_all(text.as_bytes()))
 }
 
-/// Writes a new file beside `name`, which then gets that name; with the permissions of an old file, it replaces that one.
+/// Writes a new file beside `name`, which then gets that name; it replaces an `old` file of that name.
 fn write_beside(
     folder: &Folder,
     name: &OsStr,
-    old: Option<&Permissions>,
+    old: Option<&Metadata>,
     write: impl FnOnce(&File) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut beside = OsString::from(".");
@@ -54,12 +55,37 @@ fn write_beside(
     beside.push(format!(".{}.tmp", std::process::id()));
     let file = folder.create_new(&beside, old)?;
     let written = write(&file).and_then(|()| file.sync_all()).and_then(|()| match old {
+        Some(old) if !file.metadata().is_ok_and(|new| can_replace(&new, old)) => {
+            copy_into(folder, &beside, name)
+        }
         Some(_) => folder.rename(&beside, folder, name),
         None => folder.put_new(&beside, folder, name),
     });
     // Where the file system has hard links, a new file has two names.
     let _ = folder.remove_file(&beside);
     written
+}
+
+/// Whether nothing but the text of a file is lost if a new one gets its name: other names keep the old text.
+fn can_replace(new: &Metadata, old: &Metadata) -> bool {
+    old.nlink() <= 1 && (new.uid(), new.gid()) == (old.uid(), old.gid())
+}
+
+/// Writes the text of a file over that of another one. On a disk that is full, the other one has its old text afterwards.
+fn copy_into(folder: &Folder, from: &OsStr, to: &OsStr) -> io::Result<()> {
+    let [mut new, mut old] = [Vec::new(), Vec::new()];
+    folder.open_read(from)?.read_to_end(&mut new)?;
+    folder.open_read(to)?.read_to_end(&mut old)?;
+    let file = folder.open_write(to)?;
+    let write = |text: &[u8]| {
+        // First what makes the file longer: to overwrite the rest, no more room is needed.
+        let (start, end) = text.split_at(text.len().min(old.len()));
+        file.write_all_at(end, old.len() as u64)?;
+        file.write_all_at(start, 0)?;
+        file.set_len(text.len() as u64)?;
+        file.sync_all()
+    };
+    write(&new).inspect_err(|_| drop(write(&old)))
 }
 
 /// Writes a file that the user has named, or replaces it: a reader gets the old text, none, or the new one.
@@ -112,8 +138,8 @@ pub fn folder_of(path: &Path) -> &Path {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    use std::fs::{self, Permissions};
+    use std::os::unix::fs::{PermissionsExt as _, chown, symlink};
 
     use super::*;
 
@@ -133,6 +159,39 @@ mod tests {
         symlink(folder.join("elsewhere"), &beside).unwrap();
         assert!(replace(&path, "newer").is_err());
         assert!(fs::read_to_string(&path).unwrap() == "new" && !folder.join("elsewhere").exists());
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn other_names_of_a_file_have_the_new_text() {
+        let folder = mauve_tests::own_scratch("hard-links");
+        let [path, other] = ["a.mal", "b.mal"].map(|name| folder.join(name));
+        fs::write(&path, "old").unwrap();
+        fs::hard_link(&path, &other).unwrap();
+        for text in ["a longer text", "short", ""] {
+            replace(&path, text).unwrap();
+            put(&path, text).unwrap();
+            assert_eq!(fs::read_to_string(&other).unwrap(), text);
+            assert_eq!((fs::metadata(&path).unwrap().nlink(), folder.read_dir().unwrap().count()), (2, 2));
+        }
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_file_keeps_its_owner_and_its_group() {
+        let folder = mauve_tests::own_scratch("owner");
+        let path = folder.join("a.mal");
+        fs::write(&path, "old").unwrap();
+        if chown(&path, Some(1234), Some(4321)).is_err() {
+            eprintln!("skipped: only root gives a file away");
+            return;
+        }
+        fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
+        let inode = fs::metadata(&path).unwrap().ino();
+        replace(&path, "new").unwrap();
+        let data = fs::metadata(&path).unwrap();
+        assert_eq!((data.uid(), data.gid(), data.mode() & 0o7777), (1234, 4321, 0o640));
+        assert_ne!(data.ino(), inode, "a reader gets the whole old text, or the whole new one");
         fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -9,7 +9,7 @@
 //! the end: what was checked is what is written to, and where something is put back.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -282,8 +282,8 @@ impl WritingRun<'_> {
         file.sync_all()
     }
 
-    /// Returns the permissions of a file to replace. Fails for a read-only file, even in a writable folder.
-    fn permissions(&mut self, path: &Path) -> io::Result<Permissions> {
+    /// Returns the owner and the permissions of a file to replace. Fails for a read-only file, even in a writable folder.
+    fn permissions(&mut self, path: &Path) -> io::Result<Metadata> {
         let (folder, name) = self.folders.above(path)?;
         if folder.kind(name)? != FolderEntryKind::Link {
             return folder.writable(name);
