@@ -624,7 +624,7 @@ fn fields_of(it: &ActivityReport<'_>, hosts: &Hosts) -> Vec<(&'static str, Strin
         Priority::Background => "background".to_owned(),
         Priority::Unknown => UNKNOWN.to_owned(),
     };
-    let cpus = it.cpus.map_or_else(String::new, |cpus| hosts.names(cpus));
+    let cpus = it.cpus.map_or_else(|| UNKNOWN.to_owned(), |cpus| hosts.names(cpus));
     let time = |time: Option<Time>| time.map_or_else(|| UNKNOWN.to_owned(), |it| it.to_string());
     let clock = if it.clock > 0 { format!(" on clock {}", it.clock) } else { String::new() };
     let wait = it.waits.as_ref().zip(it.demand.machine()).map(|(waits, machine)| {
@@ -634,7 +634,7 @@ fn fields_of(it: &ActivityReport<'_>, hosts: &Hosts) -> Vec<(&'static str, Strin
     let or_none = |it: Option<String>| it.unwrap_or_else(|| NONE.to_owned());
     vec![
         ("priority", priority),
-        ("CPU", cpus.trim_start_matches("CPU ").to_owned()),
+        ("CPU", cpus.trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()),
         ("period", time(it.period)),
         ("deadline", time(it.deadline)),
         ("releases", if it.is_sporadic { "sporadic" } else { "periodic" }.to_owned()),
@@ -983,6 +983,16 @@ mod tests {
             ),
             (activity("period = 50"), activity("period = 50 jitter = 3"), "pilot: jitter 0 ms → 3 ms"),
             (activity("period = 50"), activity("period = 50 burst = 2"), "pilot: burst 1 → 2"),
+            (
+                activity("period = 50 cpus = none"),
+                activity("period = 50 cpus = [2]"),
+                "pilot: priority unknown → 1; pilot: CPU unknown → 2",
+            ),
+            (
+                activity("period = 50 cpus = [1, 2]"),
+                activity("period = 50 cpus = [2]"),
+                "pilot: CPU 1 and 2 → 2",
+            ),
             (
                 with(chain),
                 with(&chain.replace("through = [\"laser.scan\"]", "answers = [\"pilot.scan\"]")),
